@@ -1,0 +1,1 @@
+//! What is saved: the authored project and the derived stacks.

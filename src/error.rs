@@ -1,0 +1,64 @@
+//! Errors say whose fault it was, and what to do about it.
+
+use std::path::{Path, PathBuf};
+
+/// The result of everything in this crate that can fail.
+pub type Result<T, E = Error> = std::result::Result<T, E>;
+
+/// What can go wrong, by whose fault.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    /// What the user gave cannot be used.
+    #[error("{}{}: {found}; {remedy}", file.display(), at(place))]
+    Input {
+        /// The file that was read.
+        file: PathBuf,
+        /// Where in it: `line 12`, `face 7 of "roof"`, `byte 1024`; empty for the whole file.
+        place: String,
+        /// What was found, against what was expected.
+        found: String,
+        /// What to do.
+        remedy: String,
+    },
+    /// The operating system refused.
+    #[error("{}: could not {doing}: {source}", path.display())]
+    Io {
+        /// The file or folder.
+        path: PathBuf,
+        /// A verb phrase: `read it`, `create the folder`.
+        doing: &'static str,
+        /// What the system said.
+        source: std::io::Error,
+    },
+    /// The GPU, its driver, or our use of it.
+    #[error("GPU: {0}")]
+    Gpu(String),
+    /// The request contradicts itself or the project.
+    #[error("{0}")]
+    Request(String),
+    /// Somebody asked to stop.
+    #[error("stopped on request")]
+    Cancelled,
+}
+
+impl Error {
+    /// An [`Error::Input`]: file, place (may be empty), finding, remedy.
+    pub fn input(
+        file: impl Into<PathBuf>,
+        place: impl Into<String>,
+        found: impl Into<String>,
+        remedy: impl Into<String>,
+    ) -> Self {
+        Self::Input { file: file.into(), place: place.into(), found: found.into(), remedy: remedy.into() }
+    }
+
+    /// For `map_err`: wraps what the system said about `path` while `doing` something.
+    pub fn io(path: impl AsRef<Path>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
+        let path = path.as_ref().to_path_buf();
+        move |source| Self::Io { path, doing, source }
+    }
+}
+
+fn at(place: &str) -> String {
+    if place.is_empty() { String::new() } else { format!(", {place}") }
+}

@@ -1,0 +1,11 @@
+//! Camera, plane, polygon, rectangle: pure mathematics in f64, no files, no pixels' colours.
+
+pub mod camera;
+pub mod plane;
+pub mod rect;
+pub mod similarity;
+
+pub use camera::{Pinhole, Pose};
+pub use plane::Plane;
+pub use rect::PixelRect;
+pub use similarity::Similarity;

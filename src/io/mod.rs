@@ -1,0 +1,1 @@
+//! Files: cameras, models, photos, layered images. One file per format.

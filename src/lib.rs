@@ -1,0 +1,36 @@
+//! Quadratura turns calibrated photos of a site and a coarse polygon model into editable image
+//! layers: for every photo it proves which surface hides which, gives every surface pixels of its
+//! own, and writes the result as a layered file that an artist can paint on.
+//!
+//! The modules, bottom to top. An arrow may only point down this list; `tests/architecture.rs`
+//! holds it.
+//!
+//! | module | what lives there |
+//! |---|---|
+//! | [`error`], [`task`] | whose fault; progress and stop |
+//! | [`geometry`] | camera, lens, plane, polygon, rectangle: pure mathematics |
+//! | [`scene`] | photo, model, site: what was photographed; immutable |
+//! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content |
+//! | [`document`] | what is saved: the authored project, the derived stack |
+//! | [`io`], [`gpu`] | files and passes; they do not know each other |
+//! | [`recipe`] | open, sort, cluster, extract, save: the program without a face |
+//! | [`cli`] | what was typed, what it means, run |
+
+pub mod error;
+pub mod task;
+
+pub mod geometry;
+pub mod scene;
+
+pub mod layers;
+
+pub mod document;
+
+pub mod gpu;
+pub mod io;
+
+pub mod recipe;
+
+pub mod cli;
+
+pub use error::{Error, Result};

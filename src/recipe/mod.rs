@@ -1,0 +1,1 @@
+//! The program without a face: open, sort, cluster, extract, save.

@@ -1,0 +1,7 @@
+//! What was photographed: photos with their cameras, and the model. Immutable and shared.
+
+pub mod model;
+pub mod photo;
+
+pub use model::{Face, FaceId, Model, Object, ObjectId};
+pub use photo::{Photo, Site, SparsePoint};
