@@ -1,1 +1,5 @@
 //! What is saved: the authored project and the derived stacks.
+
+pub mod stack;
+
+pub use stack::{Element, ImageLayer, Stack};

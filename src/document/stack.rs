@@ -1,0 +1,200 @@
+//! `stack.json`: the derived stack of one photo, field by field (see `docs/formats.md`).
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::PixelRect;
+use crate::layers::Method;
+
+/// The version this program writes; it reads no other.
+pub const STACK_VERSION: u32 = 1;
+
+/// All image layers of one photo, nearest first, and what they were made of.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Stack {
+    /// [`STACK_VERSION`].
+    pub version: u32,
+    /// How the visibility layers were found.
+    pub method: Method,
+    /// Hash of everything the stack was made of; when it still matches, nothing is rebuilt.
+    pub inputs: String,
+    /// The photo.
+    pub photo: StackPhoto,
+    /// Its camera.
+    pub camera: StackCamera,
+    /// Layer by layer, nearest first, the elements. Occlusions count through them in this order.
+    pub visibility_layers: Vec<Vec<Element>>,
+    /// Pieces of faces that were cut, and triangles of faces that are not planar.
+    pub pieces: Vec<Piece>,
+    /// Who hides whom, between elements numbered in reading order of `visibility_layers`.
+    pub occlusions: Vec<Support>,
+    /// Occlusions against the order that were forgiven as contact noise.
+    pub forgiven: Vec<Support>,
+    /// The image layers, by falling nearness: `order` never decreases.
+    pub image_layers: Vec<ImageLayer>,
+    /// Texels of all rectangles.
+    pub texels: u64,
+    /// Texels that some element covers.
+    pub texels_used: u64,
+    /// Texels of all elements' own rectangles, without merging.
+    pub texels_unmerged: u64,
+    /// Bytes of the layer files.
+    pub bytes: u64,
+    /// Faces without texture from this photo, with the reason.
+    pub untextured: Vec<Untextured>,
+    /// What the user should know: cuts that failed, violations of the published method.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub notes: Vec<String>,
+    /// Counts for reports.
+    pub counts: Counts,
+}
+
+/// The photo of a stack.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct StackPhoto {
+    /// Unique name.
+    pub name: String,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+}
+
+/// K in pixels; R, t world to camera; each matrix as rows.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[allow(non_snake_case)]
+pub struct StackCamera {
+    /// 3 x 3.
+    pub K: [[f64; 3]; 3],
+    /// 3 x 3.
+    pub R: [[f64; 3]; 3],
+    /// World units.
+    pub t: [f64; 3],
+}
+
+/// Faces (or pieces) of one object that do not occlude each other.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Element {
+    /// Unique name of the object.
+    pub object: String,
+    /// Whole faces: index within the object as in the model file, rising.
+    pub faces: Vec<u32>,
+    /// Pieces of faces: `[face, piece]`, rising.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pieces: Vec<[u32; 2]>,
+    /// Those of its faces that the photo sees from behind; it serves only that side of them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub back: Vec<u32>,
+}
+
+/// A piece of a face.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Piece {
+    /// Unique name of the object.
+    pub object: String,
+    /// Index within the object.
+    pub face: u32,
+    /// Index within the face.
+    pub piece: u32,
+    /// One simple ring in world coordinates, holes bridged, wound like the face, may be concave.
+    pub polygon: Vec<[f64; 3]>,
+}
+
+/// `front` is nearer than `back` at `px` pixels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct Support {
+    /// Element, counted in reading order of `visibility_layers`.
+    pub front: u32,
+    /// Element.
+    pub back: u32,
+    /// Pixels.
+    pub px: u32,
+}
+
+/// A sub-rectangle of the photo with the elements that it textures.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ImageLayer {
+    /// Token that names this image layer of this stack for ever: short hash of photo, elements,
+    /// rectangle; lower-case letters and digits.
+    pub id: String,
+    /// Readable name.
+    pub name: String,
+    /// Its place in the stack: longest path in the quotient, 0 nearest.
+    pub order: u32,
+    /// In photo pixels; may reach outside the photo.
+    pub rect: PixelRect,
+    /// Elements, counted in reading order of `visibility_layers`.
+    pub elements: Vec<u32>,
+    /// RGBA PNG of the rectangle: the photo's colour, opaque, where visible; else transparent.
+    pub file: String,
+    /// 1-bit PNG of the rectangle: white where some element covers.
+    pub needed_file: String,
+    /// Bounding box of the covered pixels, in photo pixels.
+    pub needed_rect: PixelRect,
+    /// Texels covered.
+    pub texels_used: u64,
+    /// Texels covered and visible.
+    pub texels_visible: u64,
+    /// 3 rows x 4: (u q, v q, q) = rows * (x, y, z, 1), u and v in 0..1 of the rectangle, v down.
+    pub uv_from_world: [[f64; 4]; 3],
+}
+
+/// A face that this photo gives no texture.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Untextured {
+    /// Unique name of the object.
+    pub object: String,
+    /// Index within the object.
+    pub face: u32,
+    /// Why.
+    pub reason: Reason,
+    /// For `hidden`: the face in front, as `object[index]`, at the first pixel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub by: Option<String>,
+    /// For `hidden`: that pixel.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub at: Option<[u32; 2]>,
+}
+
+/// Why a face gets no texture from a photo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Reason {
+    /// In front of the camera, outside the photo.
+    Outside,
+    /// Behind the camera.
+    Behind,
+    /// Covers no pixel centre, or is seen exactly edge-on.
+    TooSmall,
+    /// Other faces are nearer everywhere.
+    Hidden,
+    /// Visible only where the photo is not valid.
+    Masked,
+    /// No area: nothing to texture.
+    Degenerate,
+}
+
+/// Counts for reports.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Counts {
+    /// Fragments of the working set.
+    pub fragments: u64,
+    /// Faces in the working set.
+    pub faces: u32,
+    /// Elements.
+    pub elements: u32,
+    /// Objects with exactly one element.
+    pub whole_objects: u32,
+    /// Visibility layers.
+    pub visibility_layers: u32,
+    /// Cuts made.
+    pub cuts: u32,
+    /// Cuts of which one piece left the working set.
+    pub free_cuts: u32,
+    /// Forgiven pairs (of faces or pieces).
+    pub forgiven: u32,
+    /// For `stencil`: pairs that contradict the order, and their pixels.
+    pub violations: u32,
+    /// Pixels of `violations`.
+    pub violation_px: u64,
+}
