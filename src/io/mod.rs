@@ -1,1 +1,3 @@
 //! Files: cameras, models, photos, layered images. One file per format.
+
+pub mod atomic;

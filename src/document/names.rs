@@ -1,0 +1,90 @@
+//! Photos' names as file names: stacks, exports and renders are named by this one rule.
+
+/// A name for a file or folder that stands for `photo`: every byte outside `A-Za-z0-9._-` becomes
+/// `%XX` (upper-case hexadecimal). Different photos get different names, and [`photo_of_file_name`]
+/// leads back. The result never contains `/`, `\`, `+` or `~`, so a caller may put its own suffix
+/// behind one of these.
+///
+/// Three names would not name a file of their own folder although the rule lets them through: the
+/// empty one becomes `%`, `.` becomes `%2E` and `..` becomes `%2E%2E`.
+pub fn file_name_of_photo(photo: &str) -> String {
+    match photo {
+        "" => return "%".into(),
+        "." => return "%2E".into(),
+        ".." => return "%2E%2E".into(),
+        _ => (),
+    }
+    let mut name = String::with_capacity(photo.len());
+    for byte in photo.bytes() {
+        if byte.is_ascii_alphanumeric() || b"._-".contains(&byte) {
+            name.push(byte.into());
+        } else {
+            name.push_str(&format!("%{byte:02X}"));
+        }
+    }
+    name
+}
+
+/// The photo that `name` stands for; `None` for a name that [`file_name_of_photo`] does not make.
+pub fn photo_of_file_name(name: &str) -> Option<String> {
+    let photo = if name == "%" { String::new() } else { String::from_utf8(decoded(name)?).ok()? };
+    (file_name_of_photo(&photo) == name).then_some(photo)
+}
+
+fn decoded(name: &str) -> Option<Vec<u8>> {
+    let mut bytes = Vec::with_capacity(name.len());
+    let mut rest = name.bytes();
+    while let Some(byte) = rest.next() {
+        bytes.push(if byte == b'%' {
+            16 * hex_digit(rest.next()?)? + hex_digit(rest.next()?)?
+        } else {
+            byte
+        });
+    }
+    Some(bytes)
+}
+
+fn hex_digit(byte: u8) -> Option<u8> {
+    char::from(byte).to_digit(16).map(|digit| digit as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    #[test]
+    fn a_plain_name_stays_as_it_is() {
+        assert_eq!(file_name_of_photo("IMG_0001-b.JPG"), "IMG_0001-b.JPG");
+    }
+
+    #[test]
+    fn slashes_spaces_percents_and_umlauts_are_escaped_byte_by_byte() {
+        assert_eq!(file_name_of_photo("nord/tür 1%.png"), "nord%2Ft%C3%BCr%201%25.png");
+    }
+
+    #[test]
+    fn no_photo_becomes_the_folder_itself_or_the_one_above() {
+        for photo in ["", ".", ".."] {
+            let name = file_name_of_photo(photo);
+            assert!(!["", ".", ".."].contains(&name.as_str()));
+            assert_eq!(photo_of_file_name(&name).as_deref(), Some(photo));
+        }
+    }
+
+    #[test]
+    fn a_name_of_another_making_stands_for_no_photo() {
+        for name in ["", ".", "..", "a b", "a/b", "%4", "%zz", "%2f", "%41", "%FF", "a+new"] {
+            assert_eq!(photo_of_file_name(name), None, "{name}");
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_name_comes_back(photo in ".*") {
+            let name = file_name_of_photo(&photo);
+            prop_assert!(name.bytes().all(|b| b.is_ascii_alphanumeric() || b"._-%".contains(&b)));
+            prop_assert_eq!(photo_of_file_name(&name), Some(photo));
+        }
+    }
+}

@@ -1,0 +1,178 @@
+//! Files that appear whole or not at all: a new file in the same folder, fsync, rename, fsync of
+//! the folder. After a kill or a loss of power the old content or the new one is there.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use tempfile::NamedTempFile;
+
+use crate::error::{Error, Result};
+
+/// How the names of unfinished files begin; [`remove_leftovers`] knows them by it.
+const UNFINISHED: &str = ".quadratura-";
+
+/// A file that is being written; it takes its place at [`AtomicFile::commit`]. Dropped before that,
+/// it vanishes and the old file stays.
+#[derive(Debug)]
+pub struct AtomicFile {
+    file: NamedTempFile,
+    target: PathBuf,
+}
+
+impl AtomicFile {
+    /// Starts a file that will become `target`, whose folder must exist.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the folder does not exist or may not be written to.
+    pub fn create(target: impl Into<PathBuf>) -> Result<Self> {
+        let target = target.into();
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(UNFINISHED).suffix(".tmp");
+        readable_by_others(&mut builder);
+        let file = builder.tempfile_in(folder_of(&target)).map_err(Error::io(&target, "create it"))?;
+        Ok(Self { file, target })
+    }
+
+    /// What to write to, unbuffered; it can seek.
+    pub fn file(&mut self) -> &mut File {
+        self.file.as_file_mut()
+    }
+
+    /// Where it is until the commit.
+    pub fn path(&self) -> &Path {
+        self.file.path()
+    }
+
+    /// Puts the file in its place, over what was there.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the system refuses, for instance on a full disk; the old file stays.
+    pub fn commit(self) -> Result<()> {
+        let Self { file, target } = self;
+        file.as_file().sync_all().map_err(Error::io(&target, "write it to disk"))?;
+        file.persist(&target).map_err(|e| Error::io(&target, "put it in place")(e.error))?;
+        sync_folder(folder_of(&target))
+    }
+}
+
+/// Writes `bytes` as the whole content of `target`.
+///
+/// # Errors
+/// [`Error::Io`]; the old file stays.
+pub fn write_atomically(target: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
+    write_atomically_with(target, |out| out.write_all(bytes))
+}
+
+/// Writes `target` through a buffer.
+///
+/// # Errors
+/// [`Error::Io`] with what `write` or the system said; the old file stays.
+pub fn write_atomically_with(
+    target: impl AsRef<Path>,
+    write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
+) -> Result<()> {
+    let target = target.as_ref();
+    let mut file = AtomicFile::create(target)?;
+    let mut out = BufWriter::new(file.file());
+    write(&mut out).and_then(|()| out.flush()).map_err(Error::io(target, "write it"))?;
+    drop(out);
+    file.commit()
+}
+
+/// Makes a rename or a new file in `folder` survive a loss of power.
+///
+/// # Errors
+/// [`Error::Io`] when the disk refuses.
+pub fn sync_folder(folder: impl AsRef<Path>) -> Result<()> {
+    // Elsewhere a folder cannot be opened as a file, and renames are journalled by the file system.
+    if cfg!(unix) {
+        let folder = folder.as_ref();
+        let open = File::open(folder).map_err(Error::io(folder, "open the folder"))?;
+        open.sync_all().map_err(Error::io(folder, "write the folder to disk"))?;
+    }
+    Ok(())
+}
+
+/// Removes the unfinished files that a killed writer left in `folder`. Only whoever holds the
+/// project's lock may call it, else it takes files away from under a living writer.
+///
+/// # Errors
+/// [`Error::Io`] when the folder cannot be read or a leftover cannot be removed.
+pub fn remove_leftovers(folder: &Path) -> Result<()> {
+    for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
+        let path = entry.map_err(Error::io(folder, "read the folder"))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if name.starts_with(UNFINISHED) && name.ends_with(".tmp") {
+            fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
+        }
+    }
+    Ok(())
+}
+
+/// The folder a path lies in; `.` for a bare name.
+fn folder_of(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+/// A temporary file is private by default, but ours become ordinary files: the umask decides.
+fn readable_by_others(builder: &mut tempfile::Builder<'_, '_>) {
+    #[cfg(unix)]
+    builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
+    #[cfg(not(unix))]
+    let _ = builder;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names_in(folder: &Path) -> Vec<String> {
+        let mut names: Vec<_> = fs::read_dir(folder)
+            .unwrap()
+            .map(|entry| entry.unwrap().file_name().into_string().unwrap())
+            .collect();
+        names.sort();
+        names
+    }
+
+    #[test]
+    fn the_new_content_replaces_the_old_one_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("a.json");
+        write_atomically(&target, b"old").unwrap();
+        write_atomically(&target, b"new").unwrap();
+        assert_eq!(fs::read(&target).unwrap(), b"new");
+        assert_eq!(names_in(folder.path()), ["a.json"]);
+    }
+
+    #[test]
+    fn a_writer_that_fails_leaves_the_old_content() {
+        let folder = tempfile::tempdir().unwrap();
+        let target = folder.path().join("a.json");
+        write_atomically(&target, b"old").unwrap();
+        let full = write_atomically_with(&target, |out| {
+            out.write_all(b"half")?;
+            Err(std::io::ErrorKind::StorageFull.into())
+        });
+        assert!(full.unwrap_err().to_string().contains("a.json"));
+        assert_eq!(fs::read(&target).unwrap(), b"old");
+        assert_eq!(names_in(folder.path()), ["a.json"]);
+    }
+
+    #[test]
+    fn leftovers_of_a_killed_writer_are_removed_and_other_files_are_not() {
+        let folder = tempfile::tempdir().unwrap();
+        let killed = AtomicFile::create(folder.path().join("a.json")).unwrap();
+        std::mem::forget(killed);
+        fs::write(folder.path().join("b.tmp"), "theirs").unwrap();
+        remove_leftovers(folder.path()).unwrap();
+        assert_eq!(names_in(folder.path()), ["b.tmp"]);
+    }
+
+    #[test]
+    fn a_folder_that_does_not_exist_is_named_in_the_error() {
+        let error = write_atomically("/no/such/folder/a.json", b"").unwrap_err();
+        assert!(error.to_string().contains("/no/such/folder/a.json"), "{error}");
+    }
+}
