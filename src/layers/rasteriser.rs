@@ -4,6 +4,13 @@ use super::view::View;
 use crate::error::Result;
 use crate::task::Task;
 
+/// True where a fragment lies behind another by more than the tolerance, both given as inverse
+/// depth. In f32 and in this form, so that every rasteriser decides alike.
+#[inline]
+pub fn is_behind(inverse_depth: f32, inverse_depth_of_other: f32, tolerance: f32) -> bool {
+    inverse_depth * (1.0 + tolerance) < inverse_depth_of_other
+}
+
 /// `front` is nearer than `back` by more than the tolerance at `px` pixels that both cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Occlusion {
@@ -91,8 +98,7 @@ pub struct StencilLayers {
     pub locked: u32,
 }
 
-/// Draws views. Depths are compared through [`super::InverseDepth::at`] only:
-/// a is nearer than b by more than the tolerance where `inv_b * (1 + tolerance) < inv_a`.
+/// Draws views. Depths are compared through [`super::InverseDepth::at`] and [`is_behind`] only.
 pub trait Rasteriser: Sync {
     /// The working set, its fragment lists, and the table of all pairs.
     ///

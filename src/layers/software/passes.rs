@@ -1,0 +1,156 @@
+//! The passes over the geometry, each in bands of rows that run in parallel.
+
+use std::ops::Range;
+
+use rayon::prelude::*;
+
+use super::coverage::Footprint;
+use crate::error::Result;
+use crate::layers::is_behind;
+use crate::layers::rasteriser::{Band, FragmentLists, Presence, VISIBLE};
+use crate::layers::view::{ItemId, View};
+use crate::task::Task;
+
+/// Rows in a band: small enough for many threads, large enough that few triangles are in several.
+const BAND_ROWS: u32 = 32;
+
+/// A view with the footprints of its triangles.
+pub struct Drawing<'a> {
+    /// What is drawn.
+    pub view: &'a View,
+    /// Item and footprint of every triangle that may cover something, in model order.
+    triangles: Vec<(ItemId, Footprint)>,
+}
+
+impl<'a> Drawing<'a> {
+    /// Prepares the triangles of a view.
+    pub fn new(view: &'a View) -> Self {
+        let footprint =
+            |(corners, &item)| Some((ItemId(item), Footprint::new(corners, view.width, view.height)?));
+        let triangles = view.corners.par_iter().zip(&view.triangle_items).filter_map(footprint).collect();
+        Self { view, triangles }
+    }
+
+    /// The bands of rows, from the top.
+    fn bands(&self) -> Vec<Range<u32>> {
+        let height = self.view.height;
+        (0..height).step_by(BAND_ROWS as usize).map(|y| y..(y + BAND_ROWS).min(height)).collect()
+    }
+
+    /// Visits every fragment of some rows in model order: item, index of the pixel within the
+    /// rows, inverse depth.
+    fn each_fragment(&self, rows: &Range<u32>, mut visit: impl FnMut(ItemId, usize, f32)) {
+        for (item, footprint) in &self.triangles {
+            let inverse_depth = &self.view.items[item.0 as usize].inverse_depth;
+            let own = footprint.rows();
+            for y in own.start.max(rows.start)..own.end.min(rows.end) {
+                let row = ((y - rows.start) * self.view.width) as usize;
+                for x in footprint.columns(y) {
+                    visit(*item, row + x as usize, inverse_depth.at(x, y));
+                }
+            }
+        }
+    }
+
+    fn pixels(&self, rows: &Range<u32>) -> usize {
+        rows.len() * self.view.width as usize
+    }
+}
+
+/// Pass *nearest*: per pixel of some rows, the largest inverse depth; 0 where nothing is.
+pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
+    let mut nearest = vec![0.0_f32; drawing.pixels(rows)];
+    drawing.each_fragment(rows, |_, pixel, inverse_depth| {
+        nearest[pixel] = nearest[pixel].max(inverse_depth);
+    });
+    nearest
+}
+
+/// Pass *item*: what became of every item of the view.
+pub fn presence(drawing: &Drawing, tolerance: f32, task: &Task) -> Result<Vec<Presence>> {
+    let nowhere = || vec![Presence::Nowhere; drawing.view.items.len()];
+    drawing
+        .bands()
+        .into_par_iter()
+        .map(|rows| {
+            task.go_on()?;
+            Ok(presence_in(drawing, &rows, tolerance))
+        })
+        .try_reduce(nowhere, |above, below| {
+            Ok(above.into_iter().zip(below).map(|(above, below)| merged(above, below)).collect())
+        })
+}
+
+/// What is known of an item from the rows above and from those below.
+fn merged(above: Presence, below: Presence) -> Presence {
+    match (above, below) {
+        (Presence::Working, _) | (_, Presence::Working) => Presence::Working,
+        (Presence::Nowhere, below) => below,
+        (above, _) => above,
+    }
+}
+
+fn presence_in(drawing: &Drawing, rows: &Range<u32>, tolerance: f32) -> Vec<Presence> {
+    let nearest = nearest(drawing, rows);
+    let mut owners = vec![ItemId(u32::MAX); nearest.len()];
+    let mut working = vec![false; drawing.view.items.len()];
+    let mut first_hidden = vec![usize::MAX; drawing.view.items.len()];
+    drawing.each_fragment(rows, |item, pixel, inverse_depth| {
+        let index = item.0 as usize;
+        if is_behind(inverse_depth, nearest[pixel], tolerance) {
+            first_hidden[index] = first_hidden[index].min(pixel);
+        } else {
+            working[index] = true;
+            owners[pixel] = item;
+        }
+    });
+    let presence = |(working, pixel)| match (working, pixel) {
+        (true, _) => Presence::Working,
+        (false, usize::MAX) => Presence::Nowhere,
+        (false, pixel) => {
+            let (x, y) = (pixel as u32 % drawing.view.width, pixel as u32 / drawing.view.width);
+            Presence::Hidden { x, y: rows.start + y, by: owners[pixel].0 }
+        }
+    };
+    working.into_iter().zip(first_hidden).map(presence).collect()
+}
+
+/// Pass *lists*: the fragments of the items flagged in `kept`, entries in model order within a
+/// pixel, visible bits as seen among the kept.
+pub fn lists(drawing: &Drawing, tolerance: f32, kept: &[bool], task: &Task) -> Result<FragmentLists> {
+    let bands = drawing
+        .bands()
+        .into_par_iter()
+        .map(|rows| {
+            task.go_on()?;
+            Ok(band(drawing, &rows, tolerance, kept))
+        })
+        .collect::<Result<Vec<_>>>()?;
+    Ok(FragmentLists { width: drawing.view.width, bands })
+}
+
+/// One band: count, prefix sum, fill.
+fn band(drawing: &Drawing, rows: &Range<u32>, tolerance: f32, kept: &[bool]) -> Band {
+    let mut offsets = vec![0_u32; drawing.pixels(rows) + 1];
+    let mut nearest = vec![0.0_f32; drawing.pixels(rows)];
+    let is_kept = |item: ItemId| kept[item.0 as usize];
+    drawing.each_fragment(rows, |item, pixel, inverse_depth| {
+        if is_kept(item) {
+            offsets[pixel + 1] += 1;
+            nearest[pixel] = nearest[pixel].max(inverse_depth);
+        }
+    });
+    for pixel in 1..offsets.len() {
+        offsets[pixel] += offsets[pixel - 1];
+    }
+    let mut cursors = offsets.clone();
+    let mut entries = vec![0_u32; offsets[offsets.len() - 1] as usize];
+    drawing.each_fragment(rows, |item, pixel, inverse_depth| {
+        if is_kept(item) {
+            let visible = !is_behind(inverse_depth, nearest[pixel], tolerance);
+            entries[cursors[pixel] as usize] = item.0 | if visible { VISIBLE } else { 0 };
+            cursors[pixel] += 1;
+        }
+    });
+    Band { y0: rows.start, y1: rows.end, offsets, entries }
+}
