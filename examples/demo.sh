@@ -1,0 +1,45 @@
+#!/bin/sh
+# The main job on the sample project: photos and a coarse model become layer stacks, written as files
+# for an image editor.
+#
+#     sh examples/demo.sh [FOLDER]        default: target/demo
+#
+# Everything is written below FOLDER. What is there already is never deleted: a folder that is not
+# empty gets a number.
+set -eu
+asked=${1:-}
+case $asked in '' | /*) ;; *) asked=$PWD/$asked ;; esac
+cd "$(dirname "$0")/.."
+. examples/setup.sh
+
+out=${asked:-$PWD/target/demo}
+wanted=$out
+number=2
+while [ -n "$(ls -A "$out" 2>/dev/null)" ]; do
+    out=$wanted-$number
+    number=$((number + 1))
+done
+
+say "building the program (the first time takes some minutes)"
+cargo build --release --quiet
+program=${CARGO_TARGET_DIR:-target}/release/quadratura
+sample=projects/piazza
+project=$out/project
+
+step() { say && say "\$ quadratura $*" && "$program" "$@"; }
+
+mkdir -p "$out"
+step new "$project" --photos "$sample/photos" --cameras "$sample/sparse" --model "$sample/model.obj"
+step check "$project"
+step build "$project"
+step export "$project" --format psd --out "$out/psd"
+step export "$project" --format ora --out "$out/ora"
+step export "$project" --format folder --out "$out/folder"
+step info "$project"
+
+say
+say "Where to look:"
+say "  $out/psd        one layered file per photo: open it in GIMP, Krita or Photoshop"
+say "  $out/ora        the same for Krita and MyPaint"
+say "  $out/folder     the same as PNG files with stack.json"
+say "  $project        the project; docs/formats.md says what is in it"

@@ -1,0 +1,165 @@
+//! The rules themselves: each a function from a source to what it complains about.
+
+use super::source::{Source, tokens};
+
+/// The modules from the ground up. A module uses only floors below its own: neighbours on one floor
+/// (`io` and `gpu`) do not know each other.
+pub const FLOORS: &[&[&str]] = &[
+    &["error"],
+    &["task"],
+    &["geometry"],
+    &["scene"],
+    &["layers"],
+    &["document"],
+    &["io", "gpu"],
+    &["recipe"],
+    &["cli"],
+    &["main"],
+];
+
+/// Packages that one job needs, and the only places below `src/` that name them.
+const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
+    ("wgpu", &["gpu/"]),
+    ("bytemuck", &["gpu/"]),
+    ("pollster", &["gpu/"]),
+    ("spade", &["geometry/"]),
+    ("i_overlay", &["geometry/"]),
+    ("gltf", &["io/models/"]),
+    ("image", &["io/"]),
+    ("png", &["io/"]),
+    ("zip", &["io/layered/"]),
+    ("tempfile", &["io/"]),
+    ("fast_image_resize", &["io/"]),
+    ("petgraph", &["layers/"]),
+    ("sysinfo", &["recipe/", "cli/"]),
+    ("clap", &["cli/"]),
+    ("clap_complete", &["cli/"]),
+    ("clap_mangen", &["cli/"]),
+    ("indicatif", &["cli/"]),
+    ("ctrlc", &["cli/"]),
+    ("thiserror", &["error.rs"]),
+];
+
+/// Longer files are read by nobody.
+pub const LONGEST_FILE: usize = 500;
+
+/// What a library never does: it returns errors, and has no unfinished rooms.
+const FORBIDDEN_MACROS: &[&str] =
+    &["print", "println", "eprint", "eprintln", "dbg", "todo", "unimplemented", "panic"];
+
+/// The faces of the program, which may print and exit.
+fn is_face(path: &str) -> bool {
+    path.starts_with("cli/") || path == "main.rs"
+}
+
+fn floor_of(module: &str) -> Option<usize> {
+    FLOORS.iter().position(|floor| floor.contains(&module))
+}
+
+fn module_of(source: &Source) -> String {
+    source.path.split('/').next().unwrap_or_default().trim_end_matches(".rs").to_string()
+}
+
+pub fn forbidden_arrows(source: &Source) -> Vec<String> {
+    let own = module_of(source);
+    if own == "lib" {
+        return Vec::new();
+    }
+    let Some(own_floor) = floor_of(&own) else {
+        return vec![format!("src/{}: module `{own}` is in no floor of tests/architecture.rs", source.path)];
+    };
+    let mut complaints = Vec::new();
+    for used in source.used_paths() {
+        let root = match used.segments.first().map_or("", String::as_str) {
+            "Error" | "Result" => "error",
+            root => root,
+        };
+        if root != own && floor_of(root).is_some_and(|floor| floor >= own_floor) {
+            let path = used.segments.join("::");
+            complaints.push(format!(
+                "src/{}:{}: `{own}` must not use `{path}`: arrows point down to {}",
+                source.path,
+                used.line,
+                FLOORS[..own_floor].concat().join(", ")
+            ));
+        }
+    }
+    complaints
+}
+
+pub fn packages_out_of_place(source: &Source) -> Vec<String> {
+    let mut complaints = Vec::new();
+    for (package, places) in PACKAGES_OF_ONE_JOB {
+        if places.iter().any(|place| source.path.starts_with(place)) {
+            continue;
+        }
+        for line in source.lines_naming_package(package) {
+            complaints.push(format!(
+                "src/{}:{line}: package `{package}` is named in src/{} only",
+                source.path,
+                places.join(", src/")
+            ));
+        }
+    }
+    complaints
+}
+
+pub fn unwraps(source: &Source) -> Vec<String> {
+    let lines = source.code.lines().enumerate().filter(|(_, line)| line.contains(".unwrap()"));
+    lines
+        .map(|(i, _)| format!("src/{}:{}: unwrap: say expect(\"why this cannot be\")", source.path, i + 1))
+        .collect()
+}
+
+pub fn noise(source: &Source) -> Vec<String> {
+    if is_face(&source.path) {
+        return Vec::new();
+    }
+    let tokens = tokens(&source.code);
+    let mut complaints = Vec::new();
+    for pair in tokens.windows(2) {
+        if pair[1].text == "!" && FORBIDDEN_MACROS.contains(&pair[0].text) {
+            complaints.push(format!("src/{}:{}: {}! in a library", source.path, pair[0].line, pair[0].text));
+        }
+    }
+    if source.code.contains("process::exit") {
+        complaints.push(format!("src/{}: only the program's face exits", source.path));
+    }
+    complaints
+}
+
+pub fn wgpu_in_layers(source: &Source) -> Vec<String> {
+    if source.path.starts_with("layers/") && source.text.contains("wgpu") {
+        return vec![format!("src/{}: `layers` is written without the word wgpu", source.path)];
+    }
+    Vec::new()
+}
+
+pub fn missing_header(path: &str, text: &str) -> Option<String> {
+    (!text.starts_with("//! ")).then(|| format!("{path}: the first line says what the file is: `//! …`"))
+}
+
+pub fn too_long(path: &str, text: &str) -> Option<String> {
+    let lines = text.lines().count();
+    (lines > LONGEST_FILE).then(|| format!("{path}: {lines} lines, at most {LONGEST_FILE}"))
+}
+
+/// Folders of somebody's machine do not belong into the project.
+pub fn machine_paths(path: &str, text: &str) -> Vec<String> {
+    // Put together here, so that this file does not name them itself.
+    const PRIVATE: &[&str] =
+        &[concat!("/ro", "ot/"), concat!("/wo", "rk/"), concat!("/ho", "me/"), concat!("\\Us", "ers\\")];
+    let lines = text.lines().enumerate();
+    lines
+        .filter(|(_, line)| PRIVATE.iter().any(|private| names_folder(line, private)))
+        .map(|(i, line)| format!("{path}:{}: a path of one machine: {}", i + 1, line.trim()))
+        .collect()
+}
+
+/// `private` as the beginning of a path, not as a part of a longer one or of an address.
+fn names_folder(line: &str, private: &str) -> bool {
+    line.match_indices(private).any(|(at, _)| {
+        let before = line[..at].chars().next_back();
+        !before.is_some_and(|c| c.is_alphanumeric() || matches!(c, '.' | '-' | '_' | '/' | '}' | '>' | '*'))
+    })
+}
