@@ -1,3 +1,9 @@
 //! Files: cameras, models, photos, layered images. One file per format.
 
 pub mod atomic;
+pub mod hash;
+pub mod inbox;
+pub mod json;
+pub mod lock;
+pub mod stack_files;
+pub mod stack_store;

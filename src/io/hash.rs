@@ -1,0 +1,35 @@
+//! Hashes of files: how a file that somebody changed is told from one that is as we wrote it.
+
+use std::fs::File;
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+/// BLAKE3 of a file's content, 64 hexadecimal digits.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read.
+pub fn hash_file(path: impl AsRef<Path>) -> Result<String> {
+    let path = path.as_ref();
+    let file = File::open(path).map_err(Error::io(path, "open it"))?;
+    let mut hasher = blake3::Hasher::new();
+    hasher.update_reader(file).map_err(Error::io(path, "read it"))?;
+    Ok(hasher.finalize().to_hex().to_string())
+}
+
+/// BLAKE3 of `bytes`, 64 hexadecimal digits.
+pub fn hash_bytes(bytes: &[u8]) -> String {
+    blake3::hash(bytes).to_hex().to_string()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_has_the_hash_of_its_bytes() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), "piazza").unwrap();
+        assert_eq!(hash_file(file.path()).unwrap(), hash_bytes(b"piazza"));
+    }
+}

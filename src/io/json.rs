@@ -1,0 +1,156 @@
+//! JSON files that people read and compare: written one item a line, read with errors that name
+//! the place.
+
+use std::fs;
+use std::io::{self, Write};
+use std::path::Path;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+use serde_json::ser::{Formatter, Serializer};
+
+use crate::error::{Error, Result};
+
+/// Containers nested deeper than this stand on one line.
+const BROKEN_LEVELS: usize = 2;
+
+/// `value` as JSON text: two levels with one item a line, anything deeper on the line of its item,
+/// and a line feed at the end.
+///
+/// # Panics
+/// When `value` has a map whose keys are not strings: a fault of the type, not of its content.
+pub fn to_json(value: &impl Serialize) -> Vec<u8> {
+    let mut text = Vec::new();
+    let mut serializer = Serializer::with_formatter(&mut text, ByLines::default());
+    value.serialize(&mut serializer).expect("a vector takes every byte, and our types have string keys");
+    text.push(b'\n');
+    text
+}
+
+/// Reads a JSON file of at most `limit` bytes. `remedy` says what to do when it is broken.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read; [`Error::Input`] with line and column when it is too large,
+/// is no JSON, or does not have the fields of `T`.
+pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: &str) -> Result<T> {
+    let size = fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
+    if size > limit {
+        let found = format!("it has {size} bytes, more than the {limit} that such a file may have");
+        return Err(Error::input(file, "", found, remedy));
+    }
+    let text = fs::read(file).map_err(Error::io(file, "read it"))?;
+    parse_json(file, &text, remedy)
+}
+
+/// The value of JSON text that was read from `file`.
+///
+/// # Errors
+/// [`Error::Input`] with line and column.
+pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: &str) -> Result<T> {
+    serde_json::from_slice(text).map_err(|error| {
+        let place = format!("line {} column {}", error.line(), error.column());
+        let said = error.to_string();
+        let found = said.split(" at line ").next().unwrap_or(&said);
+        Error::input(file, place, found, remedy)
+    })
+}
+
+/// Breaks lines in the outer levels only.
+#[derive(Default)]
+struct ByLines {
+    level: usize,
+    has_items: bool,
+}
+
+impl ByLines {
+    fn open<W: ?Sized + Write>(&mut self, out: &mut W, bracket: &[u8]) -> io::Result<()> {
+        self.level += 1;
+        self.has_items = false;
+        out.write_all(bracket)
+    }
+
+    fn close<W: ?Sized + Write>(&mut self, out: &mut W, bracket: &[u8]) -> io::Result<()> {
+        self.level -= 1;
+        if self.has_items && self.level < BROKEN_LEVELS {
+            self.new_line(out)?;
+        }
+        self.has_items = true;
+        out.write_all(bracket)
+    }
+
+    fn item<W: ?Sized + Write>(&mut self, out: &mut W, first: bool) -> io::Result<()> {
+        self.has_items = true;
+        if !first {
+            out.write_all(b",")?;
+        }
+        match self.level <= BROKEN_LEVELS {
+            true => self.new_line(out),
+            false if first => Ok(()),
+            false => out.write_all(b" "),
+        }
+    }
+
+    fn new_line<W: ?Sized + Write>(&self, out: &mut W) -> io::Result<()> {
+        out.write_all(b"\n")?;
+        (0..self.level).try_for_each(|_| out.write_all(b"  "))
+    }
+}
+
+impl Formatter for ByLines {
+    fn begin_array<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
+        self.open(out, b"[")
+    }
+
+    fn end_array<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
+        self.close(out, b"]")
+    }
+
+    fn begin_array_value<W: ?Sized + Write>(&mut self, out: &mut W, first: bool) -> io::Result<()> {
+        self.item(out, first)
+    }
+
+    fn begin_object<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
+        self.open(out, b"{")
+    }
+
+    fn end_object<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
+        self.close(out, b"}")
+    }
+
+    fn begin_object_key<W: ?Sized + Write>(&mut self, out: &mut W, first: bool) -> io::Result<()> {
+        self.item(out, first)
+    }
+
+    fn begin_object_value<W: ?Sized + Write>(&mut self, out: &mut W) -> io::Result<()> {
+        out.write_all(b": ")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use serde_json::{Value, json};
+
+    #[test]
+    fn the_outer_levels_have_a_line_an_item_and_the_inner_ones_share_it() {
+        let value = json!({"a": [[1, 2], {"b": [3, []]}], "c": [], "d": {"e": 1.5}});
+        let text = String::from_utf8(to_json(&value)).unwrap();
+        let expected = "{\n  \"a\": [\n    [1, 2],\n    {\"b\": [3, []]}\n  ],\n  \"c\": [],\n  \"d\": {\n    \"e\": 1.5\n  }\n}\n";
+        assert_eq!(text, expected);
+        assert_eq!(serde_json::from_str::<Value>(&text).unwrap(), value);
+    }
+
+    #[test]
+    fn broken_text_is_reported_with_its_line() {
+        let error = parse_json::<Value>(Path::new("p.json"), b"{\n \"a\": }", "mend it").unwrap_err();
+        assert_eq!(error.to_string(), "p.json, line 2 column 7: expected value; mend it");
+    }
+
+    #[test]
+    fn a_file_that_is_too_large_is_not_read() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        fs::write(file.path(), "[1, 2, 3]").unwrap();
+        let error = read_json::<Value>(file.path(), 5, "make it smaller").unwrap_err();
+        assert!(error.to_string().contains("9 bytes"), "{error}");
+    }
+}

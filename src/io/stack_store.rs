@@ -1,0 +1,309 @@
+//! The stacks of a project on disk: written whole, replaced by one rename, never over a file that
+//! somebody changed.
+//!
+//! ```text
+//! stacks/<photo>/stack.json            names its files as 3fa9c1d20b7e/left.png
+//! stacks/<photo>/3fa9c1d20b7e/         one version: the files, and files.json with their hashes
+//! stacks/+new-…/                       a version that is being written
+//! inbox/<photo>/                       what was changed by hand and stood in the way
+//! cache/stamps/<photo>.json            times of files; saves hashing them
+//! ```
+//!
+//! A version is written and synced under `stacks/+new-…`, gets its name, a hash of its content, and
+//! becomes current by the rename of `stack.json`: the one rename that also replaces, on every
+//! system (a folder that is not empty cannot be replaced by one). Only then is the old version
+//! cleared away: files that are as we wrote them are removed, all others go to `inbox/`. After a
+//! kill at any moment `stack.json` names whole files, old or new; what is left over is cleared by
+//! the next [`StackStore::clean`]. A reader that had read the old `stack.json` finds its files gone,
+//! never mixed with new ones, and reads again.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use tempfile::TempDir;
+
+use super::atomic::{remove_leftovers, sync_folder, write_atomically};
+use super::hash::{hash_bytes, hash_file};
+use super::inbox::{keep_in_inbox, move_to_inbox};
+use super::json::{read_json, to_json};
+use super::stack_files::{RECORD, StackFiles, Stamps, State, is_version, names_in};
+use crate::document::Stack;
+use crate::document::names::{file_name_of_photo, photo_of_file_name};
+use crate::document::stack::STACK_VERSION;
+use crate::error::{Error, Result};
+
+const STACK_FILE: &str = "stack.json";
+const UNFINISHED: &str = "+new-";
+const LARGEST_STACK: u64 = 1 << 30;
+const REMEDY: &str = "run `quadratura build` to make it again";
+/// Files that desktops strew into folders; nobody's work.
+const LITTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
+
+/// The stacks of the project in one folder. Reading needs no lock; whoever writes holds the
+/// project's ([`super::lock::ProjectLock`]).
+#[derive(Debug, Clone)]
+pub struct StackStore {
+    project: PathBuf,
+}
+
+/// What became of a commit.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Committed {
+    /// The stack as it is on disk, its files named relative to [`StackStore::folder`].
+    pub stack: Stack,
+    /// Where in `inbox/` files are now that somebody had changed.
+    pub kept: Vec<PathBuf>,
+}
+
+impl StackStore {
+    /// The stacks of the project in the folder `project`.
+    pub fn new(project: impl Into<PathBuf>) -> Self {
+        Self { project: project.into() }
+    }
+
+    /// The folder of a photo's stack; the files that the stack names are relative to it.
+    pub fn folder(&self, photo: &str) -> PathBuf {
+        self.stacks().join(file_name_of_photo(photo))
+    }
+
+    /// The current stack of `photo`, if it has one.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when `stack.json` is broken or of another version, [`Error::Io`].
+    pub fn current(&self, photo: &str) -> Result<Option<Stack>> {
+        let file = self.folder(photo).join(STACK_FILE);
+        let stack: Stack = match read_json(&file, LARGEST_STACK, REMEDY) {
+            Err(Error::Io { source, .. }) if source.kind() == ErrorKind::NotFound => return Ok(None),
+            read => read?,
+        };
+        if stack.version != STACK_VERSION {
+            let found = format!("version {}, this program reads version {STACK_VERSION}", stack.version);
+            return Err(Error::input(file, "version", found, REMEDY));
+        }
+        Ok(Some(stack))
+    }
+
+    /// The current stack of `photo` if it was made of `inputs` and all its files are as they were
+    /// written; else it has to be built.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when a file exists and cannot be read.
+    pub fn up_to_date(&self, photo: &str, inputs: &str) -> Result<Option<Stack>> {
+        let Ok(Some(stack)) = self.current(photo) else { return Ok(None) };
+        let Some(version) = self.current_version(photo) else { return Ok(None) };
+        if stack.inputs != inputs {
+            return Ok(None);
+        }
+        let folder = self.folder(photo).join(version);
+        let record = StackFiles::read(&folder).unwrap_or_default();
+        let stamps = Stamps::read(&self.stamps_file(photo));
+        if !record.all_intact(&folder, &stamps)? {
+            return Ok(None);
+        }
+        let fresh = Stamps::of(&record, &folder);
+        if fresh != stamps {
+            fresh.write(&self.stamps_file(photo));
+        }
+        Ok(Some(stack))
+    }
+
+    /// The photos that have a stack, sorted, whether they still belong to the project or not.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when `stacks/` cannot be read.
+    pub fn photos(&self) -> Result<Vec<String>> {
+        if !self.stacks().is_dir() {
+            return Ok(Vec::new());
+        }
+        let mut photos: Vec<_> =
+            names_in(&self.stacks())?.iter().filter_map(|name| photo_of_file_name(name)).collect();
+        photos.retain(|photo| self.folder(photo).join(STACK_FILE).is_file());
+        photos.sort();
+        Ok(photos)
+    }
+
+    /// Starts a new version of the stack of `photo`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the project cannot be written to.
+    pub fn begin(&self, photo: &str) -> Result<StackWriter> {
+        let stacks = self.stacks();
+        fs::create_dir_all(&stacks).map_err(Error::io(&stacks, "create the folder"))?;
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(UNFINISHED);
+        // A temporary folder is private by default, but this one becomes an ordinary one.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder = builder.tempdir_in(&stacks).map_err(Error::io(&stacks, "create a folder in it"))?;
+        Ok(StackWriter { store: self.clone(), photo: photo.to_owned(), folder })
+    }
+
+    /// Clears away what killed builds left over. Returns where in `inbox/` files are now that
+    /// somebody had changed.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when something cannot be removed.
+    pub fn clean(&self) -> Result<Vec<PathBuf>> {
+        remove_leftovers(&self.project)?;
+        if !self.stacks().is_dir() {
+            return Ok(Vec::new());
+        }
+        for name in names_in(&self.stacks())?.iter().filter(|name| name.starts_with(UNFINISHED)) {
+            let path = self.stacks().join(name);
+            fs::remove_dir_all(&path).map_err(Error::io(&path, "remove it"))?;
+        }
+        let mut kept = Vec::new();
+        for photo in self.photos()? {
+            remove_leftovers(&self.folder(&photo))?;
+            if let Some(current) = self.current_version(&photo) {
+                kept.extend(self.clear_versions_but(&photo, &current)?);
+            }
+        }
+        Ok(kept)
+    }
+
+    fn stacks(&self) -> PathBuf {
+        self.project.join("stacks")
+    }
+
+    fn inbox(&self, photo: &str) -> PathBuf {
+        self.project.join("inbox").join(file_name_of_photo(photo))
+    }
+
+    fn stamps_file(&self, photo: &str) -> PathBuf {
+        self.project.join("cache/stamps").join(format!("{}.json", file_name_of_photo(photo)))
+    }
+
+    /// The version whose record knows `stack.json` as it is; `None` when that was changed by hand.
+    fn current_version(&self, photo: &str) -> Option<String> {
+        let folder = self.folder(photo);
+        let stack = hash_file(folder.join(STACK_FILE)).ok()?;
+        let knows = |version: &String| {
+            StackFiles::read(&folder.join(version)).is_some_and(|record| record.stack == stack)
+        };
+        versions_in(&folder).ok()?.into_iter().find(knows)
+    }
+
+    fn clear_versions_but(&self, photo: &str, current: &str) -> Result<Vec<PathBuf>> {
+        let stamps = Stamps::read(&self.stamps_file(photo));
+        let mut kept = Vec::new();
+        for version in versions_in(&self.folder(photo))?.iter().filter(|version| *version != current) {
+            kept.extend(clear(&self.folder(photo).join(version), &self.inbox(photo), &stamps)?);
+        }
+        Ok(kept)
+    }
+}
+
+/// A new version of a stack. Dropped without a commit, it vanishes.
+#[derive(Debug)]
+pub struct StackWriter {
+    store: StackStore,
+    photo: String,
+    folder: TempDir,
+}
+
+impl StackWriter {
+    /// Where to put the files; no folders in it.
+    pub fn folder(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Makes the files in the folder, together with `stack`, the photo's current stack. `stack`
+    /// names each by its bare name. What somebody changed in the old version goes to `inbox/`.
+    ///
+    /// # Errors
+    /// [`Error::Io`], for instance on a full disk; the old stack stays as it was.
+    pub fn commit(self, mut stack: Stack) -> Result<Committed> {
+        let mut record = StackFiles::sync_and_record(self.folder())?;
+        let version = record.version(&to_json(&stack));
+        for layer in &mut stack.image_layers {
+            layer.file = format!("{version}/{}", layer.file);
+            layer.needed_file = format!("{version}/{}", layer.needed_file);
+        }
+        let text = to_json(&stack);
+        record.stack = hash_bytes(&text);
+        write_atomically(self.folder().join(RECORD), &to_json(&record))?;
+
+        let mut kept = self.put_in_place(&version, &record)?;
+        kept.extend(self.replace_stack_file(&text)?);
+        kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
+        let place = self.home().join(version);
+        Stamps::of(&record, &place).write(&self.store.stamps_file(&self.photo));
+        Ok(Committed { stack, kept })
+    }
+
+    fn home(&self) -> PathBuf {
+        self.store.folder(&self.photo)
+    }
+
+    /// Gives the new version its name. Nobody reads it yet, unless the same was there already.
+    fn put_in_place(&self, version: &str, record: &StackFiles) -> Result<Vec<PathBuf>> {
+        let place = self.home().join(version);
+        fs::create_dir_all(self.home()).map_err(Error::io(self.home(), "create the folder"))?;
+        sync_folder(self.store.stacks())?;
+        let kept = if place.exists() {
+            self.mend(&place, record)?
+        } else {
+            fs::rename(self.folder(), &place).map_err(Error::io(&place, "put the stack in place"))?;
+            Vec::new()
+        };
+        sync_folder(self.home())?;
+        Ok(kept)
+    }
+
+    /// The same version is there already: puts right, file by file, what was changed or lost.
+    fn mend(&self, place: &Path, record: &StackFiles) -> Result<Vec<PathBuf>> {
+        let stamps = Stamps::read(&self.store.stamps_file(&self.photo));
+        let mut kept = Vec::new();
+        for name in record.files.keys().map(String::as_str).chain([RECORD]) {
+            let state = if name == RECORD { State::Missing } else { record.state(place, name, &stamps)? };
+            if state == State::Changed {
+                kept.push(keep_in_inbox(&place.join(name), &self.store.inbox(&self.photo))?);
+            }
+            if state != State::Intact {
+                let target = place.join(name);
+                fs::rename(self.folder().join(name), &target).map_err(Error::io(&target, "replace it"))?;
+            }
+        }
+        sync_folder(place)?;
+        Ok(kept)
+    }
+
+    /// The rename that makes the new version current.
+    fn replace_stack_file(&self, text: &[u8]) -> Result<Option<PathBuf>> {
+        let file = self.home().join(STACK_FILE);
+        let changed = file.is_file() && self.store.current_version(&self.photo).is_none();
+        let inbox = self.store.inbox(&self.photo);
+        let kept = changed.then(|| keep_in_inbox(&file, &inbox)).transpose()?;
+        write_atomically(&file, text)?;
+        Ok(kept)
+    }
+}
+
+fn versions_in(folder: &Path) -> Result<Vec<String>> {
+    let mut names = names_in(folder)?;
+    names.retain(|name| is_version(name));
+    Ok(names)
+}
+
+/// Removes the folder of a version that is no longer current. Its record goes last, so that a kill
+/// never turns a file of ours into one of unknown origin.
+fn clear(version: &Path, inbox: &Path, stamps: &Stamps) -> Result<Vec<PathBuf>> {
+    let record = StackFiles::read(version).unwrap_or_default();
+    let mut kept = Vec::new();
+    for name in names_in(version)? {
+        let path = version.join(&name);
+        if LITTER.contains(&name.as_str()) || record.state(version, &name, stamps)? == State::Intact {
+            fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
+        } else {
+            kept.push(move_to_inbox(&path, inbox)?);
+        }
+    }
+    let _ = fs::remove_file(version.join(RECORD));
+    match fs::remove_dir(version) {
+        // Somebody saved a file there just now: the next `clean` takes it to the inbox.
+        Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(kept),
+        removed => removed.map(|()| kept).map_err(Error::io(version, "remove it")),
+    }
+}

@@ -1,0 +1,240 @@
+//! The stacks on disk: old or new, whole; and nobody's work is lost.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicBool, Ordering};
+
+use quadratura::document::stack::{STACK_VERSION, StackCamera, StackPhoto};
+use quadratura::document::{ImageLayer, Stack};
+use quadratura::geometry::PixelRect;
+use quadratura::io::stack_store::{Committed, StackStore};
+
+const PHOTO: &str = "nord/tür.jpg";
+
+fn stack_of(names: &[&str], inputs: &str) -> Stack {
+    let rect = PixelRect { x: 0, y: 0, w: 4, h: 4 };
+    let layer = |name: &&str| ImageLayer {
+        id: name.to_lowercase(),
+        name: (*name).into(),
+        order: 0,
+        rect,
+        elements: vec![],
+        file: format!("{name}.png"),
+        needed_file: format!("{name}-needed.png"),
+        needed_rect: rect,
+        texels_used: 0,
+        texels_visible: 0,
+        uv_from_world: [[0.0; 4]; 3],
+    };
+    Stack {
+        version: STACK_VERSION,
+        method: Default::default(),
+        inputs: inputs.into(),
+        photo: StackPhoto { name: PHOTO.into(), width: 4, height: 4 },
+        camera: StackCamera { K: [[0.0; 3]; 3], R: [[0.0; 3]; 3], t: [0.0; 3] },
+        visibility_layers: vec![],
+        pieces: vec![],
+        occlusions: vec![],
+        forgiven: vec![],
+        image_layers: names.iter().map(layer).collect(),
+        texels: 0,
+        texels_used: 0,
+        texels_unmerged: 0,
+        bytes: 0,
+        untextured: vec![],
+        notes: vec![],
+        counts: Default::default(),
+    }
+}
+
+/// Commits a stack whose files all contain `content`.
+fn commit(store: &StackStore, names: &[&str], content: &str) -> Committed {
+    let stack = stack_of(names, content);
+    let writer = store.begin(PHOTO).unwrap();
+    for layer in &stack.image_layers {
+        fs::write(writer.folder().join(&layer.file), content).unwrap();
+        fs::write(writer.folder().join(&layer.needed_file), "needed").unwrap();
+    }
+    writer.commit(stack).unwrap()
+}
+
+fn file_of(store: &StackStore, stack: &Stack, layer: usize) -> PathBuf {
+    store.folder(PHOTO).join(&stack.image_layers[layer].file)
+}
+
+/// Every file and folder below `folder` as text, for comparing whole trees.
+fn tree(folder: &Path) -> Vec<(PathBuf, String)> {
+    let mut found = Vec::new();
+    for entry in fs::read_dir(folder).unwrap() {
+        let path = entry.unwrap().path();
+        match path.is_dir() {
+            true => found.extend(tree(&path)),
+            false => found.push((path.clone(), fs::read_to_string(&path).unwrap())),
+        }
+    }
+    found.sort();
+    found
+}
+
+fn project() -> (tempfile::TempDir, StackStore) {
+    let folder = tempfile::tempdir().unwrap();
+    let store = StackStore::new(folder.path());
+    (folder, store)
+}
+
+#[test]
+fn a_committed_stack_is_read_back_with_its_files() {
+    let (_folder, store) = project();
+    assert_eq!(store.current(PHOTO).unwrap(), None);
+    let committed = commit(&store, &["left", "right"], "one");
+    assert_eq!(committed.kept, [] as [PathBuf; 0]);
+    assert_eq!(store.current(PHOTO).unwrap().unwrap(), committed.stack);
+    assert_eq!(fs::read_to_string(file_of(&store, &committed.stack, 1)).unwrap(), "one");
+    assert_eq!(store.photos().unwrap(), [PHOTO]);
+}
+
+#[test]
+fn a_new_version_replaces_the_old_one_and_leaves_nothing_of_it() {
+    let (folder, store) = project();
+    commit(&store, &["left", "right"], "one");
+    let committed = commit(&store, &["left"], "two");
+    assert_eq!(fs::read_to_string(file_of(&store, &committed.stack, 0)).unwrap(), "two");
+    let files = tree(&folder.path().join("stacks"));
+    assert_eq!(files.len(), 4, "stack.json, files.json and two images: {files:?}");
+    assert!(!folder.path().join("inbox").exists());
+}
+
+#[test]
+fn building_the_same_again_gives_the_same_bytes() {
+    let (folder, store) = project();
+    commit(&store, &["left", "right"], "one");
+    let before = tree(&folder.path().join("stacks"));
+    let committed = commit(&store, &["left", "right"], "one");
+    assert_eq!(tree(&folder.path().join("stacks")), before);
+    assert_eq!(committed.kept, [] as [PathBuf; 0]);
+}
+
+#[test]
+fn a_stack_is_up_to_date_while_its_inputs_and_its_files_are_what_they_were() {
+    let (folder, store) = project();
+    let committed = commit(&store, &["left"], "one");
+    assert_eq!(store.up_to_date(PHOTO, "one").unwrap(), Some(committed.stack.clone()));
+    assert_eq!(store.up_to_date(PHOTO, "two").unwrap(), None);
+
+    fs::remove_dir_all(folder.path().join("cache")).unwrap();
+    assert!(store.up_to_date(PHOTO, "one").unwrap().is_some(), "the cache only saves time");
+
+    let file = file_of(&store, &committed.stack, 0);
+    fs::write(&file, "ONE").unwrap();
+    assert_eq!(store.up_to_date(PHOTO, "one").unwrap(), None, "same size, other content");
+    fs::remove_file(&file).unwrap();
+    assert_eq!(store.up_to_date(PHOTO, "one").unwrap(), None, "missing");
+}
+
+#[test]
+fn a_file_changed_by_hand_goes_to_the_inbox_when_a_new_version_comes() {
+    let (folder, store) = project();
+    let old = commit(&store, &["left", "right"], "one").stack;
+    fs::write(file_of(&store, &old, 0), "painted").unwrap();
+    fs::write(file_of(&store, &old, 0).with_file_name("sketch.xcf"), "theirs").unwrap();
+    let committed = commit(&store, &["left", "right"], "two");
+    let inbox = folder.path().join("inbox/nord%2Ft%C3%BCr.jpg");
+    assert_eq!(committed.kept, [inbox.join("left.png"), inbox.join("sketch.xcf")]);
+    assert_eq!(fs::read_to_string(inbox.join("left.png")).unwrap(), "painted");
+    assert_eq!(fs::read_to_string(file_of(&store, &committed.stack, 0)).unwrap(), "two");
+}
+
+#[test]
+fn a_file_changed_by_hand_goes_to_the_inbox_when_the_same_version_is_built_again() {
+    let (folder, store) = project();
+    let old = commit(&store, &["left", "right"], "one").stack;
+    fs::write(file_of(&store, &old, 0), "painted").unwrap();
+    fs::remove_file(file_of(&store, &old, 1)).unwrap();
+    let committed = commit(&store, &["left", "right"], "one");
+    assert_eq!(committed.kept, [folder.path().join("inbox/nord%2Ft%C3%BCr.jpg/left.png")]);
+    assert_eq!(fs::read_to_string(&committed.kept[0]).unwrap(), "painted");
+    assert_eq!(fs::read_to_string(file_of(&store, &committed.stack, 0)).unwrap(), "one");
+    assert!(store.up_to_date(PHOTO, "one").unwrap().is_some());
+}
+
+#[test]
+fn a_stack_file_changed_by_hand_goes_to_the_inbox_too() {
+    let (folder, store) = project();
+    let old = commit(&store, &["left"], "one").stack;
+    fs::write(store.folder(PHOTO).join("stack.json"), "{ my notes").unwrap();
+    assert!(store.current(PHOTO).unwrap_err().to_string().contains("line 1"));
+    assert_eq!(store.up_to_date(PHOTO, "one").unwrap(), None);
+    let committed = commit(&store, &["left"], "one");
+    assert_eq!(committed.kept, [folder.path().join("inbox/nord%2Ft%C3%BCr.jpg/stack.json")]);
+    assert_eq!(store.current(PHOTO).unwrap(), Some(old));
+}
+
+#[test]
+fn a_stack_of_another_version_is_refused_with_a_remedy() {
+    let (_folder, store) = project();
+    let stack = Stack { version: STACK_VERSION + 1, ..stack_of(&[], "one") };
+    store.begin(PHOTO).unwrap().commit(stack).unwrap();
+    let message = store.current(PHOTO).unwrap_err().to_string();
+    assert!(message.contains("stack.json, version") && message.contains("quadratura build"), "{message}");
+}
+
+#[test]
+fn a_writer_that_is_dropped_leaves_the_old_stack_and_nothing_else() {
+    let (folder, store) = project();
+    commit(&store, &["left"], "one");
+    let before = tree(folder.path());
+    let writer = store.begin(PHOTO).unwrap();
+    fs::write(writer.folder().join("left.png"), "half").unwrap();
+    drop(writer);
+    assert_eq!(tree(folder.path()), before);
+}
+
+/// A kill between the steps of a commit leaves folders behind; here they are made by hand.
+#[test]
+fn what_a_killed_build_left_over_is_cleared_and_the_painted_file_in_it_kept() {
+    let (folder, store) = project();
+    let old = commit(&store, &["left"], "one").stack;
+    let old_version = file_of(&store, &old, 0).parent().unwrap().to_path_buf();
+    let saved = tree(&old_version);
+    let new = commit(&store, &["left", "right"], "two").stack;
+    let clean = tree(&folder.path().join("stacks"));
+
+    fs::create_dir_all(&old_version).unwrap();
+    saved.iter().for_each(|(path, text)| fs::write(path, text).unwrap());
+    fs::write(old_version.join("left.png"), "painted").unwrap();
+    fs::create_dir(folder.path().join("stacks/+new-abc")).unwrap();
+    fs::write(folder.path().join("stacks/+new-abc/left.png"), "half").unwrap();
+
+    let kept = store.clean().unwrap();
+    assert_eq!(kept, [folder.path().join("inbox/nord%2Ft%C3%BCr.jpg/left.png")]);
+    assert_eq!(fs::read_to_string(&kept[0]).unwrap(), "painted");
+    assert_eq!(tree(&folder.path().join("stacks")), clean);
+    assert_eq!(store.current(PHOTO).unwrap(), Some(new));
+}
+
+#[test]
+fn a_reader_sees_the_old_stack_or_the_new_one_whole_while_they_are_replaced() {
+    let (_folder, store) = project();
+    commit(&store, &["left", "right"], "version 0");
+    let done = AtomicBool::new(false);
+    std::thread::scope(|scope| {
+        let reader = scope.spawn(|| {
+            let mut whole = 0;
+            while !done.load(Ordering::Relaxed) {
+                let stack = store.current(PHOTO).unwrap().expect("there is a stack at every moment");
+                let read = |layer| fs::read_to_string(file_of(&store, &stack, layer));
+                // Files of a version that was replaced meanwhile are gone; they are never others.
+                if let (Ok(left), Ok(right)) = (read(0), read(1)) {
+                    assert_eq!((&left, &right), (&stack.inputs, &stack.inputs));
+                    whole += 1;
+                }
+            }
+            whole
+        });
+        for n in 1..60 {
+            commit(&store, &["left", "right"], &format!("version {n}"));
+        }
+        done.store(true, Ordering::Relaxed);
+        assert!(reader.join().unwrap() > 0);
+    });
+}
