@@ -2,6 +2,7 @@
 
 pub mod model;
 pub mod photo;
+pub mod synthetic;
 
 pub use model::{Face, FaceId, Model, Object, ObjectId};
 pub use photo::{Photo, Site, SparsePoint};

@@ -3,9 +3,9 @@
 //!
 //! | here | shader | what it leaves |
 //! |---|---|---|
-//! | [`passes::nearest`] | *nearest* | inverse depth of the nearest fragment, per pixel |
-//! | [`passes::presence`] | *item* | the working set; where and by which item the others are hidden |
-//! | [`passes::lists`] | *lists* | every fragment of the working set, per pixel |
+//! | `passes::nearest` | *nearest* | inverse depth of the nearest fragment, per pixel |
+//! | `passes::presence` | *item* | the working set; where and by which item the others are hidden |
+//! | `passes::lists` | *lists* | every fragment of the working set, per pixel |
 //! | [`super::count_pairs`] | *pairs* | the table of occlusions |
 //!
 //! Depths are compared bit for bit as on the GPU ([`super::InverseDepth::at`], [`super::is_behind`]).

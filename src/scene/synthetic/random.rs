@@ -1,0 +1,98 @@
+//! Scenes without end: every seed gives one, the same everywhere.
+
+use std::f64::consts::TAU;
+
+use glam::{DMat3, DQuat, DVec3, dvec2, dvec3};
+
+use super::{Dice, Modeller, Scene, Truth, look_at};
+use crate::geometry::{Pinhole, Pose};
+
+/// Convex polygons of 3 to 7 corners in all attitudes, in several objects: they cross, hide each
+/// other in circles, run behind the camera and out of the photo. Nothing about them is meant.
+pub fn soup(seed: u64, faces: u32) -> Scene {
+    let mut dice = Dice::new(seed);
+    let (camera, pose) = (any_camera(&mut dice), any_pose(&mut dice));
+    let mut m = Modeller::new();
+    let objects = 1 + faces / 4;
+    for _ in 0..faces {
+        m.object(format!("object {}", dice.whole(1, objects)));
+        let in_camera = any_polygon(&mut dice, &camera);
+        let in_world: Vec<DVec3> = in_camera.into_iter().map(|p| pose.world_from_camera(p)).collect();
+        m.polygon(&in_world);
+    }
+    let name = format!("soup of {faces} faces, seed {seed}");
+    Scene { name, model: m.finish(), camera, pose, truth: Truth::Unknown }
+}
+
+/// Boxes on a ground, upright and turned, with windows drawn on their walls; some touch, some go
+/// through each other: what a modeller draws of a site.
+pub fn boxes(seed: u64, count: u32) -> Scene {
+    let mut dice = Dice::new(seed);
+    let camera = any_camera(&mut dice);
+    let mut m = Modeller::new();
+    m.object("ground").quad(dvec3(-60.0, -60.0, 0.0), DVec3::X * 120.0, DVec3::Y * 120.0);
+    for i in 0..count {
+        let half = dvec3(dice.between(0.5, 3.0), dice.between(0.5, 3.0), dice.between(0.5, 4.0));
+        let centre = dvec3(dice.between(-8.0, 8.0), dice.between(-8.0, 8.0), half.z);
+        let axes = DMat3::from_rotation_z(dice.between(0.0, TAU));
+        m.object(format!("box {i}")).cuboid(centre, half, axes);
+        window(&mut dice, &mut m, centre, half, axes);
+    }
+    let angle = dice.between(0.0, TAU);
+    let eye = dvec3(22.0 * angle.cos(), 22.0 * angle.sin(), dice.between(1.0, 15.0));
+    let target = dvec3(dice.between(-3.0, 3.0), dice.between(-3.0, 3.0), dice.between(0.0, 4.0));
+    let name = format!("{count} boxes, seed {seed}");
+    Scene { name, model: m.finish(), camera, pose: look_at(eye, target), truth: Truth::Unknown }
+}
+
+/// A window in the plane of a box's first wall.
+fn window(dice: &mut Dice, m: &mut Modeller, centre: DVec3, half: DVec3, axes: DMat3) {
+    let size = dice.between(0.2, 0.7);
+    let [out, u, v] = [axes.x_axis * half.x, axes.y_axis * half.y, axes.z_axis * half.z];
+    m.quad(centre + out - size * (u + v), 2.0 * size * u, 2.0 * size * v);
+}
+
+/// 96 x 64 to 160 x 120 pixels, wide or long, the principal point anywhere near the middle.
+fn any_camera(dice: &mut Dice) -> Pinhole {
+    let (width, height) = (dice.whole(96, 160), dice.whole(64, 120));
+    let focal = f64::from(width) * dice.between(0.5, 1.4);
+    Pinhole {
+        width,
+        height,
+        fx: focal,
+        fy: focal * dice.between(0.95, 1.05),
+        cx: f64::from(width) * dice.between(0.3, 0.7),
+        cy: f64::from(height) * dice.between(0.3, 0.7),
+    }
+}
+
+fn any_pose(dice: &mut Dice) -> Pose {
+    let rotation = DMat3::from_quat(any_rotation(dice));
+    let mut coordinate = || dice.between(-100.0, 100.0);
+    Pose { rotation, translation: dvec3(coordinate(), coordinate(), coordinate()) }
+}
+
+/// An evenly distributed rotation (Shoemake, *Uniform Random Rotations*, 1992).
+fn any_rotation(dice: &mut Dice) -> DQuat {
+    let (share, first, second) = (dice.unit(), dice.between(0.0, TAU), dice.between(0.0, TAU));
+    let (r1, r2) = ((1.0 - share).sqrt(), share.sqrt());
+    DQuat::from_xyzw(r1 * first.sin(), r1 * first.cos(), r2 * second.sin(), r2 * second.cos())
+}
+
+/// Corners on a circle in camera coordinates, somewhere in or near the photo. Now and then a large
+/// one, which may well reach behind the camera.
+fn any_polygon(dice: &mut Dice, camera: &Pinhole) -> Vec<DVec3> {
+    let depth = 2.0 * (16.0_f64).powf(dice.unit());
+    let (x, y) = (dice.between(-0.1, 1.1), dice.between(-0.1, 1.1));
+    let at = dvec2(x * f64::from(camera.width), y * f64::from(camera.height));
+    let centre = camera.ray_in_camera(at) * depth;
+    let radius = depth * if dice.chance(0.1) { dice.between(1.0, 3.0) } else { dice.between(0.05, 0.4) };
+    let axes = DMat3::from_quat(any_rotation(dice));
+    let corners = dice.whole(3, 7);
+    let start = dice.between(0.0, TAU);
+    let on_circle = |i: u32| {
+        let angle = start + TAU * (f64::from(i) + dice.between(0.0, 0.8)) / f64::from(corners);
+        centre + radius * (axes.x_axis * angle.cos() + axes.y_axis * angle.sin())
+    };
+    (0..corners).map(on_circle).collect()
+}
