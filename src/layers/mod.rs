@@ -1,13 +1,29 @@
-//! The method, one file per step in reading order.
+//! The method, one file per step in reading order: what a photo sees, its fragments and the table
+//! of occlusions, cycles, elements and visibility layers, image layers, their content.
 
 pub mod options;
-pub mod pairs;
-pub mod rasteriser;
-pub mod software;
 pub mod view;
+
+pub mod rasteriser;
+pub mod pairs;
+pub mod software;
+pub mod runs;
+
+pub mod graph;
+pub mod nodes;
+pub mod cycles;
+pub mod quotient;
+pub mod parts;
+pub mod stencil;
+
+pub mod cluster;
+pub mod content;
+
+pub mod sort;
 
 pub use options::{BoxShape, Method, Options};
 pub use pairs::count_pairs;
 pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind};
 pub use software::SoftwareRasteriser;
+pub use sort::{Sorted, sort_photo};
 pub use view::{InverseDepth, Item, ItemId, View};

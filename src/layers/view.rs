@@ -1,7 +1,11 @@
 //! One photo's view of the model, ready for a rasteriser: planar items with their triangles in
 //! homogeneous clip coordinates and their planes as inverse depth over the image.
 
-use crate::scene::FaceId;
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::scene::{FaceId, Model};
 
 /// An item's place in [`View::items`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -18,6 +22,21 @@ pub struct Item {
     pub inverse_depth: InverseDepth,
     /// The photo sees it from behind.
     pub back: bool,
+    /// Bounding box of the outline, clipped to the photo, in whole pixels.
+    pub bounds: PixelRect,
+}
+
+/// Why a face is not in the view at all.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Absence {
+    /// In front of the camera, outside the photo.
+    Outside,
+    /// Behind the camera.
+    Behind,
+    /// Its plane passes through the camera.
+    EdgeOn,
+    /// No area.
+    Degenerate,
 }
 
 /// The inverse depth 1/z of a plane over the image, in f32, such that every implementation computes
@@ -67,4 +86,222 @@ pub struct View {
     pub triangle_items: Vec<u32>,
     /// An upper bound of the inverse depth of anything in the photo; a power of two.
     pub largest_inverse_depth: f32,
+    /// Faces that cannot cover a pixel, in model order.
+    pub absent: Vec<(FaceId, Absence)>,
+}
+
+/// A plane is edge-on when the camera lies nearer to it than this share of the distance to the
+/// polygon: it then covers less than a millionth of a pixel in any photo of fewer than 10^5 pixels
+/// a side.
+const EDGE_ON: f64 = 1e-12;
+
+impl View {
+    /// The view of `model` (in world coordinates) from a photo's camera. All sums are made in f64
+    /// in the camera's frame; only their results become f32.
+    pub fn new(model: &Model, camera: &Pinhole, pose: &Pose) -> Self {
+        let points: Vec<DVec3> =
+            model.vertices.par_iter().map(|&p| pose.camera_from_world(p)).collect();
+        let seen: Vec<_> = (0..model.faces.len() as u32)
+            .into_par_iter()
+            .map(|f| see_face(model, FaceId(f), &points, camera))
+            .collect();
+        let mut view = Self { width: camera.width, height: camera.height, ..Self::default() };
+        let mut largest = f64::MIN_POSITIVE;
+        for (face, seen) in model.face_ids().zip(seen) {
+            match seen {
+                Err(absence) => view.absent.push((face, absence)),
+                Ok(items) => {
+                    for (item, triangles, nearest) in items {
+                        largest = largest.max(1.0 / nearest);
+                        view.push(item, &triangles, camera);
+                    }
+                }
+            }
+        }
+        // Twice, because a fragment's centre may lie a sub-pixel step outside of its outline.
+        view.largest_inverse_depth = (2.0 * largest).log2().ceil().clamp(-60.0, 60.0).exp2() as f32;
+        view
+    }
+
+    fn push(&mut self, item: Item, triangles: &[[DVec3; 3]], camera: &Pinhole) {
+        let index = self.items.len() as u32;
+        self.items.push(item);
+        for triangle in triangles {
+            self.corners.push(triangle.map(|p| clip_from_camera(p, camera)));
+            self.triangle_items.push(index);
+        }
+    }
+}
+
+/// Homogeneous clip coordinates (x, y, w) of a point in the camera frame, see [`View::corners`].
+fn clip_from_camera(p: DVec3, camera: &Pinhole) -> [f32; 3] {
+    let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+    let x = 2.0 * (camera.fx * p.x + camera.cx * p.z) / width - p.z;
+    let y = p.z - 2.0 * (camera.fy * p.y + camera.cy * p.z) / height;
+    [x as f32, y as f32, p.z as f32]
+}
+
+type Seen = (Item, Vec<[DVec3; 3]>, f64);
+
+/// The items of one face: itself, or its triangles when it is not planar. With each item its
+/// triangles in the camera frame and the depth of its nearest point within the photo.
+fn see_face(
+    model: &Model,
+    face: FaceId,
+    points: &[DVec3],
+    camera: &Pinhole,
+) -> Result<Vec<Seen>, Absence> {
+    let triangles: Vec<[DVec3; 3]> = model
+        .face_triangles(face)
+        .iter()
+        .map(|t| t.map(|v| points[v as usize]))
+        .filter(|t| normal(t).length_squared() > 0.0)
+        .collect();
+    if triangles.is_empty() {
+        return Err(Absence::Degenerate);
+    }
+    if model.face(face).planar {
+        return see_item(face, None, triangles, camera).map(|seen| vec![seen]);
+    }
+    let items: Vec<_> = triangles
+        .into_iter()
+        .enumerate()
+        .map(|(i, t)| see_item(face, Some(i as u32), vec![t], camera))
+        .collect();
+    let first_absence = items.iter().find_map(|i| i.as_ref().err().copied());
+    let seen: Vec<Seen> = items.into_iter().flatten().collect();
+    if seen.is_empty() { Err(first_absence.unwrap_or(Absence::Degenerate)) } else { Ok(seen) }
+}
+
+fn see_item(
+    face: FaceId,
+    triangle: Option<u32>,
+    triangles: Vec<[DVec3; 3]>,
+    camera: &Pinhole,
+) -> Result<Seen, Absence> {
+    if triangles.iter().flatten().all(|p| p.z <= 0.0) {
+        return Err(Absence::Behind);
+    }
+    let mut extent = Extent::default();
+    for t in &triangles {
+        extent.add(&clip_to_photo(t, camera), camera);
+    }
+    if extent.is_empty() {
+        return Err(Absence::Outside);
+    }
+    let (normal, distance) = plane_of(&triangles);
+    if distance.abs() <= EDGE_ON * extent.farthest.length() {
+        return Err(Absence::EdgeOn);
+    }
+    let inverse_depth = inverse_depth(normal, distance, extent.farthest_px(camera), camera);
+    let bounds = extent.bounds(camera);
+    // The normal points to the side that sees the outline counter-clockwise; the camera is at 0.
+    let back = distance > 0.0;
+    Ok((Item { face, triangle, inverse_depth, back, bounds }, triangles, extent.nearest))
+}
+
+fn normal(t: &[DVec3; 3]) -> DVec3 {
+    (t[1] - t[0]).cross(t[2] - t[0])
+}
+
+/// Unit normal and distance of the plane (n . x = d, camera frame) of triangles that share one.
+/// The largest triangle alone would do; the sum weighs every corner of the outline.
+fn plane_of(triangles: &[[DVec3; 3]]) -> (DVec3, f64) {
+    let sum: DVec3 = triangles.iter().map(normal).sum();
+    let n = sum.try_normalize().unwrap_or_else(|| normal(&triangles[0]).normalize_or_zero());
+    let count = 3.0 * triangles.len() as f64;
+    (n, triangles.iter().flatten().map(|p| n.dot(*p)).sum::<f64>() / count)
+}
+
+/// The plane n . x = d as inverse depth over the image, developed around `around` (pixels).
+pub fn inverse_depth(n: DVec3, d: f64, around: DVec2, camera: &Pinhole) -> InverseDepth {
+    let around = (around * 2.0).round() / 2.0;
+    InverseDepth {
+        a: (n.x / camera.fx / d) as f32,
+        b: (n.y / camera.fy / d) as f32,
+        c: (n.dot(camera.ray_in_camera(around)) / d) as f32,
+        u0: around.x as f32,
+        v0: around.y as f32,
+    }
+}
+
+/// A convex polygon in the camera frame, clipped to the part that projects into the photo.
+pub fn clip_to_photo(polygon: &[DVec3], camera: &Pinhole) -> Vec<DVec3> {
+    let (w, h) = (f64::from(camera.width), f64::from(camera.height));
+    // Each is a half space through the camera centre; together they imply z >= 0.
+    let sides = [
+        DVec3::new(camera.fx, 0.0, camera.cx),
+        DVec3::new(-camera.fx, 0.0, w - camera.cx),
+        DVec3::new(0.0, camera.fy, camera.cy),
+        DVec3::new(0.0, -camera.fy, h - camera.cy),
+    ];
+    sides.iter().fold(polygon.to_vec(), |polygon, side| clip_to_half_space(&polygon, *side))
+}
+
+fn clip_to_half_space(polygon: &[DVec3], side: DVec3) -> Vec<DVec3> {
+    let mut clipped = Vec::with_capacity(polygon.len() + 1);
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (dp, dq) = (side.dot(p), side.dot(q));
+        if dp >= 0.0 {
+            clipped.push(p);
+        }
+        if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+            clipped.push(p + (q - p) * (dp / (dp - dq)));
+        }
+    }
+    clipped
+}
+
+/// What a clipped outline spans in the photo.
+pub struct Extent {
+    low_px: DVec2,
+    high_px: DVec2,
+    nearest: f64,
+    farthest: DVec3,
+}
+
+impl Default for Extent {
+    fn default() -> Self {
+        Self {
+            low_px: DVec2::INFINITY,
+            high_px: DVec2::NEG_INFINITY,
+            nearest: f64::INFINITY,
+            farthest: DVec3::ZERO,
+        }
+    }
+}
+
+impl Extent {
+    /// Adds a polygon that was clipped to the photo (camera frame).
+    pub fn add(&mut self, clipped: &[DVec3], camera: &Pinhole) {
+        for p in clipped {
+            let Some(px) = camera.image_from_camera(*p) else { continue };
+            self.low_px = self.low_px.min(px);
+            self.high_px = self.high_px.max(px);
+            self.nearest = self.nearest.min(p.z);
+            if p.z > self.farthest.z {
+                self.farthest = *p;
+            }
+        }
+    }
+
+    /// Nothing of it is within the photo.
+    pub fn is_empty(&self) -> bool {
+        self.low_px.x > self.high_px.x
+    }
+
+    /// Bounding box in whole pixels, within the photo; holds one pixel at least.
+    pub fn bounds(&self, camera: &Pinhole) -> PixelRect {
+        let (w, h) = (camera.width as i32, camera.height as i32);
+        let x0 = (self.low_px.x.floor() as i32).clamp(0, w - 1);
+        let y0 = (self.low_px.y.floor() as i32).clamp(0, h - 1);
+        let x1 = (self.high_px.x.ceil() as i32).clamp(x0 + 1, w);
+        let y1 = (self.high_px.y.ceil() as i32).clamp(y0 + 1, h);
+        PixelRect::from_edges(x0, y0, x1, y1)
+    }
+
+    fn farthest_px(&self, camera: &Pinhole) -> DVec2 {
+        camera.image_from_camera(self.farthest).unwrap_or(DVec2::new(camera.cx, camera.cy))
+    }
 }

@@ -1,0 +1,190 @@
+//! What each image layer holds: which of its texels some element covers, and which of these the
+//! photo shows. Spans of pixels, not pictures: colour comes from the photo when files are written.
+
+use rayon::prelude::*;
+
+use super::cluster::Clusters;
+use super::nodes::Nodes;
+use super::parts::Layers;
+use super::runs::{Run, Runs, is_visible, item_of};
+use super::view::View;
+use crate::geometry::PixelRect;
+
+/// Pixels `x0..x1` of row `y` of the photo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct PixelSpan {
+    /// Row.
+    pub y: u32,
+    /// First column.
+    pub x0: u32,
+    /// One past the last column.
+    pub x1: u32,
+}
+
+/// The content of one image layer, in photo pixels.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Content {
+    /// Covered by some element of the layer: disjoint, rising.
+    pub needed: Vec<PixelSpan>,
+    /// Visible there: disjoint, rising, within `needed`.
+    pub visible: Vec<PixelSpan>,
+}
+
+impl Content {
+    /// Texels covered.
+    pub fn texels_used(&self) -> u64 {
+        count(&self.needed)
+    }
+
+    /// Texels covered and visible.
+    pub fn texels_visible(&self) -> u64 {
+        count(&self.visible)
+    }
+
+    /// Bounding box of `needed`; empty where nothing is.
+    pub fn needed_rect(&self) -> PixelRect {
+        let boxes = self
+            .needed
+            .iter()
+            .map(|s| PixelRect::from_edges(s.x0 as i32, s.y as i32, s.x1 as i32, s.y as i32 + 1));
+        boxes.reduce(|a, b| a.union(&b)).unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
+    }
+}
+
+fn count(spans: &[PixelSpan]) -> u64 {
+    spans.iter().map(|s| u64::from(s.x1 - s.x0)).sum()
+}
+
+/// The content of every image layer, in the clusters' order.
+pub fn contents(
+    view: &View,
+    runs: &Runs,
+    nodes: &Nodes,
+    layers: &Layers,
+    clusters: &Clusters,
+) -> Vec<Content> {
+    let patches_of = patches_by_element(layers, clusters);
+    let sorter = Sorter { view, nodes, layers, patches_of: &patches_of };
+    // Rows in parallel, then put together from the top: the result is the same for any number of
+    // threads.
+    let per_chunk: Vec<Vec<Content>> = runs
+        .rows
+        .par_chunks(64)
+        .enumerate()
+        .map(|(chunk, rows)| {
+            let mut contents = vec![Content::default(); clusters.list.len()];
+            for (i, row) in rows.iter().enumerate() {
+                let y = (chunk * 64 + i) as u32;
+                row.runs.iter().for_each(|run| sorter.sort(&mut contents, y, run, row.entries(run)));
+            }
+            contents.iter_mut().for_each(|c| {
+                unite(&mut c.needed);
+                unite(&mut c.visible);
+            });
+            contents
+        })
+        .collect();
+    let mut all = vec![Content::default(); clusters.list.len()];
+    for chunk in per_chunk {
+        for (content, part) in all.iter_mut().zip(chunk) {
+            content.needed.extend(part.needed);
+            content.visible.extend(part.visible);
+        }
+    }
+    all
+}
+
+/// For every element its patches: bounds and cluster.
+fn patches_by_element(layers: &Layers, clusters: &Clusters) -> Vec<Vec<(PixelRect, u32)>> {
+    let mut patches_of = vec![Vec::new(); layers.elements.len()];
+    for (c, cluster) in clusters.list.iter().enumerate() {
+        for patch in &cluster.patches {
+            patches_of[patch.element as usize].push((patch.bounds, c as u32));
+        }
+    }
+    patches_of
+}
+
+struct Sorter<'a> {
+    view: &'a View,
+    nodes: &'a Nodes,
+    layers: &'a Layers,
+    patches_of: &'a [Vec<(PixelRect, u32)>],
+}
+
+impl Sorter<'_> {
+    fn sort(&self, contents: &mut [Content], y: u32, run: &Run, entries: &[u32]) {
+        for &entry in entries {
+            let item = item_of(entry);
+            if self.nodes.is_cut(item) {
+                self.sort_cut(contents, y, run, entry);
+            } else if let Some(node) = self.nodes.of_whole(item) {
+                let span = PixelSpan { y, x0: run.x0, x1: run.x1 };
+                self.put(contents, node.0, span, is_visible(entry));
+            }
+        }
+    }
+
+    /// A cut item's run falls apart where its node changes.
+    fn sort_cut(&self, contents: &mut [Content], y: u32, run: &Run, entry: u32) {
+        let node_at = |x: u32| self.nodes.at(self.view, item_of(entry), x, y);
+        let mut x0 = run.x0;
+        while x0 < run.x1 {
+            let node = node_at(x0);
+            let x1 = (x0 + 1..run.x1).find(|&x| node_at(x) != node).unwrap_or(run.x1);
+            if let Some(node) = node {
+                self.put(contents, node.0, PixelSpan { y, x0, x1 }, is_visible(entry));
+            }
+            x0 = x1;
+        }
+    }
+
+    fn put(&self, contents: &mut [Content], node: u32, span: PixelSpan, visible: bool) {
+        let element = self.layers.element_of[node as usize];
+        let patches = &self.patches_of[element as usize];
+        if let [(_, cluster)] = patches[..] {
+            return push(&mut contents[cluster as usize], span, visible);
+        }
+        for (bounds, cluster) in patches {
+            let x0 = span.x0.max(bounds.x as u32);
+            let x1 = span.x1.min(bounds.right() as u32);
+            let inside = (bounds.y..bounds.bottom()).contains(&(span.y as i32));
+            if inside && x0 < x1 {
+                push(&mut contents[*cluster as usize], PixelSpan { x0, x1, ..span }, visible);
+            }
+        }
+    }
+}
+
+fn push(content: &mut Content, span: PixelSpan, visible: bool) {
+    content.needed.push(span);
+    if visible {
+        content.visible.push(span);
+    }
+}
+
+/// Makes spans disjoint and rising, touching ones one.
+fn unite(spans: &mut Vec<PixelSpan>) {
+    spans.sort_unstable();
+    let mut united: Vec<PixelSpan> = Vec::with_capacity(spans.len());
+    for span in spans.drain(..) {
+        match united.last_mut() {
+            Some(last) if last.y == span.y && last.x1 >= span.x0 => last.x1 = last.x1.max(span.x1),
+            _ => united.push(span),
+        }
+    }
+    *spans = united;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn overlapping_and_touching_spans_become_one() {
+        let span = |y, x0, x1| PixelSpan { y, x0, x1 };
+        let mut spans = vec![span(1, 0, 2), span(0, 4, 9), span(0, 0, 5), span(0, 9, 10), span(1, 3, 4)];
+        unite(&mut spans);
+        assert_eq!(spans, [span(0, 0, 10), span(1, 0, 2), span(1, 3, 4)]);
+    }
+}

@@ -1,0 +1,489 @@
+//! Cycles of the occlusion graph: contact noise is forgiven, real cycles are cut (Newell, Newell
+//! & Sancha 1972, decided on pixels instead of extents).
+
+use rayon::prelude::*;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use super::graph::{Graph, Kept};
+use super::nodes::{Node, Nodes, Side, is_near};
+use super::options::Options;
+use super::rasteriser::Occlusion;
+use super::runs::{Runs, is_visible, item_of};
+use super::view::View;
+
+/// The nodes after cutting, and the relation between them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Resolved {
+    /// Items of the working set, cut where it was needed.
+    pub nodes: Nodes,
+    /// The full relation between nodes.
+    pub relation: Graph,
+    /// What stands of it, acyclic, and what was refused.
+    pub kept: Kept,
+    /// Cuts that were made.
+    pub cuts: u32,
+    /// Cuts of which one piece was nowhere visible and left the working set.
+    pub free_cuts: u32,
+}
+
+/// Orders the working set: finds the cycles of the table, forgives or cuts them.
+pub fn resolve_cycles(
+    view: &View,
+    runs: &Runs,
+    working: &[bool],
+    occlusions: &[Occlusion],
+    options: &Options,
+) -> Resolved {
+    let table = Graph::new(
+        view.items.len() as u32,
+        occlusions.iter().map(|o| (o.front, o.back, o.px)),
+    );
+    let components = table.cyclic_components();
+    let tangles = gather_tangles(runs, &components, view.items.len());
+    let cut: Vec<_> = components
+        .par_iter()
+        .zip(tangles)
+        .map(|(items, tangle)| Tangle::cut(view, options, &table.within(items), items, tangle))
+        .collect();
+    let pieces: Vec<Node> = cut.iter().flat_map(|c| c.pieces.iter().cloned()).collect();
+    let nodes = Nodes::with_pieces(working, &pieces);
+    let relation = relation_of_nodes(view, runs, &nodes, occlusions, options.tolerance);
+    let kept = relation.keep_acyclic();
+    Resolved {
+        nodes,
+        relation,
+        kept,
+        cuts: cut.iter().map(|c| c.cuts).sum(),
+        free_cuts: cut.iter().map(|c| c.free_cuts).sum(),
+    }
+}
+
+/// The table between nodes: counted by the rasteriser for whole items, anew for cut ones.
+fn relation_of_nodes(
+    view: &View,
+    runs: &Runs,
+    nodes: &Nodes,
+    occlusions: &[Occlusion],
+    tolerance: f32,
+) -> Graph {
+    let whole = occlusions.iter().filter_map(|o| {
+        let (front, back) = (nodes.of_whole(o.front)?, nodes.of_whole(o.back)?);
+        Some((front.0, back.0, o.px))
+    });
+    let counted: FxHashMap<(u32, u32), u32> = runs
+        .rows
+        .par_iter()
+        .enumerate()
+        .fold(FxHashMap::default, |mut counts, (y, row)| {
+            for run in &row.runs {
+                let entries = row.entries(run);
+                if entries.len() > 1 && entries.iter().any(|&e| nodes.is_cut(item_of(e))) {
+                    for x in run.x0..run.x1 {
+                        count_cut_pairs(view, nodes, entries, x, y as u32, tolerance, &mut counts);
+                    }
+                }
+            }
+            counts
+        })
+        .reduce(FxHashMap::default, |mut sum, counts| {
+            counts.into_iter().for_each(|(pair, px)| *sum.entry(pair).or_default() += px);
+            sum
+        });
+    let counted = counted.into_iter().map(|((front, back), px)| (front, back, px));
+    Graph::new(nodes.len(), whole.chain(counted))
+}
+
+fn count_cut_pairs(
+    view: &View,
+    nodes: &Nodes,
+    entries: &[u32],
+    x: u32,
+    y: u32,
+    tolerance: f32,
+    counts: &mut FxHashMap<(u32, u32), u32>,
+) {
+    for (i, a) in entries.iter().map(|&e| item_of(e)).enumerate() {
+        for b in entries[i + 1..].iter().map(|&e| item_of(e)) {
+            if !nodes.is_cut(a) && !nodes.is_cut(b) {
+                continue;
+            }
+            let Some((front, back)) = nearer(view, a, b, x, y, tolerance) else { continue };
+            if let (Some(f), Some(b)) = (nodes.at(view, front, x, y), nodes.at(view, back, x, y)) {
+                *counts.entry((f.0, b.0)).or_default() += 1;
+            }
+        }
+    }
+}
+
+/// (front, back) where one of two items is nearer by more than the tolerance.
+fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option<(u32, u32)> {
+    let inverse = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
+    let (inverse_a, inverse_b) = (inverse(a), inverse(b));
+    let factor = 1.0 + tolerance;
+    if inverse_b * factor < inverse_a {
+        Some((a, b))
+    } else if inverse_a * factor < inverse_b {
+        Some((b, a))
+    } else {
+        None
+    }
+}
+
+/// Pixels of a row where several items of one component meet.
+#[derive(Debug, Clone)]
+struct Meeting {
+    y: u32,
+    x0: u32,
+    x1: u32,
+    items: Vec<u32>,
+}
+
+/// Pixels of a row that a node covers.
+#[derive(Debug, Clone, Copy)]
+struct Span {
+    y: u32,
+    x0: u32,
+    x1: u32,
+    visible: bool,
+}
+
+/// What the fragment lists say about one component.
+#[derive(Debug, Clone, Default)]
+struct Pixels {
+    meetings: Vec<Meeting>,
+    spans: FxHashMap<u32, Vec<Span>>,
+}
+
+fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pixels> {
+    const NONE: u32 = u32::MAX;
+    let mut component_of = vec![NONE; items];
+    for (c, nodes) in components.iter().enumerate() {
+        nodes.iter().for_each(|&n| component_of[n as usize] = c as u32);
+    }
+    let mut pixels = vec![Pixels::default(); components.len()];
+    if components.is_empty() {
+        return pixels;
+    }
+    for (y, run, entries) in runs.iter() {
+        let mut of_run: Vec<(u32, u32)> = Vec::new();
+        for &entry in entries {
+            let item = item_of(entry);
+            let c = component_of[item as usize];
+            if c != NONE {
+                let span = Span { y, x0: run.x0, x1: run.x1, visible: is_visible(entry) };
+                pixels[c as usize].spans.entry(item).or_default().push(span);
+                of_run.push((c, item));
+            }
+        }
+        of_run.sort_unstable();
+        for group in of_run.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
+            let items = group.iter().map(|g| g.1).collect();
+            let meeting = Meeting { y, x0: run.x0, x1: run.x1, items };
+            pixels[group[0].0 as usize].meetings.push(meeting);
+        }
+    }
+    pixels
+}
+
+/// A node of a component while it is being cut.
+#[derive(Debug, Clone)]
+struct Part {
+    node: Node,
+    spans: Vec<Span>,
+}
+
+/// The result of [`Tangle::cut`].
+#[derive(Debug, Default)]
+struct CutComponent {
+    pieces: Vec<Node>,
+    cuts: u32,
+    free_cuts: u32,
+}
+
+type Edges = FxHashMap<(u32, u32), u32>;
+
+/// One component while it is being cut. Parts are named by their place in `parts`; those that were
+/// cut or left the working set stay there, empty.
+struct Tangle<'a> {
+    view: &'a View,
+    options: &'a Options,
+    meetings: Vec<Meeting>,
+    meetings_of: FxHashMap<u32, Vec<u32>>,
+    spans_of: FxHashMap<u32, Vec<Span>>,
+    parts: Vec<Option<Part>>,
+    edges: Edges,
+    tried: FxHashSet<(u32, u32)>,
+    result: CutComponent,
+}
+
+/// A cut that could be made.
+struct Candidate {
+    part: u32,
+    plane: u32,
+    near: Part,
+    far: Part,
+    edges: Edges,
+    drop_near: bool,
+    drop_far: bool,
+    refused_px: u64,
+}
+
+impl<'a> Tangle<'a> {
+    fn cut(
+        view: &'a View,
+        options: &'a Options,
+        table: &Graph,
+        items: &[u32],
+        pixels: Pixels,
+    ) -> CutComponent {
+        let mut meetings_of: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+        for (m, meeting) in pixels.meetings.iter().enumerate() {
+            for &item in &meeting.items {
+                meetings_of.entry(item).or_default().push(m as u32);
+            }
+        }
+        let parts = items
+            .iter()
+            .map(|&item| Part {
+                node: Node { item, sides: Vec::new() },
+                spans: pixels.spans[&item].clone(),
+            })
+            .map(Some)
+            .collect();
+        let mut tangle = Self {
+            view,
+            options,
+            meetings: pixels.meetings,
+            meetings_of,
+            spans_of: pixels.spans,
+            parts,
+            edges: table.edges.iter().map(|&(f, b, px)| ((f, b), px)).collect(),
+            tried: FxHashSet::default(),
+            result: CutComponent::default(),
+        };
+        tangle.run();
+        let cut = tangle.parts.into_iter().flatten().map(|p| p.node);
+        tangle.result.pieces = cut.filter(|n| !n.sides.is_empty()).collect();
+        tangle.result
+    }
+
+    /// Cuts until no refused edge is stronger than contact noise, or nothing can be cut.
+    fn run(&mut self) {
+        let mut hopeless: FxHashSet<(u32, u32)> = FxHashSet::default();
+        loop {
+            let kept = self.graph(&self.edges, None).keep_acyclic();
+            let strong = kept.refused.iter().find(|&&(front, back, px)| {
+                px > self.options.min_support && !hopeless.contains(&(front, back))
+            });
+            let Some(&(front, back, _)) = strong else { return };
+            match self.best_candidate(&kept, front, back) {
+                Some(best) => self.apply(best),
+                None => {
+                    hopeless.insert((front, back));
+                }
+            }
+        }
+    }
+
+    /// The component's graph over all parts; `grown` is the number of parts to reckon with.
+    fn graph(&self, edges: &Edges, grown: Option<u32>) -> Graph {
+        let len = grown.unwrap_or(self.parts.len() as u32);
+        Graph::new(len, edges.iter().map(|(&(f, b), &px)| (f, b, px)))
+    }
+
+    fn best_candidate(&mut self, kept: &Kept, front: u32, back: u32) -> Option<Candidate> {
+        let cycle = kept.graph.shortest_path(back, front)?;
+        let mut best: Option<Candidate> = None;
+        for &part in &cycle {
+            for &other in &cycle {
+                if let Some(candidate) = self.candidate(part, other)
+                    && best.as_ref().is_none_or(|b| candidate.rank() < b.rank())
+                {
+                    best = Some(candidate);
+                }
+            }
+        }
+        best
+    }
+
+    /// `part` cut by the plane of `other`, when it has enough pixels clearly on both sides.
+    fn candidate(&self, part: u32, other: u32) -> Option<Candidate> {
+        let cut = self.parts[part as usize].as_ref()?;
+        let plane = self.parts[other as usize].as_ref()?.node.item;
+        if cut.node.item == plane || self.tried.contains(&(part, plane)) || !self.straddles(cut, plane) {
+            return None;
+        }
+        let near = self.side_of(cut, plane, true);
+        let far = self.side_of(cut, plane, false);
+        let (drop_near, drop_far) = (!self.is_visible(&near), !self.is_visible(&far));
+        let mut edges = self.edges.clone();
+        edges.retain(|&(f, b), _| f != part && b != part);
+        let grown = self.parts.len() as u32 + 2;
+        let names = [grown - 2, grown - 1];
+        for (pair, px) in self.recount(part, plane, names) {
+            let dropped = |n: u32| (n == names[0] && drop_near) || (n == names[1] && drop_far);
+            if !dropped(pair.0) && !dropped(pair.1) {
+                edges.insert(pair, px);
+            }
+        }
+        let refused_px = self.graph(&edges, Some(grown)).keep_acyclic().refused_px();
+        Some(Candidate { part, plane, near, far, edges, drop_near, drop_far, refused_px })
+    }
+
+    /// More than half of `min_support` pixels clearly nearer than the plane, and as many farther.
+    fn straddles(&self, part: &Part, plane: u32) -> bool {
+        let half = self.options.tolerance / 2.0;
+        let (item, plane) = (self.inverse(part.node.item), self.inverse(plane));
+        let enough = u64::from(self.options.min_support / 2);
+        let nearer = |x: u32, y: u32| plane.at(x, y) < item.at(x, y) * (1.0 - half);
+        let farther = |x: u32, y: u32| item.at(x, y) * (1.0 + half) < plane.at(x, y);
+        count_in(&part.spans, nearer) > enough && count_in(&part.spans, farther) > enough
+    }
+
+    fn inverse(&self, item: u32) -> super::view::InverseDepth {
+        self.view.items[item as usize].inverse_depth
+    }
+
+    fn side_of(&self, part: &Part, plane: u32, near: bool) -> Part {
+        let mut node = part.node.clone();
+        node.sides.push(Side { plane, near });
+        let on_side = |x: u32, y: u32| is_near(self.view, part.node.item, plane, x, y) == near;
+        let spans = part.spans.iter().filter_map(|span| split_span(span, on_side)).collect();
+        Part { node, spans }
+    }
+
+    /// Some pixel of the part is visible. Only this decides that a piece leaves the working set, so
+    /// where its spans show none every visible pixel of the whole item is asked.
+    fn is_visible(&self, part: &Part) -> bool {
+        part.spans.iter().any(|s| s.visible)
+            || self.spans_of[&part.node.item]
+                .iter()
+                .filter(|s| s.visible)
+                .any(|s| (s.x0..s.x1).any(|x| self.holds(&part.node, x, s.y)))
+    }
+
+    /// Counts the pairs of `part` anew where its component's items meet it, its two sides named
+    /// `names` (near, far).
+    fn recount(&self, part: u32, plane: u32, names: [u32; 2]) -> Edges {
+        let Some(cut) = &self.parts[part as usize] else { return Edges::default() };
+        let item = cut.node.item;
+        let parts_of = self.parts_by_item();
+        let mut edges = Edges::default();
+        for &m in self.meetings_of.get(&item).map_or(&[][..], Vec::as_slice) {
+            let meeting = &self.meetings[m as usize];
+            for x in meeting.x0..meeting.x1 {
+                if !self.holds(&cut.node, x, meeting.y) {
+                    continue;
+                }
+                let name = names[usize::from(!is_near(self.view, item, plane, x, meeting.y))];
+                for &other in meeting.items.iter().filter(|&&o| o != item) {
+                    self.count_one(&parts_of, item, name, other, x, meeting.y, &mut edges);
+                }
+            }
+        }
+        edges
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    fn count_one(
+        &self,
+        parts_of: &FxHashMap<u32, Vec<u32>>,
+        item: u32,
+        name: u32,
+        other: u32,
+        x: u32,
+        y: u32,
+        edges: &mut Edges,
+    ) {
+        let Some((front, _)) = nearer(self.view, item, other, x, y, self.options.tolerance) else { return };
+        let Some(candidates) = parts_of.get(&other) else { return };
+        let found = candidates.iter().copied().find(|&p| {
+            self.parts[p as usize].as_ref().is_some_and(|part| self.holds(&part.node, x, y))
+        });
+        if let Some(other_part) = found {
+            let pair = if front == item { (name, other_part) } else { (other_part, name) };
+            *edges.entry(pair).or_default() += 1;
+        }
+    }
+
+    /// The item's fragment at this pixel belongs to the node.
+    fn holds(&self, node: &Node, x: u32, y: u32) -> bool {
+        node.sides.iter().all(|s| is_near(self.view, node.item, s.plane, x, y) == s.near)
+    }
+
+    fn parts_by_item(&self) -> FxHashMap<u32, Vec<u32>> {
+        let mut parts_of: FxHashMap<u32, Vec<u32>> = FxHashMap::default();
+        for (i, part) in self.parts.iter().enumerate() {
+            if let Some(part) = part {
+                parts_of.entry(part.node.item).or_default().push(i as u32);
+            }
+        }
+        parts_of
+    }
+
+    fn apply(&mut self, cut: Candidate) {
+        self.parts[cut.part as usize] = None;
+        let first = self.parts.len() as u32;
+        // A face is cut by a plane once: neither piece is offered it again, nor their pieces.
+        let planes: Vec<u32> =
+            self.tried.iter().filter(|t| t.0 == cut.part).map(|t| t.1).chain([cut.plane]).collect();
+        for plane in planes {
+            self.tried.insert((first, plane));
+            self.tried.insert((first + 1, plane));
+        }
+        self.result.cuts += 1;
+        self.result.free_cuts += u32::from(cut.drop_near || cut.drop_far);
+        self.parts.push((!cut.drop_near).then_some(cut.near));
+        self.parts.push((!cut.drop_far).then_some(cut.far));
+        self.edges = cut.edges;
+    }
+}
+
+impl Candidate {
+    /// Less is better: refused support, a free cut first, then the order of part and plane.
+    fn rank(&self) -> (u64, bool, u32, u32) {
+        (self.refused_px, !(self.drop_near || self.drop_far), self.part, self.plane)
+    }
+}
+
+/// Number of pixels of the spans where `holds`; depths are linear along a row, so it changes at
+/// most once per span but for rounding at the crossing.
+fn count_in(spans: &[Span], holds: impl Fn(u32, u32) -> bool) -> u64 {
+    spans
+        .iter()
+        .map(|s| {
+            let (first, last) = (holds(s.x0, s.y), holds(s.x1 - 1, s.y));
+            let crossing = crossing(s, |x| holds(x, s.y) == first);
+            match (first, last) {
+                (true, true) => s.x1 - s.x0,
+                (false, false) => 0,
+                (true, false) => crossing - s.x0,
+                (false, true) => s.x1 - crossing,
+            }
+        })
+        .map(u64::from)
+        .sum()
+}
+
+/// The first column of the span where `like_first` no longer holds.
+fn crossing(span: &Span, like_first: impl Fn(u32) -> bool) -> u32 {
+    let (mut low, mut high) = (span.x0, span.x1);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if like_first(middle) { low = middle + 1 } else { high = middle }
+    }
+    low
+}
+
+/// The part of a span where `on_side` holds. Rounding may put a pixel at the crossing on the wrong
+/// side: spans serve to count, not to decide.
+fn split_span(span: &Span, on_side: impl Fn(u32, u32) -> bool) -> Option<Span> {
+    let (first, last) = (on_side(span.x0, span.y), on_side(span.x1 - 1, span.y));
+    let crossing = crossing(span, |x| on_side(x, span.y) == first);
+    match (first, last) {
+        (true, true) => Some(*span),
+        (false, false) => None,
+        (true, false) => Some(Span { x1: crossing, ..*span }),
+        (false, true) => Some(Span { x0: crossing, ..*span }),
+    }
+}

@@ -1,0 +1,138 @@
+//! What the sort orders: the items of the working set, and the pieces of those that were cut.
+
+use rustc_hash::FxHashMap;
+
+use super::view::View;
+
+/// A node's place in [`Nodes::list`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct NodeId(pub u32);
+
+/// A cut by the plane of another item.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct Side {
+    /// The item whose plane cuts.
+    pub plane: u32,
+    /// Nearer to the camera than that plane (its side that holds the camera).
+    pub near: bool,
+}
+
+/// An item, or what is left of it on the given sides of other items' planes.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Node {
+    /// The item.
+    pub item: u32,
+    /// The cuts that made it, first cut first; empty for a whole item.
+    pub sides: Vec<Side>,
+}
+
+/// Which node a fragment belongs to.
+#[derive(Debug, Clone, PartialEq, Eq)]
+enum Tree {
+    Leaf(Option<NodeId>),
+    Split { plane: u32, near: Box<Tree>, far: Box<Tree> },
+}
+
+/// All nodes of a photo, and the way from a fragment to its node.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Nodes {
+    /// By item, near pieces before far ones.
+    pub list: Vec<Node>,
+    whole: Vec<Option<NodeId>>,
+    cut: FxHashMap<u32, Tree>,
+}
+
+impl Nodes {
+    /// Every item flagged in `working` whole.
+    pub fn whole(working: &[bool]) -> Self {
+        let mut nodes = Self { whole: vec![None; working.len()], ..Self::default() };
+        for (item, _) in working.iter().enumerate().filter(|(_, w)| **w) {
+            nodes.whole[item] = Some(NodeId(nodes.list.len() as u32));
+            nodes.list.push(Node { item: item as u32, sides: Vec::new() });
+        }
+        nodes
+    }
+
+    /// The items of `working`, those named in `pieces` in pieces. Pieces that left the working set
+    /// are not listed; their fragments belong to no node.
+    pub fn with_pieces(working: &[bool], pieces: &[Node]) -> Self {
+        let mut list: Vec<Node> = pieces.to_vec();
+        let is_cut = |item: u32| pieces.iter().any(|p| p.item == item);
+        list.extend(
+            (0..working.len() as u32)
+                .filter(|&i| working[i as usize] && !is_cut(i))
+                .map(|item| Node { item, sides: Vec::new() }),
+        );
+        // `near` sorts before `far` and whole items stand alone: model order, near pieces first.
+        list.sort_by(|a, b| {
+            let key = |n: &Node| n.sides.iter().map(|s| (s.plane, !s.near)).collect::<Vec<_>>();
+            (a.item, key(a)).cmp(&(b.item, key(b)))
+        });
+        let mut nodes = Self { whole: vec![None; working.len()], ..Self::default() };
+        for (i, node) in list.iter().enumerate() {
+            let id = NodeId(i as u32);
+            if node.sides.is_empty() {
+                nodes.whole[node.item as usize] = Some(id);
+            } else {
+                let tree = nodes.cut.entry(node.item).or_insert(Tree::Leaf(None));
+                tree.insert(&node.sides, id);
+            }
+        }
+        nodes.list = list;
+        nodes
+    }
+
+    /// Number of nodes.
+    pub fn len(&self) -> u32 {
+        self.list.len() as u32
+    }
+
+    /// No node at all.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// True where the item was cut.
+    pub fn is_cut(&self, item: u32) -> bool {
+        self.cut.contains_key(&item)
+    }
+
+    /// The node of a whole item.
+    pub fn of_whole(&self, item: u32) -> Option<NodeId> {
+        self.whole[item as usize]
+    }
+
+    /// The node of the item's fragment at the pixel in column `x`, row `y`.
+    pub fn at(&self, view: &View, item: u32, x: u32, y: u32) -> Option<NodeId> {
+        let Some(mut tree) = self.cut.get(&item) else { return self.whole[item as usize] };
+        loop {
+            match tree {
+                Tree::Leaf(node) => return *node,
+                Tree::Split { plane, near, far } => {
+                    tree = if is_near(view, item, *plane, x, y) { near } else { far };
+                }
+            }
+        }
+    }
+}
+
+impl Tree {
+    fn insert(&mut self, sides: &[Side], id: NodeId) {
+        let Some((side, rest)) = sides.split_first() else {
+            *self = Tree::Leaf(Some(id));
+            return;
+        };
+        if let Tree::Leaf(_) = self {
+            let leaf = || Box::new(Tree::Leaf(None));
+            *self = Tree::Split { plane: side.plane, near: leaf(), far: leaf() };
+        }
+        let Tree::Split { near, far, .. } = self else { unreachable!("made a split just above") };
+        if side.near { near.insert(rest, id) } else { far.insert(rest, id) }
+    }
+}
+
+/// The fragment of `item` at this pixel lies on the camera's side of the plane of item `plane`.
+pub fn is_near(view: &View, item: u32, plane: u32, x: u32, y: u32) -> bool {
+    let depth = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
+    depth(item) >= depth(plane)
+}

@@ -1,0 +1,148 @@
+//! The recipe of one photo: view, fragments, cycles, elements, layers, image layers, content.
+
+use rayon::prelude::*;
+
+use super::cluster::{Clusters, cluster};
+use super::content::{Content, contents};
+use super::cycles::{Resolved, resolve_cycles};
+use super::nodes::Nodes;
+use super::options::{Method, Options};
+use super::parts::{Layers, gather_parts};
+use super::rasteriser::{Fragments, Presence, Rasteriser};
+use super::runs::{Runs, item_of};
+use super::stencil::layers_of_stencil;
+use super::view::View;
+use crate::error::Result;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::scene::Model;
+use crate::task::Task;
+
+/// Everything the sort finds out about one photo.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Sorted {
+    /// The model as this photo sees it.
+    pub view: View,
+    /// What became of each item of the view.
+    pub presence: Vec<Presence>,
+    /// The fragments of the working set.
+    pub runs: Runs,
+    /// Items and pieces of the working set.
+    pub nodes: Nodes,
+    /// Elements in their visibility layers.
+    pub layers: Layers,
+    /// Image layers.
+    pub clusters: Clusters,
+    /// What each image layer holds.
+    pub contents: Vec<Content>,
+    /// Cuts that were made.
+    pub cuts: u32,
+    /// Cuts of which one piece was nowhere visible.
+    pub free_cuts: u32,
+    /// Pairs of nodes whose occlusion was refused and contradicts the layers: `(front, back, px)`.
+    pub refused: Vec<(u32, u32, u32)>,
+}
+
+/// Sorts what one photo sees of the model (in world coordinates) into image layers.
+///
+/// # Errors
+/// Those of the rasteriser, and [`crate::Error::Cancelled`].
+pub fn sort_photo(
+    model: &Model,
+    camera: &Pinhole,
+    pose: &Pose,
+    rasteriser: &dyn Rasteriser,
+    options: &Options,
+    task: &Task,
+) -> Result<Sorted> {
+    let view = task.timed("view", || View::new(model, camera, pose));
+    task.go_on()?;
+    let Fragments { presence, lists, occlusions } =
+        task.timed("fragments", || rasteriser.fragments(&view, options.tolerance, task))?;
+    task.go_on()?;
+    let runs = task.timed("runs", || Runs::new(lists));
+    let working: Vec<bool> = presence.iter().map(|p| *p == Presence::Working).collect();
+
+    let (resolved, layers) = match options.method {
+        Method::Graph => {
+            let resolved =
+                task.timed("cycles", || resolve_cycles(&view, &runs, &working, &occlusions, options));
+            let layers =
+                task.timed("parts", || gather_parts(model, &view, &resolved, options.min_support));
+            (resolved, layers)
+        }
+        Method::Stencil => {
+            let peeled = task.timed("stencil", || {
+                rasteriser.stencil_peeling(&view, options.tolerance, &working, task)
+            })?;
+            let nodes = Nodes::whole(&working);
+            let items: Vec<u32> = nodes.list.iter().map(|n| n.item).collect();
+            let layers =
+                layers_of_stencil(model, &view, &items, &peeled, &occlusions, options.min_support);
+            (Resolved { nodes, ..Resolved::default() }, layers)
+        }
+    };
+    task.go_on()?;
+
+    let bounds = element_bounds(&view, &runs, &resolved.nodes, &layers);
+    let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
+    let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options));
+    let contents =
+        task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
+    let refused = contradicting(&resolved, &layers);
+    let Resolved { nodes, cuts, free_cuts, .. } = resolved;
+    Ok(Sorted { view, presence, runs, nodes, layers, clusters, contents, cuts, free_cuts, refused })
+}
+
+/// The refused edges that the layers contradict; others turned out to agree with them.
+fn contradicting(resolved: &Resolved, layers: &Layers) -> Vec<(u32, u32, u32)> {
+    let layer = |node: u32| layers.elements[layers.element_of[node as usize] as usize].layer;
+    let same = |f: u32, b: u32| layers.element_of[f as usize] == layers.element_of[b as usize];
+    let refused = resolved.kept.refused.iter().copied();
+    refused.filter(|&(f, b, _)| !same(f, b) && layer(f) >= layer(b)).collect()
+}
+
+/// The bounding box of every element: of outlines for whole items, of covered pixels for pieces.
+fn element_bounds(view: &View, runs: &Runs, nodes: &Nodes, layers: &Layers) -> Vec<PixelRect> {
+    let of_pieces = piece_bounds(view, runs, nodes);
+    layers
+        .elements
+        .iter()
+        .map(|element| {
+            let bounds = element.nodes.iter().map(|node| {
+                let item = nodes.list[node.0 as usize].item;
+                if nodes.is_cut(item) { of_pieces[node.0 as usize] } else { view.items[item as usize].bounds }
+            });
+            let union = bounds.reduce(|a, b| if a.is_empty() { b } else { a.union(&b) });
+            union.expect("an element holds a node at least")
+        })
+        .collect()
+}
+
+/// Bounding boxes of the pixels of cut items' nodes; empty for the others.
+fn piece_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
+    const EMPTY: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+    let unite = |mut a: Vec<PixelRect>, b: Vec<PixelRect>| {
+        for (a, b) in a.iter_mut().zip(b) {
+            *a = if a.is_empty() { b } else if b.is_empty() { *a } else { a.union(&b) };
+        }
+        a
+    };
+    let none = || vec![EMPTY; nodes.list.len()];
+    runs.rows
+        .par_iter()
+        .enumerate()
+        .fold(none, |mut bounds, (y, row)| {
+            for run in &row.runs {
+                for item in row.entries(run).iter().map(|&e| item_of(e)).filter(|&i| nodes.is_cut(i)) {
+                    for x in run.x0..run.x1 {
+                        let Some(node) = nodes.at(view, item, x, y as u32) else { continue };
+                        let pixel = PixelRect { x: x as i32, y: y as i32, w: 1, h: 1 };
+                        let b = &mut bounds[node.0 as usize];
+                        *b = if b.is_empty() { pixel } else { b.union(&pixel) };
+                    }
+                }
+            }
+            bounds
+        })
+        .reduce(none, unite)
+}
