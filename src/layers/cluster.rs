@@ -125,11 +125,8 @@ struct Merging<'a> {
 impl<'a> Merging<'a> {
     fn new(layers: &'a Layers, patches: Vec<Patch>, options: &'a Options) -> Self {
         let order = graph_of_patches(layers, &patches);
-        let mut against: Vec<(u32, u32)> = layers
-            .against
-            .iter()
-            .flat_map(|&(f, b, _)| [(f, b), (b, f)])
-            .collect();
+        let mut against: Vec<(u32, u32)> =
+            layers.against.iter().flat_map(|&(f, b, _)| [(f, b), (b, f)]).collect();
         against.sort_unstable();
         let quotient = Quotient::new(&order);
         Self { layers, options, patches, order, quotient, against, clusters: Vec::new() }
@@ -203,8 +200,7 @@ impl<'a> Merging<'a> {
             .iter()
             .zip(order)
             .map(|(c, order)| {
-                let mut patches: Vec<Patch> =
-                    c.members.iter().map(|&m| self.patches[m as usize]).collect();
+                let mut patches: Vec<Patch> = c.members.iter().map(|&m| self.patches[m as usize]).collect();
                 patches.sort_by_key(|p| (p.element, p.bounds.y, p.bounds.x));
                 Cluster { order, rect: place_box(c.bounds, c.size, photo), patches }
             })

@@ -34,10 +34,7 @@ pub fn resolve_cycles(
     occlusions: &[Occlusion],
     options: &Options,
 ) -> Resolved {
-    let table = Graph::new(
-        view.items.len() as u32,
-        occlusions.iter().map(|o| (o.front, o.back, o.px)),
-    );
+    let table = Graph::new(view.items.len() as u32, occlusions.iter().map(|o| (o.front, o.back, o.px)));
     let components = table.cyclic_components();
     let tangles = gather_tangles(runs, &components, view.items.len());
     let cut: Vec<_> = components
@@ -244,10 +241,7 @@ impl<'a> Tangle<'a> {
         }
         let parts = items
             .iter()
-            .map(|&item| Part {
-                node: Node { item, sides: Vec::new() },
-                spans: pixels.spans[&item].clone(),
-            })
+            .map(|&item| Part { node: Node { item, sides: Vec::new() }, spans: pixels.spans[&item].clone() })
             .map(Some)
             .collect();
         let mut tangle = Self {
@@ -397,9 +391,10 @@ impl<'a> Tangle<'a> {
     ) {
         let Some((front, _)) = nearer(self.view, item, other, x, y, self.options.tolerance) else { return };
         let Some(candidates) = parts_of.get(&other) else { return };
-        let found = candidates.iter().copied().find(|&p| {
-            self.parts[p as usize].as_ref().is_some_and(|part| self.holds(&part.node, x, y))
-        });
+        let found = candidates
+            .iter()
+            .copied()
+            .find(|&p| self.parts[p as usize].as_ref().is_some_and(|part| self.holds(&part.node, x, y)));
         if let Some(other_part) = found {
             let pair = if front == item { (name, other_part) } else { (other_part, name) };
             *edges.entry(pair).or_default() += 1;

@@ -4,16 +4,16 @@
 pub mod options;
 pub mod view;
 
-pub mod rasteriser;
 pub mod pairs;
-pub mod software;
+pub mod rasteriser;
 pub mod runs;
+pub mod software;
 
+pub mod cycles;
 pub mod graph;
 pub mod nodes;
-pub mod cycles;
-pub mod quotient;
 pub mod parts;
+pub mod quotient;
 pub mod stencil;
 
 pub mod cluster;

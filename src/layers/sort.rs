@@ -66,18 +66,15 @@ pub fn sort_photo(
         Method::Graph => {
             let resolved =
                 task.timed("cycles", || resolve_cycles(&view, &runs, &working, &occlusions, options));
-            let layers =
-                task.timed("parts", || gather_parts(model, &view, &resolved, options.min_support));
+            let layers = task.timed("parts", || gather_parts(model, &view, &resolved, options.min_support));
             (resolved, layers)
         }
         Method::Stencil => {
-            let peeled = task.timed("stencil", || {
-                rasteriser.stencil_peeling(&view, options.tolerance, &working, task)
-            })?;
+            let peeled = task
+                .timed("stencil", || rasteriser.stencil_peeling(&view, options.tolerance, &working, task))?;
             let nodes = Nodes::whole(&working);
             let items: Vec<u32> = nodes.list.iter().map(|n| n.item).collect();
-            let layers =
-                layers_of_stencil(model, &view, &items, &peeled, &occlusions, options.min_support);
+            let layers = layers_of_stencil(model, &view, &items, &peeled, &occlusions, options.min_support);
             (Resolved { nodes, ..Resolved::default() }, layers)
         }
     };
@@ -86,8 +83,7 @@ pub fn sort_photo(
     let bounds = element_bounds(&view, &runs, &resolved.nodes, &layers);
     let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
     let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options));
-    let contents =
-        task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
+    let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
     let refused = contradicting(&resolved, &layers);
     let Resolved { nodes, cuts, free_cuts, .. } = resolved;
     Ok(Sorted { view, presence, runs, nodes, layers, clusters, contents, cuts, free_cuts, refused })
@@ -123,7 +119,13 @@ fn piece_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
     const EMPTY: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
     let unite = |mut a: Vec<PixelRect>, b: Vec<PixelRect>| {
         for (a, b) in a.iter_mut().zip(b) {
-            *a = if a.is_empty() { b } else if b.is_empty() { *a } else { a.union(&b) };
+            *a = if a.is_empty() {
+                b
+            } else if b.is_empty() {
+                *a
+            } else {
+                a.union(&b)
+            };
         }
         a
     };

@@ -99,8 +99,7 @@ impl View {
     /// The view of `model` (in world coordinates) from a photo's camera. All sums are made in f64
     /// in the camera's frame; only their results become f32.
     pub fn new(model: &Model, camera: &Pinhole, pose: &Pose) -> Self {
-        let points: Vec<DVec3> =
-            model.vertices.par_iter().map(|&p| pose.camera_from_world(p)).collect();
+        let points: Vec<DVec3> = model.vertices.par_iter().map(|&p| pose.camera_from_world(p)).collect();
         let seen: Vec<_> = (0..model.faces.len() as u32)
             .into_par_iter()
             .map(|f| see_face(model, FaceId(f), &points, camera))
@@ -145,12 +144,7 @@ type Seen = (Item, Vec<[DVec3; 3]>, f64);
 
 /// The items of one face: itself, or its triangles when it is not planar. With each item its
 /// triangles in the camera frame and the depth of its nearest point within the photo.
-fn see_face(
-    model: &Model,
-    face: FaceId,
-    points: &[DVec3],
-    camera: &Pinhole,
-) -> Result<Vec<Seen>, Absence> {
+fn see_face(model: &Model, face: FaceId, points: &[DVec3], camera: &Pinhole) -> Result<Vec<Seen>, Absence> {
     let triangles: Vec<[DVec3; 3]> = model
         .face_triangles(face)
         .iter()
