@@ -2,6 +2,7 @@
 
 pub mod camera;
 pub mod plane;
+pub mod polygon;
 pub mod rect;
 pub mod similarity;
 

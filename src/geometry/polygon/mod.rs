@@ -1,0 +1,26 @@
+//! Polygons of planar faces: their plane, their triangles, and cutting them by a plane.
+//!
+//! An outline is one closed ring of points, counter-clockwise seen from the visible side. Holes are
+//! bridged: the ring walks from the outer outline to the hole and back along the same edge, so it is
+//! only *weakly* simple. Everything here takes and gives such rings.
+//!
+//! Cutting and bridging never intersect outlines with each other. The ring is triangulated once
+//! ([`triangulate`](fn@triangulate)), the triangles are cut one by one, and what lies together is walked around
+//! ([`outlines`]): each step is a question about one triangle or about who is whose neighbour, so
+//! doubled edges and touching corners need no special case.
+
+mod crossing;
+mod flat;
+mod outline;
+mod plane_fit;
+mod split;
+mod triangulate;
+
+pub use flat::PlaneFrame;
+pub use outline::outlines;
+pub use plane_fit::{PLANARITY, extent, farthest_off, fit_plane, is_planar, newell};
+pub use split::{bridge_holes, split_by_plane};
+pub use triangulate::{Flaw, Triangulation, triangulate};
+
+#[cfg(test)]
+mod tests;
