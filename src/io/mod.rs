@@ -4,6 +4,7 @@ pub mod atomic;
 pub mod hash;
 pub mod inbox;
 pub mod json;
+pub mod layered;
 pub mod lock;
 pub mod stack_files;
 pub mod stack_store;

@@ -1,0 +1,14 @@
+//! Layered images: what every such file says, and the formats that say it.
+//!
+//! A [`LayeredDocument`] describes the file without its pixels; each layer yields these when a
+//! writer asks, so that only a few layers are in memory at a time.
+
+pub mod composite;
+pub mod document;
+pub mod png;
+pub mod psd;
+pub mod raster;
+
+pub use composite::composite;
+pub use document::{Group, Layer, LayeredDocument, Node, Source, Tag};
+pub use raster::{Depth, Raster, Samples};

@@ -1,0 +1,163 @@
+//! Layers as PNG files: those of a stack are read, those of exports are written.
+
+use std::borrow::Cow;
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, Reader, Transformations};
+
+use super::raster::{Depth, Raster, Samples};
+use crate::error::{Error, Result};
+
+/// Where a layer has to have pixels: one byte per pixel, rows from the top, not 0 where it does.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Mask {
+    /// Pixels in a row.
+    pub width: u32,
+    /// Rows.
+    pub height: u32,
+    /// `width * height` bytes.
+    pub bytes: Vec<u8>,
+}
+
+type PngReader = Reader<BufReader<File>>;
+
+/// Reads an RGBA PNG of 8 or 16 bits that has to be `width` x `height` pixels large.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be opened, [`Error::Input`] when it is no such PNG.
+pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
+    let mut reader = opened(file, width, height, Transformations::IDENTITY)?;
+    let samples = match reader.output_color_type() {
+        (ColorType::Rgba, BitDepth::Eight) => Samples::Eight(bytes_of(file, &mut reader)?),
+        (ColorType::Rgba, BitDepth::Sixteen) => {
+            let bytes = bytes_of(file, &mut reader)?;
+            let (pairs, _) = bytes.as_chunks::<2>();
+            Samples::Sixteen(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
+        }
+        (colour, depth) => {
+            return Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")));
+        }
+    };
+    Ok(Raster::new(width, height, samples))
+}
+
+/// Reads a PNG in shades of grey, 1 to 8 bits, that has to be `width` x `height` pixels large.
+///
+/// # Errors
+/// As [`read_rgba`].
+pub fn read_mask(file: &Path, width: u32, height: u32) -> Result<Mask> {
+    let mut reader = opened(file, width, height, Transformations::EXPAND)?;
+    match reader.output_color_type() {
+        (ColorType::Grayscale, BitDepth::Eight) => {
+            Ok(Mask { width, height, bytes: bytes_of(file, &mut reader)? })
+        }
+        (colour, depth) => {
+            Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected black and white")))
+        }
+    }
+}
+
+fn opened(file: &Path, width: u32, height: u32, transform: Transformations) -> Result<PngReader> {
+    let open = File::open(file).map_err(Error::io(file, "open it"))?;
+    let mut decoder = Decoder::new(BufReader::with_capacity(1 << 16, open));
+    decoder.set_transformations(transform);
+    let reader = decoder.read_info().map_err(|e| unusable(file, e.to_string()))?;
+    let found = reader.info().size();
+    // Before anything of that size is allocated.
+    if found != (width, height) {
+        let (w, h) = found;
+        return Err(unusable(file, format!("{w} x {h} pixels, expected {width} x {height}")));
+    }
+    Ok(reader)
+}
+
+fn bytes_of(file: &Path, reader: &mut PngReader) -> Result<Vec<u8>> {
+    let size = reader.output_buffer_size().ok_or_else(|| unusable(file, "too large for this machine"))?;
+    let mut bytes = vec![0; size];
+    reader.next_frame(&mut bytes).map_err(|e| unusable(file, e.to_string()))?;
+    Ok(bytes)
+}
+
+fn unusable(file: &Path, found: impl Into<String>) -> Error {
+    Error::input(file, "", found, "the stack is damaged: build the photo's stack again")
+}
+
+/// Writes an RGBA PNG at the fast level: a photo's layers get no smaller at the slower ones, which
+/// take twenty times as long.
+///
+/// # Errors
+/// What `out` says.
+pub fn write_rgba(out: impl Write, raster: &Raster, icc: Option<&[u8]>) -> std::io::Result<()> {
+    let mut info = Info::with_size(raster.width(), raster.height());
+    info.color_type = ColorType::Rgba;
+    info.icc_profile = icc.map(Cow::Borrowed);
+    match raster.samples() {
+        Samples::Eight(samples) => write_image(out, info, BitDepth::Eight, samples),
+        Samples::Sixteen(samples) => {
+            let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_be_bytes()).collect();
+            write_image(out, info, BitDepth::Sixteen, &bytes)
+        }
+    }
+}
+
+fn write_image(out: impl Write, mut info: Info, depth: BitDepth, bytes: &[u8]) -> std::io::Result<()> {
+    info.bit_depth = depth;
+    let mut encoder = Encoder::with_info(out, info)?;
+    encoder.set_compression(Compression::Fast);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(bytes)?;
+    writer.finish()?;
+    Ok(())
+}
+
+/// The depth of the PNG `file`, from its header.
+///
+/// # Errors
+/// As [`read_rgba`].
+pub fn depth_of(file: &Path) -> Result<Depth> {
+    let open = File::open(file).map_err(Error::io(file, "open it"))?;
+    let reader = Decoder::new(BufReader::new(open)).read_info().map_err(|e| unusable(file, e.to_string()))?;
+    Ok(if reader.info().bit_depth == BitDepth::Sixteen { Depth::Sixteen } else { Depth::Eight })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn written(folder: &Path, raster: &Raster) -> std::path::PathBuf {
+        let file = folder.join("layer.png");
+        write_rgba(File::create(&file).unwrap(), raster, Some(b"a profile")).unwrap();
+        file
+    }
+
+    #[test]
+    fn pixels_of_8_and_16_bits_come_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let eight = Raster::new(3, 2, Samples::Eight((0..24).collect()));
+        let sixteen = Raster::new(3, 2, Samples::Sixteen((0..24).map(|i| i * 2621).collect()));
+        for raster in [eight, sixteen] {
+            let file = written(folder.path(), &raster);
+            assert_eq!(read_rgba(&file, 3, 2).unwrap(), raster);
+            assert_eq!(depth_of(&file).unwrap(), raster.depth());
+        }
+    }
+
+    #[test]
+    fn another_size_than_the_stack_says_is_an_error_that_names_the_file() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = written(folder.path(), &Raster::blank(3, 2, Depth::Eight));
+        let error = read_rgba(&file, 2, 3).unwrap_err().to_string();
+        assert!(error.contains("layer.png") && error.contains("3 x 2"), "{error}");
+    }
+
+    #[test]
+    fn a_file_that_is_no_png_is_an_error() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("layer.png");
+        std::fs::write(&file, "no picture").unwrap();
+        assert!(matches!(read_rgba(&file, 1, 1), Err(Error::Input { .. })));
+        assert!(matches!(read_mask(&file, 1, 1), Err(Error::Input { .. })));
+    }
+}

@@ -1,0 +1,231 @@
+//! PSD and PSB, the files of Photoshop, which GIMP and Krita read and write as well.
+//!
+//! Written from Adobe's *Photoshop File Formats Specification* (November 2019). The layers' pixels are
+//! fetched, compressed and written a few at a time; what stands in front of them in the file but is known
+//! only behind them, their lengths, is written in the end.
+
+mod packbits;
+mod planes;
+mod records;
+pub(super) mod resources;
+mod sink;
+#[cfg(test)]
+mod tests;
+
+use std::io::{Seek, Write};
+use std::path::Path;
+
+use rayon::prelude::*;
+
+use self::planes::Planes;
+use self::records::{CHANNELS, ChannelLengths, Record, record_list, records};
+use self::sink::Sink;
+use super::{Depth, LayeredDocument};
+use crate::error::{Error, Result};
+
+/// The file's variant, which decides how wide lengths are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    /// Up to 30,000 pixels a side and 2 GB.
+    Psd,
+    /// The large one. GIMP before version 3 does not read it.
+    Psb,
+}
+
+/// Whether a document went into the file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fit {
+    /// All of it.
+    Whole,
+    /// It is larger than its kind allows: start again as [`Kind::Psb`]. The file holds rubbish.
+    TooLarge,
+}
+
+/// Bytes of a PSD, at most.
+const LARGEST_PSD: u64 = (1 << 31) - 1;
+/// Pixels along a side of a PSD, at most.
+const LONGEST_PSD_SIDE: u32 = 30_000;
+/// Pixels along a side of a PSB, at most.
+const LONGEST_PSB_SIDE: u32 = 300_000;
+/// Bytes of pixels that are fetched at a time: enough for all threads, little beside the photo.
+const BATCH: u64 = 64 << 20;
+
+impl Kind {
+    /// The smaller kind that may hold the document; only writing shows whether it does.
+    pub fn to_try_first(document: &LayeredDocument) -> Self {
+        let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h));
+        let longest = longest.chain([document.width, document.height]).max();
+        if longest <= Some(LONGEST_PSD_SIDE) { Self::Psd } else { Self::Psb }
+    }
+
+    /// Of the file's name, without a dot.
+    pub fn extension(self) -> &'static str {
+        match self {
+            Self::Psd => "psd",
+            Self::Psb => "psb",
+        }
+    }
+
+    fn version(self) -> u16 {
+        match self {
+            Self::Psd => 1,
+            Self::Psb => 2,
+        }
+    }
+
+    fn largest_file(self) -> u64 {
+        match self {
+            Self::Psd => LARGEST_PSD,
+            Self::Psb => u64::MAX,
+        }
+    }
+
+    fn put_length(self, out: &mut Vec<u8>, length: u64) {
+        match self {
+            // A file with longer ones is given up as too large.
+            Self::Psd => out.extend((length as u32).to_be_bytes()),
+            Self::Psb => out.extend(length.to_be_bytes()),
+        }
+    }
+}
+
+/// Writes the document to `out`, which stands at its beginning. Same document, same bytes. `path`
+/// is what errors call the file.
+///
+/// # Errors
+/// [`Error::Request`] when the document cannot be a PSD (see [`LayeredDocument::check`]), [`Error::Io`]
+/// when writing fails, and what the layers' sources say.
+pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument, kind: Kind) -> Result<Fit> {
+    write_within(out, path, document, kind, kind.largest_file())
+}
+
+fn write_within(
+    out: impl Write + Seek,
+    path: &Path,
+    document: &LayeredDocument,
+    kind: Kind,
+    largest: u64,
+) -> Result<Fit> {
+    check(document)?;
+    let list = records(document);
+    let mut out = Sink::new(out, path);
+
+    out.bytes(&resources::head(document, kind))?;
+    let section_at = out.written;
+    let nothing_known = vec![[0; 4]; list.len()];
+    out.bytes(&Section::of(document, &list, &nothing_known, kind).head)?;
+    let Some(lengths) = write_channels(&mut out, document, &list, kind, largest)? else {
+        return Ok(Fit::TooLarge);
+    };
+    let section = Section::of(document, &list, &lengths, kind);
+    out.bytes(&section.tail)?;
+    write_merged(&mut out, document, kind)?;
+    if out.written > largest {
+        return Ok(Fit::TooLarge);
+    }
+    out.rewrite(section_at, &section.head)?;
+    Ok(Fit::Whole)
+}
+
+fn check(document: &LayeredDocument) -> Result<()> {
+    document.check()?;
+    let (w, h) = (document.width, document.height);
+    let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h)).max().unwrap_or(0);
+    if w.min(h) == 0 || w.max(h).max(longest) > LONGEST_PSB_SIDE {
+        let title = &document.title;
+        return Err(Error::Request(format!("{title}: {w} x {h} pixels; a PSB has 1 to 300,000 a side")));
+    }
+    if document.layers().count() + 2 * document.nodes.len() > i16::MAX as usize {
+        return Err(Error::Request(format!("{}: more layers than a PSD can list", document.title)));
+    }
+    Ok(())
+}
+
+/// The section of the layers: what stands in front of and behind their pixels.
+struct Section {
+    /// Its length does not depend on the channels' lengths.
+    head: Vec<u8>,
+    tail: Vec<u8>,
+}
+
+impl Section {
+    /// With 16 bits a sample, the layers lie in a block `Lr16` behind two empty parts: that is where
+    /// Photoshop looks for them.
+    fn of(document: &LayeredDocument, list: &[Record], lengths: &ChannelLengths, kind: Kind) -> Self {
+        let info = record_list(list, lengths, kind);
+        let unpadded = info.len() as u64 + lengths.iter().flatten().sum::<u64>();
+        let padded = unpadded.next_multiple_of(4);
+        let mut layers = Vec::new();
+        let mut tail = vec![0; (padded - unpadded) as usize];
+        if document.depth == Depth::Sixteen {
+            kind.put_length(&mut layers, 0);
+            layers.extend(NO_GLOBAL_MASK);
+            layers.extend(b"8BIMLr16");
+            kind.put_length(&mut layers, padded);
+        } else {
+            kind.put_length(&mut layers, padded);
+            tail.extend(NO_GLOBAL_MASK);
+        }
+        let rest = layers.len() as u64 + unpadded + tail.len() as u64;
+        let mut head = Vec::new();
+        kind.put_length(&mut head, rest);
+        head.extend(layers);
+        head.extend(info);
+        Self { head, tail }
+    }
+}
+
+/// The length of a part that is not there.
+const NO_GLOBAL_MASK: [u8; 4] = [0; 4];
+
+/// Writes the pixels of all records and returns the channels' lengths; none when they grow over
+/// `largest`.
+fn write_channels<W: Write + Seek>(
+    out: &mut Sink<W>,
+    document: &LayeredDocument,
+    list: &[Record],
+    kind: Kind,
+    largest: u64,
+) -> Result<Option<ChannelLengths>> {
+    let mut lengths = Vec::with_capacity(list.len());
+    for batch in batches(document, list) {
+        let compressed: Vec<_> =
+            batch.par_iter().map(|record| planes_of(document, record)).collect::<Result<_>>()?;
+        for planes in compressed {
+            lengths.push(out.channels(planes.as_ref(), kind)?);
+        }
+        if out.written > largest {
+            return Ok(None);
+        }
+    }
+    Ok(Some(lengths))
+}
+
+fn planes_of(document: &LayeredDocument, record: &Record) -> Result<Option<Planes>> {
+    match record {
+        Record::Layer(layer) => Ok(Some(Planes::of(&*document.pixels_of(layer)?, &CHANNELS))),
+        Record::GroupEnd | Record::GroupStart(_) => Ok(None),
+    }
+}
+
+/// Neighbouring records with about [`BATCH`] bytes of pixels.
+fn batches<'l, 'd, 'a>(document: &LayeredDocument, list: &'l [Record<'d, 'a>]) -> Vec<&'l [Record<'d, 'a>]> {
+    let mut batches = Vec::new();
+    let (mut start, mut bytes) = (0, 0);
+    for (index, record) in list.iter().enumerate() {
+        if let Record::Layer(layer) = record {
+            bytes += 4 * layer.rect.area() * document.depth.bytes();
+        }
+        if bytes >= BATCH || index + 1 == list.len() {
+            batches.push(&list[start..=index]);
+            (start, bytes) = (index + 1, 0);
+        }
+    }
+    batches
+}
+
+fn write_merged<W: Write + Seek>(out: &mut Sink<W>, document: &LayeredDocument, kind: Kind) -> Result<()> {
+    let planes = Planes::of(&document.merged_pixels()?.on_white(), &[0, 1, 2]);
+    let path = out.path;
+    planes.write_merged(kind, out).map_err(Error::io(path, "write it"))
+}

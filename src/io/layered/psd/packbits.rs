@@ -1,0 +1,167 @@
+//! PackBits, the run-length code of PSD channels: a header byte n, then for n in 0..=127 the next
+//! n + 1 bytes as they are, for n in 129..=255 the next byte 257 - n times.
+//! (Apple Technical Note TN1023; TIFF 6.0, section 9.)
+
+/// Runs shorter than this stay among the literal bytes: cutting a literal for a run of three saves
+/// nothing, and photos are full of those.
+const SHORTEST_RUN: usize = 4;
+/// The most bytes that one header speaks for.
+const LONGEST: usize = 128;
+
+/// Appends the code of one row to `out`; returns its length in bytes.
+pub fn pack_row(row: &[u8], out: &mut Vec<u8>) -> usize {
+    let before = out.len();
+    out.reserve(longest_code(row.len()));
+    let mut at = 0;
+    while at < row.len() {
+        let run_at = next_run(row, at);
+        put_literals(&row[at..run_at], out);
+        let run = run_length(&row[run_at..]);
+        put_run(row.get(run_at), run, out);
+        at = run_at + run;
+    }
+    out.len() - before
+}
+
+/// The longest code that `length` bytes can get: nothing but literals, one header per 128.
+pub fn longest_code(length: usize) -> usize {
+    length + length.div_ceil(LONGEST)
+}
+
+/// Where the next run of at least [`SHORTEST_RUN`] equal bytes begins; the row's length if nowhere.
+fn next_run(row: &[u8], from: usize) -> usize {
+    let mut at = from;
+    // Eight places at once: a byte of `differs` is zero where four neighbours are equal.
+    while at + 8 + SHORTEST_RUN - 1 <= row.len() {
+        let [a, b, c, d] = [0, 1, 2, 3].map(|i| eight_bytes(row, at + i));
+        let differs = (a ^ b) | (b ^ c) | (c ^ d);
+        let zeros = lowest_zero_byte(differs);
+        if zeros != 0 {
+            return at + zeros.trailing_zeros() as usize / 8;
+        }
+        at += 8;
+    }
+    row[at..].windows(SHORTEST_RUN).position(all_equal).map_or(row.len(), |found| at + found)
+}
+
+fn all_equal(window: &[u8]) -> bool {
+    window.iter().all(|byte| *byte == window[0])
+}
+
+fn eight_bytes(row: &[u8], at: usize) -> u64 {
+    u64::from_le_bytes(row[at..at + 8].try_into().expect("the slice has eight bytes"))
+}
+
+/// Its lowest set bit lies in the lowest zero byte of `word`; 0 if there is none. (The classic
+/// borrow trick: bits above that byte may be wrong, the lowest one never is.)
+fn lowest_zero_byte(word: u64) -> u64 {
+    const LOW: u64 = u64::from_ne_bytes([0x01; 8]);
+    const HIGH: u64 = u64::from_ne_bytes([0x80; 8]);
+    word.wrapping_sub(LOW) & !word & HIGH
+}
+
+/// How many bytes at the start of `row` are equal.
+fn run_length(row: &[u8]) -> usize {
+    let Some(&first) = row.first() else { return 0 };
+    let same = u64::from_ne_bytes([first; 8]);
+    let mut at = 0;
+    while at + 8 <= row.len() {
+        let differs = eight_bytes(row, at) ^ same;
+        if differs != 0 {
+            return at + differs.trailing_zeros() as usize / 8;
+        }
+        at += 8;
+    }
+    at + row[at..].iter().take_while(|byte| **byte == first).count()
+}
+
+fn put_literals(bytes: &[u8], out: &mut Vec<u8>) {
+    for chunk in bytes.chunks(LONGEST) {
+        out.push((chunk.len() - 1) as u8);
+        out.extend_from_slice(chunk);
+    }
+}
+
+/// Also right for the one or two bytes that a long run may leave: a "run" of one has the header 0,
+/// which is that of one literal byte.
+fn put_run(byte: Option<&u8>, length: usize, out: &mut Vec<u8>) {
+    let Some(&byte) = byte else { return };
+    let mut left = length;
+    while left > 0 {
+        let now = left.min(LONGEST);
+        out.extend_from_slice(&[(257 - now) as u8, byte]);
+        left -= now;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    /// A decoder of our own, by the definition.
+    fn unpack(mut code: &[u8]) -> Vec<u8> {
+        let mut bytes = Vec::new();
+        while let Some((&header, rest)) = code.split_first() {
+            let n = usize::from(header);
+            if n < 128 {
+                bytes.extend_from_slice(&rest[..=n]);
+                code = &rest[n + 1..];
+            } else {
+                assert_ne!(n, 128, "128 says nothing and is never written");
+                bytes.extend(std::iter::repeat_n(rest[0], 257 - n));
+                code = &rest[1..];
+            }
+        }
+        bytes
+    }
+
+    fn packed(row: &[u8]) -> Vec<u8> {
+        let mut out = Vec::new();
+        assert_eq!(pack_row(row, &mut out), out.len());
+        out
+    }
+
+    #[test]
+    fn an_empty_row_has_an_empty_code() {
+        assert_eq!(packed(&[]), []);
+    }
+
+    #[test]
+    fn a_transparent_row_takes_two_bytes_per_128_pixels() {
+        assert_eq!(packed(&[0; 256]), [129, 0, 129, 0]);
+    }
+
+    #[test]
+    fn runs_of_every_length_around_the_limits_come_back() {
+        for length in (0..20).chain(120..140).chain(250..270) {
+            for before in 0..12 {
+                let mut row: Vec<u8> = (0..before).collect();
+                row.extend(std::iter::repeat_n(77, length));
+                row.extend([1, 2, 3, 4]);
+                assert_eq!(unpack(&packed(&row)), row, "{before} literals, a run of {length}");
+            }
+        }
+    }
+
+    #[test]
+    fn noise_grows_by_one_byte_in_128_at_most() {
+        let noise: Vec<u8> = (0..10_000u32).map(|i| (i.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
+        assert!(packed(&noise).len() <= longest_code(noise.len()));
+    }
+
+    proptest! {
+        #[test]
+        fn every_row_comes_back(row in proptest::collection::vec((0u8..4, 1usize..200), 0..40)) {
+            let row: Vec<u8> = row.iter().flat_map(|&(byte, n)| std::iter::repeat_n(byte, n)).collect();
+            let code = packed(&row);
+            prop_assert!(code.len() <= longest_code(row.len()));
+            prop_assert_eq!(unpack(&code), row);
+        }
+
+        #[test]
+        fn every_noisy_row_comes_back(row in proptest::collection::vec(0u8..3, 0..600)) {
+            prop_assert_eq!(unpack(&packed(&row)), row);
+        }
+    }
+}

@@ -1,0 +1,294 @@
+//! Pixels in memory, as layered files hold them.
+
+use crate::geometry::PixelRect;
+
+/// Bits of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "u8", into = "u8")]
+pub enum Depth {
+    /// 0..=255.
+    Eight,
+    /// 0..=65535.
+    Sixteen,
+}
+
+/// The samples of a [`Raster`].
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Samples {
+    /// 8 bits each.
+    Eight(Vec<u8>),
+    /// 16 bits each.
+    Sixteen(Vec<u16>),
+}
+
+/// Pixels: rows from the top, in each from the left, R, G, B, A per pixel, alpha not multiplied in.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Raster {
+    width: u32,
+    height: u32,
+    samples: Samples,
+}
+
+/// Samples per pixel.
+const RGBA: usize = 4;
+
+impl Depth {
+    /// 1 or 2.
+    pub fn bytes(self) -> u64 {
+        u64::from(self.bits()) / 8
+    }
+
+    /// 8 or 16.
+    pub fn bits(self) -> u8 {
+        match self {
+            Self::Eight => 8,
+            Self::Sixteen => 16,
+        }
+    }
+}
+
+impl From<Depth> for u8 {
+    fn from(depth: Depth) -> Self {
+        depth.bits()
+    }
+}
+
+impl TryFrom<u8> for Depth {
+    type Error = String;
+
+    fn try_from(bits: u8) -> Result<Self, String> {
+        match bits {
+            8 => Ok(Self::Eight),
+            16 => Ok(Self::Sixteen),
+            _ => Err(format!("{bits} bits a sample; expected 8 or 16")),
+        }
+    }
+}
+
+impl Raster {
+    /// From samples as [`Raster`] orders them.
+    ///
+    /// # Panics
+    /// When their number is not `4 * width * height`.
+    pub fn new(width: u32, height: u32, samples: Samples) -> Self {
+        let found = match &samples {
+            Samples::Eight(s) => s.len(),
+            Samples::Sixteen(s) => s.len(),
+        };
+        assert_eq!(found, RGBA * width as usize * height as usize, "samples of {width} x {height} pixels");
+        Self { width, height, samples }
+    }
+
+    /// Transparent everywhere.
+    pub fn blank(width: u32, height: u32, depth: Depth) -> Self {
+        let count = RGBA * width as usize * height as usize;
+        let samples = match depth {
+            Depth::Eight => Samples::Eight(vec![0; count]),
+            Depth::Sixteen => Samples::Sixteen(vec![0; count]),
+        };
+        Self { width, height, samples }
+    }
+
+    /// Pixels in a row.
+    pub fn width(&self) -> u32 {
+        self.width
+    }
+
+    /// Rows.
+    pub fn height(&self) -> u32 {
+        self.height
+    }
+
+    /// Bits of its samples.
+    pub fn depth(&self) -> Depth {
+        match self.samples {
+            Samples::Eight(_) => Depth::Eight,
+            Samples::Sixteen(_) => Depth::Sixteen,
+        }
+    }
+
+    /// The samples, in the order that [`Raster`] gives.
+    pub fn samples(&self) -> &Samples {
+        &self.samples
+    }
+
+    /// The same, to change.
+    pub fn samples_mut(&mut self) -> &mut Samples {
+        &mut self.samples
+    }
+
+    /// True where the pixel in column `x`, row `y` is not fully transparent.
+    pub fn has_colour(&self, x: u32, y: u32) -> bool {
+        let alpha = RGBA * (y as usize * self.width as usize + x as usize) + 3;
+        match &self.samples {
+            Samples::Eight(s) => s[alpha] != 0,
+            Samples::Sixteen(s) => s[alpha] != 0,
+        }
+    }
+
+    /// The part in `rect`, which is counted from the top left corner of this raster and lies
+    /// within it.
+    ///
+    /// # Panics
+    /// When `rect` leaves the raster.
+    pub fn cropped(self, rect: PixelRect) -> Self {
+        if (rect.x, rect.y, rect.w, rect.h) == (0, 0, self.width, self.height) {
+            return self;
+        }
+        let samples = match &self.samples {
+            Samples::Eight(s) => Samples::Eight(cropped(s, self.width, rect)),
+            Samples::Sixteen(s) => Samples::Sixteen(cropped(s, self.width, rect)),
+        };
+        Self::new(rect.w, rect.h, samples)
+    }
+
+    /// The same picture on white, opaque: what a viewer shows that knows no layers.
+    pub fn on_white(&self) -> Self {
+        let samples = match &self.samples {
+            Samples::Eight(s) => Samples::Eight(on_white(s, 255)),
+            Samples::Sixteen(s) => Samples::Sixteen(on_white(s, 65535)),
+        };
+        Self::new(self.width, self.height, samples)
+    }
+
+    /// The bounding box of all that is not fully transparent, from the raster's top left corner;
+    /// empty where nothing is.
+    pub fn coloured_rect(&self) -> PixelRect {
+        match &self.samples {
+            Samples::Eight(s) => coloured_rect(s, self.width),
+            Samples::Sixteen(s) => coloured_rect(s, self.width),
+        }
+    }
+
+    /// A hash that names what is to be seen when the raster's top left corner lies at `(x, y)`:
+    /// place, depth and colours of all pixels that are not fully transparent. It stays the same
+    /// when an editor crops the layer, grows it, or drops the colour of transparent pixels, as they do.
+    pub fn hash_at(&self, x: i32, y: i32) -> String {
+        let seen = self.coloured_rect();
+        let mut hasher = blake3::Hasher::new();
+        hasher.update(&[self.depth().bits()]);
+        for number in [seen.x + x, seen.y + y, seen.w as i32, seen.h as i32] {
+            hasher.update(&number.to_le_bytes());
+        }
+        match &self.samples {
+            Samples::Eight(s) => hash_rows(s, self.width, seen, &mut hasher, |v, out| out.push(v)),
+            Samples::Sixteen(s) => {
+                hash_rows(s, self.width, seen, &mut hasher, |v, out| out.extend_from_slice(&v.to_le_bytes()));
+            }
+        }
+        hasher.finalize().to_hex().to_string()
+    }
+}
+
+/// The samples of row `y` of `rect` in an image that is `width` pixels wide.
+fn row_of<T>(samples: &[T], width: u32, rect: PixelRect, y: u32) -> &[T] {
+    let start = (rect.y as usize + y as usize) * width as usize + rect.x as usize;
+    &samples[RGBA * start..RGBA * (start + rect.w as usize)]
+}
+
+fn cropped<T: Copy>(samples: &[T], width: u32, rect: PixelRect) -> Vec<T> {
+    assert!(rect.x >= 0 && rect.right() <= width as i32, "the crop lies within the raster");
+    let mut out = Vec::with_capacity(RGBA * rect.area() as usize);
+    for y in 0..rect.h {
+        out.extend_from_slice(row_of(samples, width, rect, y));
+    }
+    out
+}
+
+fn on_white<T: Copy + Into<u64> + TryFrom<u64>>(samples: &[T], full: u64) -> Vec<T> {
+    let narrow = |value: u64| T::try_from(value).ok().expect("a mean of two samples is a sample");
+    let mut out = samples.to_vec();
+    for pixel in out.chunks_exact_mut(RGBA) {
+        let alpha: u64 = pixel[3].into();
+        if alpha == full {
+            continue;
+        }
+        for sample in &mut pixel[..3] {
+            let value: u64 = (*sample).into();
+            *sample = narrow((value * alpha + full * (full - alpha) + full / 2) / full);
+        }
+        pixel[3] = narrow(full);
+    }
+    out
+}
+
+fn coloured_rect<T: Copy + PartialEq + Default>(samples: &[T], width: u32) -> PixelRect {
+    let clear = T::default();
+    let mut found: Option<PixelRect> = None;
+    for (y, row) in samples.chunks_exact(RGBA * width.max(1) as usize).enumerate() {
+        let coloured = |pixel: &[T]| pixel[3] != clear;
+        let Some(first) = row.chunks_exact(RGBA).position(coloured) else { continue };
+        let last = row.chunks_exact(RGBA).rposition(coloured).expect("there is a first one");
+        let here = PixelRect::from_edges(first as i32, y as i32, last as i32 + 1, y as i32 + 1);
+        found = Some(found.map_or(here, |so_far| so_far.union(&here)));
+    }
+    found.unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
+}
+
+fn hash_rows<T: Copy + PartialEq + Default>(
+    samples: &[T],
+    width: u32,
+    rect: PixelRect,
+    hasher: &mut blake3::Hasher,
+    put: impl Fn(T, &mut Vec<u8>),
+) {
+    let clear = T::default();
+    let mut bytes = Vec::new();
+    for y in 0..rect.h {
+        bytes.clear();
+        for pixel in row_of(samples, width, rect, y).chunks_exact(RGBA) {
+            let seen = pixel[3] != clear;
+            pixel.iter().for_each(|sample| put(if seen { *sample } else { clear }, &mut bytes));
+        }
+        hasher.update(&bytes);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn raster(width: u32, height: u32, set: &[(u32, u32, [u8; 4])]) -> Raster {
+        let mut samples = vec![0; RGBA * (width * height) as usize];
+        for (x, y, colour) in set {
+            let at = RGBA * (y * width + x) as usize;
+            samples[at..at + 4].copy_from_slice(colour);
+        }
+        Raster::new(width, height, Samples::Eight(samples))
+    }
+
+    #[test]
+    fn a_crop_holds_the_pixels_of_its_place() {
+        let whole = raster(5, 4, &[(2, 1, [1, 2, 3, 4]), (3, 2, [5, 6, 7, 8])]);
+        let part = whole.cropped(PixelRect { x: 2, y: 1, w: 2, h: 2 });
+        assert_eq!(part, raster(2, 2, &[(0, 0, [1, 2, 3, 4]), (1, 1, [5, 6, 7, 8])]));
+    }
+
+    #[test]
+    fn the_hash_ignores_how_much_emptiness_surrounds_the_layer() {
+        let wide = raster(6, 5, &[(2, 1, [9, 8, 7, 255]), (4, 3, [1, 1, 1, 3]), (0, 0, [50, 60, 70, 0])]);
+        let tight = raster(3, 3, &[(0, 0, [9, 8, 7, 255]), (2, 2, [1, 1, 1, 3])]);
+        assert_eq!(wide.hash_at(-2, 10), tight.hash_at(0, 11));
+        assert_ne!(wide.hash_at(-2, 10), tight.hash_at(0, 10), "moved");
+    }
+
+    #[test]
+    fn the_hash_sees_one_changed_sample_and_one_changed_alpha() {
+        let plain = raster(2, 1, &[(0, 0, [9, 8, 7, 255])]);
+        assert_ne!(plain.hash_at(0, 0), raster(2, 1, &[(0, 0, [9, 9, 7, 255])]).hash_at(0, 0));
+        assert_ne!(plain.hash_at(0, 0), raster(2, 1, &[(0, 0, [9, 8, 7, 254])]).hash_at(0, 0));
+    }
+
+    #[test]
+    fn on_white_leaves_opaque_pixels_and_fills_the_clear_ones() {
+        let white = raster(3, 1, &[(0, 0, [10, 20, 30, 255]), (1, 0, [0, 0, 0, 128])]).on_white();
+        let expected = [(0, 0, [10, 20, 30, 255]), (1, 0, [127, 127, 127, 255]), (2, 0, [255; 4])];
+        assert_eq!(white, raster(3, 1, &expected));
+    }
+
+    #[test]
+    fn an_empty_raster_has_no_coloured_rectangle() {
+        assert!(Raster::blank(4, 4, Depth::Sixteen).coloured_rect().is_empty());
+        assert!(Raster::blank(0, 0, Depth::Eight).coloured_rect().is_empty());
+    }
+}
