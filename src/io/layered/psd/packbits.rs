@@ -124,7 +124,7 @@ mod tests {
 
     #[test]
     fn an_empty_row_has_an_empty_code() {
-        assert_eq!(packed(&[]), []);
+        assert!(packed(&[]).is_empty());
     }
 
     #[test]
