@@ -29,7 +29,7 @@ project=$out/project
 step() { say && say "\$ quadratura $*" && "$program" "$@"; }
 
 mkdir -p "$out"
-step new "$project" --photos "$sample/photos" --cameras "$sample/sparse" --model "$sample/model.obj"
+step new "$project" --photos "$sample/photos" --cameras "$sample/sparse" --model "$sample/piazza.obj"
 step check "$project"
 step build "$project"
 step export "$project" --format psd --out "$out/psd"
