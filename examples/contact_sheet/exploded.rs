@@ -1,0 +1,201 @@
+//! The exploded view: the layers as sheets that stand in the camera's view, one behind the other.
+
+use glam::{DMat3, DVec3};
+
+use super::Layer;
+use super::canvas::{Canvas, Ink, over, scaled};
+
+const SIZE: (usize, usize) = (1800, 920);
+/// Drawn at so many times the size in each direction, then scaled down: smooth edges.
+const FINER: usize = 2;
+/// More orders than this share sheets.
+const MOST_SHEETS: usize = 7;
+/// Width of a sheet's texture.
+const TEXTURE: usize = 1400;
+
+const SKY: Ink = Ink(0x3a_48_5a, 1.0);
+const GROUND: Ink = Ink(0x16_1c_25, 1.0);
+const RAY: Ink = Ink(0xf6_d3_9b, 0.75);
+const EDGE: Ink = Ink(0xdf_e7_ef, 0.55);
+const GLASS: Ink = Ink(0xdf_e7_ef, 0.02);
+const SHADE: Ink = Ink(0x00_00_00, 0.5);
+
+/// Depth of the first sheet from the photo's camera, and from sheet to sheet, in sheet heights.
+const FIRST: f64 = 2.6;
+const STEP: f64 = 0.7;
+
+/// All orders of a run, drawn over each other.
+struct Sheet {
+    picture: Canvas,
+    shadow: Canvas,
+    depth: f64,
+}
+
+/// The eye that looks at the sheets.
+struct Eye {
+    position: DVec3,
+    /// Rows: right, down, forward.
+    axes: DMat3,
+    focal: f64,
+    centre: [f64; 2],
+}
+
+/// Draws the layers of a photo of `size` pixels.
+pub fn draw(layers: &[Layer], size: (usize, usize)) -> Canvas {
+    let sheets = sheets(layers, size);
+    let aspect = size.0 as f64 / size.1 as f64;
+    let eye = Eye::before(&sheets, aspect);
+    let mut canvas = Canvas::new(SIZE.0 * FINER, SIZE.1 * FINER);
+    canvas.fill_gradient(SKY, GROUND);
+    for (i, sheet) in sheets.iter().enumerate().rev() {
+        let corners = corners(aspect, sheet.depth);
+        if i + 1 < sheets.len() {
+            let behind = self::corners(aspect, sheet.depth + 0.14 * STEP);
+            eye.paste(&mut canvas, &sheet.shadow, behind);
+        }
+        eye.outline(&mut canvas, corners, EDGE);
+        eye.paste(&mut canvas, &sheet.picture, corners);
+        let front = if i == 0 { 0.0 } else { sheets[i - 1].depth };
+        for corner in corners {
+            eye.line(&mut canvas, corner * (front / sheet.depth), corner, 1.1, RAY);
+        }
+    }
+    canvas.resized(SIZE.0, SIZE.1)
+}
+
+/// The corners of a sheet at `depth`, clockwise from the top left, the photo's camera standing at
+/// the origin and looking along z.
+fn corners(aspect: f64, depth: f64) -> [DVec3; 4] {
+    let half = depth / FIRST / 2.0;
+    [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
+        .map(|(x, y)| DVec3::new(x * half * aspect, y * half, depth))
+}
+
+fn sheets(layers: &[Layer], size: (usize, usize)) -> Vec<Sheet> {
+    let height = TEXTURE * size.1 / size.0;
+    let groups = shared_out(layers);
+    let make = |(i, group): (usize, Vec<&Layer>)| {
+        let picture = composed(&group, size).resized(TEXTURE, height);
+        Sheet { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
+    };
+    groups.into_iter().enumerate().map(make).collect()
+}
+
+/// Runs of orders with about the same number of covered pixels, nearest first.
+fn shared_out(layers: &[Layer]) -> Vec<Vec<&Layer>> {
+    let mut orders: Vec<Vec<&Layer>> = Vec::new();
+    for layer in layers {
+        match orders.last_mut() {
+            Some(last) if last[0].order == layer.order => last.push(layer),
+            _ => orders.push(vec![layer]),
+        }
+    }
+    while orders.len() > MOST_SHEETS {
+        let weight = |i: usize| pixels_of(&orders[i]) + pixels_of(&orders[i + 1]);
+        let least = (0..orders.len() - 1).min_by_key(|&i| weight(i)).expect("two orders at least");
+        let next = orders.remove(least + 1);
+        orders[least].extend(next);
+    }
+    orders
+}
+
+fn pixels_of(layers: &[&Layer]) -> usize {
+    let opaque = |layer: &&Layer| layer.pixels.pixels.iter().filter(|p| p[3] > 0.5).count();
+    layers.iter().map(opaque).sum()
+}
+
+/// The layers over each other, nearest on top, on a sheet of glass.
+fn composed(layers: &[&Layer], size: (usize, usize)) -> Canvas {
+    let mut canvas = Canvas::new(size.0, size.1);
+    canvas.pixels.fill(GLASS.linear());
+    let pitch = (size.0 / 110).max(3);
+    for layer in layers.iter().rev() {
+        canvas.draw(&layer.hatched(pitch), layer.rect.x.into(), layer.rect.y.into());
+    }
+    canvas
+}
+
+/// A soft dark copy of what is opaque.
+fn shadow_of(picture: &Canvas) -> Canvas {
+    let mut shadow = picture.clone();
+    for pixel in &mut shadow.pixels {
+        *pixel = scaled(SHADE.linear(), ((pixel[3] - 0.2) / 0.8).max(0.0));
+    }
+    shadow.resized(TEXTURE / 24, picture.height / 24)
+}
+
+impl Eye {
+    /// To the right of the photo's camera, behind and above it, so that the sheets stand in a row,
+    /// and zoomed until all of them fill the picture.
+    fn before(sheets: &[Sheet], aspect: f64) -> Self {
+        let last = sheets.last().map_or(FIRST, |sheet| sheet.depth);
+        let middle = DVec3::new(0.0, 0.0, last * 0.6);
+        let position = middle + DVec3::new(1.0, -0.42, -0.86) * last * 1.7;
+        let forward = (middle - position).normalize();
+        let right = DVec3::Y.cross(forward).normalize();
+        let axes = DMat3::from_cols(right, forward.cross(right), forward).transpose();
+        let mut eye = Self { position, axes, focal: 1.0, centre: [0.0; 2] };
+        let mut marks = vec![DVec3::ZERO];
+        marks.extend(sheets.iter().flat_map(|sheet| corners(aspect, sheet.depth)));
+        eye.zoom_to(&marks);
+        eye
+    }
+
+    fn zoom_to(&mut self, marks: &[DVec3]) {
+        let seen: Vec<[f64; 2]> = marks.iter().map(|&mark| self.project(mark)).collect();
+        let range = |axis: usize| {
+            let values = seen.iter().map(|p| p[axis]);
+            (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
+        };
+        let (across, down) = (range(0), range(1));
+        let size = [(SIZE.0 * FINER) as f64, (SIZE.1 * FINER) as f64];
+        self.focal = (size[0] / (across.1 - across.0)).min(size[1] / (down.1 - down.0)) * 0.92;
+        self.centre = [
+            (size[0] - self.focal * (across.0 + across.1)) / 2.0,
+            (size[1] - self.focal * (down.0 + down.1)) / 2.0,
+        ];
+    }
+
+    fn project(&self, point: DVec3) -> [f64; 2] {
+        let p = self.axes * (point - self.position);
+        [self.centre[0] + self.focal * p.x / p.z, self.centre[1] + self.focal * p.y / p.z]
+    }
+
+    fn line(&self, canvas: &mut Canvas, a: DVec3, b: DVec3, thickness: f64, ink: Ink) {
+        canvas.line(self.project(a), self.project(b), thickness * FINER as f64, ink);
+    }
+
+    fn outline(&self, canvas: &mut Canvas, corners: [DVec3; 4], ink: Ink) {
+        for i in 0..4 {
+            self.line(canvas, corners[i], corners[(i + 1) % 4], 1.2, ink);
+        }
+    }
+
+    /// Draws `picture` on the rectangle with these corners, clockwise from its top left.
+    fn paste(&self, canvas: &mut Canvas, picture: &Canvas, corners: [DVec3; 4]) {
+        let seen = corners.map(|corner| self.project(corner));
+        let range = |axis: usize, end: usize| {
+            let least = seen.iter().map(|p| p[axis]).fold(f64::INFINITY, f64::min);
+            let most = seen.iter().map(|p| p[axis]).fold(f64::NEG_INFINITY, f64::max);
+            (least.floor().max(0.0) as usize, (most.ceil().max(0.0) as usize).min(end))
+        };
+        let (columns, rows) = (range(0, canvas.width), range(1, canvas.height));
+        // The ray through a pixel meets the sheet's plane where `origin + s * across + t * down`.
+        let (across, down) = (corners[1] - corners[0], corners[3] - corners[0]);
+        let ray_from_sheet = DMat3::from_cols(across, down, corners[0] - self.position);
+        let sheet_from_ray = ray_from_sheet.inverse() * self.axes.transpose();
+        for y in rows.0..rows.1 {
+            for x in columns.0..columns.1 {
+                let pixel = [x as f64 + 0.5 - self.centre[0], y as f64 + 0.5 - self.centre[1]];
+                let ray = DVec3::new(pixel[0] / self.focal, pixel[1] / self.focal, 1.0);
+                let hit = sheet_from_ray * ray;
+                let (s, t) = (hit.x / hit.z, hit.y / hit.z);
+                let color = picture.sample(s * picture.width as f64, t * picture.height as f64);
+                if color[3] > 0.0 {
+                    let at = y * canvas.width + x;
+                    canvas.pixels[at] = over(color, canvas.pixels[at]);
+                }
+            }
+        }
+    }
+}
