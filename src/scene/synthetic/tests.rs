@@ -1,3 +1,5 @@
+//! The scenes are what their documentation says.
+
 use super::*;
 use crate::scene::FaceId;
 
