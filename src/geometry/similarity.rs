@@ -2,8 +2,10 @@
 
 use glam::{DMat3, DVec3};
 
-/// `p -> scale * rotation * p + translation`.
-#[derive(Debug, Clone, Copy, PartialEq)]
+/// `p -> scale * rotation * p + translation`. In files: the four rows of a 4 x 4 matrix that takes
+/// columns (x, y, z, 1).
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
+#[serde(try_from = "[[f64; 4]; 4]", into = "[[f64; 4]; 4]")]
 pub struct Similarity {
     /// Positive.
     pub scale: f64,
@@ -23,8 +25,85 @@ impl Similarity {
     }
 }
 
+/// The rows of the 4 x 4 matrix.
+impl From<Similarity> for [[f64; 4]; 4] {
+    fn from(similarity: Similarity) -> Self {
+        let columns = similarity.rotation * similarity.scale;
+        let row = |i: usize| {
+            let [x, y, z] = columns.row(i).to_array();
+            [x, y, z, similarity.translation[i]]
+        };
+        [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]]
+    }
+}
+
+impl TryFrom<[[f64; 4]; 4]> for Similarity {
+    type Error = String;
+
+    /// Splits a matrix into scale, rotation and translation, or says why it is no similarity.
+    fn try_from(rows: [[f64; 4]; 4]) -> Result<Self, String> {
+        if rows.as_flattened().iter().any(|number| !number.is_finite()) {
+            return Err("the transform has a number that is not finite".into());
+        }
+        if rows[3] != [0.0, 0.0, 0.0, 1.0] {
+            return Err(format!("the transform's last row is {:?}, expected 0 0 0 1", rows[3]));
+        }
+        let row = |i: usize| DVec3::from_slice(&rows[i][..3]);
+        let linear = DMat3::from_cols(row(0), row(1), row(2)).transpose();
+        let determinant = linear.determinant();
+        if determinant <= 0.0 {
+            return Err(format!("the transform mirrors or flattens (determinant {determinant})"));
+        }
+        let scale = determinant.cbrt();
+        let rotation = linear * scale.recip();
+        if !(rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, ROUNDING) {
+            return Err("the transform shears, or scales one axis more than another".into());
+        }
+        let translation = DVec3::new(rows[0][3], rows[1][3], rows[2][3]);
+        Ok(Self { scale, rotation, translation })
+    }
+}
+
+/// What a matrix typed with six digits may be off a rotation.
+const ROUNDING: f64 = 1e-5;
+
 impl Default for Similarity {
     fn default() -> Self {
         Self::IDENTITY
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_similarity_comes_back_from_its_rows() {
+        let similarity = Similarity {
+            scale: 2.5,
+            rotation: DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0),
+            translation: DVec3::new(1.0, -2.0, 5e6),
+        };
+        let rows: [[f64; 4]; 4] = similarity.into();
+        let back = Similarity::try_from(rows).unwrap();
+        let point = DVec3::new(3.0, 1.0, -7.0);
+        assert!((back.apply(point) - similarity.apply(point)).length() < 1e-8);
+        assert_eq!(
+            Similarity::try_from(<[[f64; 4]; 4]>::from(Similarity::IDENTITY)).unwrap(),
+            Similarity::IDENTITY
+        );
+    }
+
+    #[test]
+    fn mirrored_sheared_flat_and_infinite_matrices_are_refused_by_what_they_do() {
+        let refusal = |row: [f64; 4]| {
+            let rows = [row, [0.0, 1.0, 0.0, 0.0], [0.0, 0.0, 1.0, 0.0], [0.0, 0.0, 0.0, 1.0]];
+            Similarity::try_from(rows).unwrap_err()
+        };
+        assert!(refusal([-1.0, 0.0, 0.0, 0.0]).contains("mirrors"));
+        assert!(refusal([0.0, 0.0, 0.0, 0.0]).contains("flattens"));
+        assert!(refusal([1.0, 0.5, 0.0, 0.0]).contains("shears"));
+        assert!(refusal([2.0, 0.0, 0.0, 0.0]).contains("scales one axis"));
+        assert!(refusal([1.0, 0.0, 0.0, f64::NAN]).contains("not finite"));
     }
 }

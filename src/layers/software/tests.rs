@@ -1,6 +1,7 @@
 //! Closed-form scenes, written straight into views: what is seen can be said in a sentence.
 
 use super::*;
+use crate::geometry::PixelRect;
 use crate::layers::rasteriser::{Occlusion, VISIBLE};
 use crate::layers::view::{InverseDepth, Item};
 use crate::scene::FaceId;
@@ -16,7 +17,8 @@ fn empty_view() -> View {
 fn add_item(view: &mut View, a: f32, c: f32, triangles: &[[[f32; 3]; 3]]) {
     let item = view.items.len() as u32;
     let inverse_depth = InverseDepth { a, b: 0.0, c, u0: 8.0, v0: 4.0 };
-    view.items.push(Item { face: FaceId(item), triangle: None, inverse_depth, back: false });
+    let bounds = PixelRect { x: 0, y: 0, w: view.width, h: view.height };
+    view.items.push(Item { face: FaceId(item), triangle: None, inverse_depth, back: false, bounds });
     view.corners.extend_from_slice(triangles);
     view.triangle_items.extend(triangles.iter().map(|_| item));
 }

@@ -1,0 +1,259 @@
+//! What may be typed.
+
+use std::path::PathBuf;
+
+use clap::builder::RangedU64ValueParser;
+use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
+
+use super::bytes::parse_bytes;
+use crate::layers::{BoxShape, Method, Options};
+
+/// Calibrated photos and a coarse model become editable image layers, sorted by proven visibility.
+#[derive(Debug, Parser)]
+#[command(name = "quadratura", version, propagate_version = true, subcommand_required = true)]
+#[command(arg_required_else_help = true, max_term_width = 100)]
+#[command(after_help = "Exit status: 0 done, 1 failed (also when one photo failed and the others \
+                        went on), 2 wrong usage, 130 stopped by Ctrl-C.")]
+pub struct Cli {
+    #[command(flatten)]
+    pub global: Global,
+    #[command(subcommand)]
+    pub command: Command,
+}
+
+/// What every command takes.
+#[derive(Debug, Args)]
+pub struct Global {
+    /// Write the result to standard output as JSON
+    #[arg(long, global = true)]
+    pub json: bool,
+    /// Say nothing but results and errors
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+    /// Say more: every step of every photo
+    #[arg(short, long, global = true, conflicts_with = "quiet")]
+    pub verbose: bool,
+    /// Use so many threads [default: one a core]
+    #[arg(long, global = true, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
+    pub threads: Option<usize>,
+    /// Print a table of seconds by stage and photo, and the peak memory
+    #[arg(long, global = true)]
+    pub timings: bool,
+}
+
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Make a project of photos, their cameras and a model
+    New(NewArgs),
+    /// Judge the site before work starts: does the model fit the photos
+    Check(CheckArgs),
+    /// Sort the surfaces of every photo by visibility and make its layer stack
+    Build(BuildArgs),
+    /// Write the stacks as files for an image editor
+    Export(ExportArgs),
+    /// Show what a project holds, and why a face has no texture
+    Info(InfoArgs),
+    /// Print the completions of a shell
+    #[command(hide = true)]
+    Completions { shell: clap_complete::Shell },
+    /// Print the manual page
+    #[command(hide = true)]
+    Man,
+}
+
+#[derive(Debug, Args)]
+pub struct NewArgs {
+    /// The project's folder: new or empty
+    pub project: PathBuf,
+    /// The folder of the photos
+    #[arg(long, value_name = "DIR")]
+    pub photos: PathBuf,
+    /// COLMAP's cameras, text or binary: the folder, or one of its files
+    #[arg(long, value_name = "PATH")]
+    pub cameras: PathBuf,
+    /// The model: .obj, .gltf or .glb
+    #[arg(long, value_name = "FILE")]
+    pub model: PathBuf,
+    /// Takes the model into the cameras' world: a name such as `y-up`, axes such as `x,-z,y`, or the
+    /// 16 numbers of a 4 x 4 matrix, row by row
+    #[arg(long, value_name = "M", allow_hyphen_values = true)]
+    pub model_transform: Option<String>,
+    #[command(flatten)]
+    pub options: OptionArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct CheckArgs {
+    /// The project's folder
+    pub project: PathBuf,
+}
+
+#[derive(Debug, Args)]
+pub struct BuildArgs {
+    /// The project's folder
+    pub project: PathBuf,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+    #[command(flatten)]
+    pub options: OptionArgs,
+    /// Keep these options in project.json. Without it they hold for this time only, and the next
+    /// build without them builds these photos again
+    #[arg(long)]
+    pub save_options: bool,
+    /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub memory: Option<u64>,
+    /// Build again what is up to date
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Args)]
+pub struct ExportArgs {
+    /// The project's folder
+    pub project: PathBuf,
+    /// What to write
+    #[arg(long, value_enum, default_value_t = FormatArg::Psd)]
+    pub format: FormatArg,
+    /// The folder to write to
+    #[arg(long, value_name = "DIR")]
+    pub out: PathBuf,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+}
+
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// The project's folder
+    pub project: PathBuf,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+    /// Show this face only, in every photo; OBJECT[INDEX] as the lists name it
+    #[arg(long, value_name = "OBJECT[INDEX]")]
+    pub face: Option<String>,
+}
+
+#[derive(Debug, Args)]
+pub struct PhotoArgs {
+    /// This photo only (may be given several times) [default: all]
+    #[arg(long = "photo", value_name = "NAME")]
+    pub names: Vec<String>,
+}
+
+/// The options of the method; those not given are the project's.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Options of the method")]
+pub struct OptionArgs {
+    /// How visibility layers are found: the occlusion graph, or stencil peeling as published in 2003
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArg>,
+    /// One surface hides another when it is nearer by more than this share of its depth
+    #[arg(long, value_name = "T", value_parser = tolerance)]
+    pub tolerance: Option<f32>,
+    /// A contradiction of at most so many pixels is forgiven as contact noise
+    #[arg(long, value_name = "N")]
+    pub min_support: Option<u32>,
+    /// Pixels added around an image layer on every side
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096))]
+    pub margin: Option<u32>,
+    /// Sides of image layers: as they are, or powers of two
+    #[arg(long, value_enum)]
+    pub boxes: Option<BoxArg>,
+    /// Merge image layers within one visibility layer only, the rule of 2003
+    #[arg(long, action = ArgAction::Set, num_args = 0..=1, require_equals = true,
+          default_missing_value = "true", value_name = "true|false", hide_possible_values = true)]
+    pub published: Option<bool>,
+    /// Do not merge image layers beyond this side, in pixels
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
+    pub largest_side: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum MethodArg {
+    Graph,
+    Stencil,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum BoxArg {
+    Exact,
+    PowerOfTwo,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum FormatArg {
+    /// One layered PSD a photo, for Photoshop, GIMP and Krita
+    Psd,
+    /// A folder of PNG files with stack.json
+    Folder,
+    /// OpenRaster, for Krita
+    Ora,
+}
+
+impl OptionArgs {
+    /// `options` with those that were given.
+    pub fn applied_to(&self, options: &Options) -> Options {
+        Options {
+            method: self.method.map_or(options.method, Method::from),
+            tolerance: self.tolerance.unwrap_or(options.tolerance),
+            min_support: self.min_support.unwrap_or(options.min_support),
+            margin: self.margin.unwrap_or(options.margin),
+            boxes: self.boxes.map_or(options.boxes, BoxShape::from),
+            published: self.published.unwrap_or(options.published),
+            largest_side: self.largest_side.unwrap_or(options.largest_side),
+        }
+    }
+}
+
+impl From<MethodArg> for Method {
+    fn from(arg: MethodArg) -> Self {
+        match arg {
+            MethodArg::Graph => Self::Graph,
+            MethodArg::Stencil => Self::Stencil,
+        }
+    }
+}
+
+impl From<BoxArg> for BoxShape {
+    fn from(arg: BoxArg) -> Self {
+        match arg {
+            BoxArg::Exact => Self::Exact,
+            BoxArg::PowerOfTwo => Self::PowerOfTwo,
+        }
+    }
+}
+
+fn tolerance(text: &str) -> Result<f32, String> {
+    let tolerance = text.parse().map_err(|_| "expected a number such as 0.0001".to_string())?;
+    let options = Options { tolerance, ..Options::default() };
+    options.problem().map_or(Ok(tolerance), Err)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use clap::CommandFactory;
+
+    #[test]
+    fn the_definition_contradicts_itself_nowhere() {
+        Cli::command().debug_assert();
+    }
+
+    #[test]
+    fn options_that_were_not_given_are_the_projects() {
+        let typed = ["quadratura", "build", "p", "--margin", "4", "--published", "--boxes", "exact"];
+        let Command::Build(args) = Cli::parse_from(typed).command else { unreachable!() };
+        let of_project = Options { min_support: 3, ..Options::default() };
+        let expected = Options { margin: 4, published: true, boxes: BoxShape::Exact, ..of_project.clone() };
+        assert_eq!(args.options.applied_to(&of_project), expected);
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_wrong_usage() {
+        for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0", "--memory=much"]
+        {
+            let error = Cli::try_parse_from(["quadratura", "build", "p", option]).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{option}");
+        }
+    }
+}

@@ -1,0 +1,50 @@
+//! `project.json`: what the user decided about a project (see `docs/formats.md`).
+
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Similarity;
+use crate::layers::Options;
+
+/// The version this program writes; it reads this one and older ones.
+pub const PROJECT_VERSION: u32 = 1;
+
+/// The authored part of a project. Paths are relative to the project's folder, with `/`; absolute
+/// only where no relative path leads there (another drive).
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Project {
+    /// [`PROJECT_VERSION`].
+    pub version: u32,
+    /// Folder of the photos.
+    pub photos: String,
+    /// COLMAP's cameras: the folder, or one of its files.
+    pub cameras: String,
+    /// The model's file.
+    pub model: String,
+    /// Takes the model into the cameras' world.
+    #[serde(default)]
+    pub world_from_model: Similarity,
+    /// How stacks are built. Those left out have their defaults.
+    #[serde(default)]
+    pub options: Options,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_project_says_three_paths_at_least_and_the_rest_has_defaults() {
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
+        let project: Project = serde_json::from_str(text).unwrap();
+        assert_eq!(project.world_from_model, Similarity::IDENTITY);
+        assert_eq!(project.options, Options::default());
+    }
+
+    #[test]
+    fn a_misspelt_field_is_refused_by_name() {
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m", "optoins": {}}"#;
+        let error = serde_json::from_str::<Project>(text).unwrap_err().to_string();
+        assert!(error.contains("optoins") && error.contains("options"), "{error}");
+    }
+}

@@ -1,0 +1,191 @@
+//! `project.json` on disk: found, read, judged, written.
+
+use std::path::{Component, Path, PathBuf};
+
+use serde::Deserialize;
+
+use super::atomic::write_atomically;
+use super::json::{read_json, to_json};
+use super::lock::LOCK_FILE;
+use crate::document::Project;
+use crate::document::project::PROJECT_VERSION;
+use crate::error::{Error, Result};
+
+/// The name of the authored file in the project's folder.
+pub const PROJECT_FILE: &str = "project.json";
+
+const LARGEST_PROJECT: u64 = 16 << 20;
+const REMEDY: &str =
+    "correct the file (docs/formats.md describes it), or make a new project with `quadratura new`";
+
+/// Reads the project in `folder`.
+///
+/// # Errors
+/// [`Error::Input`] when there is no project, when it comes from a newer program, or when a field is
+/// misspelt, missing or out of range; [`Error::Io`].
+pub fn read_project(folder: &Path) -> Result<Project> {
+    let file = folder.join(PROJECT_FILE);
+    if !file.is_file() {
+        let found = "there is no project here: this file is missing";
+        return Err(Error::input(file, "", found, "give the folder that `quadratura new` made"));
+    }
+    refuse_newer(&file)?;
+    let project: Project = read_json(&file, LARGEST_PROJECT, REMEDY)?;
+    match project.options.problem() {
+        Some(problem) => Err(Error::input(file, "options", problem, REMEDY)),
+        None => Ok(project),
+    }
+}
+
+/// Writes the project into `folder`, whole or not at all.
+///
+/// # Errors
+/// [`Error::Io`]; the old file stays.
+pub fn write_project(folder: &Path, project: &Project) -> Result<()> {
+    write_atomically(folder.join(PROJECT_FILE), &to_json(project))
+}
+
+/// A newer file may have fields that we would call misspelt, so its version is looked at first.
+fn refuse_newer(file: &Path) -> Result<()> {
+    #[derive(Deserialize)]
+    struct Versioned {
+        version: u32,
+    }
+    let Versioned { version } = read_json(file, LARGEST_PROJECT, REMEDY)?;
+    if version <= PROJECT_VERSION {
+        return Ok(());
+    }
+    let found = format!("version {version}, this program knows versions up to {PROJECT_VERSION}");
+    Err(Error::input(file, "version", found, "open it with the newer program that wrote it"))
+}
+
+/// Makes sure that a new project can be put into `folder`: it is empty or can be created. A lock
+/// file in it is no content.
+///
+/// # Errors
+/// [`Error::Request`] when something is there; [`Error::Io`].
+pub fn create_project_folder(folder: &Path) -> Result<()> {
+    if folder.exists() && !folder.is_dir() {
+        let folder = folder.display();
+        return Err(Error::Request(format!("{folder}: this is a file; name a new folder for the project")));
+    }
+    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+    for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
+        let name = entry.map_err(Error::io(folder, "read the folder"))?.file_name();
+        if name != LOCK_FILE {
+            let (folder, name) = (folder.display(), name.display());
+            return Err(Error::Request(format!(
+                "{folder}: the folder is not empty (it holds {name}); a new project needs a new or empty folder"
+            )));
+        }
+    }
+    Ok(())
+}
+
+/// Where a path of `project.json` leads.
+pub fn resolved(folder: &Path, path: &str) -> PathBuf {
+    folder.join(path)
+}
+
+/// `target` as `project.json` writes it: relative to `folder`, with `/`. Both must exist.
+///
+/// # Errors
+/// [`Error::Io`] when one does not exist; [`Error::Input`] when the path is not Unicode, which JSON
+/// cannot hold.
+pub fn relative_to(folder: &Path, target: &Path) -> Result<String> {
+    let from = folder.canonicalize().map_err(Error::io(folder, "find it"))?;
+    let to = target.canonicalize().map_err(Error::io(target, "find it"))?;
+    let relative = relative_path(&from, &to).unwrap_or(to);
+    let Some(text) = relative.to_str() else {
+        return Err(Error::input(target, "", "its path is not Unicode", "rename it or the folder it is in"));
+    };
+    Ok(if cfg!(windows) { text.replace('\\', "/") } else { text.to_owned() })
+}
+
+/// From one absolute path to another; `None` when they share no root.
+fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
+    let same = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
+    let shares_drive = |path: &Path| {
+        let prefixes = path.components().filter(|c| matches!(c, Component::Prefix(_))).count();
+        same > prefixes
+    };
+    if !shares_drive(from) {
+        return None;
+    }
+    let up = from.components().skip(same).map(|_| Component::ParentDir);
+    let path: PathBuf = up.chain(to.components().skip(same)).collect();
+    Some(if path.as_os_str().is_empty() { PathBuf::from(".") } else { path })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Similarity;
+    use crate::layers::Options;
+
+    fn project() -> Project {
+        Project {
+            version: PROJECT_VERSION,
+            photos: "../site/images".into(),
+            cameras: "../site/sparse".into(),
+            model: "../site/castle.obj".into(),
+            world_from_model: Similarity::IDENTITY,
+            options: Options { margin: 4, ..Options::default() },
+        }
+    }
+
+    fn refused(text: &str) -> String {
+        let folder = tempfile::tempdir().unwrap();
+        std::fs::write(folder.path().join(PROJECT_FILE), text).unwrap();
+        read_project(folder.path()).unwrap_err().to_string()
+    }
+
+    #[test]
+    fn a_project_comes_back_as_it_was_written() {
+        let folder = tempfile::tempdir().unwrap();
+        write_project(folder.path(), &project()).unwrap();
+        assert_eq!(read_project(folder.path()).unwrap(), project());
+    }
+
+    #[test]
+    fn a_folder_without_a_project_is_refused_with_a_remedy() {
+        let message = read_project(Path::new("no such folder")).unwrap_err().to_string();
+        assert!(message.contains("no such folder") && message.contains("quadratura new"), "{message}");
+    }
+
+    #[test]
+    fn a_newer_project_is_refused_even_if_it_has_fields_that_we_do_not_know() {
+        let message = refused(r#"{"version": 99, "sky": []}"#);
+        assert!(message.contains("version 99") && message.contains("newer"), "{message}");
+    }
+
+    #[test]
+    fn broken_text_a_missing_field_and_an_option_out_of_range_are_named() {
+        assert!(refused("{").contains("line 1 column 1"));
+        assert!(refused(r#"{"version": 1, "photos": "p", "cameras": "c"}"#).contains("`model`"));
+        let text =
+            r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m", "options": {"tolerance": 2}}"#;
+        assert!(refused(text).contains("tolerance"));
+    }
+
+    #[test]
+    fn paths_are_relative_to_the_project() {
+        let folder = tempfile::tempdir().unwrap();
+        let [project, photos] = ["work/castle", "site/images"].map(|name| folder.path().join(name));
+        [&project, &photos].iter().for_each(|path| std::fs::create_dir_all(path).unwrap());
+        let path = relative_to(&project, &photos).unwrap();
+        assert_eq!(path, "../../site/images");
+        assert_eq!(relative_to(&project, &project).unwrap(), ".");
+        assert!(resolved(&project, &path).is_dir());
+    }
+
+    #[test]
+    fn a_folder_that_is_not_empty_is_refused_by_what_it_holds() {
+        let folder = tempfile::tempdir().unwrap();
+        create_project_folder(&folder.path().join("a/new/one")).unwrap();
+        std::fs::write(folder.path().join("a/new/one").join(LOCK_FILE), "").unwrap();
+        create_project_folder(&folder.path().join("a/new/one")).unwrap();
+        let message = create_project_folder(folder.path()).unwrap_err().to_string();
+        assert!(message.contains("not empty (it holds a)"), "{message}");
+    }
+}
