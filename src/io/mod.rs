@@ -6,5 +6,6 @@ pub mod inbox;
 pub mod json;
 pub mod layered;
 pub mod lock;
+pub mod models;
 pub mod stack_files;
 pub mod stack_store;

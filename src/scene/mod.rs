@@ -1,8 +1,10 @@
 //! What was photographed: photos with their cameras, and the model. Immutable and shared.
 
+pub mod builder;
 pub mod model;
 pub mod photo;
 pub mod synthetic;
 
+pub use builder::{FaceFlaw, ModelBuilder};
 pub use model::{Face, FaceId, Model, Object, ObjectId};
 pub use photo::{Photo, Site, SparsePoint};

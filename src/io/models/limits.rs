@@ -1,0 +1,54 @@
+//! How much is too much: what a model file may hold before it is refused.
+
+use std::path::Path;
+
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+
+/// Bytes of a model file or of a buffer beside it. A million faces take about 100 MB.
+pub const LARGEST_FILE: u64 = 2_000_000_000;
+
+/// Corners of all outlines together, and likewise vertices; about 1.5 GB of memory.
+pub const MOST_CORNERS: usize = 30_000_000;
+
+/// Beyond this, squares of areas overflow long before anything useful is left of the digits.
+const LARGEST_COORDINATE: f64 = 1e15;
+
+/// # Errors
+/// [`Error::Input`] when the file is too large.
+pub(super) fn check_file_size(path: &Path, bytes: u64) -> Result<()> {
+    if bytes > LARGEST_FILE {
+        let found = format!("it has {bytes} bytes, more than the {LARGEST_FILE} that are read");
+        return Err(Error::input(path, "", found, COARSER));
+    }
+    Ok(())
+}
+
+/// # Errors
+/// [`Error::Input`] when there are too many vertices or corners (`what`).
+pub(super) fn check_count(
+    path: &Path,
+    place: impl FnOnce() -> String,
+    count: usize,
+    what: &str,
+) -> Result<()> {
+    if count > MOST_CORNERS {
+        let found = format!("more than {MOST_CORNERS} {what}");
+        return Err(Error::input(path, place(), found, COARSER));
+    }
+    Ok(())
+}
+
+/// # Errors
+/// [`Error::Input`] when a coordinate is not a number, infinite, or absurdly large.
+pub(super) fn check_position(path: &Path, place: impl FnOnce() -> String, position: DVec3) -> Result<()> {
+    if position.is_finite() && position.abs().max_element() <= LARGEST_COORDINATE {
+        return Ok(());
+    }
+    let DVec3 { x, y, z } = position;
+    let found = format!("the position {x} {y} {z} is not within 1e15 of the origin");
+    Err(Error::input(path, place(), found, "delete or repair this vertex in the modelling program"))
+}
+
+const COARSER: &str = "export a coarser model, or a part of it";

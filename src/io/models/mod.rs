@@ -1,0 +1,78 @@
+//! Models: OBJ, glTF and GLB become one [`Model`] of named objects with polygon faces.
+//!
+//! What names an object is said in [`obj`] and `gltf`. In all formats an object is a
+//! billboard when its name, or the name of a material on it, contains the word `billboard`.
+
+mod limits;
+mod notes;
+pub mod obj;
+
+use std::fs::File;
+use std::io::{BufReader, Read, Seek};
+use std::path::Path;
+
+use crate::error::{Error, Result};
+use crate::scene::{Model, ModelBuilder};
+use crate::task::Task;
+
+pub use limits::{LARGEST_FILE, MOST_CORNERS};
+
+/// Reads a model: OBJ by the extension `.obj`, glTF and GLB by theirs or by how the file begins.
+/// Gives the model in the file's frame, and notes for the user about what is wrong with it or was
+/// left out. A face that is degenerate, bent or crosses itself is a note, never an error.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read; [`Error::Input`] with line, byte or JSON path when it is
+/// broken, too large or holds no faces; [`Error::Cancelled`] on request.
+pub fn read_model(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
+    let mut file = File::open(path).map_err(Error::io(path, "open it"))?;
+    let metadata = file.metadata().map_err(Error::io(path, "read it"))?;
+    if !metadata.is_file() {
+        return Err(Error::input(path, "", "it is no file", "give an .obj, .gltf or .glb file"));
+    }
+    limits::check_file_size(path, metadata.len())?;
+    let mut notes = Vec::new();
+    let builder = match format_of(path, &mut file)? {
+        Format::Obj => {
+            obj::read(path, BufReader::with_capacity(1 << 20, file), metadata.len(), task, &mut notes)?
+        }
+    };
+    finish(path, builder, notes, task)
+}
+
+enum Format {
+    Obj,
+}
+
+fn format_of(path: &Path, file: &mut File) -> Result<Format> {
+    let mut start = [0; 512];
+    let read = file.read(&mut start).map_err(Error::io(path, "read it"))?;
+    file.rewind().map_err(Error::io(path, "read it"))?;
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    let _ = &start[..read];
+    match extension.as_str() {
+        "obj" => Ok(Format::Obj),
+        _ => {
+            let found = format!("`.{extension}` is no model format that is known here");
+            Err(Error::input(path, "", found, "export the model as OBJ, glTF or GLB"))
+        }
+    }
+}
+
+fn finish(
+    path: &Path,
+    builder: ModelBuilder,
+    mut notes: Vec<String>,
+    task: &Task,
+) -> Result<(Model, Vec<String>)> {
+    let (model, flaws) = builder.finish(task)?;
+    if model.triangles.is_empty() {
+        let found = match model.faces.len() {
+            0 => "it holds no faces".to_owned(),
+            n => format!("none of its {n} faces has an area"),
+        };
+        return Err(Error::input(path, "", found, "export the model with its polygon faces"));
+    }
+    notes.extend(notes::about_faces(&model, &flaws));
+    Ok((model, notes))
+}

@@ -1,0 +1,231 @@
+//! Putting a model together from outlines, and what is wrong with them.
+
+use glam::DVec3;
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use super::model::{Face, FaceId, Model, Object, ObjectId};
+use crate::error::Result;
+use crate::geometry::Plane;
+use crate::geometry::polygon::{self, Flaw, Triangulation};
+use crate::task::Task;
+
+/// What is wrong with a face. None of it is fatal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum FaceFlaw {
+    /// Its outline cannot be filled, or only with new points.
+    Outline(Flaw),
+    /// The outline names the same place twice in a row.
+    RepeatedPoint,
+    /// It bends: some corner is off its plane; it is treated by its triangles.
+    NotPlanar,
+}
+
+/// Collects vertices, objects and outlines in file order.
+#[derive(Debug, Default)]
+pub struct ModelBuilder {
+    model: Model,
+    by_name: FxHashMap<String, ObjectId>,
+}
+
+/// Faces that are triangulated between two looks at the stop flag.
+const FACES_A_STEP: usize = 1 << 16;
+
+impl ModelBuilder {
+    /// An empty model.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
+    /// Adds a vertex and gives its index.
+    pub fn vertex(&mut self, position: DVec3) -> u32 {
+        self.model.vertices.push(position);
+        self.model.vertices.len() as u32 - 1
+    }
+
+    /// The vertices so far.
+    pub fn vertices(&self) -> &[DVec3] {
+        &self.model.vertices
+    }
+
+    /// Corners of all outlines so far.
+    pub fn corner_count(&self) -> usize {
+        self.model.ring_vertices.len()
+    }
+
+    /// The object of this name, made when it is new.
+    pub fn object(&mut self, name: &str) -> ObjectId {
+        if let Some(&known) = self.by_name.get(name) {
+            return known;
+        }
+        let id = ObjectId(self.model.objects.len() as u32);
+        self.model.objects.push(Object {
+            name: name.to_owned(),
+            faces: Vec::new(),
+            billboard: says_billboard(name),
+        });
+        self.by_name.insert(name.to_owned(), id);
+        id
+    }
+
+    /// True when some object has this name.
+    pub fn has_object(&self, name: &str) -> bool {
+        self.by_name.contains_key(name)
+    }
+
+    /// Marks an object as a billboard.
+    pub fn mark_billboard(&mut self, object: ObjectId) {
+        self.model.objects[object.0 as usize].billboard = true;
+    }
+
+    /// Adds a face by its outline, counter-clockwise seen from the visible side, holes bridged.
+    ///
+    /// # Panics
+    /// When a vertex does not exist.
+    pub fn face(&mut self, object: ObjectId, ring: &[u32]) {
+        assert!(ring.iter().all(|&v| (v as usize) < self.model.vertices.len()), "no such vertex");
+        let id = FaceId(self.model.faces.len() as u32);
+        let start = self.model.ring_vertices.len() as u32;
+        self.model.ring_vertices.extend_from_slice(ring);
+        let faces = &mut self.model.objects[object.0 as usize].faces;
+        self.model.faces.push(Face {
+            object,
+            index: faces.len() as u32,
+            ring: start..start + ring.len() as u32,
+            triangles: 0..0,
+            plane: NO_PLANE,
+            planar: true,
+        });
+        faces.push(id);
+    }
+
+    /// Finds planes and triangles. Gives the model and what is wrong with its faces, in face order.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`] on request.
+    pub fn finish(mut self, task: &Task) -> Result<(Model, Vec<(FaceId, FaceFlaw)>)> {
+        let mut flaws = Vec::new();
+        let total = self.model.faces.len();
+        for start in (0..total).step_by(FACES_A_STEP) {
+            task.step("triangulate the faces", start as u64, total as u64)?;
+            let ids = start as u32..total.min(start + FACES_A_STEP) as u32;
+            let filled: Vec<Filled> =
+                ids.clone().into_par_iter().map(|i| fill(&self.model, FaceId(i))).collect();
+            for (i, face) in ids.zip(filled) {
+                let id = FaceId(i);
+                flaws.extend(face.flaws().map(|flaw| (id, flaw)));
+                self.place(id, face);
+            }
+        }
+        task.step("triangulate the faces", total as u64, total as u64)?;
+        Ok((self.model, flaws))
+    }
+
+    fn place(&mut self, id: FaceId, filled: Filled) {
+        let model = &mut self.model;
+        let ring = model.face(id).ring.clone();
+        let first_crossing = model.vertices.len() as u32;
+        let vertex = |i: u32| match ring.start.checked_add(i).filter(|at| *at < ring.end) {
+            Some(at) => model.ring_vertices[at as usize],
+            None => first_crossing + i - ring.len() as u32,
+        };
+        let start = model.triangles.len() as u32;
+        model.triangles.extend(filled.triangulation.triangles.iter().map(|corners| corners.map(vertex)));
+        model.vertices.extend(&filled.triangulation.crossings);
+        let end = model.triangles.len() as u32;
+        let face = &mut model.faces[id.0 as usize];
+        (face.triangles, face.plane, face.planar) = (start..end, filled.plane, filled.planar);
+    }
+}
+
+/// An object is a billboard when its name says so, in capitals or not.
+pub fn says_billboard(name: &str) -> bool {
+    name.to_lowercase().contains("billboard")
+}
+
+/// The plane of a face without area: any will do, the face has no triangles.
+const NO_PLANE: Plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
+
+struct Filled {
+    plane: Plane,
+    planar: bool,
+    repeated: bool,
+    triangulation: Triangulation,
+}
+
+impl Filled {
+    fn flaws(&self) -> impl Iterator<Item = FaceFlaw> + use<> {
+        let outline = self.triangulation.flaw.map(FaceFlaw::Outline);
+        let repeated = self.repeated.then_some(FaceFlaw::RepeatedPoint);
+        let bent = (!self.planar).then_some(FaceFlaw::NotPlanar);
+        outline.into_iter().chain(repeated).chain(bent)
+    }
+}
+
+fn fill(model: &Model, id: FaceId) -> Filled {
+    let ring: Vec<DVec3> = model.ring_points(id).collect();
+    let repeated = ring.iter().zip(ring.iter().cycle().skip(1)).any(|(a, b)| a == b);
+    let fitted = polygon::fit_plane(&ring);
+    let plane = fitted.unwrap_or(Plane { point: ring.first().copied().unwrap_or_default(), ..NO_PLANE });
+    Filled {
+        plane,
+        planar: fitted.is_none() || polygon::is_planar(&ring, &plane),
+        repeated,
+        triangulation: match fitted {
+            Some(plane) => polygon::triangulate(&ring, &plane),
+            None => Triangulation { flaw: Some(Flaw::NoArea), ..Default::default() },
+        },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn built(points: &[[f64; 3]], rings: &[&[u32]]) -> (Model, Vec<(FaceId, FaceFlaw)>) {
+        let mut builder = ModelBuilder::new();
+        points.iter().for_each(|&p| {
+            builder.vertex(DVec3::from_array(p));
+        });
+        let object = builder.object("thing");
+        rings.iter().for_each(|ring| builder.face(object, ring));
+        builder.finish(&Task::silent()).unwrap()
+    }
+
+    const CORNERS: [[f64; 3]; 5] = [[0., 0., 0.], [2., 0., 0.], [2., 2., 0.], [0., 2., 0.], [1., 1., 1.]];
+
+    #[test]
+    fn faces_keep_their_place_even_without_area() {
+        let (model, flaws) = built(&CORNERS, &[&[0, 1, 1], &[0, 1, 2, 3], &[0, 1]]);
+        assert_eq!(model.faces.iter().map(|f| f.triangles.len()).collect::<Vec<_>>(), [0, 2, 0]);
+        assert_eq!(model.face_name(FaceId(1)), "thing[1]");
+        let no_area = FaceFlaw::Outline(Flaw::NoArea);
+        let expected = [(0, no_area), (0, FaceFlaw::RepeatedPoint), (2, no_area)];
+        assert_eq!(flaws, expected.map(|(i, flaw)| (FaceId(i), flaw)));
+    }
+
+    #[test]
+    fn crossings_become_vertices_of_the_model() {
+        let (model, flaws) =
+            built(&[[0., 0., 0.], [3., 3., 0.], [3., 0., 0.], [0., 2., 0.]], &[&[0, 1, 2, 3]]);
+        assert_eq!(flaws, [(FaceId(0), FaceFlaw::Outline(Flaw::SelfCrossing))]);
+        assert_eq!((model.vertices.len(), model.ring_vertices.len()), (5, 4));
+        assert!(model.triangles.iter().flatten().any(|&v| v == 4));
+    }
+
+    #[test]
+    fn a_bent_face_is_treated_by_its_triangles() {
+        let (model, flaws) = built(&CORNERS, &[&[0, 1, 4, 3]]);
+        assert_eq!(flaws, [(FaceId(0), FaceFlaw::NotPlanar)]);
+        assert!(!model.faces[0].planar);
+    }
+
+    #[test]
+    fn same_name_is_same_object_and_the_word_makes_a_billboard() {
+        let mut builder = ModelBuilder::new();
+        let tree = builder.object("Tree.Billboard");
+        assert_eq!((builder.object("wall"), builder.object("Tree.Billboard")), (ObjectId(1), tree));
+        let (model, _) = builder.finish(&Task::silent()).unwrap();
+        assert_eq!(model.objects.iter().map(|o| o.billboard).collect::<Vec<_>>(), [true, false]);
+    }
+}
