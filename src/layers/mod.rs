@@ -16,6 +16,8 @@ pub mod parts;
 pub mod quotient;
 pub mod stencil;
 
+pub mod pieces;
+
 pub mod cluster;
 pub mod content;
 

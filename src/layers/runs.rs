@@ -73,6 +73,12 @@ impl Runs {
         Self { rows }
     }
 
+    /// Number of fragments.
+    pub fn fragments(&self) -> u64 {
+        let of_row = |row: &Row| row.runs.iter().map(|r| u64::from(r.len() * r.count)).sum::<u64>();
+        self.rows.iter().map(of_row).sum()
+    }
+
     /// All runs with their row and entries.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Run, &[u32])> {
         self.rows

@@ -102,7 +102,7 @@ impl View {
         let points: Vec<DVec3> = model.vertices.par_iter().map(|&p| pose.camera_from_world(p)).collect();
         let seen: Vec<_> = (0..model.faces.len() as u32)
             .into_par_iter()
-            .map(|f| see_face(model, FaceId(f), &points, camera))
+            .map(|f| see_face(model, FaceId(f), &points, camera, pose))
             .collect();
         let mut view = Self { width: camera.width, height: camera.height, ..Self::default() };
         let mut largest = f64::MIN_POSITIVE;
@@ -145,22 +145,26 @@ type Seen = (Item, Vec<[DVec3; 3]>, f64);
 /// The items of one face: itself, or its triangles when it is not planar. With each item its
 /// triangles in the camera frame and the depth of its nearest point within the photo.
 fn see_face(model: &Model, face: FaceId, points: &[DVec3], camera: &Pinhole) -> Result<Vec<Seen>, Absence> {
-    let triangles: Vec<[DVec3; 3]> = model
-        .face_triangles(face)
-        .iter()
-        .map(|t| t.map(|v| points[v as usize]))
-        .filter(|t| normal(t).length_squared() > 0.0)
+    let triangles: Vec<(u32, [DVec3; 3])> = (0..)
+        .zip(model.face_triangles(face))
+        .map(|(i, t)| (i, t.map(|v| points[v as usize])))
+        .filter(|(_, t)| normal(t).length_squared() > 0.0)
         .collect();
     if triangles.is_empty() {
         return Err(Absence::Degenerate);
     }
     if model.face(face).planar {
-        return see_item(face, None, triangles, camera).map(|seen| vec![seen]);
+        // The modeller's own plane, so that pieces and depths are cut by the same one.
+        let plane = &model.face(face).plane;
+        let plane_in_camera = (pose.rotation * plane.normal, pose.camera_from_world(plane.point));
+        return see_item(face, None, triangles, plane_in_camera, camera).map(|seen| vec![seen]);
     }
     let items: Vec<_> = triangles
         .into_iter()
-        .enumerate()
-        .map(|(i, t)| see_item(face, Some(i as u32), vec![t], camera))
+        .map(|(i, t)| {
+            let plane_in_camera = (normal(&t).normalize(), t[0]);
+            see_item(face, Some(i), vec![(i, t)], plane_in_camera, camera)
+        })
         .collect();
     let first_absence = items.iter().find_map(|i| i.as_ref().err().copied());
     let seen: Vec<Seen> = items.into_iter().flatten().collect();
@@ -170,9 +174,11 @@ fn see_face(model: &Model, face: FaceId, points: &[DVec3], camera: &Pinhole) -> 
 fn see_item(
     face: FaceId,
     triangle: Option<u32>,
-    triangles: Vec<[DVec3; 3]>,
+    triangles: Vec<(u32, [DVec3; 3])>,
+    (normal, point): (DVec3, DVec3),
     camera: &Pinhole,
 ) -> Result<Seen, Absence> {
+    let triangles: Vec<[DVec3; 3]> = triangles.into_iter().map(|(_, t)| t).collect();
     if triangles.iter().flatten().all(|p| p.z <= 0.0) {
         return Err(Absence::Behind);
     }
@@ -183,7 +189,7 @@ fn see_item(
     if extent.is_empty() {
         return Err(Absence::Outside);
     }
-    let (normal, distance) = plane_of(&triangles);
+    let distance = normal.dot(point);
     if distance.abs() <= EDGE_ON * extent.farthest.length() {
         return Err(Absence::EdgeOn);
     }
@@ -196,15 +202,6 @@ fn see_item(
 
 fn normal(t: &[DVec3; 3]) -> DVec3 {
     (t[1] - t[0]).cross(t[2] - t[0])
-}
-
-/// Unit normal and distance of the plane (n . x = d, camera frame) of triangles that share one.
-/// The largest triangle alone would do; the sum weighs every corner of the outline.
-fn plane_of(triangles: &[[DVec3; 3]]) -> (DVec3, f64) {
-    let sum: DVec3 = triangles.iter().map(normal).sum();
-    let n = sum.try_normalize().unwrap_or_else(|| normal(&triangles[0]).normalize_or_zero());
-    let count = 3.0 * triangles.len() as f64;
-    (n, triangles.iter().flatten().map(|p| n.dot(*p)).sum::<f64>() / count)
 }
 
 /// The plane n . x = d as inverse depth over the image, developed around `around` (pixels).

@@ -1,0 +1,277 @@
+//! From what the sort found to what `stack.json` says.
+
+use crate::document::stack::{
+    Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support, Untextured,
+};
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::layers::cluster::Cluster;
+use crate::layers::content::Content;
+use crate::layers::pieces::{NodePieces, pieces_of_nodes};
+use crate::layers::rasteriser::Presence;
+use crate::layers::view::Absence;
+use crate::layers::{Method, Options, Sorted};
+use crate::scene::{FaceId, Model, Photo};
+
+/// The stack of a photo; `inputs` is the hash of all it was made of. `bytes` is still 0.
+pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options, inputs: &str) -> Stack {
+    let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
+    let elements = elements(model, sorted, &pieces);
+    let image_layers = image_layers(model, photo, sorted, &elements);
+    let against = &sorted.layers.against;
+    let stencil = options.method == Method::Stencil;
+    let stack = Stack {
+        version: STACK_VERSION,
+        method: options.method,
+        inputs: inputs.to_owned(),
+        photo: StackPhoto { name: photo.name.clone(), width: photo.camera.width, height: photo.camera.height },
+        camera: camera(&photo.camera, &photo.pose),
+        pieces: piece_list(model, &pieces),
+        occlusions: supports(&sorted.layers.occlusions.edges),
+        forgiven: if stencil { Vec::new() } else { supports(against) },
+        texels: image_layers.iter().map(|l| l.rect.area()).sum(),
+        texels_used: image_layers.iter().map(|l| l.texels_used).sum(),
+        texels_unmerged: sorted.clusters.texels_unmerged,
+        bytes: 0,
+        untextured: untextured(model, sorted),
+        notes: notes(model, sorted, options),
+        counts: counts(sorted, stencil),
+        image_layers,
+        visibility_layers: by_layer(sorted, elements),
+    };
+    stack
+}
+
+fn camera(camera: &Pinhole, pose: &Pose) -> StackCamera {
+    StackCamera { K: camera.matrix_rows(), R: pose.rotation_rows(), t: pose.translation.to_array() }
+}
+
+fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Element> {
+    sorted
+        .layers
+        .elements
+        .iter()
+        .map(|e| {
+            let mut element = Element {
+                object: model.object(e.object).name.clone(),
+                faces: Vec::new(),
+                pieces: Vec::new(),
+                back: Vec::new(),
+            };
+            for node in &e.nodes {
+                let item = &sorted.view.items[sorted.nodes.list[node.0 as usize].item as usize];
+                let face = model.face(item.face).index;
+                match &pieces[node.0 as usize] {
+                    None => element.faces.push(face),
+                    Some(p) => element.pieces.extend((0..p.rings.len() as u32).map(|r| [face, p.first + r])),
+                }
+                if item.back {
+                    element.back.push(face);
+                }
+            }
+            element.faces.sort_unstable();
+            element.pieces.sort_unstable();
+            element.back.sort_unstable();
+            element.back.dedup();
+            element
+        })
+        .collect()
+}
+
+fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
+    let mut layers = vec![Vec::new(); sorted.layers.count() as usize];
+    for (sorted, element) in sorted.layers.elements.iter().zip(elements) {
+        layers[sorted.layer as usize].push(element);
+    }
+    layers
+}
+
+fn piece_list(model: &Model, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
+    let of_node = |p: &NodePieces| {
+        let face = model.face(p.face);
+        let object = model.object(face.object).name.clone();
+        (p.first..)
+            .zip(&p.rings)
+            .map(|(piece, ring)| Piece {
+                object: object.clone(),
+                face: face.index,
+                piece,
+                polygon: ring.iter().map(|p| p.to_array()).collect(),
+            })
+            .collect::<Vec<_>>()
+    };
+    pieces.iter().flatten().flat_map(of_node).collect()
+}
+
+fn supports(edges: &[(u32, u32, u32)]) -> Vec<Support> {
+    edges.iter().map(|&(front, back, px)| Support { front, back, px }).collect()
+}
+
+fn image_layers(model: &Model, photo: &Photo, sorted: &Sorted, elements: &[Element]) -> Vec<ImageLayer> {
+    let mut taken = std::collections::BTreeSet::new();
+    sorted
+        .clusters
+        .list
+        .iter()
+        .zip(&sorted.contents)
+        .map(|(cluster, content)| {
+            let mut salt = 0;
+            let mut id = token(&photo.name, cluster, elements, salt);
+            while !taken.insert(id.clone()) {
+                salt += 1;
+                id = token(&photo.name, cluster, elements, salt);
+            }
+            image_layer(model, photo, sorted, cluster, content, id)
+        })
+        .collect()
+}
+
+fn image_layer(
+    model: &Model,
+    photo: &Photo,
+    sorted: &Sorted,
+    cluster: &Cluster,
+    content: &Content,
+    id: String,
+) -> ImageLayer {
+    ImageLayer {
+        name: name(model, sorted, cluster),
+        order: cluster.order,
+        rect: cluster.rect,
+        elements: cluster.patches.iter().map(|p| p.element).collect(),
+        file: format!("{id}.png"),
+        needed_file: format!("{id}.needed.png"),
+        needed_rect: content.needed_rect(),
+        texels_used: content.texels_used(),
+        texels_visible: content.texels_visible(),
+        uv_from_world: uv_from_world(&photo.camera, &photo.pose, cluster.rect),
+        id,
+    }
+}
+
+/// The largest patch names the layer; how many more objects share it is added.
+fn name(model: &Model, sorted: &Sorted, cluster: &Cluster) -> String {
+    let object = |element: u32| sorted.layers.elements[element as usize].object;
+    let largest = cluster.patches.iter().max_by_key(|p| (p.bounds.area(), std::cmp::Reverse(p.element)));
+    let largest = object(largest.expect("a cluster holds a patch at least").element);
+    let mut others: Vec<_> = cluster.patches.iter().map(|p| object(p.element)).collect();
+    others.sort_unstable();
+    others.dedup();
+    match others.len() - 1 {
+        0 => model.object(largest).name.clone(),
+        more => format!("{} + {more}", model.object(largest).name),
+    }
+}
+
+/// Eight characters of 5 bits: short enough for a layer's name, and two layers of a project of
+/// ten thousand share one with a chance of 1 in 20,000 (within a stack never, see `salt`).
+fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> String {
+    const DIGITS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
+    let named: Vec<_> = cluster
+        .patches
+        .iter()
+        .map(|p| {
+            let e = &elements[p.element as usize];
+            (&e.object, &e.faces, &e.pieces)
+        })
+        .collect();
+    let key = serde_json::to_vec(&(photo, named, cluster.rect, salt)).expect("plain data is JSON");
+    let hash = blake3::hash(&key);
+    hash.as_bytes()[..8].iter().map(|b| DIGITS[usize::from(b % 32)] as char).collect()
+}
+
+/// Rows ((fx r1 + (cx - x) r3) / w, (fy r2 + (cy - y) r3) / h, r3) of [R|t]: the sub-frustum of the
+/// rectangle and its bias in one (Reche & Drettakis 2003, section 5, without the detour through a
+/// near plane).
+pub fn uv_from_world(camera: &Pinhole, pose: &Pose, rect: PixelRect) -> [[f64; 4]; 3] {
+    let [r1, r2, r3] = pose.rotation_rows();
+    let t = pose.translation;
+    let row = |r: [f64; 3], t: f64| [r[0], r[1], r[2], t];
+    let (r1, r2, r3) = (row(r1, t.x), row(r2, t.y), row(r3, t.z));
+    let mix = |f: f64, r: [f64; 4], c: f64, size: u32| {
+        std::array::from_fn(|i| (f * r[i] + c * r3[i]) / f64::from(size))
+    };
+    [
+        mix(camera.fx, r1, camera.cx - f64::from(rect.x), rect.w),
+        mix(camera.fy, r2, camera.cy - f64::from(rect.y), rect.h),
+        r3,
+    ]
+}
+
+fn untextured(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
+    let mut why: Vec<(FaceId, Untextured)> = Vec::new();
+    let mut add = |face: FaceId, reason: Reason, by: Option<String>, at: Option<[u32; 2]>| {
+        let f = model.face(face);
+        let object = model.object(f.object).name.clone();
+        why.push((face, Untextured { object, face: f.index, reason, by, at }));
+    };
+    for &(face, absence) in &sorted.view.absent {
+        let reason = match absence {
+            Absence::Outside => Reason::Outside,
+            Absence::Behind => Reason::Behind,
+            Absence::EdgeOn => Reason::TooSmall,
+            Absence::Degenerate => Reason::Degenerate,
+        };
+        add(face, reason, None, None);
+    }
+    let items = &sorted.view.items;
+    let mut first = 0;
+    // All triangles of a face that is not planar count as one.
+    for group in items.chunk_by(|a, b| a.face == b.face) {
+        let states = &sorted.presence[first..first + group.len()];
+        first += group.len();
+        if states.contains(&Presence::Working) {
+            continue;
+        }
+        let hidden = states.iter().find_map(|s| match *s {
+            Presence::Hidden { x, y, by } => Some((x, y, by)),
+            _ => None,
+        });
+        match hidden {
+            Some((x, y, by)) => {
+                let by = model.face_name(items[by as usize].face);
+                add(group[0].face, Reason::Hidden, Some(by), Some([x, y]));
+            }
+            None => add(group[0].face, Reason::TooSmall, None, None),
+        }
+    }
+    why.sort_by_key(|(face, _)| *face);
+    why.into_iter().map(|(_, u)| u).collect()
+}
+
+fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
+    let name = |node: u32| {
+        model.face_name(sorted.view.items[sorted.nodes.list[node as usize].item as usize].face)
+    };
+    let strong = sorted.refused.iter().filter(|r| r.2 > options.min_support);
+    strong
+        .map(|&(front, back, px)| {
+            let (front, back) = (name(front), name(back));
+            format!(
+                "{front} is in front of {back} at {px} pixels but lies behind it in the stack: \
+                 the two hide each other and could not be cut; they are in separate image layers"
+            )
+        })
+        .collect()
+}
+
+fn counts(sorted: &Sorted, stencil: bool) -> Counts {
+    let layers = &sorted.layers;
+    let mut per_object = std::collections::BTreeMap::new();
+    layers.elements.iter().for_each(|e| *per_object.entry(e.object).or_insert(0u32) += 1);
+    let mut faces: Vec<_> =
+        sorted.nodes.list.iter().map(|n| sorted.view.items[n.item as usize].face).collect();
+    faces.sort_unstable();
+    faces.dedup();
+    Counts {
+        fragments: sorted.runs.fragments(),
+        faces: faces.len() as u32,
+        elements: layers.elements.len() as u32,
+        whole_objects: per_object.values().filter(|&&n| n == 1).count() as u32,
+        visibility_layers: layers.count(),
+        cuts: sorted.cuts,
+        free_cuts: sorted.free_cuts,
+        forgiven: if stencil { 0 } else { sorted.refused.len() as u32 },
+        violations: if stencil { layers.against.len() as u32 } else { 0 },
+        violation_px: if stencil { layers.against.iter().map(|a| u64::from(a.2)).sum() } else { 0 },
+    }
+}
