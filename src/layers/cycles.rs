@@ -7,7 +7,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::graph::{Graph, Kept};
 use super::nodes::{Node, Nodes, Side, is_near};
 use super::options::Options;
-use super::rasteriser::Occlusion;
+use super::rasteriser::{Occlusion, is_behind};
 use super::runs::{Runs, is_visible, item_of};
 use super::view::View;
 
@@ -116,10 +116,9 @@ fn count_cut_pairs(
 fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option<(u32, u32)> {
     let inverse = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
     let (inverse_a, inverse_b) = (inverse(a), inverse(b));
-    let factor = 1.0 + tolerance;
-    if inverse_b * factor < inverse_a {
+    if is_behind(inverse_b, inverse_a, tolerance) {
         Some((a, b))
-    } else if inverse_a * factor < inverse_b {
+    } else if is_behind(inverse_a, inverse_b, tolerance) {
         Some((b, a))
     } else {
         None

@@ -22,6 +22,8 @@ pub mod cluster;
 pub mod content;
 
 pub mod sort;
+#[cfg(test)]
+mod sort_tests;
 
 pub use options::{BoxShape, Method, Options};
 pub use pairs::count_pairs;

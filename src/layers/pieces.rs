@@ -57,9 +57,7 @@ fn outline(model: &Model, view: &View, item: u32) -> Vec<DVec3> {
     let item = &view.items[item as usize];
     match item.triangle {
         None => model.ring_points(item.face).collect(),
-        Some(t) => {
-            model.face_triangles(item.face)[t as usize].map(|v| model.vertices[v as usize]).to_vec()
-        }
+        Some(t) => model.face_triangles(item.face)[t as usize].map(|v| model.vertices[v as usize]).to_vec(),
     }
 }
 

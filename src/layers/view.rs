@@ -144,7 +144,13 @@ type Seen = (Item, Vec<[DVec3; 3]>, f64);
 
 /// The items of one face: itself, or its triangles when it is not planar. With each item its
 /// triangles in the camera frame and the depth of its nearest point within the photo.
-fn see_face(model: &Model, face: FaceId, points: &[DVec3], camera: &Pinhole) -> Result<Vec<Seen>, Absence> {
+fn see_face(
+    model: &Model,
+    face: FaceId,
+    points: &[DVec3],
+    camera: &Pinhole,
+    pose: &Pose,
+) -> Result<Vec<Seen>, Absence> {
     let triangles: Vec<(u32, [DVec3; 3])> = (0..)
         .zip(model.face_triangles(face))
         .map(|(i, t)| (i, t.map(|v| points[v as usize])))

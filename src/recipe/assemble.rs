@@ -1,7 +1,8 @@
 //! From what the sort found to what `stack.json` says.
 
 use crate::document::stack::{
-    Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support, Untextured,
+    Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
+    Untextured,
 };
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::layers::cluster::Cluster;
@@ -19,11 +20,15 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
     let image_layers = image_layers(model, photo, sorted, &elements);
     let against = &sorted.layers.against;
     let stencil = options.method == Method::Stencil;
-    let stack = Stack {
+    Stack {
         version: STACK_VERSION,
         method: options.method,
         inputs: inputs.to_owned(),
-        photo: StackPhoto { name: photo.name.clone(), width: photo.camera.width, height: photo.camera.height },
+        photo: StackPhoto {
+            name: photo.name.clone(),
+            width: photo.camera.width,
+            height: photo.camera.height,
+        },
         camera: camera(&photo.camera, &photo.pose),
         pieces: piece_list(model, &pieces),
         occlusions: supports(&sorted.layers.occlusions.edges),
@@ -37,8 +42,7 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
         counts: counts(sorted, stencil),
         image_layers,
         visibility_layers: by_layer(sorted, elements),
-    };
-    stack
+    }
 }
 
 fn camera(camera: &Pinhole, pose: &Pose) -> StackCamera {
@@ -239,19 +243,27 @@ fn untextured(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
 }
 
 fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
-    let name = |node: u32| {
-        model.face_name(sorted.view.items[sorted.nodes.list[node as usize].item as usize].face)
-    };
+    let name =
+        |node: u32| model.face_name(sorted.view.items[sorted.nodes.list[node as usize].item as usize].face);
+    let mut notes = Vec::new();
+    if options.method == Method::Stencil {
+        let against = &sorted.layers.against;
+        let px: u64 = against.iter().map(|a| u64::from(a.2)).sum();
+        let pairs = against.len();
+        notes.push(format!(
+            "made by stencil peeling as published in 2003: {pairs} pairs of elements are in the wrong order, \
+             at {px} pixels; `--method graph` has none"
+        ));
+    }
     let strong = sorted.refused.iter().filter(|r| r.2 > options.min_support);
-    strong
-        .map(|&(front, back, px)| {
-            let (front, back) = (name(front), name(back));
-            format!(
-                "{front} is in front of {back} at {px} pixels but lies behind it in the stack: \
+    notes.extend(strong.map(|&(front, back, px)| {
+        let (front, back) = (name(front), name(back));
+        format!(
+            "{front} is in front of {back} at {px} pixels but lies behind it in the stack: \
                  the two hide each other and could not be cut; they are in separate image layers"
-            )
-        })
-        .collect()
+        )
+    }));
+    notes
 }
 
 fn counts(sorted: &Sorted, stencil: bool) -> Counts {
