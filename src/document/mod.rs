@@ -1,6 +1,8 @@
 //! What is saved: the authored project and the derived stacks.
 
 pub mod names;
+pub mod project;
 pub mod stack;
 
+pub use project::Project;
 pub use stack::{Element, ImageLayer, Stack};

@@ -7,5 +7,6 @@ pub mod json;
 pub mod layered;
 pub mod lock;
 pub mod models;
+pub mod project;
 pub mod stack_files;
 pub mod stack_store;

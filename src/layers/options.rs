@@ -57,3 +57,42 @@ impl Default for Options {
         }
     }
 }
+
+impl Options {
+    /// What is wrong with them, named as in `project.json`; `None` when they can be used.
+    pub fn problem(&self) -> Option<String> {
+        // Written so that NaN is out of range too.
+        if !(self.tolerance > 0.0 && self.tolerance < 0.1) {
+            return Some(format!("tolerance is {}, expected more than 0 and less than 0.1", self.tolerance));
+        }
+        if self.margin > LARGEST_MARGIN {
+            return Some(format!("margin is {}, expected at most {LARGEST_MARGIN} pixels", self.margin));
+        }
+        if !(1..=LARGEST_SIDE).contains(&self.largest_side) {
+            return Some(format!(
+                "largest_side is {}, expected 1 to {LARGEST_SIDE} pixels",
+                self.largest_side
+            ));
+        }
+        None
+    }
+}
+
+/// A wider margin than this is a slip of the keyboard.
+const LARGEST_MARGIN: u32 = 4096;
+/// The largest power of two that a rectangle's coordinates hold with room to add.
+const LARGEST_SIDE: u32 = 1 << 20;
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_defaults_can_be_used_and_what_is_out_of_range_is_named() {
+        assert_eq!(Options::default().problem(), None);
+        let worse = |options: Options| options.problem().unwrap_or_default();
+        assert!(worse(Options { tolerance: f32::NAN, ..Options::default() }).contains("tolerance"));
+        assert!(worse(Options { margin: u32::MAX, ..Options::default() }).contains("margin"));
+        assert!(worse(Options { largest_side: 0, ..Options::default() }).contains("largest_side"));
+    }
+}
