@@ -1,12 +1,14 @@
-//! Camera, plane, polygon, rectangle: pure mathematics in f64, no files, no pixels' colours.
+//! Camera, lens, plane, polygon, rectangle: pure mathematics in f64, no files, no pixels' colours.
 
 pub mod camera;
+pub mod lens;
 pub mod plane;
 pub mod polygon;
 pub mod rect;
 pub mod similarity;
 
 pub use camera::{Pinhole, Pose};
+pub use lens::Lens;
 pub use plane::Plane;
 pub use rect::PixelRect;
 pub use similarity::Similarity;

@@ -1,6 +1,7 @@
 //! Files: cameras, models, photos, layered images. One file per format.
 
 pub mod atomic;
+pub mod cameras;
 pub mod hash;
 pub mod inbox;
 pub mod json;
@@ -8,5 +9,6 @@ pub mod layered;
 pub mod lock;
 pub mod models;
 pub mod project;
+pub mod photo;
 pub mod stack_files;
 pub mod stack_store;

@@ -1,1 +1,3 @@
 //! The program without a face: open, sort, cluster, extract, save.
+
+pub mod photos;

@@ -3,8 +3,10 @@
 pub mod builder;
 pub mod model;
 pub mod photo;
+pub mod pixels;
 pub mod synthetic;
 
 pub use builder::{FaceFlaw, ModelBuilder};
 pub use model::{Face, FaceId, Model, Object, ObjectId};
 pub use photo::{Photo, Site, SparsePoint};
+pub use pixels::{PhotoPixels, Samples};

@@ -1,0 +1,267 @@
+//! Lens distortion, forward: from the undistorted image plane to the one the lens makes.
+//!
+//! Coordinates are normalised: x = X/Z, y = Y/Z in the camera frame, x right, y down; pixels follow
+//! as f * x + c with the focal lengths and principal point of the *distorted* photo. Every model
+//! leaves (0, 0) where it is. Formulas: Brown 1966 (radial, tangential), Devernay & Faugeras 2001
+//! (field of view), Kannala & Brandt 2006 (fisheye), Weng et al. 1992 (thin prism), Fitzgibbon 2001
+//! (division), Khomutenko et al. 2016 (enhanced unified), with the parameters as COLMAP orders them.
+
+use glam::{DMat2, DVec2};
+
+/// How a lens bends the image. Parameters have no unit unless said.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Lens {
+    /// No distortion.
+    None,
+    /// Radial `(1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6)`, then tangential.
+    Brown {
+        /// k1..k6.
+        k: [f64; 6],
+        /// p1, p2 in OpenCV's order.
+        p: [f64; 2],
+    },
+    /// Ideal field-of-view model.
+    Fov {
+        /// Opening angle of the model, in radians.
+        omega: f64,
+    },
+    /// Equidistant fisheye: the radius is the angle to the axis, then
+    /// `1 + k1 theta^2 + .. + k4 theta^8`, tangential and thin prism.
+    Fisheye {
+        /// k1..k4.
+        k: [f64; 4],
+        /// p1, p2 in OpenCV's order.
+        p: [f64; 2],
+        /// sx1, sy1: shift by s * theta^2.
+        s: [f64; 2],
+    },
+    /// Equidistant fisheye whose tangential and prism terms act on the radially distorted point.
+    PrismFisheye {
+        /// k0..k5: radial, theta^2 to theta^12.
+        k: [f64; 6],
+        /// p0, p1: p0 goes with x^2 (OpenCV's p2), p1 with y^2.
+        p: [f64; 2],
+        /// s0, s1 along x and s2, s3 along y: shift by `s0 r^2 + s1 r^4`.
+        s: [f64; 4],
+    },
+    /// Division model: undistorted = distorted / (1 + k r_distorted^2).
+    Division {
+        /// Negative for barrel distortion.
+        k: f64,
+    },
+    /// Enhanced unified camera model, x = X / (alpha sqrt(beta (X^2 + Y^2) + Z^2) + (1 - alpha) Z).
+    Eucm {
+        /// 0..=1.
+        alpha: f64,
+        /// Positive.
+        beta: f64,
+    },
+}
+
+impl Lens {
+    /// True when the photo is a pinhole image already: no pixel would move.
+    pub fn is_none(&self) -> bool {
+        match *self {
+            Self::None => true,
+            Self::Brown { k, p } => k == [0.0; 6] && p == [0.0; 2],
+            Self::Fov { omega } => omega == 0.0,
+            Self::Fisheye { .. } | Self::PrismFisheye { .. } => false,
+            Self::Division { k } => k == 0.0,
+            Self::Eucm { alpha, .. } => alpha == 0.0,
+        }
+    }
+
+    /// Where the lens puts the undistorted point `xy`, both normalised. Says nothing about whether
+    /// `xy` is within the range where the model makes sense, see [`super::RangedLens`]; not finite
+    /// where the formula has no value.
+    pub fn distort(&self, xy: DVec2) -> DVec2 {
+        match *self {
+            Self::None => xy,
+            Self::Brown { k, p } => brown(xy, k, p),
+            Self::Fov { omega } => xy * fov_factor(xy.length(), omega),
+            Self::Fisheye { k, p, s } => fisheye(equidistant(xy), k, p, s),
+            Self::PrismFisheye { k, p, s } => prism_fisheye(equidistant(xy), k, p, s),
+            Self::Division { k } => xy * (2.0 / (1.0 + (1.0 - 4.0 * k * xy.length_squared()).sqrt())),
+            Self::Eucm { alpha, beta } => {
+                xy / (alpha * (beta * xy.length_squared() + 1.0).sqrt() + (1.0 - alpha))
+            }
+        }
+    }
+
+    /// The derivative of [`Lens::distort`] at `xy` by central differences; columns are d/dx, d/dy.
+    pub fn jacobian(&self, xy: DVec2) -> DMat2 {
+        // The step balances truncation (h^2) against cancellation (1e-16 / h): error near 1e-10.
+        let h = 1e-5 * xy.length().max(1.0);
+        let along = |step: DVec2| (self.distort(xy + step) - self.distort(xy - step)) / (2.0 * h);
+        DMat2::from_cols(along(DVec2::new(h, 0.0)), along(DVec2::new(0.0, h)))
+    }
+}
+
+fn brown(xy: DVec2, k: [f64; 6], p: [f64; 2]) -> DVec2 {
+    let r2 = xy.length_squared();
+    let radial = (1.0 + polynomial(&k[..3], r2)) / (1.0 + polynomial(&k[3..], r2));
+    xy * radial + tangential(xy, p)
+}
+
+fn fisheye(uv: DVec2, k: [f64; 4], p: [f64; 2], s: [f64; 2]) -> DVec2 {
+    let theta2 = uv.length_squared();
+    uv * (1.0 + polynomial(&k, theta2)) + tangential(uv, p) + DVec2::from(s) * theta2
+}
+
+fn prism_fisheye(uv: DVec2, k: [f64; 6], [p0, p1]: [f64; 2], s: [f64; 4]) -> DVec2 {
+    let bent = uv * (1.0 + polynomial(&k, uv.length_squared()));
+    let r2 = bent.length_squared();
+    let prism = DVec2::new(s[0] + s[1] * r2, s[2] + s[3] * r2) * r2;
+    bent + tangential(bent, [p1, p0]) + prism
+}
+
+/// `c[0] t + c[1] t^2 + ..`
+fn polynomial(coefficients: &[f64], t: f64) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * t)
+}
+
+fn tangential(xy: DVec2, [p1, p2]: [f64; 2]) -> DVec2 {
+    let DVec2 { x, y } = xy;
+    let r2 = xy.length_squared();
+    DVec2::new(2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x), 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y))
+}
+
+/// Takes x/z, y/z to the point in the same direction whose radius is the angle to the axis.
+fn equidistant(xy: DVec2) -> DVec2 {
+    let r = xy.length();
+    // Below 1e-8 the next term of atan(r)/r = 1 - r^2/3 is lost in rounding.
+    if r < 1e-8 { xy } else { xy * (r.atan() / r) }
+}
+
+/// `atan(2 r tan(omega/2)) / (r omega)`; its limits where r or omega vanish.
+fn fov_factor(r: f64, omega: f64) -> f64 {
+    if omega == 0.0 {
+        return 1.0;
+    }
+    let slope = 2.0 * (omega / 2.0).tan();
+    if r < 1e-8 { slope / omega } else { (r * slope).atan() / (r * omega) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const EVERY_KIND: [Lens; 7] = [
+        Lens::None,
+        Lens::Brown { k: [-0.2, 0.05, 0.01, 0.02, 0.01, 0.005], p: [0.001, -0.002] },
+        Lens::Fov { omega: 0.9 },
+        Lens::Fisheye { k: [0.02, -0.01, 0.003, -0.001], p: [0.001, 0.002], s: [0.003, -0.001] },
+        Lens::PrismFisheye {
+            k: [0.02, -0.01, 0.003, -0.001, 0.0002, 0.0001],
+            p: [0.001, 0.002],
+            s: [0.003, -0.001, 0.002, 0.001],
+        },
+        Lens::Division { k: -0.1 },
+        Lens::Eucm { alpha: 0.6, beta: 1.1 },
+    ];
+
+    fn close(a: DVec2, b: DVec2) {
+        assert!((a - b).length() < 1e-12, "{a} is not {b}");
+    }
+
+    #[test]
+    fn no_lens_moves_the_centre() {
+        for lens in EVERY_KIND {
+            close(lens.distort(DVec2::ZERO), DVec2::ZERO);
+        }
+    }
+
+    #[test]
+    fn radial_terms_stretch_by_the_polynomial() {
+        let lens = Lens::Brown { k: [0.1, 0.01, 0.0, 0.0, 0.0, 0.0], p: [0.0; 2] };
+        close(lens.distort(DVec2::new(1.0, 0.0)), DVec2::new(1.11, 0.0));
+        close(lens.distort(DVec2::new(0.0, 2.0)), DVec2::new(0.0, 2.0 * (1.0 + 0.4 + 0.16)));
+    }
+
+    #[test]
+    fn the_full_model_divides_by_its_second_polynomial() {
+        let lens = Lens::Brown { k: [0.1, 0.2, 0.3, 0.4, 0.5, 0.6], p: [0.0; 2] };
+        close(lens.distort(DVec2::new(1.0, 0.0)), DVec2::new(1.6 / 2.5, 0.0));
+    }
+
+    #[test]
+    fn tangential_terms_follow_opencv() {
+        let lens = Lens::Brown { k: [0.0; 6], p: [0.01, 0.02] };
+        // x = 1, y = 2: r2 = 5.
+        close(
+            lens.distort(DVec2::new(1.0, 2.0)),
+            DVec2::new(1.0 + 0.04 + 0.02 * 7.0, 2.0 + 0.08 + 0.01 * 13.0),
+        );
+    }
+
+    #[test]
+    fn a_plain_fisheye_has_the_angle_as_its_radius() {
+        let lens = Lens::Fisheye { k: [0.0; 4], p: [0.0; 2], s: [0.0; 2] };
+        let at_60_degrees = DVec2::new(60f64.to_radians().tan(), 0.0);
+        close(lens.distort(at_60_degrees), DVec2::new(60f64.to_radians(), 0.0));
+    }
+
+    #[test]
+    fn a_fisheye_polynomial_is_in_the_angle() {
+        let lens = Lens::Fisheye { k: [0.1, 0.2, 0.3, 0.4], p: [0.0; 2], s: [0.5, 0.25] };
+        let t = 0.5f64;
+        let r = t * (1.0 + 0.1 * t.powi(2) + 0.2 * t.powi(4) + 0.3 * t.powi(6) + 0.4 * t.powi(8));
+        close(lens.distort(DVec2::new(0.0, t.tan())), DVec2::new(0.5 * t * t, r + 0.25 * t * t));
+    }
+
+    #[test]
+    fn the_prism_fisheye_shifts_the_radially_distorted_point() {
+        let lens =
+            Lens::PrismFisheye { k: [1.0, 0.0, 0.0, 0.0, 0.0, 0.0], p: [0.1, 0.2], s: [0.3, 0.4, 0.5, 0.6] };
+        let t = 0.5f64;
+        let r = t * (1.0 + t * t);
+        let expected = DVec2::new(
+            r + 0.1 * 3.0 * r * r + 0.3 * r.powi(2) + 0.4 * r.powi(4),
+            0.2 * r * r + 0.5 * r.powi(2) + 0.6 * r.powi(4),
+        );
+        close(lens.distort(DVec2::new(t.tan(), 0.0)), expected);
+    }
+
+    #[test]
+    fn the_field_of_view_model_has_its_closed_form() {
+        let lens = Lens::Fov { omega: 1.0 };
+        let r = (2.0 * 0.5f64.tan() * 0.7).atan();
+        close(lens.distort(DVec2::new(0.7, 0.0)), DVec2::new(r, 0.0));
+    }
+
+    #[test]
+    fn the_division_model_inverts_its_division() {
+        let lens = Lens::Division { k: -0.2 };
+        let distorted = lens.distort(DVec2::new(0.6, -0.3));
+        close(distorted / (1.0 - 0.2 * distorted.length_squared()), DVec2::new(0.6, -0.3));
+    }
+
+    #[test]
+    fn the_unified_model_on_the_unit_sphere_is_stereographic() {
+        // alpha 1/2, beta 1: x = 2 sin / (1 + cos) = 2 tan(theta / 2).
+        let lens = Lens::Eucm { alpha: 0.5, beta: 1.0 };
+        close(lens.distort(DVec2::new(1f64.tan(), 0.0)), DVec2::new(2.0 * 0.5f64.tan(), 0.0));
+    }
+
+    #[test]
+    fn the_jacobian_is_the_derivative() {
+        // Along a radius of a radial lens: d/dr of r (1 + k r^2) = 1 + 3 k r^2, across it 1 + k r^2.
+        let lens = Lens::Brown { k: [-0.1, 0.0, 0.0, 0.0, 0.0, 0.0], p: [0.0; 2] };
+        let jacobian = lens.jacobian(DVec2::new(0.8, 0.0));
+        assert!((jacobian.x_axis.x - (1.0 - 0.3 * 0.64)).abs() < 1e-9);
+        assert!((jacobian.y_axis.y - (1.0 - 0.1 * 0.64)).abs() < 1e-9);
+        for lens in EVERY_KIND {
+            let (at, step) = (DVec2::new(0.4, -0.3), DVec2::new(3e-4, 2e-4));
+            let moved = lens.distort(at + step) - lens.distort(at - step);
+            assert!((lens.jacobian(at) * step * 2.0 - moved).length() < 1e-10, "{lens:?}");
+        }
+    }
+
+    #[test]
+    fn only_models_that_move_nothing_count_as_none() {
+        assert!(Lens::Brown { k: [0.0; 6], p: [0.0; 2] }.is_none());
+        assert!(Lens::Division { k: 0.0 }.is_none());
+        assert!(!Lens::Fisheye { k: [0.0; 4], p: [0.0; 2], s: [0.0; 2] }.is_none());
+        assert!(!Lens::Brown { k: [0.0; 6], p: [1e-9, 0.0] }.is_none());
+    }
+}

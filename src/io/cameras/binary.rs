@@ -1,0 +1,171 @@
+//! COLMAP's binary files: little-endian, each a count and as many records.
+//!
+//! Counts are never trusted: memory is only reserved for what the rest of the file can hold.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, ErrorKind, Read};
+use std::path::Path;
+
+use super::assembly::Assembly;
+use super::colmap_model::{ColmapModel, MODELS};
+use super::photo_name::LONGEST_NAME;
+use super::{Files, RawCamera, RawImage};
+use crate::error::{Error, Result};
+use crate::task::Task;
+
+/// COLMAP's number for "this keypoint has no point".
+const NO_POINT: u64 = u64::MAX;
+
+/// Reads all files into `assembly`.
+pub(super) fn read(files: &Files, assembly: &mut Assembly, task: &Task) -> Result<()> {
+    let mut cameras = Records::open(&files.cameras)?;
+    for done in 0..cameras.count(24)? {
+        task.step("read cameras", done, cameras.total)?;
+        read_camera(&mut cameras, assembly)?;
+    }
+    let mut images = Records::open(&files.images)?;
+    for done in 0..images.count(73)? {
+        task.step("read poses", done, images.total)?;
+        read_image(&mut images, assembly)?;
+    }
+    if let Some(points) = &files.points {
+        let mut points = Records::open(points)?;
+        for done in 0..points.count(51)? {
+            if done % 1024 == 0 {
+                task.step("read points", done, points.total)?;
+            }
+            read_point(&mut points, assembly)?;
+        }
+    }
+    Ok(())
+}
+
+fn read_camera(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
+    let place = file.place();
+    let (id, number) = (file.u32()?, file.u32()? as i32);
+    let (width, height) = (file.u64()?, file.u64()?);
+    let model = ColmapModel::by_number(number).ok_or_else(|| {
+        // How many parameters follow is unknown, so nothing behind this camera can be read.
+        let found = format!("camera model {number}; known are 0 to {}", MODELS.len() - 1);
+        Error::input(file.path, place.clone(), found, "use one of COLMAP's models, or check the file")
+    })?;
+    let mut parameters = [0.0; 16];
+    let parameters = &mut parameters[..model.parameter_count()];
+    for value in parameters.iter_mut() {
+        *value = file.f64()?;
+    }
+    assembly.camera(place, &RawCamera { id, model, width, height, parameters });
+    Ok(())
+}
+
+fn read_image(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
+    let place = file.place();
+    let id = file.u32()?;
+    let quaternion = [file.f64()?, file.f64()?, file.f64()?, file.f64()?];
+    let translation = [file.f64()?, file.f64()?, file.f64()?];
+    let camera = file.u32()?;
+    let name = file.name()?;
+    let mut observations = Vec::new();
+    for _ in 0..file.count(24)? {
+        let (at, point) = ([file.f64()?, file.f64()?], file.u64()?);
+        if point != NO_POINT && at.iter().all(|v| v.is_finite()) {
+            observations.push((at, point));
+        }
+    }
+    let name = &String::from_utf8_lossy(&name);
+    assembly.image(place, RawImage { id, quaternion, translation, camera, name, observations });
+    Ok(())
+}
+
+fn read_point(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
+    let place = file.place();
+    let id = file.u64()?;
+    let position = [file.f64()?, file.f64()?, file.f64()?];
+    file.skip(3 + 8)?; // colour and error
+    // The track is what the images' keypoints said already.
+    let track = file.count(8)?;
+    file.skip(8 * track)?;
+    assembly.point(place, id, position);
+    Ok(())
+}
+
+/// A file of records, with its size known and its place kept.
+struct Records<'a> {
+    path: &'a Path,
+    reader: BufReader<File>,
+    at: u64,
+    size: u64,
+    /// The last count read.
+    total: u64,
+}
+
+impl<'a> Records<'a> {
+    fn open(path: &'a Path) -> Result<Self> {
+        let file = File::open(path).map_err(Error::io(path, "read it"))?;
+        let size = file.metadata().map_err(Error::io(path, "read it"))?.len();
+        Ok(Self { path, reader: BufReader::with_capacity(1 << 16, file), at: 0, size, total: 0 })
+    }
+
+    fn place(&self) -> String {
+        format!("byte {}", self.at)
+    }
+
+    /// A count of records of at least `smallest` bytes each, checked against what is left.
+    fn count(&mut self, smallest: u64) -> Result<u64> {
+        let place = self.place();
+        let count = self.u64()?;
+        let room = (self.size - self.at.min(self.size)) / smallest;
+        if count > room {
+            let found = format!("{count} records announced, room for at most {room} in the rest of the file");
+            return Err(Error::input(self.path, place, found, "copy the file again; it is cut or damaged"));
+        }
+        self.total = count;
+        Ok(count)
+    }
+
+    fn bytes<const N: usize>(&mut self) -> Result<[u8; N]> {
+        let mut bytes = [0; N];
+        self.reader.read_exact(&mut bytes).map_err(|error| self.ended(error))?;
+        self.at += N as u64;
+        Ok(bytes)
+    }
+
+    fn u32(&mut self) -> Result<u32> {
+        Ok(u32::from_le_bytes(self.bytes()?))
+    }
+
+    fn u64(&mut self) -> Result<u64> {
+        Ok(u64::from_le_bytes(self.bytes()?))
+    }
+
+    fn f64(&mut self) -> Result<f64> {
+        Ok(f64::from_le_bytes(self.bytes()?))
+    }
+
+    /// Bytes up to a zero byte, which is taken but not returned.
+    fn name(&mut self) -> Result<Vec<u8>> {
+        let (mut name, place) = (Vec::new(), self.place());
+        let most = LONGEST_NAME as u64 + 2;
+        self.reader.by_ref().take(most).read_until(0, &mut name).map_err(|error| self.ended(error))?;
+        self.at += name.len() as u64;
+        if name.pop() != Some(0) {
+            let found = format!("a name that does not end within {LONGEST_NAME} bytes");
+            return Err(Error::input(self.path, place, found, "copy the file again; it is cut or damaged"));
+        }
+        Ok(name)
+    }
+
+    fn skip(&mut self, bytes: u64) -> Result<()> {
+        self.reader.seek_relative(bytes as i64).map_err(|error| self.ended(error))?;
+        self.at += bytes;
+        Ok(())
+    }
+
+    fn ended(&self, error: std::io::Error) -> Error {
+        if error.kind() != ErrorKind::UnexpectedEof {
+            return Error::io(self.path, "read it")(error);
+        }
+        let found = format!("the file ends at byte {} within a record", self.size);
+        Error::input(self.path, self.place(), found, "copy the file again; it is cut or damaged")
+    }
+}

@@ -1,0 +1,231 @@
+//! The photo folder: which file is which of the cameras' photos.
+
+use std::path::{Path, PathBuf};
+
+use rustc_hash::FxHashMap;
+
+use super::EXTENSIONS;
+use crate::error::{Error, Result};
+use crate::task::Task;
+
+/// How deep sub-folders are followed; links between folders may go in circles.
+const DEEPEST: usize = 16;
+
+/// The image files of a folder and its sub-folders.
+#[derive(Debug)]
+pub struct PhotoFolder {
+    root: PathBuf,
+    /// Paths below `root`, with `/`, sorted.
+    files: Vec<String>,
+}
+
+/// What a photo of the cameras was found to be.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Match {
+    /// The file with this number; and how it differs from the name, when it does.
+    File(usize, &'static str),
+    /// No file fits.
+    Missing,
+    /// Several files fit equally well, or several photos fit this file.
+    Ambiguous {
+        /// The files.
+        files: Vec<usize>,
+        /// How many of the cameras' photos they would fit.
+        photos: usize,
+    },
+}
+
+/// A way in which a file may differ, and what names that differ so have in common.
+type Rule = (&'static str, fn(&str) -> String);
+
+/// From the most alike to the least: how files may differ from the name that the cameras give.
+const RULES: [Rule; 8] = [
+    ("", |name| name.to_owned()),
+    ("in another letter case", |name| name.to_lowercase()),
+    ("in another folder", |name| base(name).to_owned()),
+    ("in another folder and letter case", |name| base(name).to_lowercase()),
+    ("in another image format", |name| stem(name).to_owned()),
+    ("in another image format and letter case", |name| stem(name).to_lowercase()),
+    ("in another folder and image format", |name| stem(base(name)).to_owned()),
+    ("in another folder, image format and letter case", |name| stem(base(name)).to_lowercase()),
+];
+
+fn base(name: &str) -> &str {
+    name.rsplit('/').next().unwrap_or(name)
+}
+
+/// The name without the extension of an image format; with any other ending it stays whole.
+fn stem(name: &str) -> &str {
+    match name.rsplit_once('.') {
+        Some((stem, extension)) if is_image_extension(extension) => stem,
+        _ => name,
+    }
+}
+
+fn is_image_extension(extension: &str) -> bool {
+    EXTENSIONS.iter().any(|known| extension.eq_ignore_ascii_case(known))
+}
+
+impl PhotoFolder {
+    /// Lists the image files below `root`; hidden files and folders are left out.
+    ///
+    /// # Errors
+    /// [`Error::Input`] when `root` is no folder, [`Error::Io`], [`Error::Cancelled`].
+    pub fn scan(root: &Path, task: &Task) -> Result<Self> {
+        if !root.is_dir() {
+            return Err(Error::input(root, "", "there is no such folder", "check the path to the photos"));
+        }
+        let mut folder = Self { root: root.to_path_buf(), files: Vec::new() };
+        folder.enter("", 0, task)?;
+        folder.files.sort_unstable();
+        Ok(folder)
+    }
+
+    fn enter(&mut self, below: &str, depth: usize, task: &Task) -> Result<()> {
+        task.go_on()?;
+        let folder = self.root.join(below);
+        for entry in std::fs::read_dir(&folder).map_err(Error::io(&folder, "read the folder"))? {
+            let entry = entry.map_err(Error::io(&folder, "read the folder"))?;
+            // The cameras' names are UTF-8, so a file whose name is not cannot be meant.
+            let Ok(name) = entry.file_name().into_string() else { continue };
+            if name.starts_with('.') {
+                continue;
+            }
+            let path = if below.is_empty() { name } else { format!("{below}/{name}") };
+            let Ok(metadata) = std::fs::metadata(entry.path()) else { continue };
+            if metadata.is_dir() && depth < DEEPEST {
+                self.enter(&path, depth + 1, task)?;
+            } else if metadata.is_file() && stem(&path) != path {
+                self.files.push(path);
+            }
+        }
+        Ok(())
+    }
+
+    /// Where file number `file` is.
+    pub fn path(&self, file: usize) -> PathBuf {
+        self.root.join(&self.files[file])
+    }
+
+    /// File number `file` as a path below the folder, with `/`.
+    pub fn name(&self, file: usize) -> &str {
+        &self.files[file]
+    }
+
+    /// Number of image files.
+    pub fn len(&self) -> usize {
+        self.files.len()
+    }
+
+    /// True when there is no image file.
+    pub fn is_empty(&self) -> bool {
+        self.files.is_empty()
+    }
+
+    /// Finds a file for each of `names`, in their order. No file serves two photos: one that is
+    /// called exactly as a photo is not considered for another.
+    pub fn find(&self, names: &[&str]) -> Vec<Match> {
+        let mut found = vec![Match::Missing; names.len()];
+        let mut taken = vec![false; self.files.len()];
+        for (difference, key) in RULES {
+            let mut photos: FxHashMap<String, Vec<usize>> = FxHashMap::default();
+            for (photo, name) in names.iter().enumerate().filter(|&(i, _)| found[i] == Match::Missing) {
+                photos.entry(key(name)).or_default().push(photo);
+            }
+            let mut files: FxHashMap<String, Vec<usize>> = FxHashMap::default();
+            for (file, name) in self.files.iter().enumerate().filter(|&(i, _)| !taken[i]) {
+                files.entry(key(name)).or_default().push(file);
+            }
+            for (key, photos) in photos {
+                match (photos.as_slice(), files.get(&key).map(Vec::as_slice)) {
+                    (_, None) => (),
+                    (&[photo], Some(&[file])) => {
+                        found[photo] = Match::File(file, difference);
+                        taken[file] = true;
+                    }
+                    (_, Some(files)) => {
+                        let ambiguous = Match::Ambiguous { files: files.to_vec(), photos: photos.len() };
+                        photos.iter().for_each(|&photo| found[photo] = ambiguous.clone());
+                    }
+                }
+            }
+        }
+        found
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn folder(files: &[&str]) -> PhotoFolder {
+        PhotoFolder { root: PathBuf::new(), files: files.iter().map(|&f| f.to_owned()).collect() }
+    }
+
+    fn found<'a>(folder: &'a PhotoFolder, name: &str) -> (&'a str, &'static str) {
+        match folder.find(&[name])[0] {
+            Match::File(file, how) => (folder.name(file), how),
+            _ => ("", "not found"),
+        }
+    }
+
+    #[test]
+    fn the_exact_path_wins_over_all_that_is_alike() {
+        let folder = folder(&["a/1.jpg", "b/1.jpg", "1.jpg", "1.JPG", "1.png"]);
+        for name in ["a/1.jpg", "b/1.jpg", "1.jpg", "1.JPG", "1.png"] {
+            assert_eq!(found(&folder, name), (name, ""));
+        }
+    }
+
+    #[test]
+    fn a_file_may_differ_in_case_folder_and_format() {
+        let folder = folder(&["x/IMG_1.JPG", "x/img_2.tif"]);
+        assert_eq!(found(&folder, "x/img_1.jpg"), ("x/IMG_1.JPG", "in another letter case"));
+        assert_eq!(found(&folder, "IMG_1.JPG"), ("x/IMG_1.JPG", "in another folder"));
+        assert_eq!(found(&folder, "x/img_2.jpg"), ("x/img_2.tif", "in another image format"));
+        assert_eq!(found(&folder, "y/img_2.jpg"), ("x/img_2.tif", "in another folder and image format"));
+        assert_eq!(
+            found(&folder, "IMG_2.webp"),
+            ("x/img_2.tif", "in another folder, image format and letter case")
+        );
+        assert_eq!(found(&folder, "img_3.jpg"), ("", "not found"));
+    }
+
+    #[test]
+    fn several_files_that_fit_equally_well_are_reported_and_none_is_taken() {
+        let folder = folder(&["a/1.jpg", "b/1.jpg", "c/1.png"]);
+        assert_eq!(folder.find(&["1.jpg"]), [Match::Ambiguous { files: vec![0, 1], photos: 1 }]);
+        assert_eq!(found(&folder, "1.png"), ("c/1.png", "in another folder"));
+    }
+
+    #[test]
+    fn a_file_that_is_one_photo_is_not_taken_for_another() {
+        let folder = folder(&["a/1.jpg"]);
+        assert_eq!(folder.find(&["b/1.jpg", "a/1.jpg"]), [Match::Missing, Match::File(0, "")]);
+    }
+
+    #[test]
+    fn one_file_that_two_photos_claim_goes_to_neither() {
+        let folder = folder(&["1.jpg"]);
+        let both = Match::Ambiguous { files: vec![0], photos: 2 };
+        assert_eq!(folder.find(&["a/1.jpg", "b/1.jpg"]), [both.clone(), both]);
+    }
+
+    #[test]
+    fn a_dot_in_a_name_is_not_taken_for_an_extension() {
+        assert_eq!(stem("a.b/photo.v2"), "a.b/photo.v2");
+        assert_eq!(stem("photo.v2.jpeg"), "photo.v2");
+    }
+
+    #[test]
+    fn only_image_files_are_listed_with_their_sub_folders() {
+        let root = tempfile::tempdir().unwrap();
+        std::fs::create_dir_all(root.path().join("b/c")).unwrap();
+        for file in ["b/c/1.JPG", "a.png", "notes.txt", ".hidden.jpg"] {
+            std::fs::write(root.path().join(file), "").unwrap();
+        }
+        let folder = PhotoFolder::scan(root.path(), &Task::silent()).unwrap();
+        assert_eq!(folder.files, ["a.png", "b/c/1.JPG"]);
+        assert!(PhotoFolder::scan(&root.path().join("a.png"), &Task::silent()).is_err());
+    }
+}

@@ -1,0 +1,186 @@
+//! Photos: JPEG, PNG, TIFF and WebP, 8 and 16 bit, grey, RGB and RGBA.
+//!
+//! Cameras refer to the pixels as they are stored. A viewer turns a photo by its EXIF orientation;
+//! here that is done only where the stored size does not fit the camera and the turned one does.
+
+use std::fs::File;
+use std::io::{BufRead, BufReader, Cursor, Read, Seek};
+use std::path::Path;
+
+use image::metadata::Orientation;
+use image::{ColorType, ImageDecoder, ImageFormat, ImageReader, Limits};
+
+use crate::error::{Error, Result};
+use crate::scene::{PhotoPixels, Samples};
+
+mod folder;
+mod turn;
+
+#[cfg(test)]
+mod tests;
+
+pub use folder::{Match, PhotoFolder};
+
+/// Formats that are read, by the extensions that photos of a folder are recognised by.
+pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];
+
+/// How a photo's file stands to its camera, from its header alone.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoHeader {
+    /// What must be done to the stored pixels to fit the camera.
+    turn: Orientation,
+    /// What the user should know about that.
+    pub notes: Vec<String>,
+}
+
+/// Looks at a photo without decoding it: can it be read, and does its size fit the camera's?
+///
+/// # Errors
+/// [`Error::Input`] when it is none of the formats, damaged at its beginning, of a kind that is not
+/// read, or of another size; [`Error::Io`].
+pub fn check_photo(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
+    // A JPEG's decoder reads all that it is given; its header rarely reaches beyond this.
+    const BEGINNING: u64 = 1 << 18;
+    let mut file = open(path, width, height)?;
+    let mut beginning = Vec::new();
+    file.by_ref().take(BEGINNING).read_to_end(&mut beginning).map_err(Error::io(path, "read it"))?;
+    if beginning.starts_with(b"\xFF\xD8") {
+        let header = header_of(path, Cursor::new(&beginning), width, height);
+        if header.is_ok() || (beginning.len() as u64) < BEGINNING {
+            return header;
+        }
+    }
+    file.rewind().map_err(Error::io(path, "read it"))?;
+    header_of(path, file, width, height)
+}
+
+fn header_of(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -> Result<PhotoHeader> {
+    fitting(path, &mut decoder(path, input, width, height)?, width, height)
+}
+
+/// Reads a photo whose camera is `width` x `height` pixels. Samples are those of the file, bit for
+/// bit as its decoder gives them; grey is repeated into three channels.
+///
+/// # Errors
+/// As [`check_photo`], and when the file is damaged.
+pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
+    let file = open(path, width, height)?;
+    let mut decoder = decoder(path, file, width, height)?;
+    let header = fitting(path, &mut decoder, width, height)?;
+    let icc = decoder.icc_profile().ok().flatten().filter(|profile| describes_rgb(profile));
+    let (stored_width, stored_height) = decoder.dimensions();
+    let color = decoder.color_type();
+    let samples = samples(decoder, color).map_err(|error| unreadable(path, &error))?;
+    let channels = if color.has_alpha() { 4 } else { 3 };
+    let samples = turn::turned(samples, stored_width, stored_height, channels, header.turn);
+    Ok(PhotoPixels { width, height, channels, samples, icc })
+}
+
+/// Opens a file that could be a photo of this size.
+fn open(path: &Path, width: u32, height: u32) -> Result<BufReader<File>> {
+    let metadata = std::fs::metadata(path).map_err(Error::io(path, "read it"))?;
+    if !metadata.is_file() {
+        return Err(Error::input(path, "", "not a file", "put the photo there"));
+    }
+    // More than 8 bytes a sample of uncompressed RGBA: no photo of this size, but a trap.
+    let most = 32 * u64::from(width) * u64::from(height) + (64 << 20);
+    if metadata.len() > most {
+        let found = format!("{} megabytes for a photo of {width} x {height} pixels", metadata.len() >> 20);
+        return Err(Error::input(path, "", found, "save the photo again without other data"));
+    }
+    Ok(BufReader::new(File::open(path).map_err(Error::io(path, "read it"))?))
+}
+
+fn decoder<'a>(
+    path: &Path,
+    input: impl BufRead + Seek + 'a,
+    width: u32,
+    height: u32,
+) -> Result<impl ImageDecoder + 'a> {
+    let mut reader = ImageReader::new(input).with_guessed_format().map_err(Error::io(path, "read it"))?;
+    use ImageFormat::{Jpeg, Png, Tiff, WebP};
+    if !matches!(reader.format(), Some(Jpeg | Png | Tiff | WebP)) {
+        let found = "not a JPEG, PNG, TIFF or WebP image";
+        return Err(Error::input(path, "", found, "convert the photo to one of these"));
+    }
+    let mut limits = Limits::default();
+    // Decoders may need several times the 8 bytes of a 16-bit RGBA pixel, but not without bound.
+    limits.max_alloc = Some(32 * u64::from(width) * u64::from(height) + (64 << 20));
+    reader.limits(limits);
+    reader.into_decoder().map_err(|error| unreadable(path, &error))
+}
+
+/// Judges size and kind.
+fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32) -> Result<PhotoHeader> {
+    use ColorType::{L8, L16, La8, La16, Rgb8, Rgb16, Rgba8, Rgba16};
+    let color = decoder.color_type();
+    if !matches!(color, L8 | L16 | La8 | La16 | Rgb8 | Rgb16 | Rgba8 | Rgba16) {
+        let found = format!("samples of a kind that is not read ({color:?})");
+        return Err(Error::input(path, "", found, "save the photo with 8 or 16 bits a channel"));
+    }
+    let stored = decoder.dimensions();
+    let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
+    let turns = turn::swaps_sides(orientation);
+    let mut notes = Vec::new();
+    let turn = if stored == (width, height) {
+        if orientation != Orientation::NoTransforms {
+            let tag = orientation.to_exif();
+            notes.push(format!("EXIF orientation {tag} is not applied: the camera fits the stored pixels"));
+        }
+        Orientation::NoTransforms
+    } else if turns && (stored.1, stored.0) == (width, height) {
+        let tag = orientation.to_exif();
+        notes.push(format!("EXIF orientation {tag} is applied: the camera fits the turned photo only"));
+        orientation
+    } else {
+        return Err(wrong_size(path, stored, (width, height), turns));
+    };
+    if decoder.icc_profile().ok().flatten().is_some_and(|profile| !describes_rgb(&profile)) {
+        notes.push("its colour profile is not one for RGB and is left out".into());
+    }
+    Ok(PhotoHeader { turn, notes })
+}
+
+/// A profile of grey or CMYK does not fit what is decoded. Bytes 16..20 of a profile name its space.
+fn describes_rgb(profile: &[u8]) -> bool {
+    profile.get(16..20) == Some(b"RGB ")
+}
+
+fn wrong_size(path: &Path, stored: (u32, u32), (width, height): (u32, u32), turns: bool) -> Error {
+    let found = format!("{} x {} pixels, but its camera has {width} x {height}", stored.0, stored.1);
+    let remedy = if (stored.1, stored.0) == (width, height) && !turns {
+        "turn the photo by 90 degrees, or use the one that the cameras were computed from"
+    } else {
+        "use the photo that the cameras were computed from, in its own size"
+    };
+    Error::input(path, "", found, remedy)
+}
+
+/// Decodes straight into the buffer that is kept.
+fn samples(decoder: impl ImageDecoder, color: ColorType) -> image::ImageResult<Samples> {
+    let (width, height) = decoder.dimensions();
+    let count = width as usize * height as usize * usize::from(color.channel_count());
+    if color.bytes_per_pixel() / color.channel_count() == 1 {
+        let mut samples = vec![0u8; count];
+        decoder.read_image(&mut samples)?;
+        Ok(Samples::U8(in_color(samples, color)))
+    } else {
+        let mut samples = vec![0u16; count];
+        decoder.read_image(bytemuck::cast_slice_mut(&mut samples))?;
+        Ok(Samples::U16(in_color(samples, color)))
+    }
+}
+
+/// Repeats grey three times.
+fn in_color<T: Copy>(samples: Vec<T>, color: ColorType) -> Vec<T> {
+    match (color.has_color(), color.has_alpha()) {
+        (true, _) => samples,
+        (false, false) => samples.iter().flat_map(|&grey| [grey; 3]).collect(),
+        (false, true) => samples.chunks_exact(2).flat_map(|p| [p[0], p[0], p[0], p[1]]).collect(),
+    }
+}
+
+fn unreadable(path: &Path, error: &image::ImageError) -> Error {
+    let found = format!("the photo cannot be decoded ({error})");
+    Error::input(path, "", found, "copy the file again, or save it anew in an image editor")
+}

@@ -1,0 +1,113 @@
+//! A photo's pixels, as they lie in its file.
+
+use crate::geometry::PixelRect;
+
+/// Samples in row order, top to bottom, channels interleaved; full range of their type.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Samples {
+    /// 8 bits a channel.
+    U8(Vec<u8>),
+    /// 16 bits a channel.
+    U16(Vec<u16>),
+}
+
+impl Samples {
+    /// Number of samples.
+    pub fn len(&self) -> usize {
+        match self {
+            Self::U8(samples) => samples.len(),
+            Self::U16(samples) => samples.len(),
+        }
+    }
+
+    /// True when there is none.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+}
+
+/// A photo's pixels: RGB or RGBA, in the photo's own colour space, never converted. Alpha is not
+/// premultiplied and says where the photo is valid: where it is full.
+#[derive(Debug, Clone, PartialEq)]
+pub struct PhotoPixels {
+    /// In pixels.
+    pub width: u32,
+    /// In pixels.
+    pub height: u32,
+    /// 3 (RGB) or 4 (RGBA).
+    pub channels: usize,
+    /// `height * width * channels` many.
+    pub samples: Samples,
+    /// The ICC profile of the colours; none means sRGB.
+    pub icc: Option<Vec<u8>>,
+}
+
+impl PhotoPixels {
+    /// Bits of a sample: 8 or 16.
+    pub fn bits(&self) -> u8 {
+        match self.samples {
+            Samples::U8(_) => 8,
+            Samples::U16(_) => 16,
+        }
+    }
+
+    /// True when some pixels may be invalid.
+    pub fn has_alpha(&self) -> bool {
+        self.channels == 4
+    }
+
+    /// The whole photo.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect { x: 0, y: 0, w: self.width, h: self.height }
+    }
+
+    /// The number of the pixel in column `x`, row `y`, in row order.
+    pub fn index(&self, x: u32, y: u32) -> usize {
+        debug_assert!(x < self.width && y < self.height);
+        y as usize * self.width as usize + x as usize
+    }
+
+    /// Whether the photo shows anything at this pixel.
+    pub fn is_valid(&self, x: u32, y: u32) -> bool {
+        let alpha = self.index(x, y) * self.channels + 3;
+        match &self.samples {
+            _ if !self.has_alpha() => true,
+            Samples::U8(samples) => samples[alpha] == u8::MAX,
+            Samples::U16(samples) => samples[alpha] == u16::MAX,
+        }
+    }
+
+    /// R, G, B, A in 16 bits; 8-bit samples are scaled to the full range, missing alpha is full.
+    pub fn rgba16(&self, x: u32, y: u32) -> [u16; 4] {
+        let at = self.index(x, y) * self.channels;
+        let mut pixel = [u16::MAX; 4];
+        for (channel, value) in pixel[..self.channels].iter_mut().enumerate() {
+            *value = match &self.samples {
+                Samples::U8(samples) => u16::from(samples[at + channel]) * 257,
+                Samples::U16(samples) => samples[at + channel],
+            };
+        }
+        pixel
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_is_valid_where_its_alpha_is_full() {
+        let samples = Samples::U8(vec![1, 2, 3, 255, 4, 5, 6, 254]);
+        let pixels = PhotoPixels { width: 2, height: 1, channels: 4, samples, icc: None };
+        assert!(pixels.is_valid(0, 0) && !pixels.is_valid(1, 0));
+        assert_eq!(pixels.rgba16(1, 0), [4 * 257, 5 * 257, 6 * 257, 254 * 257]);
+    }
+
+    #[test]
+    fn a_photo_without_alpha_is_valid_everywhere() {
+        let samples = Samples::U16(vec![7, 8, 9]);
+        let pixels = PhotoPixels { width: 1, height: 1, channels: 3, samples, icc: None };
+        assert!(pixels.is_valid(0, 0));
+        assert_eq!(pixels.rgba16(0, 0), [7, 8, 9, 65535]);
+    }
+}
