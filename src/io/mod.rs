@@ -8,7 +8,7 @@ pub mod json;
 pub mod layered;
 pub mod lock;
 pub mod models;
-pub mod project;
 pub mod photo;
+pub mod project;
 pub mod stack_files;
 pub mod stack_store;
