@@ -1,0 +1,80 @@
+"""Makes the sample project: the coarse model, the cameras, the sparse points and the photos of a small square.
+
+    blender -b --python make.py -- [options]        (see README.md)
+"""
+
+import argparse
+import sys
+import time
+from pathlib import Path
+
+sys.dont_write_bytecode = True
+HERE = Path(__file__).resolve().parent
+sys.path.insert(0, str(HERE / "make"))
+
+
+def options(arguments):
+    parser = argparse.ArgumentParser(prog="make.py")
+    parser.add_argument("--only-data", action="store_true", help="write model, cameras and points, render nothing")
+    parser.add_argument("--photo", action="append", help="render this photo only (may repeat)")
+    parser.add_argument("--samples", type=int, default=64, help="samples per pixel")
+    parser.add_argument("--scale", type=int, default=100, help="size of the photos in percent")
+    parser.add_argument("--quality", type=int, default=90, help="of the JPEG files")
+    parser.add_argument("--without", action="append", default=[], metavar="OBJECT",
+                        help="hide what begins with this name from the camera, keep its shadow (may repeat)")
+    parser.add_argument("--out", type=Path, default=HERE, help="another folder for everything that is written")
+    parser.add_argument("--denoiser", metavar="PYTHON", help="a Python that has numpy and pyoidn, to take out the grain")
+    parser.add_argument("--keep", help="keep the linear layers in this folder")
+    parser.add_argument("--develop-only", action="store_true", help="develop again from what --keep kept")
+    return parser.parse_args(arguments)
+
+
+def write_data(stage, folder):
+    import cameras
+    import coarse
+    import sparse
+
+    coarse.write_obj(folder / "piazza.obj", coarse.build())
+    for where, views, count in ((folder, cameras.PHOTOS, 90), (folder / "heldout", cameras.HELD_OUT, 60)):
+        cameras.write_colmap(where / "sparse", views, sparse.points(stage, views, count, 1))
+
+
+def photos_wanted(names, folder):
+    import cameras
+
+    for where, views in ((folder / "photos", cameras.PHOTOS), (folder / "heldout" / "photos", cameras.HELD_OUT)):
+        for view in views:
+            if not names or view.name in names or view.name.rsplit(".", 1)[0] in names:
+                yield view, where / view.name
+
+
+def main():
+    chosen = options(sys.argv[sys.argv.index("--") + 1 :] if "--" in sys.argv else [])
+    import coarse
+    import develop
+    import stage
+
+    chosen.out.mkdir(parents=True, exist_ok=True)
+    set_up = stage.build()
+    stray = stage.mark_coarse(coarse.build())
+    if stray:
+        sys.exit(f"details without a coarse object: {stray}")
+    if chosen.only_data or not chosen.photo and not chosen.without:
+        write_data(set_up, chosen.out)
+    if chosen.only_data:
+        return
+    set_up.hide(chosen.without)
+    develop.prepare(set_up, chosen.samples, chosen.scale)
+    for view, path in photos_wanted(chosen.photo, chosen.out):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        start = time.time()
+        if chosen.develop_only:
+            develop.place_camera(set_up, view)
+            develop.develop(set_up, view, f"{chosen.keep}/{view.name.rsplit('.', 1)[0]}", str(path), chosen.quality, chosen.denoiser)
+        else:
+            develop.photograph(set_up, view, str(path), chosen.quality, chosen.denoiser, chosen.keep)
+        print(f"photo {path.name}: {time.time() - start:.0f} s", flush=True)
+
+
+if __name__ == "__main__":
+    main()
