@@ -1,1 +1,35 @@
 //! The passes, one file each, beside their shaders of the same name in `shaders/`.
+//!
+//! | pass | what it leaves |
+//! |---|---|
+//! | *nearest* | inverse depth of the nearest fragment, per pixel |
+//! | *presence* | the working set; where the others are hidden |
+//! | *count*, *scan*, *fill* | every fragment of the working set, per pixel |
+//! | *pairs* | the table of occlusions |
+//! | *mark* | what lies behind the nearest: one round of exact peeling |
+//! | *farthest*, *stencil* | what hides the farthest: one round of the published peeling |
+//!
+//! [`GpuRasteriser`] holds the pipelines and runs the passes in this order. Photos are drawn in
+//! bands of whole rows, so that textures and buffers keep to what an adapter can bind.
+
+mod bindings;
+mod count;
+mod device;
+mod drawing;
+mod farthest;
+mod fill;
+mod frame;
+mod lists;
+mod mark;
+mod nearest;
+mod pairs;
+mod presence;
+mod rasteriser;
+mod readback;
+mod run;
+mod scan;
+mod stencil;
+mod workspace;
+
+pub use device::Gpu;
+pub use rasteriser::GpuRasteriser;

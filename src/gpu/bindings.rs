@@ -1,0 +1,136 @@
+//! Layouts, groups and pipelines with as few words as the passes need.
+
+use wgpu::util::DeviceExt;
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType};
+use wgpu::{BufferUsages, ShaderStages, TextureSampleType, TextureViewDimension};
+
+use super::device::Gpu;
+
+/// What a shader sees at one binding. Bindings of a group are numbered in order.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind {
+    /// `var<uniform>`
+    Uniform,
+    /// `var<storage, read>`
+    Read,
+    /// `var<storage, read_write>`
+    Write,
+    /// `texture_depth_2d`
+    Depth,
+    /// `texture_2d<u32>`
+    Ids,
+}
+
+impl Kind {
+    fn binding_type(self) -> BindingType {
+        let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
+        let texture = |sample_type| BindingType::Texture {
+            sample_type,
+            view_dimension: TextureViewDimension::D2,
+            multisampled: false,
+        };
+        match self {
+            Self::Uniform => buffer(BufferBindingType::Uniform),
+            Self::Read => buffer(BufferBindingType::Storage { read_only: true }),
+            Self::Write => buffer(BufferBindingType::Storage { read_only: false }),
+            Self::Depth => texture(TextureSampleType::Depth),
+            Self::Ids => texture(TextureSampleType::Uint),
+        }
+    }
+}
+
+/// The layout of a group.
+pub fn layout(gpu: &Gpu, label: &str, visibility: ShaderStages, kinds: &[Kind]) -> BindGroupLayout {
+    let entries: Vec<_> = (0..)
+        .zip(kinds)
+        .map(|(binding, kind)| wgpu::BindGroupLayoutEntry {
+            binding,
+            visibility,
+            ty: kind.binding_type(),
+            count: None,
+        })
+        .collect();
+    let descriptor = wgpu::BindGroupLayoutDescriptor { label: Some(label), entries: &entries };
+    gpu.device.create_bind_group_layout(&descriptor)
+}
+
+/// A group with these resources, in order.
+pub fn bind(gpu: &Gpu, label: &str, layout: &BindGroupLayout, resources: &[BindingResource]) -> BindGroup {
+    let entries: Vec<_> = (0..)
+        .zip(resources)
+        .map(|(binding, resource)| wgpu::BindGroupEntry { binding, resource: resource.clone() })
+        .collect();
+    let descriptor = wgpu::BindGroupDescriptor { label: Some(label), layout, entries: &entries };
+    gpu.device.create_bind_group(&descriptor)
+}
+
+/// The first `words` words of a buffer, of 4 bytes each.
+pub fn words(buffer: &Buffer, words: u64) -> BindingResource<'_> {
+    let size = wgpu::BufferSize::new(4 * words);
+    BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
+}
+
+/// The layout of a pipeline's groups.
+pub fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
+    let groups: Vec<_> = groups.iter().copied().map(Some).collect();
+    gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(label),
+        bind_group_layouts: &groups,
+        immediate_size: 0,
+    })
+}
+
+/// A shader from WGSL.
+pub fn shader(gpu: &Gpu, label: &str, source: &str) -> wgpu::ShaderModule {
+    gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(label),
+        source: wgpu::ShaderSource::Wgsl(source.into()),
+    })
+}
+
+/// The compute pipeline of one entry point.
+pub fn compute(
+    gpu: &Gpu,
+    entry: &str,
+    module: &wgpu::ShaderModule,
+    groups: &[&BindGroupLayout],
+) -> wgpu::ComputePipeline {
+    gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some(entry),
+        layout: Some(&pipeline_layout(gpu, entry, groups)),
+        module,
+        entry_point: Some(entry),
+        compilation_options: wgpu::PipelineCompilationOptions {
+            // Every shader writes its shared memory before it reads it.
+            zero_initialize_workgroup_memory: false,
+            ..Default::default()
+        },
+        cache: None,
+    })
+}
+
+/// A buffer of `words` words that shaders read and write, zero at first. With `read_back`, also
+/// this program.
+pub fn storage(gpu: &Gpu, label: &str, words: u64, read_back: bool) -> Buffer {
+    let mapped =
+        if read_back && gpu.reads_directly() { BufferUsages::MAP_READ } else { BufferUsages::empty() };
+    gpu.device.create_buffer(&wgpu::BufferDescriptor {
+        label: Some(label),
+        size: 4 * words.max(1),
+        usage: BufferUsages::STORAGE | BufferUsages::COPY_SRC | BufferUsages::COPY_DST | mapped,
+        mapped_at_creation: false,
+    })
+}
+
+/// A buffer with these contents; one element of zeros where there are none, as an empty buffer
+/// cannot be bound.
+pub fn filled<T: bytemuck::NoUninit + bytemuck::Zeroable>(
+    gpu: &Gpu,
+    label: &str,
+    contents: &[T],
+    usage: BufferUsages,
+) -> Buffer {
+    let nothing = [T::zeroed()];
+    let contents = bytemuck::cast_slice(if contents.is_empty() { &nothing } else { contents });
+    gpu.device.create_buffer_init(&wgpu::util::BufferInitDescriptor { label: Some(label), contents, usage })
+}

@@ -1,0 +1,40 @@
+//! Pass *count* (`shaders/count.wgsl`): the number of fragments, per pixel.
+
+use wgpu::{BindGroup, BindGroupLayout, CommandEncoder};
+
+use super::bindings::Kind;
+use super::device::Gpu;
+use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
+use super::frame::Frame;
+use super::workspace::Workspace;
+
+/// WGSL of the pass.
+pub const SOURCE: &str = include_str!("../../shaders/count.wgsl");
+
+/// The pipeline.
+#[derive(Debug)]
+pub struct Count {
+    draw: DrawPipeline,
+}
+
+impl Count {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
+        let style = Style { name: "count", source: SOURCE, kinds: &[Kind::Write], ..Style::LOOK };
+        Self { draw: DrawPipeline::new(gpu, frame, style) }
+    }
+
+    /// Leaves the counts of the band's pixels in the workspace's places, and a 0 after them.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        space: &Workspace,
+        frame: (&Frame, &BindGroup),
+        triangles: &Triangles,
+    ) {
+        encoder.clear_buffer(&space.places, 0, Some(4 * (frame.0.pixels() + 1)));
+        let own = self.draw.bind(gpu, &[space.places_of(frame.0)]);
+        self.draw.record(encoder, Canvas { depth: &space.depth, items: None }, frame, &own, triangles);
+    }
+}

@@ -1,0 +1,156 @@
+//! The device that the passes run on, and how its errors become ours.
+
+use wgpu::{Adapter, AdapterInfo, Backends, Device, DeviceType, ErrorFilter, Features, Queue};
+
+use crate::error::{Error, Result};
+
+/// What to do where no adapter is found.
+const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter found; a software one will do: on Debian and Ubuntu \
+     install the package mesa-vulkan-drivers (`sh examples/setup.sh` does)";
+
+/// A device with its queue. Passed to whoever draws, never global; cloning shares both.
+#[derive(Debug, Clone)]
+pub struct Gpu {
+    pub(super) device: Device,
+    pub(super) queue: Queue,
+    info: AdapterInfo,
+}
+
+impl Gpu {
+    /// A device of its own, without a window: a real adapter where there is one, else a software
+    /// adapter. The environment variable `WGPU_ADAPTER_NAME` chooses by a part of the name.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when there is no adapter, none of that name, or it gives no device.
+    pub fn headless() -> Result<Self> {
+        let backends = Backends::from_env().unwrap_or(Backends::PRIMARY);
+        let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
+        descriptor.backends = backends;
+        let adapters = pollster::block_on(wgpu::Instance::new(descriptor).enumerate_adapters(backends));
+        let adapter = choose(adapters, std::env::var("WGPU_ADAPTER_NAME").ok().as_deref())?;
+        Self::open(&adapter)
+    }
+
+    /// The device of somebody else, such as an editor's window. What it was not made for (large
+    /// storage bindings, direct read-back) is done without.
+    pub fn from_device(device: Device, queue: Queue) -> Self {
+        let info = device.adapter_info();
+        Self { device, queue, info }
+    }
+
+    /// A device that validates everything and computes nothing: for tests of pipelines.
+    pub fn noop() -> Self {
+        let (device, queue) = Device::noop(&wgpu::DeviceDescriptor::default());
+        Self::from_device(device, queue)
+    }
+
+    /// Name, kind, interface and driver of the adapter, on one line.
+    pub fn adapter_summary(&self) -> String {
+        let AdapterInfo { name, device_type, backend, driver, driver_info, .. } = &self.info;
+        format!("{name} ({device_type:?}, {backend}, {driver} {driver_info})")
+    }
+
+    /// The adapter is the processor itself.
+    pub fn is_software(&self) -> bool {
+        self.info.device_type == DeviceType::Cpu
+    }
+
+    fn open(adapter: &Adapter) -> Result<Self> {
+        // Where the GPU's memory is the processor's, results are read where they were written.
+        let software = adapter.get_info().device_type == DeviceType::Cpu;
+        let wanted = if software { Features::MAPPABLE_PRIMARY_BUFFERS } else { Features::empty() };
+        let descriptor = wgpu::DeviceDescriptor {
+            label: Some("quadratura"),
+            required_features: adapter.features() & wanted,
+            required_limits: adapter.limits(),
+            ..wgpu::DeviceDescriptor::default()
+        };
+        let opened = pollster::block_on(adapter.request_device(&descriptor));
+        let (device, queue) = opened.map_err(|error| {
+            Error::Gpu(format!("the adapter {} gives no device: {error}", adapter.get_info().name))
+        })?;
+        Ok(Self::from_device(device, queue))
+    }
+
+    /// Storage buffers may be mapped and read without a copy.
+    pub(super) fn reads_directly(&self) -> bool {
+        self.device.features().contains(Features::MAPPABLE_PRIMARY_BUFFERS)
+    }
+
+    /// Bytes that one storage binding may hold.
+    pub(super) fn largest_binding(&self) -> u64 {
+        let limits = self.device.limits();
+        limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
+    }
+
+    /// Runs `work`; what the device finds wrong in it, memory included, becomes our error here.
+    pub(super) fn guarded<T>(&self, doing: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
+        let filters = [ErrorFilter::Internal, ErrorFilter::OutOfMemory, ErrorFilter::Validation];
+        let scopes = filters.map(|filter| self.device.push_error_scope(filter));
+        let result = work();
+        let found = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
+        // The innermost scope is asked first; every scope has to be popped.
+        match found.collect::<Vec<_>>().first() {
+            Some(error) => Err(Error::Gpu(format!("{doing}: {error}"))),
+            None => result,
+        }
+    }
+}
+
+/// The best adapter, or the one that the user named.
+fn choose(mut adapters: Vec<Adapter>, name: Option<&str>) -> Result<Adapter> {
+    let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
+    if let Some(wanted) = name {
+        let wanted = wanted.to_lowercase();
+        adapters.retain(|a| a.get_info().name.to_lowercase().contains(&wanted));
+    }
+    adapters.sort_by_key(|a| rank(a.get_info().device_type));
+    adapters.into_iter().next().ok_or_else(|| match name {
+        Some(wanted) if !names.is_empty() => {
+            let names = names.join(", ");
+            Error::Gpu(format!("WGPU_ADAPTER_NAME is {wanted:?}, but the adapters are: {names}; unset it"))
+        }
+        _ => Error::Gpu(NO_ADAPTER.into()),
+    })
+}
+
+/// Smaller is better.
+fn rank(device_type: DeviceType) -> u32 {
+    match device_type {
+        DeviceType::DiscreteGpu => 0,
+        DeviceType::IntegratedGpu => 1,
+        DeviceType::VirtualGpu => 2,
+        DeviceType::Other => 3,
+        DeviceType::Cpu => 4,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn without_an_adapter_the_message_names_the_package() {
+        let message = choose(Vec::new(), None).expect_err("there is none").to_string();
+        assert!(
+            message.contains("mesa-vulkan-drivers") && message.contains("examples/setup.sh"),
+            "{message}"
+        );
+    }
+
+    #[test]
+    fn a_mistake_in_our_use_of_the_device_is_an_error_where_it_arose() {
+        let gpu = Gpu::noop();
+        let made = gpu.guarded("making a buffer", || {
+            let (size, usage) = (u64::MAX & !3, wgpu::BufferUsages::STORAGE);
+            Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
+                label: None,
+                size,
+                usage,
+                mapped_at_creation: false,
+            }))
+        });
+        let message = made.expect_err("no device holds that").to_string();
+        assert!(message.starts_with("GPU: making a buffer: "), "{message}");
+    }
+}

@@ -1,0 +1,40 @@
+//! Pass *farthest* (`shaders/farthest.wgsl`): the item buffer with the depth test inverted.
+
+use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, CompareFunction};
+
+use super::device::Gpu;
+use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
+use super::frame::Frame;
+
+/// WGSL of the pass.
+pub const SOURCE: &str = include_str!("../../shaders/farthest.wgsl");
+
+/// The pipeline.
+#[derive(Debug)]
+pub struct Farthest {
+    draw: DrawPipeline,
+    own: BindGroup,
+}
+
+impl Farthest {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
+        // Smaller is farther; among equals the later drawn wins.
+        let depth = Some(CompareFunction::LessEqual);
+        let style = Style { name: "farthest", source: SOURCE, depth, items: true, ..Style::LOOK };
+        let draw = DrawPipeline::new(gpu, frame, style);
+        let own = draw.bind(gpu, &[]);
+        Self { draw, own }
+    }
+
+    /// Fills the canvas' depth and item buffers; 1 and 0 where nothing is.
+    pub fn record(
+        &self,
+        encoder: &mut CommandEncoder,
+        canvas: Canvas,
+        frame: (&Frame, &BindGroup),
+        triangles: &Triangles,
+    ) {
+        self.draw.record(encoder, canvas, frame, &self.own, triangles);
+    }
+}

@@ -1,0 +1,43 @@
+//! Pass *fill* (`shaders/fill.wgsl`): every fragment writes its entry.
+
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
+
+use super::bindings::Kind;
+use super::device::Gpu;
+use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
+use super::frame::Frame;
+use super::workspace::Workspace;
+
+/// WGSL of the pass.
+pub const SOURCE: &str = include_str!("../../shaders/fill.wgsl");
+
+/// The pipeline.
+#[derive(Debug)]
+pub struct Fill {
+    draw: DrawPipeline,
+}
+
+impl Fill {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
+        let kinds = &[Kind::Depth, Kind::Write, Kind::Write];
+        let style = Style { name: "fill", source: SOURCE, kinds, ..Style::LOOK };
+        Self { draw: DrawPipeline::new(gpu, frame, style) }
+    }
+
+    /// Fills the entries of the frame's rows. The workspace holds the nearest of the band, and the
+    /// places as pass *scan* left them; of a band filled in parts, the last rows come first.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        space: &Workspace,
+        frame: (&Frame, &BindGroup),
+        triangles: &Triangles,
+    ) {
+        let nearest = BindingResource::TextureView(&space.depth);
+        let own =
+            self.draw.bind(gpu, &[nearest, space.places_of(frame.0), space.entries.as_entire_binding()]);
+        self.draw.record(encoder, Canvas { depth: &space.depth, items: None }, frame, &own, triangles);
+    }
+}

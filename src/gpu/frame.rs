@@ -1,0 +1,134 @@
+//! What every pass knows: the rows being worked on, and the items' planes (`shaders/frame.wgsl`).
+
+use std::ops::Range;
+
+use bytemuck::{Pod, Zeroable};
+use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, ShaderStages};
+
+use super::bindings::{self, Kind};
+use super::device::Gpu;
+use crate::layers::View;
+
+/// Put before every shader.
+pub const SOURCE: &str = include_str!("../../shaders/frame.wgsl");
+
+/// The depth buffer holds inverse depths times this over [`View::largest_inverse_depth`]: room for
+/// planes seen edge-on, whose extrapolation to a pixel centre may exceed the largest.
+const DEPTH_ROOM: f32 = 1.0 / 65536.0;
+
+/// `Frame` of the shaders.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct FrameUniform {
+    pub width: u32,
+    pub y0: u32,
+    pub row: u32,
+    pub row_end: u32,
+    pub first_entry: u32,
+    pub nearer: f32,
+    pub depth_scale: f32,
+    pub zero: u32,
+}
+
+/// `Plane` of the shaders.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct PlaneWords {
+    pub a: f32,
+    pub b: f32,
+    pub c: f32,
+    pub u0: f32,
+    pub v0: f32,
+    pub number: u32,
+}
+
+/// Group 0 of every pipeline.
+pub fn layout(gpu: &Gpu) -> BindGroupLayout {
+    let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
+    bindings::layout(gpu, "frame", stages, &[Kind::Uniform, Kind::Read])
+}
+
+/// The planes of a view's items; `number` gives each its place in the working set.
+pub fn planes(gpu: &Gpu, view: &View, number: impl Fn(usize) -> u32) -> Buffer {
+    let words = |(index, item): (usize, &crate::layers::Item)| {
+        let plane = item.inverse_depth;
+        PlaneWords { a: plane.a, b: plane.b, c: plane.c, u0: plane.u0, v0: plane.v0, number: number(index) }
+    };
+    let planes: Vec<PlaneWords> = view.items.iter().enumerate().map(words).collect();
+    bindings::filled(gpu, "planes", &planes, BufferUsages::STORAGE)
+}
+
+/// Rows of a photo that textures and per-pixel buffers hold at a time.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Frame {
+    /// Size of the photo in pixels.
+    pub size: [u32; 2],
+    /// The rows of the band.
+    pub band: Range<u32>,
+    /// Those of them being worked on.
+    pub rows: Range<u32>,
+    /// Place in the whole band's entries of the first one in the buffer.
+    pub first_entry: u32,
+}
+
+impl Frame {
+    /// All rows of a band.
+    pub fn band(view: &View, band: Range<u32>) -> Self {
+        Self { size: [view.width, view.height], rows: band.clone(), band, first_entry: 0 }
+    }
+
+    /// Pixels of the band.
+    pub fn pixels(&self) -> u64 {
+        u64::from(self.size[0]) * self.band.len() as u64
+    }
+
+    /// Group 0 for these rows.
+    pub fn bind(
+        &self,
+        gpu: &Gpu,
+        layout: &BindGroupLayout,
+        view: &View,
+        tolerance: f32,
+        planes: &Buffer,
+    ) -> BindGroup {
+        let uniform = FrameUniform {
+            width: self.size[0],
+            y0: self.band.start,
+            row: self.rows.start,
+            row_end: self.rows.end,
+            first_entry: self.first_entry,
+            nearer: 1.0 + tolerance,
+            depth_scale: DEPTH_ROOM / view.largest_inverse_depth,
+            zero: 0,
+        };
+        let uniform = bindings::filled(gpu, "frame", &[uniform], BufferUsages::UNIFORM);
+        let resources = [uniform.as_entire_binding(), planes.as_entire_binding()];
+        bindings::bind(gpu, "frame", layout, &resources)
+    }
+}
+
+/// The bands of a photo: whole rows, from the top, at most `most_pixels` each (one row at least).
+pub fn bands(view: &View, most_pixels: u64) -> Vec<Range<u32>> {
+    let rows = (most_pixels / u64::from(view.width.max(1))).clamp(1, u64::from(view.height.max(1))) as u32;
+    // Bands of equal height need the least memory.
+    let rows = view.height.div_ceil(view.height.div_ceil(rows).max(1)).max(1);
+    (0..view.height).step_by(rows as usize).map(|y| y..(y + rows).min(view.height)).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bands_are_whole_rows_without_gaps_and_nearly_equal() {
+        let view = View { width: 100, height: 70, ..View::default() };
+        assert_eq!(bands(&view, 100_000), [0..70]);
+        assert_eq!(bands(&view, 3999), [0..35, 35..70]);
+        assert_eq!(bands(&view, 1), (0..70).map(|y| y..y + 1).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn a_photo_without_pixels_has_no_bands() {
+        assert!(bands(&View::default(), 100).is_empty());
+    }
+}

@@ -1,0 +1,148 @@
+//! Fragment lists: count, prefix sum, fill, and the pairs in them, one band at a time.
+
+use std::ops::Range;
+
+use super::drawing::Canvas;
+use super::frame::Frame;
+use super::pairs::Table;
+use super::rasteriser::GpuRasteriser;
+use super::readback;
+use super::run::Run;
+use super::workspace::Workspace;
+use crate::error::{Error, Result};
+use crate::layers::Occlusion;
+use crate::layers::rasteriser::Band;
+
+/// Rows of a band whose entries fit a buffer.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Part {
+    /// The rows.
+    pub frame: Frame,
+    /// Number of their entries.
+    pub entries: u64,
+}
+
+impl GpuRasteriser {
+    /// Counts the fragments of a band and finds their places. The nearest is drawn first, unless
+    /// it `is_drawn` already. Returns the parts of the band from the bottom, in which order they
+    /// have to be filled.
+    pub(super) fn places(
+        &self,
+        run: &Run,
+        space: &Workspace,
+        rows: &Range<u32>,
+        nearest_is_drawn: bool,
+    ) -> Result<Vec<Part>> {
+        let frame = Frame::band(run.view, rows.clone());
+        let shared = self.share(run, &frame);
+        let of = (&frame, &shared);
+        self.submit(|encoder| {
+            if !nearest_is_drawn {
+                let canvas = Canvas { depth: &space.depth, items: None };
+                self.nearest.record(encoder, canvas, of, &run.triangles);
+            }
+            self.count.record(&self.gpu, encoder, space, of, &run.triangles);
+            self.scan.record(&self.gpu, encoder, space, of);
+        });
+        let [total] = readback::read(&self.gpu, [(&space.places, frame.pixels()..frame.pixels() + 1)])?;
+        if u64::from(total[0]) <= self.most_entries {
+            return Ok(vec![Part { frame, entries: u64::from(total[0]) }]);
+        }
+        let [ends] = readback::read(&self.gpu, [(&space.places, 0..frame.pixels())])?;
+        let mut parts = parts(&frame, &ends, self.most_entries)?;
+        parts.reverse();
+        Ok(parts)
+    }
+
+    /// Fills a part's entries, and leaves them in the workspace.
+    pub(super) fn fill(&self, run: &Run, space: &mut Workspace, part: &Part) {
+        space.reserve(&self.gpu, part.entries);
+        let shared = self.share(run, &part.frame);
+        self.submit(|encoder| {
+            self.fill_pass.record(&self.gpu, encoder, space, (&part.frame, &shared), &run.triangles);
+        });
+    }
+
+    /// The pairs in a part that was filled, in no order. `table_bits` grows where it has to.
+    pub(super) fn pairs(
+        &self,
+        run: &Run,
+        space: &Workspace,
+        part: &Part,
+        table_bits: &mut u32,
+    ) -> Result<Vec<Occlusion>> {
+        let shared = self.share(run, &part.frame);
+        loop {
+            let table = Table::new(&self.gpu, *table_bits)?;
+            self.submit(|encoder| {
+                self.pairs_pass.record(&self.gpu, encoder, space, (&part.frame, &shared), &table);
+            });
+            if let Some(found) = table.read(&self.gpu, &run.items)? {
+                return Ok(found);
+            }
+            *table_bits += 1;
+        }
+    }
+
+    /// The lists of a part that was filled.
+    pub(super) fn read_lists(&self, space: &Workspace, part: &Part) -> Result<Band> {
+        let Part { frame, entries } = part;
+        let pixel = |row: u32| u64::from(row - frame.band.start) * u64::from(frame.size[0]);
+        let places = pixel(frame.rows.start)..pixel(frame.rows.end) + 1;
+        let wanted = [(&space.places, places), (&space.entries, 0..*entries)];
+        let [mut offsets, entries] = readback::read(&self.gpu, wanted)?;
+        if frame.first_entry > 0 {
+            offsets.iter_mut().for_each(|offset| *offset -= frame.first_entry);
+        }
+        Ok(Band { y0: frame.rows.start, y1: frame.rows.end, offsets, entries })
+    }
+}
+
+/// Cuts a band into parts of at most `most` entries, from the top. `ends` tells where the entries
+/// of each pixel end.
+fn parts(band: &Frame, ends: &[u32], most: u64) -> Result<Vec<Part>> {
+    let width = band.size[0] as usize;
+    let row_ends: Vec<u32> = ends.iter().skip(width - 1).step_by(width).copied().collect();
+    let (mut parts, mut first_row, mut first_entry) = (Vec::new(), 0, 0);
+    while first_row < row_ends.len() {
+        let fits = |&end: &u32| u64::from(end - first_entry) <= most;
+        let end_row = first_row + row_ends[first_row..].partition_point(fits);
+        if end_row == first_row {
+            return Err(Error::Gpu(format!(
+                "the faces over row {} of the photo have more fragments than the adapter's buffers \
+                 hold ({most}); simplify the model, or make the photo smaller",
+                band.rows.start + first_row as u32
+            )));
+        }
+        let row = |index: usize| band.rows.start + index as u32;
+        let end_entry = row_ends[end_row - 1];
+        parts.push(Part {
+            frame: Frame { rows: row(first_row)..row(end_row), first_entry, ..band.clone() },
+            entries: u64::from(end_entry - first_entry),
+        });
+        (first_row, first_entry) = (end_row, end_entry);
+    }
+    Ok(parts)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BAND: Frame = Frame { size: [2, 9], band: 4..8, rows: 4..8, first_entry: 0 };
+
+    #[test]
+    fn parts_are_whole_rows_that_hold_all_entries() {
+        // Entries per row: 3, 1, 0, 4.
+        let cut = parts(&BAND, &[1, 3, 3, 4, 4, 4, 6, 8], 4).expect("every row fits");
+        let summary: Vec<_> =
+            cut.iter().map(|part| (part.frame.rows.clone(), part.frame.first_entry, part.entries)).collect();
+        assert_eq!(summary, [(4..7, 0, 4), (7..8, 4, 4)]);
+    }
+
+    #[test]
+    fn a_row_that_does_not_fit_is_named() {
+        let message = parts(&BAND, &[0, 0, 9, 9, 9, 9, 9, 9], 4).expect_err("9 are more than 4").to_string();
+        assert!(message.contains("row 5"), "{message}");
+    }
+}

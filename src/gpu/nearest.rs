@@ -1,0 +1,39 @@
+//! Pass *nearest* (`shaders/nearest.wgsl`): the inverse depth of the nearest fragment, per pixel.
+
+use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, CompareFunction};
+
+use super::device::Gpu;
+use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
+use super::frame::Frame;
+
+/// WGSL of the pass.
+pub const SOURCE: &str = include_str!("../../shaders/nearest.wgsl");
+
+/// The pipeline.
+#[derive(Debug)]
+pub struct Nearest {
+    draw: DrawPipeline,
+    own: BindGroup,
+}
+
+impl Nearest {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
+        let depth = Some(CompareFunction::Greater);
+        let style = Style { name: "nearest", source: SOURCE, depth, ..Style::LOOK };
+        let draw = DrawPipeline::new(gpu, frame, style);
+        let own = draw.bind(gpu, &[]);
+        Self { draw, own }
+    }
+
+    /// Fills the canvas' depth buffer; 0 where nothing is.
+    pub fn record(
+        &self,
+        encoder: &mut CommandEncoder,
+        canvas: Canvas,
+        frame: (&Frame, &BindGroup),
+        triangles: &Triangles,
+    ) {
+        self.draw.record(encoder, canvas, frame, &self.own, triangles);
+    }
+}

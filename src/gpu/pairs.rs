@@ -1,0 +1,181 @@
+//! Pass *pairs* (`shaders/pairs.wgsl`): the table of occlusions, counted into a hash table on the
+//! device and unscrambled here.
+//!
+//! A pair of numbers below 2^20 is a number of 40 bits. A Feistel network scatters these numbers
+//! and can be undone: so the slot tells some of the bits, and a tag of 32 bits tells the others and
+//! how far from its first slot the pair was put. One word to compare and exchange is enough, and
+//! no key is stored.
+
+use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder, ComputePipeline, ShaderStages};
+
+use super::bindings::{self, Kind};
+use super::device::Gpu;
+use super::frame::{self, Frame};
+use super::readback;
+use super::workspace::Workspace;
+use crate::error::{Error, Result};
+use crate::layers::Occlusion;
+
+/// WGSL of the pass.
+pub const SOURCE: &str = include_str!("../../shaders/pairs.wgsl");
+
+/// Bits of each number of a pair.
+pub const HALF_BITS: u32 = 20;
+
+const HALF: u32 = (1 << HALF_BITS) - 1;
+
+/// Bits of a tag that count probes.
+const PROBE_BITS: u32 = 7;
+
+/// Pixels of a row that one invocation looks at.
+const RUN: u32 = 64;
+
+/// Invocations in a workgroup, along a row.
+const WORKGROUP: u32 = 64;
+
+/// Fewest bits of a table: a tag holds 40 - 16 bits of a pair, and the probes.
+const LEAST_BITS: u32 = 16;
+
+/// The size to begin with for so many items: a face has tens of partners, not thousands.
+pub fn table_bits(gpu: &Gpu, items: usize) -> u32 {
+    (64 * items.max(1)).ilog2().max(LEAST_BITS).min(largest_bits(gpu))
+}
+
+/// A hash table of 2^bits slots on the device.
+#[derive(Debug)]
+pub struct Table {
+    tags: Buffer,
+    pixels: Buffer,
+    overflow: Buffer,
+    bits: u32,
+}
+
+impl Table {
+    /// An empty table.
+    ///
+    /// # Errors
+    /// When the device cannot bind one of this size.
+    pub fn new(gpu: &Gpu, bits: u32) -> Result<Self> {
+        if bits > largest_bits(gpu) {
+            return Err(Error::Gpu(format!(
+                "the pairs of faces that hide each other in one photo need a table of 2^{bits} slots, \
+                 more than {} binds; simplify the model, or make the photo smaller",
+                gpu.adapter_summary()
+            )));
+        }
+        let buffer = |name, words| bindings::storage(gpu, name, words, true);
+        let (tags, pixels) = (buffer("tags", 1 << bits), buffer("pixels of pairs", 1 << bits));
+        Ok(Self { tags, pixels, overflow: buffer("overflow", 1), bits })
+    }
+
+    /// The pairs in the table, in no order, or `None` when some found no slot. `items` gives the
+    /// item of each number.
+    pub fn read(&self, gpu: &Gpu, items: &[u32]) -> Result<Option<Vec<Occlusion>>> {
+        let slots = 0..1 << self.bits;
+        let wanted = [(&self.tags, slots.clone()), (&self.pixels, slots), (&self.overflow, 0..1)];
+        let [tags, pixels, overflow] = readback::read(gpu, wanted)?;
+        if overflow[0] != 0 {
+            return Ok(None);
+        }
+        let occlusion = |(at, (&tag, &px)): (usize, (&u32, &u32))| {
+            let (front, back) = pair_at(self.bits, at as u32, tag);
+            Occlusion { front: items[front as usize], back: items[back as usize], px }
+        };
+        let taken = tags.iter().zip(&pixels).enumerate().filter(|(_, (tag, _))| **tag != 0);
+        Ok(Some(taken.map(occlusion).collect()))
+    }
+}
+
+fn largest_bits(gpu: &Gpu) -> u32 {
+    (gpu.largest_binding() / 4).ilog2().min(2 * HALF_BITS - 8)
+}
+
+/// The pair of numbers whose tag is in slot `at` of 2^bits.
+fn pair_at(bits: u32, at: u32, tag: u32) -> (u32, u32) {
+    let (rest, probe) = ((tag - 1) >> PROBE_BITS, (tag - 1) & ((1 << PROBE_BITS) - 1));
+    let slot = at.wrapping_sub(probe) & ((1 << bits) - 1);
+    let left = 2 * HALF_BITS - bits;
+    let scattered = (u64::from(slot) << left) | u64::from(rest);
+    gather((scattered >> HALF_BITS) as u32, scattered as u32 & HALF)
+}
+
+/// Undoes the shader's `scatter`.
+fn gather(mut one: u32, mut other: u32) -> (u32, u32) {
+    for turn in (0..4).rev() {
+        (one, other) = (other ^ stir(one, turn), one);
+    }
+    (one, other)
+}
+
+/// The shader's `stir`.
+fn stir(half: u32, turn: u32) -> u32 {
+    let h = half.wrapping_add(turn.wrapping_mul(0x9e37_79b9)).wrapping_mul(0x85eb_ca6b);
+    let h = (h ^ (h >> 15)).wrapping_mul(0xc2b2_ae35);
+    (h ^ (h >> 13)) & HALF
+}
+
+/// The pipeline.
+#[derive(Debug)]
+pub struct Pairs {
+    own: BindGroupLayout,
+    pairs: ComputePipeline,
+}
+
+impl Pairs {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
+        let kinds = [Kind::Read, Kind::Read, Kind::Write, Kind::Write, Kind::Write];
+        let own = bindings::layout(gpu, "pairs", ShaderStages::COMPUTE, &kinds);
+        let module = bindings::shader(gpu, "pairs", &[frame::SOURCE, SOURCE].concat());
+        Self { pairs: bindings::compute(gpu, "pairs", &module, &[frame, &own]), own }
+    }
+
+    /// Counts the pairs of the frame's rows, whose lists are in the workspace.
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        space: &Workspace,
+        (frame, shared): (&Frame, &BindGroup),
+        table: &Table,
+    ) {
+        let resources = [
+            space.places_of(frame),
+            space.entries.as_entire_binding(),
+            table.tags.as_entire_binding(),
+            table.pixels.as_entire_binding(),
+            table.overflow.as_entire_binding(),
+        ];
+        let own = bindings::bind(gpu, "pairs", &self.own, &resources);
+        let mut pass = encoder.begin_compute_pass(&Default::default());
+        pass.set_pipeline(&self.pairs);
+        pass.set_bind_group(0, shared, &[]);
+        pass.set_bind_group(1, &own, &[]);
+        pass.dispatch_workgroups(frame.size[0].div_ceil(RUN * WORKGROUP), frame.rows.len() as u32, 1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The shader's `scatter`.
+    fn scatter(front: u32, back: u32) -> (u32, u32) {
+        (0..4).fold((front, back), |(one, other), turn| (other, one ^ stir(other, turn)))
+    }
+
+    #[test]
+    fn a_scattered_pair_is_found_again_from_slot_and_tag() {
+        for bits in [16, 17, 20, 21, 25] {
+            for (front, back, probe) in [(0, 0, 0), (1, 2, 0), (HALF, HALF, 127), (123_456, 7, 99)] {
+                let (one, other) = scatter(front, back);
+                let scattered = (u64::from(one) << HALF_BITS) | u64::from(other);
+                let left = 2 * HALF_BITS - bits;
+                let rest = (scattered & ((1 << left) - 1)) as u32;
+                let at = ((scattered >> left) as u32 + probe) & ((1 << bits) - 1);
+                let tag = ((rest << PROBE_BITS) | probe) + 1;
+                assert_eq!(pair_at(bits, at, tag), (front, back), "{bits} bits");
+            }
+        }
+    }
+}

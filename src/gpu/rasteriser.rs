@@ -1,0 +1,267 @@
+//! What the method asks of a rasteriser: the passes in their order.
+
+use std::ops::Range;
+use std::sync::{Mutex, PoisonError};
+
+use wgpu::{BindGroupLayout, CommandEncoder};
+
+use super::count::Count;
+use super::device::Gpu;
+use super::drawing::Canvas;
+use super::farthest::Farthest;
+use super::fill::Fill;
+use super::frame::{self, Frame};
+use super::mark::Mark;
+use super::nearest::Nearest;
+use super::pairs::{self, Pairs};
+use super::presence::{Presence, Sighting, Sightings};
+use super::run::Run;
+use super::scan::Scan;
+use super::stencil::Stencil;
+use super::workspace::Workspace;
+use crate::error::{Error, Result};
+use crate::layers::rasteriser::{Presence as Seen, StencilLayers};
+use crate::layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View};
+use crate::task::Task;
+
+/// Pixels of a band. A photo of 8 megapixels is drawn in one piece, with about 200 MB of buffers.
+const BAND_PIXELS: u64 = 8 << 20;
+
+/// Entries that a buffer holds at most, where the adapter would bind more.
+const MOST_ENTRIES: u64 = 1 << 26;
+
+/// Draws views on a GPU, real or software. Long-lived: it holds the pipelines, and buffers that
+/// the next photo uses again. Any number of threads may use it at a time.
+#[derive(Debug)]
+pub struct GpuRasteriser {
+    pub(super) gpu: Gpu,
+    pub(super) frame: BindGroupLayout,
+    pub(super) nearest: Nearest,
+    presence: Presence,
+    pub(super) count: Count,
+    pub(super) scan: Scan,
+    pub(super) fill_pass: Fill,
+    pub(super) pairs_pass: Pairs,
+    pub(super) mark: Mark,
+    pub(super) farthest: Farthest,
+    pub(super) stencil: Stencil,
+    /// Workspaces that nobody uses now.
+    spare: Mutex<Vec<Workspace>>,
+    pub(super) band_pixels: u64,
+    pub(super) most_entries: u64,
+}
+
+impl GpuRasteriser {
+    /// Builds all pipelines.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`] when the device refuses one.
+    pub fn new(gpu: &Gpu) -> Result<Self> {
+        gpu.guarded("building the pipelines", || {
+            let frame = frame::layout(gpu);
+            Ok(Self {
+                nearest: Nearest::new(gpu, &frame),
+                presence: Presence::new(gpu, &frame),
+                count: Count::new(gpu, &frame),
+                scan: Scan::new(gpu, &frame),
+                fill_pass: Fill::new(gpu, &frame),
+                pairs_pass: Pairs::new(gpu, &frame),
+                mark: Mark::new(gpu, &frame),
+                farthest: Farthest::new(gpu, &frame),
+                stencil: Stencil::new(gpu, &frame),
+                spare: Mutex::default(),
+                band_pixels: BAND_PIXELS.min(gpu.largest_binding() / 4 - 1),
+                most_entries: MOST_ENTRIES.min(gpu.largest_binding() / 4),
+                gpu: gpu.clone(),
+                frame,
+            })
+        })
+    }
+
+    /// The same with small bands and buffers: a test sees on a small photo what happens on a large
+    /// one.
+    #[cfg(test)]
+    pub(super) fn with_limits(self, band_pixels: u64, most_entries: u64) -> Self {
+        Self { band_pixels, most_entries, ..self }
+    }
+
+    /// The bands of a view, from the top.
+    pub(super) fn bands(&self, view: &View) -> Vec<Range<u32>> {
+        frame::bands(view, self.band_pixels)
+    }
+
+    /// Records and submits commands.
+    pub(super) fn submit(&self, record: impl FnOnce(&mut CommandEncoder)) {
+        let mut encoder = self.gpu.device.create_command_encoder(&Default::default());
+        record(&mut encoder);
+        self.gpu.queue.submit([encoder.finish()]);
+    }
+
+    /// Lends a workspace for the bands of a view, with the device's errors caught. `view` has
+    /// pixels.
+    pub(super) fn with_workspace<T>(
+        &self,
+        doing: &str,
+        view: &View,
+        work: impl FnOnce(&mut Workspace, &[Range<u32>]) -> Result<T>,
+    ) -> Result<T> {
+        let bands = self.bands(view);
+        let size = [view.width, bands.first().map_or(0, ExactSizeIterator::len) as u32];
+        self.gpu.guarded(doing, || {
+            check_size(&self.gpu, view)?;
+            let mut spare = self.spare.lock().unwrap_or_else(PoisonError::into_inner);
+            let kept = spare.pop().filter(|space| space.size() == size);
+            drop(spare);
+            let mut space = kept.unwrap_or_else(|| Workspace::new(&self.gpu, size));
+            let result = work(&mut space, &bands);
+            self.spare.lock().unwrap_or_else(PoisonError::into_inner).push(space);
+            result
+        })
+    }
+
+    /// What was seen of each item: draws everything, band by band. The workspace keeps the nearest
+    /// of the last band.
+    fn sightings(
+        &self,
+        view: &View,
+        tolerance: f32,
+        space: &Workspace,
+        bands: &[Range<u32>],
+        task: &Task,
+    ) -> Result<Vec<Sighting>> {
+        let run = Run::of_all(&self.gpu, view, tolerance);
+        let sightings = Sightings::new(&self.gpu, view.items.len());
+        let canvas = Canvas { depth: &space.depth, items: None };
+        for rows in bands {
+            task.go_on()?;
+            let frame = Frame::band(view, rows.clone());
+            let shared = self.share(&run, &frame);
+            let of = (&frame, &shared);
+            self.submit(|encoder| {
+                self.nearest.record(encoder, canvas, of, &run.triangles);
+                self.presence.record(&self.gpu, encoder, canvas, of, &run.triangles, &sightings);
+            });
+        }
+        sightings.read(&self.gpu, view.items.len())
+    }
+
+    /// The lists of the working set, and its pairs.
+    fn working_lists(
+        &self,
+        run: &Run,
+        space: &mut Workspace,
+        bands: &[Range<u32>],
+        task: &Task,
+    ) -> Result<(FragmentLists, Vec<Occlusion>)> {
+        let mut table_bits = pairs::table_bits(&self.gpu, run.items.len());
+        let mut lists = FragmentLists { width: run.view.width, bands: Vec::new() };
+        let mut occlusions = Vec::new();
+        for (done, rows) in bands.iter().enumerate() {
+            task.step("fragments", done as u64, bands.len() as u64)?;
+            for part in self.places(run, space, rows, bands.len() == 1)? {
+                self.fill(run, space, &part);
+                occlusions.extend(self.pairs(run, space, &part, &mut table_bits)?);
+                lists.bands.push(self.read_lists(space, &part)?);
+            }
+        }
+        lists.bands.sort_unstable_by_key(|band| band.y0);
+        Ok((lists, summed(occlusions)))
+    }
+}
+
+impl Rasteriser for GpuRasteriser {
+    fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments> {
+        if is_empty(view) {
+            return Ok(nothing(view));
+        }
+        self.with_workspace("listing fragments", view, |space, bands| {
+            let seen = self.sightings(view, tolerance, space, bands, task)?;
+            let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
+            let run = Run::of_some(&self.gpu, view, tolerance, flagged(&working))?;
+            let (lists, occlusions) = self.working_lists(&run, space, bands, task)?;
+            let presence = seen.iter().map(|seen| seen.presence(&lists)).collect();
+            Ok(Fragments { presence, lists, occlusions })
+        })
+    }
+
+    fn occluded(
+        &self,
+        view: &View,
+        tolerance: f32,
+        alive: &[bool],
+        forgiven: &[(u32, u32)],
+    ) -> Result<Vec<bool>> {
+        if is_empty(view) {
+            return Ok(vec![false; view.items.len()]);
+        }
+        self.with_workspace("exact peeling", view, |space, _| {
+            let run = Run::of_some(&self.gpu, view, tolerance, flagged(alive))?;
+            if forgiven.is_empty() {
+                self.behind_any(&run, space)
+            } else {
+                self.behind_unforgiven(&run, space, forgiven)
+            }
+        })
+    }
+
+    fn stencil_peeling(
+        &self,
+        view: &View,
+        tolerance: f32,
+        working: &[bool],
+        task: &Task,
+    ) -> Result<StencilLayers> {
+        if is_empty(view) {
+            let layer = working.iter().map(|working| working.then_some(0)).collect();
+            return Ok(StencilLayers { layer, passes: 0, locked: 0 });
+        }
+        self.with_workspace("stencil peeling", view, |space, _| {
+            self.peel(view, tolerance, space, working, task)
+        })
+    }
+}
+
+/// The photo has no pixels: there is nothing to draw into.
+fn is_empty(view: &View) -> bool {
+    view.width == 0 || view.height == 0
+}
+
+/// The items whose flag is set, rising.
+pub(super) fn flagged(flags: &[bool]) -> Vec<u32> {
+    (0..).zip(flags).filter(|(_, flag)| **flag).map(|(item, _)| item).collect()
+}
+
+/// What a photo without pixels shows.
+fn nothing(view: &View) -> Fragments {
+    Fragments {
+        presence: vec![Seen::Nowhere; view.items.len()],
+        lists: FragmentLists { width: view.width, bands: Vec::new() },
+        occlusions: Vec::new(),
+    }
+}
+
+/// # Errors
+/// When the photo is larger than what the adapter draws.
+fn check_size(gpu: &Gpu, view: &View) -> Result<()> {
+    let most = gpu.device.limits().max_texture_dimension_2d;
+    if view.width.max(view.height) <= most {
+        return Ok(());
+    }
+    Err(Error::Gpu(format!(
+        "the photo has {} x {} pixels, but {} draws at most {most} a side; make the photo smaller",
+        view.width,
+        view.height,
+        gpu.adapter_summary()
+    )))
+}
+
+/// The pairs of several parts of a photo as one table, sorted.
+fn summed(mut occlusions: Vec<Occlusion>) -> Vec<Occlusion> {
+    occlusions.sort_unstable();
+    occlusions.dedup_by(|next, kept| {
+        let same = (next.front, next.back) == (kept.front, kept.back);
+        kept.px += if same { next.px } else { 0 };
+        same
+    });
+    occlusions
+}

@@ -1,0 +1,61 @@
+//! A view on the device: the items that are drawn, for one run of the passes.
+
+use wgpu::{BindGroup, Buffer};
+
+use super::device::Gpu;
+use super::drawing::Triangles;
+use super::frame::{self, Frame};
+use super::pairs::HALF_BITS;
+use super::rasteriser::GpuRasteriser;
+use crate::error::{Error, Result};
+use crate::layers::View;
+
+/// Some items of a view with their triangles.
+#[derive(Debug)]
+pub struct Run<'a> {
+    /// The view.
+    pub view: &'a View,
+    /// Relative.
+    pub tolerance: f32,
+    /// The items, rising. Their places in this list are their numbers in pass *pairs*.
+    pub items: Vec<u32>,
+    /// Their triangles.
+    pub triangles: Triangles,
+    planes: Buffer,
+}
+
+impl<'a> Run<'a> {
+    /// All items, not numbered.
+    pub fn of_all(gpu: &Gpu, view: &'a View, tolerance: f32) -> Self {
+        let planes = frame::planes(gpu, view, |_| 0);
+        Self { view, tolerance, items: Vec::new(), triangles: Triangles::of(gpu, view, |_| true), planes }
+    }
+
+    /// Some items, rising, numbered in this order.
+    ///
+    /// # Errors
+    /// When there are more than pass *pairs* can number.
+    pub fn of_some(gpu: &Gpu, view: &'a View, tolerance: f32, items: Vec<u32>) -> Result<Self> {
+        if items.len() > 1 << HALF_BITS {
+            return Err(Error::Request(format!(
+                "one photo shows {} faces, at most {} can be sorted; simplify the model",
+                items.len(),
+                1 << HALF_BITS
+            )));
+        }
+        let mut numbers = vec![u32::MAX; view.items.len()];
+        for (number, &item) in (0..).zip(&items) {
+            numbers[item as usize] = number;
+        }
+        let triangles = Triangles::of(gpu, view, |item| numbers[item as usize] != u32::MAX);
+        let planes = frame::planes(gpu, view, |item| numbers[item]);
+        Ok(Self { view, tolerance, items, triangles, planes })
+    }
+}
+
+impl GpuRasteriser {
+    /// Group 0 for some rows of a run.
+    pub(super) fn share(&self, run: &Run, frame: &Frame) -> BindGroup {
+        frame.bind(&self.gpu, &self.frame, run.view, run.tolerance, &run.planes)
+    }
+}

@@ -1,0 +1,135 @@
+//! Pass *stencil* (`shaders/stencil.wgsl`), and with it stencil peeling as published in 2003: its
+//! answers, in the best form that we can write. The marks stay on the device, and one flag per
+//! item is read back a round.
+
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
+
+use super::bindings::Kind;
+use super::device::Gpu;
+use super::drawing::{Canvas, DrawPipeline, ITEMS, Style, Triangles};
+use super::frame::Frame;
+use super::mark::Marks;
+use super::rasteriser::{GpuRasteriser, flagged};
+use super::run::Run;
+use super::workspace::{self, Workspace};
+use crate::error::Result;
+use crate::layers::View;
+use crate::layers::rasteriser::StencilLayers;
+use crate::task::Task;
+
+/// WGSL of the pass.
+pub const SOURCE: &str = include_str!("../../shaders/stencil.wgsl");
+
+/// The pipeline.
+#[derive(Debug)]
+pub struct Stencil {
+    draw: DrawPipeline,
+}
+
+impl Stencil {
+    /// Builds the pipeline.
+    pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
+        let kinds = &[Kind::Depth, Kind::Ids, Kind::Write];
+        Self {
+            draw: DrawPipeline::new(
+                gpu,
+                frame,
+                Style { name: "stencil", source: SOURCE, kinds, ..Style::LOOK },
+            ),
+        }
+    }
+
+    /// Adds the marks of a band, drawn by pass *farthest* into `depth` and `items` of the canvas.
+    fn record(
+        &self,
+        gpu: &Gpu,
+        encoder: &mut CommandEncoder,
+        canvas: Canvas,
+        frame: (&Frame, &BindGroup),
+        triangles: &Triangles,
+        marks: &Marks,
+    ) {
+        let items = canvas.items.expect("pass farthest has drawn the item buffer");
+        let textures = [canvas.depth, items].map(BindingResource::TextureView);
+        let own = self.draw.bind(gpu, &[&textures[..], &[marks.resource()]].concat());
+        self.draw.record(encoder, Canvas { items: None, ..canvas }, frame, &own, triangles);
+    }
+}
+
+/// A set of items that is being peeled.
+struct Peeling<'a> {
+    view: &'a View,
+    tolerance: f32,
+    canvas: Canvas<'a>,
+    task: &'a Task,
+}
+
+impl GpuRasteriser {
+    /// All layers of the items flagged in `working`.
+    pub(super) fn peel(
+        &self,
+        view: &View,
+        tolerance: f32,
+        space: &Workspace,
+        working: &[bool],
+        task: &Task,
+    ) -> Result<StencilLayers> {
+        let items = workspace::texture(&self.gpu, "items", space.size(), ITEMS);
+        let canvas = Canvas { depth: &space.depth, items: Some(&items) };
+        let peeling = Peeling { view, tolerance, canvas, task };
+        let mut layers = StencilLayers { layer: vec![None; view.items.len()], passes: 0, locked: 0 };
+        let mut rest = working.to_vec();
+        for layer in 0.. {
+            if !rest.contains(&true) {
+                break;
+            }
+            let found = self.peel_one(&peeling, &rest, &mut layers.passes)?;
+            // A round that empties the set ends the peeling: the rest becomes one last layer.
+            let found = found.unwrap_or_else(|| {
+                layers.locked = rest.iter().filter(|&&left| left).count() as u32;
+                rest.clone()
+            });
+            for item in (0..found.len()).filter(|&item| found[item]) {
+                layers.layer[item] = Some(layer);
+                rest[item] = false;
+            }
+        }
+        Ok(layers)
+    }
+
+    /// One layer of the `rest`: rounds take out what is partly hidden, until nothing is. `None`
+    /// when a round emptied the set.
+    fn peel_one(&self, peeling: &Peeling, rest: &[bool], rounds: &mut u32) -> Result<Option<Vec<bool>>> {
+        let mut set = rest.to_vec();
+        while set.contains(&true) {
+            peeling.task.go_on()?;
+            *rounds += 1;
+            let hidden = self.partly_hidden(peeling, &set)?;
+            if !hidden.contains(&true) {
+                return Ok(Some(set));
+            }
+            for (alive, hidden) in set.iter_mut().zip(hidden) {
+                *alive &= !hidden;
+            }
+        }
+        Ok(None)
+    }
+
+    /// One round. The set is drawn twice, because with a tolerance the farthest must be known
+    /// before the others can be compared with it.
+    fn partly_hidden(&self, peeling: &Peeling, set: &[bool]) -> Result<Vec<bool>> {
+        let Peeling { view, tolerance, canvas, .. } = *peeling;
+        let run = Run::of_some(&self.gpu, view, tolerance, flagged(set))?;
+        let marks = Marks::new(&self.gpu, view);
+        for rows in self.bands(view) {
+            let frame = Frame::band(view, rows);
+            let shared = self.share(&run, &frame);
+            let of = (&frame, &shared);
+            self.submit(|encoder| {
+                self.farthest.record(encoder, canvas, of, &run.triangles);
+                self.stencil.record(&self.gpu, encoder, canvas, of, &run.triangles, &marks);
+            });
+        }
+        marks.read(&self.gpu, view)
+    }
+}

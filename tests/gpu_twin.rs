@@ -1,0 +1,203 @@
+//! The GPU against its plain twin. The graph is compared exactly, on the GPU's own fragment lists;
+//! coverage apart, because a GPU moves corners to a grid of sub-pixels before it fills triangles.
+
+mod common;
+
+use quadratura::gpu::GpuRasteriser;
+use quadratura::layers::rasteriser::{Presence, VISIBLE};
+use quadratura::layers::{FragmentLists, Fragments, Rasteriser, SoftwareRasteriser, View};
+use quadratura::layers::{count_pairs, is_behind};
+use quadratura::scene::synthetic::{Scene, closed_form, large, random};
+use quadratura::task::Task;
+
+const TOLERANCE: f32 = 1e-4;
+
+fn view(scene: &Scene) -> View {
+    View::new(&scene.model, &scene.camera, &scene.pose)
+}
+
+fn draw(rasteriser: &dyn Rasteriser, view: &View) -> Fragments {
+    rasteriser.fragments(view, TOLERANCE, &Task::silent()).expect("the device works")
+}
+
+fn random_scenes(count: u64) -> impl Iterator<Item = Scene> {
+    (0..count).map(|seed| match seed % 2 {
+        0 => random::soup(seed, 10 + (seed % 7) as u32 * 10),
+        _ => random::boxes(seed, 2 + (seed % 5) as u32),
+    })
+}
+
+/// Every pixel: column, row, entries sorted.
+fn pixels(lists: &FragmentLists) -> impl Iterator<Item = (u32, u32, Vec<u32>)> + '_ {
+    let rows = lists.bands.iter().flat_map(|band| (band.y0..band.y1).map(move |y| (band, y)));
+    rows.flat_map(move |(band, y)| {
+        (0..lists.width).map(move |x| {
+            let mut entries = lists.pixel(band, x, y).to_vec();
+            entries.sort_by_key(|entry| entry & !VISIBLE);
+            (x, y, entries)
+        })
+    })
+}
+
+/// Everything that follows from the lists alone.
+fn assert_consistent(name: &str, view: &View, drawn: &Fragments) {
+    assert_eq!(drawn.occlusions, count_pairs(view, &drawn.lists, TOLERANCE), "{name}: the table of pairs");
+    let mut rows = 0;
+    for band in &drawn.lists.bands {
+        assert_eq!(band.y0, rows, "{name}: bands leave no gaps");
+        rows = band.y1;
+    }
+    assert_eq!(rows, view.height, "{name}: bands end with the photo");
+    let mut seen = vec![(false, None); view.items.len()];
+    for (x, y, entries) in pixels(&drawn.lists) {
+        let depth = |entry: &u32| view.items[(entry & !VISIBLE) as usize].inverse_depth.at(x, y);
+        let nearest = entries.iter().map(depth).fold(0.0, f32::max);
+        for entry in &entries {
+            let visible = !is_behind(depth(entry), nearest, TOLERANCE);
+            assert_eq!(entry & VISIBLE != 0, visible, "{name}: the visible bit at {x}, {y}");
+            let item = &mut seen[(entry & !VISIBLE) as usize];
+            item.0 |= visible;
+            item.1.get_or_insert((x, y));
+        }
+    }
+    for (item, (visible, covered)) in seen.iter().enumerate() {
+        let working = drawn.presence[item] == Presence::Working;
+        assert_eq!((working, working), (*visible, covered.is_some()), "{name}: item {item}");
+    }
+}
+
+/// Items of every pixel, rising, without those that only one of the two has in its working set
+/// (visible at edge pixels only).
+fn covers(drawn: &Fragments, other: &Fragments) -> Vec<Vec<u32>> {
+    let common = |item: &u32| {
+        [drawn, other].iter().all(|fragments| fragments.presence[*item as usize] == Presence::Working)
+    };
+    pixels(&drawn.lists)
+        .map(|(_, _, entries)| entries.iter().map(|entry| entry & !VISIBLE).filter(common).collect())
+        .collect()
+}
+
+/// Compares the two on one scene; returns pixels that differ, and all covered ones.
+fn compare(rasteriser: &GpuRasteriser, scene: &Scene) -> (u64, u64) {
+    let view = view(scene);
+    let (drawn, plain) = (draw(rasteriser, &view), draw(&SoftwareRasteriser, &view));
+    assert_consistent(&scene.name, &view, &drawn);
+    let (here, there) = (covers(&drawn, &plain), covers(&plain, &drawn));
+    let width = view.width as usize;
+    let mut differing = 0;
+    for pixel in (0..there.len()).filter(|&pixel| here[pixel] != there[pixel]) {
+        let (x, y) = (pixel % width, pixel / width);
+        let around = (y.saturating_sub(1)..=y + 1).flat_map(|y| {
+            (x.saturating_sub(1)..=x + 1).filter_map(move |x| (x < width).then_some(y * width + x))
+        });
+        let at_an_edge = around
+            .filter_map(|near| there.get(near))
+            .any(|items| *items == here[pixel] || *items != there[pixel]);
+        assert!(
+            at_an_edge,
+            "{}: {x}, {y} is away from all edges: {:?}, {:?}",
+            scene.name, here[pixel], there[pixel]
+        );
+        differing += 1;
+    }
+    (differing, there.iter().filter(|items| !items.is_empty()).count() as u64)
+}
+
+#[test]
+fn the_table_of_pairs_is_that_of_the_lists_on_hundreds_of_random_scenes() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let (mut differing, mut all) = (0, 0);
+    for scene in random_scenes(300) {
+        let (here, covered) = compare(&rasteriser, &scene);
+        differing += here;
+        all += covered;
+    }
+    let share = differing as f64 / all as f64;
+    println!("{differing} of {all} covered pixels differ from the twin's: {share:.6}");
+    assert!(share < 0.01, "{differing} of {all} covered pixels differ from the twin's");
+}
+
+#[test]
+fn closed_form_scenes_look_alike_to_both() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    for scene in closed_form::all() {
+        let (differing, all) = compare(&rasteriser, &scene);
+        println!("{}: {differing} of {all}", scene.name);
+        assert!(differing * 30 <= all, "{}: {differing} of {all} pixels differ", scene.name);
+    }
+}
+
+#[test]
+fn a_street_and_a_town_look_alike_to_both() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    for scene in [large::street(1000).resized(320), large::town(20_000).resized(320)] {
+        let (differing, all) = compare(&rasteriser, &scene);
+        println!("{}: {differing} of {all}", scene.name);
+        assert!(differing * 30 <= all, "{}: {differing} of {all} pixels differ", scene.name);
+    }
+}
+
+#[test]
+fn exact_peeling_marks_the_back_of_every_pair_that_is_not_forgiven() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    for scene in random_scenes(100) {
+        let view = view(&scene);
+        let drawn = draw(&rasteriser, &view);
+        let alive: Vec<bool> = drawn.presence.iter().map(|p| *p == Presence::Working).collect();
+        for every in [usize::MAX, 7, 2, 1] {
+            let forgiven: Vec<_> =
+                drawn.occlusions.iter().step_by(every).map(|pair| (pair.front, pair.back)).collect();
+            let forgiven = if every == usize::MAX { Vec::new() } else { forgiven };
+            let mut expected = vec![false; view.items.len()];
+            for pair in &drawn.occlusions {
+                expected[pair.back as usize] |= !forgiven.contains(&(pair.front, pair.back));
+            }
+            let marked = rasteriser.occluded(&view, TOLERANCE, &alive, &forgiven).expect("the device works");
+            assert_eq!(marked, expected, "{}, {} pairs forgiven", scene.name, forgiven.len());
+        }
+    }
+}
+
+#[test]
+fn stencil_peeling_finds_the_layers_of_the_twin_where_both_cover_the_same_pixels() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let (mut compared, mut locked) = (0, 0);
+    for scene in random_scenes(150).chain(closed_form::all()) {
+        let view = view(&scene);
+        let (drawn, plain) = (draw(&rasteriser, &view), draw(&SoftwareRasteriser, &view));
+        if !pixels(&drawn.lists).eq(pixels(&plain.lists)) {
+            continue;
+        }
+        let working: Vec<bool> = drawn.presence.iter().map(|p| *p == Presence::Working).collect();
+        for tolerance in [TOLERANCE, 0.0] {
+            let peel = |rasteriser: &dyn Rasteriser| {
+                rasteriser.stencil_peeling(&view, tolerance, &working, &Task::silent()).expect("it works")
+            };
+            let found = peel(&rasteriser);
+            assert_eq!(found, peel(&SoftwareRasteriser), "{}, tolerance {tolerance}", scene.name);
+            locked += u32::from(found.locked > 0);
+        }
+        compared += 1;
+    }
+    assert!(compared > 50 && locked > 0, "{compared} scenes compared, {locked} locked up");
+}
+
+#[test]
+fn several_threads_may_draw_at_a_time() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let views: Vec<View> = random_scenes(12).map(|scene| view(&scene)).collect();
+    let sorted = |view: &View| {
+        let drawn = draw(&rasteriser, view);
+        (drawn.presence.clone(), pixels(&drawn.lists).collect::<Vec<_>>(), drawn.occlusions)
+    };
+    let alone: Vec<_> = views.iter().map(sorted).collect();
+    std::thread::scope(|scope| {
+        let together: Vec<_> = views.iter().map(|view| scope.spawn(|| sorted(view))).collect();
+        for (alone, together) in alone.iter().zip(together) {
+            assert!(
+                *alone == together.join().expect("no thread panics"),
+                "threads do not disturb each other"
+            );
+        }
+    });
+}
