@@ -103,7 +103,7 @@ check_vulkan() {
 (Fedora: mesa-vulkan-drivers vulkan-loader; Arch: vulkan-swrast vulkan-icd-loader; \
 openSUSE: libvulkan_lvp libvulkan1; Alpine: mesa-vulkan-swrast vulkan-loader)"
     apt_install "no Vulkan adapter was found; this is Mesa's, in software" mesa-vulkan-drivers libvulkan1 ||
-        fail "could not install mesa-vulkan-drivers; is the network there?"
+        fail "that did not work; as root, with a network: apt-get install mesa-vulkan-drivers libvulkan1"
     has_vulkan_adapter || fail "there is still no Vulkan adapter after installing mesa-vulkan-drivers"
 }
 
