@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
-use super::{Dice, Modeller, Scene, Truth, centred, look_at};
+use super::{Dice, Modeller, Scene, Truth, camera_is_world, centred, look_at};
 
 /// Faces of one house of the street.
 const STREET_HOUSE_FACES: u32 = 16;
@@ -119,6 +119,26 @@ impl StreetHouse {
         for towards in [DVec3::Y, -DVec3::Y] {
             m.quad_facing(towards, self.at(self.inner, 2.0, 3.2), reach, DVec3::Z * 0.8);
         }
+    }
+}
+
+/// A fan of `panes` like a hand of cards, in 480 x 360 pixels: pane after pane stands a little more
+/// to the right and behind, and half of them lie one behind the other at a pixel in the middle.
+pub fn fan(panes: u32) -> Scene {
+    let mut m = Modeller::new();
+    for pane in 0..panes {
+        let share = f64::from(pane) / f64::from(panes);
+        // In the image all panes are as large as one another, whatever their depth.
+        let z = 10.0 + 10.0 * share;
+        let left = 0.55 * (share - 1.0) * z;
+        m.object(format!("pane {pane}")).screen(z, [left, -0.4 * z, left + 0.55 * z, 0.4 * z]);
+    }
+    Scene {
+        name: format!("a fan of {panes} panes"),
+        model: m.finish(),
+        camera: centred(480, 360, 420.0),
+        pose: camera_is_world(),
+        truth: Truth::Unknown,
     }
 }
 

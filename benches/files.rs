@@ -1,0 +1,109 @@
+//! Writing layered files: PSD and PNG, 24 layers of a photo of six million pixels, to memory.
+//!
+//! `cargo bench --bench files`. Elements per second are pixels; the format's own compression is
+//! part of the time, the disk is not.
+
+use std::io::Cursor;
+use std::path::Path;
+use std::sync::Arc;
+use std::time::Duration;
+
+use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use quadratura::geometry::PixelRect;
+use quadratura::io::layered::psd::{self, Fit, Kind};
+use quadratura::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster, Samples, png};
+use quadratura::scene::synthetic::Dice;
+use rayon::prelude::*;
+
+const WIDTH: u32 = 3072;
+const HEIGHT: u32 = 2048;
+const LAYERS: u32 = 24;
+
+/// What a photo is to a compressor: slow gradients under noise of two or three bits.
+fn photo_like(width: u32, height: u32) -> Vec<u8> {
+    let mut dice = Dice::new(3);
+    let mut samples = Vec::with_capacity(4 * width as usize * height as usize);
+    for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
+        let noise = dice.bits();
+        let shade = |k: u32| ((x + k * y) / (9 + k)) as u8;
+        let grain = |k: u32| (noise >> (8 * k)) as u8 % 6;
+        samples.extend([0, 1, 2].map(|k| shade(k).wrapping_add(grain(k))));
+        samples.push(255);
+    }
+    samples
+}
+
+/// An image layer as they are: opaque in a triangle, transparent elsewhere.
+fn layer_raster(width: u32, height: u32) -> Raster {
+    let mut samples = photo_like(width, height);
+    for (pixel, rgba) in samples.chunks_exact_mut(4).enumerate() {
+        let (x, y) = (pixel as u32 % width, pixel as u32 / width);
+        if x * height > y * width {
+            rgba.fill(0);
+        }
+    }
+    Raster::new(width, height, Samples::Eight(samples))
+}
+
+fn layer(number: u32, raster: &Arc<Raster>) -> Layer<'static> {
+    let (raster, w, h) = (raster.clone(), raster.width(), raster.height());
+    let rect = PixelRect { x: (number * 97 % 2000) as i32, y: (number * 61 % 1000) as i32, w, h };
+    Layer {
+        name: format!("surface [{number}]"),
+        rect,
+        visible: true,
+        locked: false,
+        tag: None,
+        pixels: Box::new(move || Ok(raster.clone())),
+    }
+}
+
+fn document(photo: &Arc<Raster>, raster: &Arc<Raster>) -> LayeredDocument<'static> {
+    let layers = (0..LAYERS).map(|number| layer(number, raster)).collect();
+    let merged = photo.clone();
+    LayeredDocument {
+        width: WIDTH,
+        height: HEIGHT,
+        depth: Depth::Eight,
+        icc: None,
+        key: "0".into(),
+        title: "photo".into(),
+        nodes: vec![Node::Group(Group { name: "order 0".into(), layers })],
+        merged: Box::new(move || Ok(merged.clone())),
+    }
+}
+
+fn writing(c: &mut Criterion) {
+    let photo = Arc::new(Raster::new(WIDTH, HEIGHT, Samples::Eight(photo_like(WIDTH, HEIGHT))));
+    let raster = Arc::new(layer_raster(512, 1024));
+    let mut group = c.benchmark_group("write");
+    let layer_pixels = u64::from(LAYERS) * 512 * 1024;
+
+    group.throughput(Throughput::Elements(layer_pixels + u64::from(WIDTH * HEIGHT)));
+    let document = document(&photo, &raster);
+    group.bench_function("psd", |b| {
+        b.iter(|| {
+            let fit = psd::write(Cursor::new(Vec::new()), Path::new("bench.psd"), &document, Kind::Psd);
+            assert_eq!(fit.expect("memory takes it"), Fit::Whole);
+        });
+    });
+
+    group.throughput(Throughput::Elements(layer_pixels));
+    group.bench_function("png layers, in parallel", |b| {
+        b.iter(|| {
+            (0..LAYERS).into_par_iter().for_each(|_| {
+                png::write_rgba(&mut Vec::new(), &raster, None).expect("memory takes it");
+            });
+        });
+    });
+}
+
+criterion_group! {
+    name = benches;
+    config = Criterion::default()
+        .sample_size(10)
+        .warm_up_time(Duration::from_millis(500))
+        .measurement_time(Duration::from_secs(2));
+    targets = writing
+}
+criterion_main!(benches);
