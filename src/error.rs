@@ -36,6 +36,9 @@ pub enum Error {
     /// The request contradicts itself or the project.
     #[error("{0}")]
     Request(String),
+    /// Several things are wrong that do not depend on each other; one line each.
+    #[error("{}", lines(.0))]
+    Several(Vec<Error>),
     /// Somebody asked to stop.
     #[error("stopped on request")]
     Cancelled,
@@ -52,11 +55,25 @@ impl Error {
         Self::Input { file: file.into(), place: place.into(), found: found.into(), remedy: remedy.into() }
     }
 
+    /// One error of those that happened side by side; `None` when none did. Being stopped outweighs
+    /// the rest.
+    pub fn of_all(errors: Vec<Self>) -> Option<Self> {
+        if errors.iter().any(|error| matches!(error, Self::Cancelled)) {
+            return Some(Self::Cancelled);
+        }
+        let mut errors = errors;
+        if errors.len() > 1 { Some(Self::Several(errors)) } else { errors.pop() }
+    }
+
     /// For `map_err`: wraps what the system said about `path` while `doing` something.
     pub fn io(path: impl AsRef<Path>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.as_ref().to_path_buf();
         move |source| Self::Io { path, doing, source }
     }
+}
+
+fn lines(errors: &[Error]) -> String {
+    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
 fn at(place: &str) -> String {

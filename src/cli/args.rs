@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 
 use super::bytes::parse_bytes;
+use crate::geometry::Similarity;
 use crate::layers::{BoxShape, Method, Options};
 
 /// Calibrated photos and a coarse model become editable image layers, sorted by proven visibility.
@@ -45,14 +46,6 @@ pub struct Global {
 pub enum Command {
     /// Make a project of photos, their cameras and a model
     New(NewArgs),
-    /// Judge the site before work starts: does the model fit the photos
-    Check(CheckArgs),
-    /// Sort the surfaces of every photo by visibility and make its layer stack
-    Build(BuildArgs),
-    /// Write the stacks as files for an image editor
-    Export(ExportArgs),
-    /// Show what a project holds, and why a face has no texture
-    Info(InfoArgs),
     /// Print the completions of a shell
     #[command(hide = true)]
     Completions { shell: clap_complete::Shell },
@@ -74,10 +67,9 @@ pub struct NewArgs {
     /// The model: .obj, .gltf or .glb
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Takes the model into the cameras' world: a name such as `y-up`, axes such as `x,-z,y`, or the
-    /// 16 numbers of a 4 x 4 matrix, row by row
-    #[arg(long, value_name = "M", allow_hyphen_values = true)]
-    pub model_transform: Option<String>,
+    /// Takes the model into the cameras' world: the 16 numbers of a 4 x 4 matrix, row by row
+    #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = Similarity::parse)]
+    pub model_transform: Option<Similarity>,
     #[command(flatten)]
     pub options: OptionArgs,
 }
@@ -94,10 +86,8 @@ pub struct BuildArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    #[command(flatten)]
-    pub options: OptionArgs,
-    /// Keep these options in project.json. Without it they hold for this time only, and the next
-    /// build without them builds these photos again
+    /// Keep the options of the method in project.json. Without it they hold for this time only, and
+    /// the next build without them builds these photos again
     #[arg(long)]
     pub save_options: bool,
     /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
@@ -106,6 +96,8 @@ pub struct BuildArgs {
     /// Build again what is up to date
     #[arg(long)]
     pub force: bool,
+    #[command(flatten)]
+    pub options: OptionArgs,
 }
 
 #[derive(Debug, Args)]
@@ -239,10 +231,12 @@ mod tests {
         Cli::command().debug_assert();
     }
 
+    const NEW: &str = "quadratura new p --photos a --cameras b --model c";
+
     #[test]
     fn options_that_were_not_given_are_the_projects() {
-        let typed = ["quadratura", "build", "p", "--margin", "4", "--published", "--boxes", "exact"];
-        let Command::Build(args) = Cli::parse_from(typed).command else { unreachable!() };
+        let typed = NEW.split(' ').chain(["--margin", "4", "--published", "--boxes", "exact"]);
+        let Command::New(args) = Cli::parse_from(typed).command else { unreachable!() };
         let of_project = Options { min_support: 3, ..Options::default() };
         let expected = Options { margin: 4, published: true, boxes: BoxShape::Exact, ..of_project.clone() };
         assert_eq!(args.options.applied_to(&of_project), expected);
@@ -250,9 +244,8 @@ mod tests {
 
     #[test]
     fn what_is_out_of_range_is_wrong_usage() {
-        for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0", "--memory=much"]
-        {
-            let error = Cli::try_parse_from(["quadratura", "build", "p", option]).unwrap_err();
+        for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0"] {
+            let error = Cli::try_parse_from(NEW.split(' ').chain([option])).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{option}");
         }
     }

@@ -1,1 +1,147 @@
 //! What was typed, what it means, run.
+//!
+//! [`run`] parses ([`args`]), sets up what every command shares ([`reporter`], threads, Ctrl-C) and
+//! hands over to one file a command, which calls a recipe and turns its result into an [`Outcome`]:
+//! text for people, JSON for programs. Results go to standard output, everything else to standard
+//! error.
+
+use std::ffi::OsString;
+use std::io::{ErrorKind, Write};
+use std::process::ExitCode;
+use std::sync::atomic::Ordering;
+
+use clap::{CommandFactory, Parser};
+use serde_json::{Value, json};
+
+use crate::error::{Error, Result};
+use crate::task::Task;
+
+pub mod args;
+mod bytes;
+mod fault;
+mod new;
+mod paint;
+pub mod reporter;
+mod table;
+mod timings;
+
+use args::{Cli, Command, Global};
+use paint::{ERROR, paint};
+use reporter::Reporter;
+
+const FAILED: u8 = 1;
+const STOPPED: u8 = 130;
+
+/// The result of a command.
+struct Outcome {
+    /// For people.
+    text: String,
+    /// For programs: an object.
+    json: Value,
+    /// What went wrong with some photos while the others went on; one each.
+    problems: Vec<String>,
+}
+
+/// Parses what was typed (the program's name first), runs it and says how it ended.
+pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
+    fault::install_message();
+    let cli = match Cli::try_parse_from(typed) {
+        Ok(cli) => cli,
+        Err(usage) => {
+            // Nothing can be done where even this cannot be printed.
+            let _ = usage.print();
+            return ExitCode::from(usage.exit_code() as u8);
+        }
+    };
+    let reporter = Reporter::new(&cli.global);
+    let task = reporter.task();
+    let done = prepare(&cli.global, &task).and_then(|()| dispatch(&cli.command, &task));
+    reporter.finish();
+    conclude(&cli.global, &reporter, done)
+}
+
+fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
+    match command {
+        Command::New(args) => new::run(args, task),
+        Command::Completions { shell } => Ok(completions(*shell)),
+        Command::Man => Ok(manual()),
+    }
+}
+
+fn prepare(global: &Global, task: &Task) -> Result<()> {
+    if let Some(threads) = global.threads {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
+        pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
+    }
+    stop_on_ctrl_c(task)
+}
+
+/// The first Ctrl-C asks, the second one ends the program where it stands; the files on disk are
+/// whole at every moment.
+fn stop_on_ctrl_c(task: &Task) -> Result<()> {
+    let stop = task.stop_flag();
+    let handler = move || {
+        if stop.swap(true, Ordering::Relaxed) {
+            std::process::exit(STOPPED.into());
+        }
+        eprintln!("stopping; press Ctrl-C again to end at once");
+    };
+    ctrlc::set_handler(handler)
+        .map_err(|error| Error::Request(format!("could not listen for Ctrl-C: {error}")))
+}
+
+/// Prints the result or the error, and turns it into the exit status.
+fn conclude(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> ExitCode {
+    let status = match &done {
+        Ok(outcome) if !outcome.problems.is_empty() => FAILED,
+        Ok(_) => 0,
+        Err(Error::Cancelled) => STOPPED,
+        Err(_) => FAILED,
+    };
+    let text = match done {
+        Ok(outcome) => {
+            outcome.problems.iter().for_each(|problem| complain(problem));
+            if global.json { as_json(outcome.json, reporter) } else { outcome.text }
+        }
+        Err(error) => {
+            error.to_string().lines().for_each(complain);
+            if global.json { as_json(json!({"error": error.to_string()}), reporter) } else { String::new() }
+        }
+    };
+    match std::io::stdout().lock().write_all(text.as_bytes()) {
+        // Whoever reads our output may have seen enough, as `head` does.
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            complain(&format!("could not write the result: {error}"));
+            ExitCode::from(FAILED)
+        }
+        _ => ExitCode::from(status),
+    }
+}
+
+fn complain(text: &str) {
+    eprintln!("{} {text}", paint(ERROR, "error:"));
+}
+
+fn as_json(mut result: Value, reporter: &Reporter) -> String {
+    if let (Some(result), Value::Object(more)) = (result.as_object_mut(), reporter.to_json()) {
+        result.extend(more);
+    }
+    format!("{result:#}\n")
+}
+
+fn completions(shell: clap_complete::Shell) -> Outcome {
+    let mut script = Vec::new();
+    clap_complete::generate(shell, &mut Cli::command(), "quadratura", &mut script);
+    printed(&script)
+}
+
+fn manual() -> Outcome {
+    let mut page = Vec::new();
+    clap_mangen::Man::new(Cli::command()).render(&mut page).expect("a vector takes every byte");
+    printed(&page)
+}
+
+fn printed(bytes: &[u8]) -> Outcome {
+    let text = String::from_utf8_lossy(bytes).into_owned();
+    Outcome { json: json!({ "text": text }), text, problems: Vec::new() }
+}

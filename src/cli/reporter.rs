@@ -1,10 +1,11 @@
 //! What a running command says on standard error: progress, notes, timings.
 
+use std::collections::BTreeMap;
 use std::io::IsTerminal;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::args::Global;
@@ -12,7 +13,8 @@ use super::paint::{NOTE, paint};
 use super::timings::Timings;
 use crate::task::{Event, Task};
 
-/// Without a terminal: no more than one line of progress in so long.
+/// Without a terminal: the first line of progress after so long, so that what is quick says nothing,
+/// and no more than one in so long from then on.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
 /// Takes the events of one command. Shared by its threads.
@@ -22,7 +24,7 @@ pub struct Reporter {
     timings_wanted: bool,
     started: Instant,
     /// `None` when quiet or not on a terminal.
-    bar: Option<ProgressBar>,
+    screen: Option<MultiProgress>,
     state: Mutex<State>,
 }
 
@@ -30,22 +32,27 @@ pub struct Reporter {
 struct State {
     timings: Timings,
     notes: Vec<(String, String)>,
-    /// The stage that the progress is of, and when its last line was written.
-    stage: &'static str,
-    stage_started: Option<Instant>,
-    last_line: Option<Instant>,
+    /// Progress of all photos together, by stage; several may run side by side.
+    stages: BTreeMap<&'static str, Stage>,
+}
+
+struct Stage {
+    started: Instant,
+    last_line: Instant,
+    /// Some on a terminal.
+    bar: Option<ProgressBar>,
 }
 
 impl Reporter {
     /// As loud as the user wants it.
     pub fn new(global: &Global) -> Arc<Self> {
-        let bar = (!global.quiet && std::io::stderr().is_terminal()).then(new_bar);
+        let screen = (!global.quiet && std::io::stderr().is_terminal()).then(MultiProgress::new);
         Arc::new(Self {
             quiet: global.quiet,
             verbose: global.verbose,
             timings_wanted: global.timings,
             started: Instant::now(),
-            bar,
+            screen,
             state: Mutex::default(),
         })
     }
@@ -58,8 +65,10 @@ impl Reporter {
 
     /// Takes the progress off the screen and prints the timings if they are wanted.
     pub fn finish(&self) {
-        if let Some(bar) = &self.bar {
-            bar.finish_and_clear();
+        if let Some(screen) = &self.screen {
+            self.state().stages.clear();
+            // Bars that cannot be wiped away are no reason to fail.
+            let _ = screen.clear();
         }
         if self.timings_wanted {
             eprint!("\n{}", self.state().timings.render(self.started.elapsed()));
@@ -89,25 +98,20 @@ impl Reporter {
         }
     }
 
-    fn progress(&self, stage: &'static str, done: u64, total: u64) {
+    fn progress(&self, name: &'static str, done: u64, total: u64) {
         let mut state = self.state();
-        let is_new = state.stage != stage;
-        if is_new {
-            state.stage = stage;
-            state.stage_started = Some(Instant::now());
-            state.last_line = None;
-        }
-        match &self.bar {
-            Some(bar) => show(bar, stage, is_new, done, total),
-            None if !self.quiet => plain_line(&mut state, done, total),
+        let stage = state.stages.entry(name).or_insert_with(|| Stage::new(self.screen.as_ref(), name));
+        match &stage.bar {
+            Some(bar) => show(bar, done, total),
+            None if !self.quiet => stage.plain_line(name, done, total),
             None => (),
         }
     }
 
-    /// A photo's own steps: shown beside the bar.
-    fn step_of(&self, subject: &str, stage: &str) {
-        if let Some(bar) = &self.bar {
-            bar.set_message(format!("{subject}: {stage}"));
+    /// A photo's own steps: shown beside the bars of all photos.
+    fn step_of(&self, subject: &str, step: &str) {
+        for bar in self.state().stages.values().filter_map(|stage| stage.bar.as_ref()) {
+            bar.set_message(format!("{subject}: {step}"));
         }
     }
 
@@ -128,8 +132,8 @@ impl Reporter {
     }
 
     fn line(&self, text: &str) {
-        match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
+        match &self.screen {
+            Some(screen) => screen.suspend(|| eprintln!("{text}")),
             None => eprintln!("{text}"),
         }
     }
@@ -140,34 +144,36 @@ impl Reporter {
     }
 }
 
-fn new_bar() -> ProgressBar {
-    let bar = ProgressBar::new_spinner();
-    bar.enable_steady_tick(Duration::from_millis(200));
-    bar
+impl Stage {
+    fn new(screen: Option<&MultiProgress>, name: &'static str) -> Self {
+        let now = Instant::now();
+        Self { started: now, last_line: now, bar: screen.map(|screen| screen.add(new_bar(name))) }
+    }
+
+    fn plain_line(&mut self, name: &str, done: u64, total: u64) {
+        let now = Instant::now();
+        if now - self.last_line < BETWEEN_LINES {
+            return;
+        }
+        self.last_line = now;
+        let left = time_left(now - self.started, done, total);
+        let left = left.map_or(String::new(), |left| format!(", about {} s left", left.as_secs().max(1)));
+        eprintln!("{name}: {done} of {total}{left}");
+    }
 }
 
-fn show(bar: &ProgressBar, stage: &'static str, is_new: bool, done: u64, total: u64) {
-    if is_new {
-        let template = "{prefix} [{bar:30}] {pos}/{len}, {eta} left  {wide_msg}";
-        let style = ProgressStyle::with_template(template).expect("the template is well formed");
-        bar.set_style(style.progress_chars("=> "));
-        bar.set_prefix(stage);
-        bar.reset();
-    }
+fn new_bar(stage: &'static str) -> ProgressBar {
+    let template = "{prefix} [{bar:30}] {pos}/{len}, {eta} left  {wide_msg}";
+    let style = ProgressStyle::with_template(template).expect("the template is well formed");
+    ProgressBar::new(0).with_style(style.progress_chars("=> ")).with_prefix(stage)
+}
+
+fn show(bar: &ProgressBar, done: u64, total: u64) {
     bar.set_length(total);
     bar.set_position(done);
-}
-
-fn plain_line(state: &mut State, done: u64, total: u64) {
-    let now = Instant::now();
-    let is_due = state.last_line.is_none_or(|last| now - last >= BETWEEN_LINES) || done == total;
-    if !is_due || total == 0 {
-        return;
+    if done >= total {
+        bar.finish_and_clear();
     }
-    state.last_line = Some(now);
-    let left = state.stage_started.and_then(|start| time_left(now - start, done, total));
-    let left = left.map_or(String::new(), |left| format!(", about {} s left", left.as_secs().max(1)));
-    eprintln!("{}: {done} of {total}{left}", state.stage);
 }
 
 /// `None` at either end, where there is nothing to judge by and nothing left.

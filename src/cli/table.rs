@@ -53,10 +53,10 @@ impl Table {
     }
 }
 
+/// A number, with a unit of three letters at most.
 fn is_number(cell: &str) -> bool {
-    let digits = cell.trim_end_matches(['%', '×']);
-    let number = digits.split(' ').next().unwrap_or(digits);
-    number.parse::<f64>().is_ok()
+    let (number, unit) = cell.split_once(' ').unwrap_or((cell, ""));
+    number.parse::<f64>().is_ok() && unit.chars().count() <= 3
 }
 
 /// `1 photo`, `2 photos`.

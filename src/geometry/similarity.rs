@@ -25,6 +25,25 @@ impl Similarity {
     }
 }
 
+impl Similarity {
+    /// Reads the 16 numbers of a 4 x 4 matrix, or the 12 of its upper rows, row by row, separated by
+    /// commas or spaces.
+    ///
+    /// # Errors
+    /// What is wrong with them, and what was expected.
+    pub fn parse(text: &str) -> Result<Self, String> {
+        let words = text.split([',', ' ']).filter(|word| !word.is_empty());
+        let number = |word: &str| word.parse::<f64>().map_err(|_| format!("`{word}` is not a number"));
+        let numbers = words.map(number).collect::<Result<Vec<_>, _>>()?;
+        if !matches!(numbers.len(), 12 | 16) {
+            return Err(format!("{} numbers, expected the 16 of a 4 x 4 matrix", numbers.len()));
+        }
+        let mut rows = [[0.0, 0.0, 0.0, 1.0]; 4];
+        rows.as_flattened_mut()[..numbers.len()].copy_from_slice(&numbers);
+        Self::try_from(rows)
+    }
+}
+
 /// The rows of the 4 x 4 matrix.
 impl From<Similarity> for [[f64; 4]; 4] {
     fn from(similarity: Similarity) -> Self {
@@ -105,5 +124,14 @@ mod tests {
         assert!(refusal([1.0, 0.5, 0.0, 0.0]).contains("shears"));
         assert!(refusal([2.0, 0.0, 0.0, 0.0]).contains("scales one axis"));
         assert!(refusal([1.0, 0.0, 0.0, f64::NAN]).contains("not finite"));
+    }
+
+    #[test]
+    fn a_matrix_may_be_typed_with_or_without_its_last_row() {
+        let moved = Similarity { translation: DVec3::new(4.0, 5.0, 6.0), ..Similarity::IDENTITY };
+        assert_eq!(Similarity::parse("1,0,0,4, 0,1,0,5, 0,0,1,6").unwrap(), moved);
+        assert_eq!(Similarity::parse("1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1").unwrap(), moved);
+        assert!(Similarity::parse("1 2 3").unwrap_err().contains("3 numbers"));
+        assert!(Similarity::parse("up").unwrap_err().contains("`up`"));
     }
 }

@@ -59,32 +59,35 @@ fn refuse_newer(file: &Path) -> Result<()> {
     Err(Error::input(file, "version", found, "open it with the newer program that wrote it"))
 }
 
-/// Makes sure that a new project can be put into `folder`: it is empty or can be created. A lock
-/// file in it is no content.
+/// Makes sure that a new project may be put into `folder`: it does not exist, or holds nothing but a
+/// lock file.
 ///
 /// # Errors
 /// [`Error::Request`] when something is there; [`Error::Io`].
-pub fn create_project_folder(folder: &Path) -> Result<()> {
-    if folder.exists() && !folder.is_dir() {
-        let folder = folder.display();
-        return Err(Error::Request(format!("{folder}: this is a file; name a new folder for the project")));
+pub fn refuse_content(folder: &Path) -> Result<()> {
+    let shown = folder.display();
+    if !folder.exists() {
+        return Ok(());
     }
-    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+    if !folder.is_dir() {
+        return Err(Error::Request(format!("{shown}: this is a file; name a new folder for the project")));
+    }
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let name = entry.map_err(Error::io(folder, "read the folder"))?.file_name();
         if name != LOCK_FILE {
-            let (folder, name) = (folder.display(), name.display());
+            let name = name.display();
             return Err(Error::Request(format!(
-                "{folder}: the folder is not empty (it holds {name}); a new project needs a new or empty folder"
+                "{shown}: the folder is not empty (it holds {name}); a new project needs a new or empty folder"
             )));
         }
     }
     Ok(())
 }
 
-/// Where a path of `project.json` leads.
+/// Where a path of `project.json` leads; without detours where something is there.
 pub fn resolved(folder: &Path, path: &str) -> PathBuf {
-    folder.join(path)
+    let joined = folder.join(path);
+    joined.canonicalize().unwrap_or(joined)
 }
 
 /// `target` as `project.json` writes it: relative to `folder`, with `/`. Both must exist.
@@ -182,10 +185,12 @@ mod tests {
     #[test]
     fn a_folder_that_is_not_empty_is_refused_by_what_it_holds() {
         let folder = tempfile::tempdir().unwrap();
-        create_project_folder(&folder.path().join("a/new/one")).unwrap();
-        std::fs::write(folder.path().join("a/new/one").join(LOCK_FILE), "").unwrap();
-        create_project_folder(&folder.path().join("a/new/one")).unwrap();
-        let message = create_project_folder(folder.path()).unwrap_err().to_string();
+        let empty = folder.path().join("a/new/one");
+        refuse_content(&empty).unwrap();
+        std::fs::create_dir_all(&empty).unwrap();
+        std::fs::write(empty.join(LOCK_FILE), "").unwrap();
+        refuse_content(&empty).unwrap();
+        let message = refuse_content(folder.path()).unwrap_err().to_string();
         assert!(message.contains("not empty (it holds a)"), "{message}");
     }
 }

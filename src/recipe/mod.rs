@@ -1,3 +1,5 @@
 //! The program without a face: open, sort, cluster, extract, save.
 
+pub mod create;
+pub mod open;
 pub mod photos;

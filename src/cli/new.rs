@@ -1,0 +1,68 @@
+//! `quadratura new`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::NewArgs;
+use super::table::{Table, counted};
+use crate::error::Result;
+use crate::layers::Options;
+use crate::recipe::create::{NewProject, create_project};
+use crate::recipe::open::Opened;
+use crate::task::Task;
+
+pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
+    let new = NewProject {
+        photos: args.photos.clone(),
+        cameras: args.cameras.clone(),
+        model: args.model.clone(),
+        world_from_model: args.model_transform.unwrap_or_default(),
+        options: args.options.applied_to(&Options::default()),
+    };
+    let opened = create_project(&args.project, &new, task)?;
+    let mut outcome = summary(&opened);
+    outcome.text.push_str(&format!(
+        "\nNext: `quadratura check {0}` judges the site, `quadratura build {0}` makes the stacks.\n",
+        args.project.display()
+    ));
+    Ok(outcome)
+}
+
+/// What the project holds.
+fn summary(opened: &Opened) -> Outcome {
+    let (site, problems) = (&opened.site, &opened.problems);
+    let left_out = problems.len();
+    let (photos, faces, objects) = (site.photos.len(), site.model.faces.len(), site.model.objects.len());
+    let mut table = Table::new(&["", ""]);
+    let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
+    line("photos", format!("{photos} of {} matched with their cameras", photos + left_out));
+    line("size", sizes(opened));
+    line("model", format!("{} in {}", counted(faces, "face"), counted(objects, "object")));
+    line("sparse points", opened.points.len().to_string());
+    Outcome {
+        text: table.render().trim_start().to_owned(),
+        json: json!({
+            "photos": photos,
+            "left_out": problems.iter().map(ToString::to_string).collect::<Vec<_>>(),
+            "faces": faces,
+            "objects": objects,
+            "sparse_points": opened.points.len(),
+        }),
+        problems: problems.iter().map(ToString::to_string).collect(),
+    }
+}
+
+/// `3072 x 2048 px`, or from the smallest to the largest.
+fn sizes(opened: &Opened) -> String {
+    let size = |photo: &&crate::scene::Photo| (photo.camera.width, photo.camera.height);
+    let area = |photo: &&crate::scene::Photo| u64::from(photo.camera.width) * u64::from(photo.camera.height);
+    let photos = || opened.site.photos.iter();
+    let bounds = photos().min_by_key(area).zip(photos().max_by_key(area));
+    let Some((smallest, largest)) = bounds.map(|(a, b)| (size(&a), size(&b))) else { return String::new() };
+    let text = |(w, h): (u32, u32)| format!("{w} x {h}");
+    if smallest == largest {
+        format!("{} px", text(largest))
+    } else {
+        format!("{} to {} px", text(smallest), text(largest))
+    }
+}

@@ -1,0 +1,83 @@
+//! A new project: everything is read once before a word of it is written.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::open::{Opened, open_site};
+use crate::document::Project;
+use crate::document::project::PROJECT_VERSION;
+use crate::error::{Error, Result};
+use crate::geometry::Similarity;
+use crate::io::lock::{LOCK_FILE, ProjectLock};
+use crate::io::project::{refuse_content, relative_to, write_project};
+use crate::layers::Options;
+use crate::task::Task;
+
+/// What a new project is made of. Paths are relative to the working folder.
+#[derive(Debug, Clone)]
+pub struct NewProject {
+    /// Folder of the photos.
+    pub photos: PathBuf,
+    /// COLMAP's cameras.
+    pub cameras: PathBuf,
+    /// The model's file.
+    pub model: PathBuf,
+    /// Takes the model into the cameras' world.
+    pub world_from_model: Similarity,
+    /// How stacks are built.
+    pub options: Options,
+}
+
+/// Makes a project in `folder`, which is new or empty. When it fails, `folder` is as it was.
+///
+/// # Errors
+/// [`Error::Request`] when something is in the folder; else as [`super::open::open`].
+pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
+    let was_there = folder.exists();
+    refuse_content(folder)?;
+    fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+    let lock = ProjectLock::take(folder)?;
+    // Another program may have been quicker.
+    refuse_content(folder)?;
+    let created = fill(folder, new, task);
+    drop(lock);
+    if created.is_err() {
+        leave_as_it_was(folder, was_there);
+    }
+    created
+}
+
+fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
+    let opened = open_site(folder, described(folder, new)?, task)?;
+    write_project(folder, &opened.project)?;
+    Ok(opened)
+}
+
+fn described(folder: &Path, new: &NewProject) -> Result<Project> {
+    let path = |path: &Path| relative_to(folder, path);
+    let (photos, cameras, model) = (path(&new.photos), path(&new.cameras), path(&new.model));
+    match (photos, cameras, model) {
+        (Ok(photos), Ok(cameras), Ok(model)) => Ok(Project {
+            version: PROJECT_VERSION,
+            photos,
+            cameras,
+            model,
+            world_from_model: new.world_from_model,
+            options: new.options.clone(),
+        }),
+        (photos, cameras, model) => {
+            let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();
+            Err(Error::of_all(errors).expect("one of the three has failed"))
+        }
+    }
+}
+
+/// What cannot be removed stays: the user has the reason of the failure already.
+fn leave_as_it_was(folder: &Path, was_there: bool) {
+    if was_there {
+        let _ = fs::remove_dir_all(folder.join("cache"));
+        let _ = fs::remove_file(folder.join(LOCK_FILE));
+    } else {
+        let _ = fs::remove_dir_all(folder);
+    }
+}

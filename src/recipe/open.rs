@@ -1,0 +1,143 @@
+//! A project's folder becomes a site: cameras, photos and model are read and brought together.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::photos::{PhotoImport, import_photos};
+use crate::document::Project;
+use crate::error::{Error, Result};
+use crate::io::cameras::{Cameras, read_cameras};
+use crate::io::models::read_model;
+use crate::io::project::{read_project, resolved};
+use crate::scene::{Model, Photo, Site, SparsePoint};
+use crate::task::Task;
+
+/// A project and the site that it describes.
+#[derive(Debug)]
+pub struct Opened {
+    /// What `project.json` says.
+    pub project: Project,
+    /// Photos, cameras and model, in the cameras' world.
+    pub site: Site,
+    /// What structure from motion triangulated, in the cameras' world.
+    pub points: Vec<SparsePoint>,
+    /// Why photos of the cameras' file are not in the site; one each.
+    pub problems: Vec<Error>,
+}
+
+/// Opens the project in `folder`. What leaves something out is in `problems`, what does not is noted.
+///
+/// # Errors
+/// [`Error::Input`] and [`Error::Io`] for what concerns all photos: no project, no cameras, no
+/// model, or not one photo that can be used; all of them in one [`Error::Several`].
+pub fn open(folder: &Path, task: &Task) -> Result<Opened> {
+    let project = read_project(folder)?;
+    open_site(folder, project, task)
+}
+
+/// The same for a project that is not on disk yet.
+///
+/// # Errors
+/// As [`open`].
+pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened> {
+    let (pictures, model) =
+        rayon::join(|| read_pictures(folder, &project, task), || read_world_model(folder, &project, task));
+    let ((cameras, import), model) = match (pictures, model) {
+        (Ok(pictures), Ok(model)) => (pictures, model),
+        (pictures, model) => {
+            let errors = [pictures.err(), model.err()].into_iter().flatten().collect();
+            return Err(Error::of_all(errors).expect("one of the two has failed"));
+        }
+    };
+    let problems = cameras.problems.into_iter().chain(import.problems).collect();
+    let site = Site { photos: import.photos, model: Arc::new(model) };
+    Ok(Opened { project, site, points: cameras.points, problems })
+}
+
+impl Opened {
+    /// The photos that `names` ask for, in the site's order; all of them when it asks for none. A
+    /// name may leave out the folder and the extension where that leaves no doubt.
+    ///
+    /// # Errors
+    /// [`Error::Request`] for a name that no photo or more than one answers to; all such names at once.
+    pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
+        if names.is_empty() {
+            return Ok(self.site.photos.iter().collect());
+        }
+        let (found, errors) = partition(names.iter().map(|name| self.photo_named(name)));
+        match Error::of_all(errors) {
+            Some(error) => Err(error),
+            None => {
+                Ok(self.site.photos.iter().filter(|photo| found.contains(&photo.name.as_str())).collect())
+            }
+        }
+    }
+
+    fn photo_named(&self, name: &str) -> Result<&str> {
+        let photos = || self.site.photos.iter().map(|photo| photo.name.as_str());
+        if let Some(photo) = photos().find(|photo| *photo == name) {
+            return Ok(photo);
+        }
+        let candidates: Vec<_> = photos().filter(|photo| is_short_for(name, photo)).collect();
+        match candidates[..] {
+            [photo] => Ok(photo),
+            [] => Err(Error::Request(format!("no photo is called {name}; `quadratura info` lists them"))),
+            _ => Err(Error::Request(format!("{name} could be any of {}", candidates.join(", ")))),
+        }
+    }
+}
+
+fn is_short_for(name: &str, photo: &str) -> bool {
+    let file = photo.rsplit('/').next().unwrap_or(photo);
+    let without_extension =
+        |path: &str| path.rsplit_once('.').map_or(path.to_owned(), |(stem, _)| stem.to_owned());
+    name == file || name == without_extension(file) || name == without_extension(photo)
+}
+
+fn partition<T>(results: impl Iterator<Item = Result<T>>) -> (Vec<T>, Vec<Error>) {
+    let (mut done, mut errors) = (Vec::new(), Vec::new());
+    for result in results {
+        match result {
+            Ok(value) => done.push(value),
+            Err(error) => errors.push(error),
+        }
+    }
+    (done, errors)
+}
+
+fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Cameras, PhotoImport)> {
+    let file = resolved(folder, &project.cameras);
+    let photo_folder = resolved(folder, &project.photos);
+    let cameras = task.timed("read cameras", || read_cameras(&file, task));
+    // A wrong photo folder is worth knowing even where the cameras are wrong, too.
+    let missing = (!photo_folder.is_dir()).then(|| no_such_folder(&photo_folder));
+    let cameras = match (cameras, missing) {
+        (Ok(cameras), None) => cameras,
+        (cameras, missing) => {
+            let errors = cameras.err().into_iter().chain(missing).collect();
+            return Err(Error::of_all(errors).expect("one of the two has failed"));
+        }
+    };
+    cameras.notes.iter().for_each(|note| task.note(note));
+    let import =
+        task.timed("import photos", || import_photos(&cameras, &photo_folder, &folder.join("cache"), task))?;
+    import.notes.iter().for_each(|note| task.note(note));
+    if import.photos.is_empty() {
+        return Err(Error::of_all(cameras.problems.into_iter().chain(import.problems).collect())
+            .unwrap_or_else(|| {
+                Error::input(file, "", "it names no photo", "give the cameras of the photos")
+            }));
+    }
+    Ok((cameras, import))
+}
+
+fn no_such_folder(folder: &Path) -> Error {
+    Error::input(folder, "", "there is no such folder", "give the folder of the photos")
+}
+
+fn read_world_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {
+    let file = resolved(folder, &project.model);
+    let (model, notes) = task.timed("read model", || read_model(&file, task))?;
+    notes.iter().for_each(|note| task.note(note));
+    Ok(model.transformed(&project.world_from_model))
+}
