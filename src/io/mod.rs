@@ -2,6 +2,7 @@
 
 pub mod atomic;
 pub mod cameras;
+pub mod exports;
 pub mod hash;
 pub mod inbox;
 pub mod json;

@@ -1,5 +1,6 @@
 //! The program without a face: open, sort, cluster, extract, save.
 
 pub mod create;
+pub mod export;
 pub mod open;
 pub mod photos;

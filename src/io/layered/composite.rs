@@ -2,9 +2,10 @@
 //! back.
 
 use super::document::{Layer, LayeredDocument};
-use super::raster::{Raster, Samples};
+use super::raster::Raster;
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::scene::Samples;
 
 /// Lays those layers that `wanted` picks over nothing, from the bottom to the top, whether they are
 /// shown or not. The result is as large as the canvas.
@@ -26,8 +27,8 @@ pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>)
 pub fn lay_over(canvas: &mut Raster, above: &Raster, rect: PixelRect) {
     let size = (canvas.width(), canvas.height());
     match (canvas.samples_mut(), above.samples()) {
-        (Samples::Eight(below), Samples::Eight(above)) => over(below, size, above, rect, 255.0),
-        (Samples::Sixteen(below), Samples::Sixteen(above)) => over(below, size, above, rect, 65535.0),
+        (Samples::U8(below), Samples::U8(above)) => over(below, size, above, rect, 255.0),
+        (Samples::U16(below), Samples::U16(above)) => over(below, size, above, rect, 65535.0),
         _ => unreachable!("the layers of a document have one depth"),
     }
 }
@@ -87,7 +88,7 @@ mod tests {
     use crate::io::layered::Depth;
 
     fn one(colour: [u8; 4]) -> Raster {
-        Raster::new(1, 1, Samples::Eight(colour.to_vec()))
+        Raster::new(1, 1, Samples::U8(colour.to_vec()))
     }
 
     fn over_each_other(below: [u8; 4], above: [u8; 4]) -> Raster {
@@ -111,7 +112,7 @@ mod tests {
     #[test]
     fn what_reaches_outside_the_canvas_is_left_out() {
         let mut canvas = Raster::blank(2, 2, Depth::Sixteen);
-        let layer = Raster::new(3, 3, Samples::Sixteen(vec![65535; 36]));
+        let layer = Raster::new(3, 3, Samples::U16(vec![65535; 36]));
         lay_over(&mut canvas, &layer, PixelRect { x: -2, y: 1, w: 3, h: 3 });
         assert_eq!(canvas.coloured_rect(), PixelRect { x: 0, y: 1, w: 1, h: 1 });
         lay_over(&mut canvas, &layer, PixelRect { x: 50, y: 50, w: 3, h: 3 });

@@ -120,6 +120,11 @@ impl<'a> LayeredDocument<'a> {
         Error::Request(format!("the layered image of {}: \"{name}\" {what}", self.title))
     }
 
+    /// What the pixels of one of its layers take.
+    pub fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
+        4 * layer.rect.area() * self.depth.bytes()
+    }
+
     /// The pixels of one of its layers.
     ///
     /// # Errors

@@ -3,12 +3,18 @@
 //! A [`LayeredDocument`] describes the file without its pixels; each layer yields these when a
 //! writer asks, so that only a few layers are in memory at a time.
 
+mod batches;
 pub mod composite;
 pub mod document;
+pub mod folder;
+pub mod ora;
 pub mod png;
 pub mod psd;
 pub mod raster;
 
+/// Name of the file in folders and OpenRaster files that holds the document key.
+pub const KEY_FILE: &str = "quadratura-key.txt";
+
 pub use composite::composite;
 pub use document::{Group, Layer, LayeredDocument, Node, Source, Tag};
-pub use raster::{Depth, Raster, Samples};
+pub use raster::{Depth, Raster};

@@ -7,8 +7,9 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, Reader, Transformations};
 
-use super::raster::{Depth, Raster, Samples};
+use super::raster::{Depth, Raster};
 use crate::error::{Error, Result};
+use crate::scene::Samples;
 
 /// Where a layer has to have pixels: one byte per pixel, rows from the top, not 0 where it does.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -21,6 +22,13 @@ pub struct Mask {
     pub bytes: Vec<u8>,
 }
 
+impl Mask {
+    /// True where there have to be pixels.
+    pub fn at(&self, x: u32, y: u32) -> bool {
+        self.bytes[y as usize * self.width as usize + x as usize] != 0
+    }
+}
+
 type PngReader = Reader<BufReader<File>>;
 
 /// Reads an RGBA PNG of 8 or 16 bits that has to be `width` x `height` pixels large.
@@ -30,11 +38,11 @@ type PngReader = Reader<BufReader<File>>;
 pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
     let mut reader = opened(file, width, height, Transformations::IDENTITY)?;
     let samples = match reader.output_color_type() {
-        (ColorType::Rgba, BitDepth::Eight) => Samples::Eight(bytes_of(file, &mut reader)?),
+        (ColorType::Rgba, BitDepth::Eight) => Samples::U8(bytes_of(file, &mut reader)?),
         (ColorType::Rgba, BitDepth::Sixteen) => {
             let bytes = bytes_of(file, &mut reader)?;
             let (pairs, _) = bytes.as_chunks::<2>();
-            Samples::Sixteen(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
+            Samples::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
         }
         (colour, depth) => {
             return Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")));
@@ -94,8 +102,8 @@ pub fn write_rgba(out: impl Write, raster: &Raster, icc: Option<&[u8]>) -> std::
     info.color_type = ColorType::Rgba;
     info.icc_profile = icc.map(Cow::Borrowed);
     match raster.samples() {
-        Samples::Eight(samples) => write_image(out, info, BitDepth::Eight, samples),
-        Samples::Sixteen(samples) => {
+        Samples::U8(samples) => write_image(out, info, BitDepth::Eight, samples),
+        Samples::U16(samples) => {
             let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_be_bytes()).collect();
             write_image(out, info, BitDepth::Sixteen, &bytes)
         }
@@ -135,8 +143,8 @@ mod tests {
     #[test]
     fn pixels_of_8_and_16_bits_come_back() {
         let folder = tempfile::tempdir().unwrap();
-        let eight = Raster::new(3, 2, Samples::Eight((0..24).collect()));
-        let sixteen = Raster::new(3, 2, Samples::Sixteen((0..24).map(|i| i * 2621).collect()));
+        let eight = Raster::new(3, 2, Samples::U8((0..24).collect()));
+        let sixteen = Raster::new(3, 2, Samples::U16((0..24).map(|i| i * 2621).collect()));
         for raster in [eight, sixteen] {
             let file = written(folder.path(), &raster);
             assert_eq!(read_rgba(&file, 3, 2).unwrap(), raster);

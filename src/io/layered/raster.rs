@@ -1,6 +1,7 @@
 //! Pixels in memory, as layered files hold them.
 
 use crate::geometry::PixelRect;
+use crate::scene::{PhotoPixels, Samples};
 
 /// Bits of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
@@ -12,17 +13,8 @@ pub enum Depth {
     Sixteen,
 }
 
-/// The samples of a [`Raster`].
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Samples {
-    /// 8 bits each.
-    Eight(Vec<u8>),
-    /// 16 bits each.
-    Sixteen(Vec<u16>),
-}
-
 /// Pixels: rows from the top, in each from the left, R, G, B, A per pixel, alpha not multiplied in.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct Raster {
     width: u32,
     height: u32,
@@ -71,11 +63,8 @@ impl Raster {
     /// # Panics
     /// When their number is not `4 * width * height`.
     pub fn new(width: u32, height: u32, samples: Samples) -> Self {
-        let found = match &samples {
-            Samples::Eight(s) => s.len(),
-            Samples::Sixteen(s) => s.len(),
-        };
-        assert_eq!(found, RGBA * width as usize * height as usize, "samples of {width} x {height} pixels");
+        let expected = RGBA * width as usize * height as usize;
+        assert_eq!(samples.len(), expected, "samples of {width} x {height} pixels");
         Self { width, height, samples }
     }
 
@@ -83,10 +72,20 @@ impl Raster {
     pub fn blank(width: u32, height: u32, depth: Depth) -> Self {
         let count = RGBA * width as usize * height as usize;
         let samples = match depth {
-            Depth::Eight => Samples::Eight(vec![0; count]),
-            Depth::Sixteen => Samples::Sixteen(vec![0; count]),
+            Depth::Eight => Samples::U8(vec![0; count]),
+            Depth::Sixteen => Samples::U16(vec![0; count]),
         };
         Self { width, height, samples }
+    }
+
+    /// The pixels of a photo; opaque where it has no alpha.
+    pub fn of_photo(photo: PhotoPixels) -> Self {
+        let samples = match photo.samples {
+            samples if photo.channels == RGBA => samples,
+            Samples::U8(s) => Samples::U8(with_alpha(&s, u8::MAX)),
+            Samples::U16(s) => Samples::U16(with_alpha(&s, u16::MAX)),
+        };
+        Self::new(photo.width, photo.height, samples)
     }
 
     /// Pixels in a row.
@@ -102,8 +101,8 @@ impl Raster {
     /// Bits of its samples.
     pub fn depth(&self) -> Depth {
         match self.samples {
-            Samples::Eight(_) => Depth::Eight,
-            Samples::Sixteen(_) => Depth::Sixteen,
+            Samples::U8(_) => Depth::Eight,
+            Samples::U16(_) => Depth::Sixteen,
         }
     }
 
@@ -121,8 +120,8 @@ impl Raster {
     pub fn has_colour(&self, x: u32, y: u32) -> bool {
         let alpha = RGBA * (y as usize * self.width as usize + x as usize) + 3;
         match &self.samples {
-            Samples::Eight(s) => s[alpha] != 0,
-            Samples::Sixteen(s) => s[alpha] != 0,
+            Samples::U8(s) => s[alpha] != 0,
+            Samples::U16(s) => s[alpha] != 0,
         }
     }
 
@@ -136,8 +135,8 @@ impl Raster {
             return self;
         }
         let samples = match &self.samples {
-            Samples::Eight(s) => Samples::Eight(cropped(s, self.width, rect)),
-            Samples::Sixteen(s) => Samples::Sixteen(cropped(s, self.width, rect)),
+            Samples::U8(s) => Samples::U8(cropped(s, self.width, rect)),
+            Samples::U16(s) => Samples::U16(cropped(s, self.width, rect)),
         };
         Self::new(rect.w, rect.h, samples)
     }
@@ -145,18 +144,41 @@ impl Raster {
     /// The same picture on white, opaque: what a viewer shows that knows no layers.
     pub fn on_white(&self) -> Self {
         let samples = match &self.samples {
-            Samples::Eight(s) => Samples::Eight(on_white(s, 255)),
-            Samples::Sixteen(s) => Samples::Sixteen(on_white(s, 65535)),
+            Samples::U8(s) => Samples::U8(on_white(s, 255)),
+            Samples::U16(s) => Samples::U16(on_white(s, 65535)),
         };
         Self::new(self.width, self.height, samples)
+    }
+
+    /// A small 8-bit copy of an opaque picture, no side longer than `longest`: means of the pixels
+    /// that fall together.
+    pub fn thumbnail(&self, longest: u32) -> Self {
+        let scale = self.width.max(self.height).div_ceil(longest).max(1);
+        let (width, height) = (self.width.div_ceil(scale), self.height.div_ceil(scale));
+        let mut samples = Vec::with_capacity(RGBA * width as usize * height as usize);
+        for y in 0..height {
+            for x in 0..width {
+                let cell = PixelRect::from_edges(
+                    (x * scale) as i32,
+                    (y * scale) as i32,
+                    ((x + 1) * scale).min(self.width) as i32,
+                    ((y + 1) * scale).min(self.height) as i32,
+                );
+                samples.extend(match &self.samples {
+                    Samples::U8(s) => mean(s, self.width, cell).map(|value| value as u8),
+                    Samples::U16(s) => mean(s, self.width, cell).map(|value| (value / 257) as u8),
+                });
+            }
+        }
+        Self::new(width, height, Samples::U8(samples))
     }
 
     /// The bounding box of all that is not fully transparent, from the raster's top left corner;
     /// empty where nothing is.
     pub fn coloured_rect(&self) -> PixelRect {
         match &self.samples {
-            Samples::Eight(s) => coloured_rect(s, self.width),
-            Samples::Sixteen(s) => coloured_rect(s, self.width),
+            Samples::U8(s) => coloured_rect(s, self.width),
+            Samples::U16(s) => coloured_rect(s, self.width),
         }
     }
 
@@ -171,13 +193,18 @@ impl Raster {
             hasher.update(&number.to_le_bytes());
         }
         match &self.samples {
-            Samples::Eight(s) => hash_rows(s, self.width, seen, &mut hasher, |v, out| out.push(v)),
-            Samples::Sixteen(s) => {
+            Samples::U8(s) => hash_rows(s, self.width, seen, &mut hasher, |v, out| out.push(v)),
+            Samples::U16(s) => {
                 hash_rows(s, self.width, seen, &mut hasher, |v, out| out.extend_from_slice(&v.to_le_bytes()));
             }
         }
         hasher.finalize().to_hex().to_string()
     }
+}
+
+fn with_alpha<T: Copy>(rgb: &[T], full: T) -> Vec<T> {
+    let (pixels, _) = rgb.as_chunks::<3>();
+    pixels.iter().map(|&[r, g, b]| [r, g, b, full]).collect::<Vec<_>>().into_flattened()
 }
 
 /// The samples of row `y` of `rect` in an image that is `width` pixels wide.
@@ -193,6 +220,15 @@ fn cropped<T: Copy>(samples: &[T], width: u32, rect: PixelRect) -> Vec<T> {
         out.extend_from_slice(row_of(samples, width, rect, y));
     }
     out
+}
+
+fn mean<T: Copy + Into<u64>>(samples: &[T], width: u32, cell: PixelRect) -> [u64; RGBA] {
+    let mut sum = [0; RGBA];
+    for y in 0..cell.h {
+        let (pixels, _) = row_of(samples, width, cell, y).as_chunks::<RGBA>();
+        pixels.iter().for_each(|pixel| (0..RGBA).for_each(|i| sum[i] += pixel[i].into()));
+    }
+    sum.map(|sum| (sum + cell.area() / 2) / cell.area())
 }
 
 fn on_white<T: Copy + Into<u64> + TryFrom<u64>>(samples: &[T], full: u64) -> Vec<T> {
@@ -254,7 +290,7 @@ mod tests {
             let at = RGBA * (y * width + x) as usize;
             samples[at..at + 4].copy_from_slice(colour);
         }
-        Raster::new(width, height, Samples::Eight(samples))
+        Raster::new(width, height, Samples::U8(samples))
     }
 
     #[test]
@@ -284,6 +320,21 @@ mod tests {
         let white = raster(3, 1, &[(0, 0, [10, 20, 30, 255]), (1, 0, [0, 0, 0, 128])]).on_white();
         let expected = [(0, 0, [10, 20, 30, 255]), (1, 0, [127, 127, 127, 255]), (2, 0, [255; 4])];
         assert_eq!(white, raster(3, 1, &expected));
+    }
+
+    #[test]
+    fn a_photo_without_alpha_is_opaque() {
+        let samples = Samples::U16(vec![1, 2, 3, 4, 5, 6]);
+        let photo = PhotoPixels { width: 1, height: 2, channels: 3, samples, icc: None };
+        let expected = Samples::U16(vec![1, 2, 3, 65535, 4, 5, 6, 65535]);
+        assert_eq!(Raster::of_photo(photo).samples(), &expected);
+    }
+
+    #[test]
+    fn a_thumbnail_is_made_of_means_and_keeps_the_proportions() {
+        let pixels = [(0, 0, [0, 0, 0, 255]), (1, 0, [100, 50, 3, 255]), (2, 0, [7, 8, 9, 255])];
+        let expected = [(0, 0, [50, 25, 2, 255]), (1, 0, [7, 8, 9, 255])];
+        assert_eq!(raster(3, 1, &pixels).thumbnail(2), raster(2, 1, &expected));
     }
 
     #[test]

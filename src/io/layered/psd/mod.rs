@@ -20,6 +20,7 @@ use rayon::prelude::*;
 use self::planes::Planes;
 use self::records::{CHANNELS, ChannelLengths, Record, record_list, records};
 use self::sink::Sink;
+use super::batches::batches;
 use super::{Depth, LayeredDocument};
 use crate::error::{Error, Result};
 
@@ -47,8 +48,6 @@ const LARGEST_PSD: u64 = (1 << 31) - 1;
 const LONGEST_PSD_SIDE: u32 = 30_000;
 /// Pixels along a side of a PSB, at most.
 const LONGEST_PSB_SIDE: u32 = 300_000;
-/// Bytes of pixels that are fetched at a time: enough for all threads, little beside the photo.
-const BATCH: u64 = 64 << 20;
 
 impl Kind {
     /// The smaller kind that may hold the document; only writing shows whether it does.
@@ -188,7 +187,11 @@ fn write_channels<W: Write + Seek>(
     largest: u64,
 ) -> Result<Option<ChannelLengths>> {
     let mut lengths = Vec::with_capacity(list.len());
-    for batch in batches(document, list) {
+    let bytes_of = |record: &Record| match record {
+        Record::Layer(layer) => document.bytes_of(layer),
+        Record::GroupEnd | Record::GroupStart(_) => 0,
+    };
+    for batch in batches(list, bytes_of) {
         let compressed: Vec<_> =
             batch.par_iter().map(|record| planes_of(document, record)).collect::<Result<_>>()?;
         for planes in compressed {
@@ -206,22 +209,6 @@ fn planes_of(document: &LayeredDocument, record: &Record) -> Result<Option<Plane
         Record::Layer(layer) => Ok(Some(Planes::of(&*document.pixels_of(layer)?, &CHANNELS))),
         Record::GroupEnd | Record::GroupStart(_) => Ok(None),
     }
-}
-
-/// Neighbouring records with about [`BATCH`] bytes of pixels.
-fn batches<'l, 'd, 'a>(document: &LayeredDocument, list: &'l [Record<'d, 'a>]) -> Vec<&'l [Record<'d, 'a>]> {
-    let mut batches = Vec::new();
-    let (mut start, mut bytes) = (0, 0);
-    for (index, record) in list.iter().enumerate() {
-        if let Record::Layer(layer) = record {
-            bytes += 4 * layer.rect.area() * document.depth.bytes();
-        }
-        if bytes >= BATCH || index + 1 == list.len() {
-            batches.push(&list[start..=index]);
-            (start, bytes) = (index + 1, 0);
-        }
-    }
-    batches
 }
 
 fn write_merged<W: Write + Seek>(out: &mut Sink<W>, document: &LayeredDocument, kind: Kind) -> Result<()> {

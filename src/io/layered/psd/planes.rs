@@ -6,7 +6,8 @@ use rayon::prelude::*;
 
 use super::Kind;
 use super::packbits::{longest_code, pack_row};
-use crate::io::layered::raster::{Raster, Samples};
+use crate::io::layered::raster::Raster;
+use crate::scene::Samples;
 
 /// Rows that one thread compresses at a time.
 const BAND: u32 = 64;
@@ -92,8 +93,8 @@ impl Band {
             lengths: channels.iter().map(|_| Vec::with_capacity(BAND as usize)).collect(),
         };
         match raster.samples() {
-            Samples::Eight(s) => band.pack(channels, &s[rows], row_samples, |sample| [sample]),
-            Samples::Sixteen(s) => band.pack(channels, &s[rows], row_samples, u16::to_be_bytes),
+            Samples::U8(s) => band.pack(channels, &s[rows], row_samples, |sample| [sample]),
+            Samples::U16(s) => band.pack(channels, &s[rows], row_samples, u16::to_be_bytes),
         }
         band
     }

@@ -7,7 +7,8 @@ use ag_psd::psd::{Layer as ReadLayer, Psd as ReadPsd, ReadOptions};
 
 use super::*;
 use crate::geometry::PixelRect;
-use crate::io::layered::{Group, Layer, Node, Raster, Samples, Source, Tag};
+use crate::io::layered::{Group, Layer, Node, Raster, Source, Tag};
+use crate::scene::Samples;
 
 /// Pixels that mix long runs, noise and emptiness, different for each `seed`.
 fn pattern(w: u32, h: u32, seed: u32, depth: Depth) -> Raster {
@@ -18,10 +19,8 @@ fn pattern(w: u32, h: u32, seed: u32, depth: Depth) -> Raster {
     };
     let samples = 0..4 * w * h;
     match depth {
-        Depth::Eight => Raster::new(w, h, Samples::Eight(samples.map(|i| (value(i) >> 24) as u8).collect())),
-        Depth::Sixteen => {
-            Raster::new(w, h, Samples::Sixteen(samples.map(|i| (value(i) >> 16) as u16).collect()))
-        }
+        Depth::Eight => Raster::new(w, h, Samples::U8(samples.map(|i| (value(i) >> 24) as u8).collect())),
+        Depth::Sixteen => Raster::new(w, h, Samples::U16(samples.map(|i| (value(i) >> 16) as u16).collect())),
     }
 }
 
@@ -84,7 +83,7 @@ fn assert_same(found: &ReadLayer, expected: &Layer) {
     assert_eq!(edges, [rect.x, rect.y, rect.right(), rect.bottom()], "{}", expected.name);
     assert_eq!(found.hidden.unwrap_or(false), !expected.visible, "{}", expected.name);
     let pixels = (expected.pixels)().unwrap();
-    if let Samples::Eight(samples) = pixels.samples() {
+    if let Samples::U8(samples) = pixels.samples() {
         assert_eq!(&found.image_data.as_ref().unwrap().data, samples, "{}", expected.name);
     }
 }
@@ -128,7 +127,7 @@ fn the_merged_picture_is_the_photo_on_white() {
     let document = document(Depth::Eight);
     let psd = read(&written(&document, Kind::Psd));
     let white = document.merged_pixels().unwrap().on_white();
-    let Samples::Eight(expected) = white.samples() else { panic!("8 bits") };
+    let Samples::U8(expected) = white.samples() else { panic!("8 bits") };
     assert_eq!(&psd.image_data.unwrap().data, expected);
 }
 

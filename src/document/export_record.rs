@@ -1,0 +1,148 @@
+//! `exports/<document key>.json`: what an export gave away, so that it finds home when it comes
+//! back, even after the stack was built anew.
+
+use std::collections::BTreeSet;
+
+use serde::{Deserialize, Serialize};
+
+use super::stack::{Element, Piece, StackCamera, StackPhoto};
+use crate::geometry::PixelRect;
+
+/// The version this program writes; it reads no other.
+pub const RECORD_VERSION: u32 = 1;
+
+/// The kinds of layered images that are exported.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum ExportFormat {
+    /// Photoshop's; a PSB where a PSD cannot hold it.
+    Psd,
+    /// A folder of PNG files with `stack.json`.
+    Folder,
+    /// OpenRaster.
+    Ora,
+}
+
+/// What one export gave away. It says everything that an import has to know, without the stack
+/// of that time.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExportRecord {
+    /// [`RECORD_VERSION`].
+    pub version: u32,
+    /// Names the document; it is in the file, too, where the format has a place for it. The same
+    /// stack exported in the same way has the same key.
+    pub key: String,
+    /// Of the file.
+    pub format: ExportFormat,
+    /// The photo.
+    pub photo: StackPhoto,
+    /// Its camera at that time.
+    pub camera: StackCamera,
+    /// Bits of a sample: 8 or 16.
+    pub depth: u8,
+    /// [`super::Stack::inputs`] of the stack that was exported.
+    pub inputs: String,
+    /// Every file that was ever written under this key: a file that has another content was
+    /// changed since.
+    pub files: BTreeSet<ExportedFile>,
+    /// The image layers, nearest first.
+    pub layers: Vec<ExportedLayer>,
+    /// What else is in the document, from the top: nothing that is painted there is taken home.
+    pub helpers: Vec<Helper>,
+    /// The pieces that the elements of `layers` name.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub pieces: Vec<Piece>,
+}
+
+/// A file as it was written.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct ExportedFile {
+    /// Below the folder of the export, with `/`.
+    pub name: String,
+    /// BLAKE3 of its content, hexadecimal.
+    pub hash: String,
+}
+
+/// An image layer as it was exported.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ExportedLayer {
+    /// Token of the image layer; the layer's name ends with it in brackets.
+    pub id: String,
+    /// Name in the document.
+    pub name: String,
+    /// Its place in the stack, 0 nearest.
+    pub order: u32,
+    /// Of the image layer, in photo pixels.
+    pub rect: PixelRect,
+    /// Of the pixels in the document, in photo pixels: a part of `rect`.
+    pub exported_rect: PixelRect,
+    /// Hash of what is to be seen and where: the same for a layer that came back untouched, even
+    /// when the editor cropped it to what is not transparent.
+    pub pixels: String,
+    /// What it textures.
+    pub elements: Vec<Element>,
+}
+
+/// A layer that is no image layer.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Helper {
+    /// Name in the document.
+    pub name: String,
+    /// What it is there for.
+    pub role: HelperRole,
+    /// Its place, in photo pixels.
+    pub rect: PixelRect,
+}
+
+/// What a helper layer is there for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum HelperRole {
+    /// The photo.
+    Reference,
+    /// Shows what is hidden and needed.
+    Guide,
+}
+
+impl ExportFormat {
+    /// All of them, the default first.
+    pub const ALL: [Self; 3] = [Self::Psd, Self::Folder, Self::Ora];
+
+    /// As it is typed.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Psd => "psd",
+            Self::Folder => "folder",
+            Self::Ora => "ora",
+        }
+    }
+}
+
+impl std::str::FromStr for ExportFormat {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let found = Self::ALL.into_iter().find(|format| format.name() == text);
+        found.ok_or_else(|| format!("\"{text}\" is no format; choose psd, folder or ora"))
+    }
+}
+
+impl std::fmt::Display for ExportFormat {
+    fn fmt(&self, f: &mut std::fmt::Formatter) -> std::fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn formats_are_read_as_they_are_written() {
+        for format in ExportFormat::ALL {
+            assert_eq!(format.to_string().parse(), Ok(format));
+            assert_eq!(serde_json::to_value(format).unwrap(), format.name());
+        }
+        assert!("tiff".parse::<ExportFormat>().unwrap_err().contains("psd"));
+    }
+}

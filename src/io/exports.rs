@@ -1,0 +1,183 @@
+//! The records of what was exported, `exports/<document key>.json`, and the one question that they
+//! answer at once: is this file still as we wrote it?
+
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::atomic::write_atomically;
+use super::hash::hash_file;
+use super::json::{read_json, to_json};
+use crate::document::export_record::{ExportRecord, ExportedFile, RECORD_VERSION};
+use crate::error::{Error, Result};
+
+/// Larger ones are no records of ours.
+const LARGEST_RECORD: u64 = 1 << 28;
+const REMEDY: &str = "move it away; files exported with it are then taken for changed ones";
+
+/// The folder of the records.
+#[derive(Debug, Clone)]
+pub struct ExportStore {
+    folder: PathBuf,
+}
+
+/// The files that were written, by photo.
+#[derive(Debug, Clone, Default)]
+pub struct WrittenFiles {
+    /// Photo and hash, sorted.
+    list: Vec<(String, String)>,
+}
+
+impl ExportStore {
+    /// The records in `folder`, which need not exist yet.
+    pub fn new(folder: impl Into<PathBuf>) -> Self {
+        Self { folder: folder.into() }
+    }
+
+    /// All records, by key. One that cannot be read is left out and said in the second list.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the folder exists and cannot be read.
+    pub fn read_all(&self) -> Result<(Vec<ExportRecord>, Vec<Error>)> {
+        let (mut records, mut problems) = (Vec::new(), Vec::new());
+        for file in self.files()? {
+            match read(&file) {
+                Ok(record) => records.push(record),
+                Err(problem) => problems.push(problem),
+            }
+        }
+        Ok((records, problems))
+    }
+
+    /// Writes a record. The files that one of the same key knows stay known.
+    ///
+    /// # Errors
+    /// [`Error::Io`]
+    pub fn write(&self, mut record: ExportRecord) -> Result<()> {
+        fs::create_dir_all(&self.folder).map_err(Error::io(&self.folder, "create the folder"))?;
+        let file = self.folder.join(format!("{}.json", record.key));
+        if let Ok(before) = read(&file) {
+            record.files.extend(before.files);
+        }
+        write_atomically(&file, &to_json(&record))
+    }
+
+    fn files(&self) -> Result<Vec<PathBuf>> {
+        if !self.folder.is_dir() {
+            return Ok(Vec::new());
+        }
+        let mut files = Vec::new();
+        for entry in fs::read_dir(&self.folder).map_err(Error::io(&self.folder, "read the folder"))? {
+            let path = entry.map_err(Error::io(&self.folder, "read the folder"))?.path();
+            let hidden = path.file_name().is_some_and(|name| name.to_string_lossy().starts_with('.'));
+            if path.extension().is_some_and(|extension| extension == "json") && !hidden {
+                files.push(path);
+            }
+        }
+        files.sort();
+        Ok(files)
+    }
+}
+
+fn read(file: &Path) -> Result<ExportRecord> {
+    let record: ExportRecord = read_json(file, LARGEST_RECORD, REMEDY)?;
+    if record.version != RECORD_VERSION {
+        let found = format!("version {}, this program reads version {RECORD_VERSION}", record.version);
+        return Err(Error::input(file, "version", found, REMEDY));
+    }
+    Ok(record)
+}
+
+impl WrittenFiles {
+    /// What the records know.
+    pub fn of(records: &[ExportRecord]) -> Self {
+        let of_record = |record: &ExportRecord| {
+            let hashes = record.files.iter().map(|file| file.hash.clone());
+            hashes.map(|hash| (record.photo.name.clone(), hash)).collect::<Vec<_>>()
+        };
+        let mut list: Vec<_> = records.iter().flat_map(of_record).collect();
+        list.sort();
+        Self { list }
+    }
+
+    /// Whether the file at `path` is one that was exported of `photo`, unchanged.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when it cannot be read.
+    pub fn know(&self, photo: &str, path: &Path) -> Result<bool> {
+        Ok(self.list.binary_search(&(photo.to_owned(), hash_file(path)?)).is_ok())
+    }
+}
+
+/// What a record says of the file `name` below `folder`.
+///
+/// # Errors
+/// [`Error::Io`] when it cannot be read.
+pub fn exported_file(folder: &Path, name: &str) -> Result<ExportedFile> {
+    Ok(ExportedFile { name: name.to_owned(), hash: hash_file(folder.join(name))? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::export_record::ExportFormat;
+    use crate::document::stack::{StackCamera, StackPhoto};
+
+    fn record(key: &str, photo: &str, files: &[(&str, &str)]) -> ExportRecord {
+        let file = |&(name, content): &(&str, &str)| ExportedFile {
+            name: name.into(),
+            hash: crate::io::hash::hash_bytes(content.as_bytes()),
+        };
+        ExportRecord {
+            version: RECORD_VERSION,
+            key: key.into(),
+            format: ExportFormat::Psd,
+            photo: StackPhoto { name: photo.into(), width: 2, height: 3 },
+            camera: StackCamera { K: [[1.0; 3]; 3], R: [[0.0; 3]; 3], t: [0.5; 3] },
+            depth: 8,
+            inputs: "i".into(),
+            files: files.iter().map(file).collect(),
+            layers: vec![],
+            helpers: vec![],
+            pieces: vec![],
+        }
+    }
+
+    #[test]
+    fn a_record_comes_back_and_keeps_the_files_of_the_one_before() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = ExportStore::new(folder.path().join("exports"));
+        store.write(record("k1", "a.png", &[("a.png.psd", "old")])).unwrap();
+        store.write(record("k1", "a.png", &[("a.png.psd", "new")])).unwrap();
+        let both = record("k1", "a.png", &[("a.png.psd", "old"), ("a.png.psd", "new")]);
+        assert_eq!(store.read_all().unwrap().0, [both]);
+    }
+
+    #[test]
+    fn a_file_is_known_by_its_content_and_its_photo() {
+        let folder = tempfile::tempdir().unwrap();
+        let written = WrittenFiles::of(&[record("k1", "a.png", &[("a.png.psd", "ours")])]);
+        let file = folder.path().join("any name");
+        fs::write(&file, "ours").unwrap();
+        assert!(written.know("a.png", &file).unwrap());
+        assert!(!written.know("b.png", &file).unwrap());
+        fs::write(&file, "painted").unwrap();
+        assert!(!written.know("a.png", &file).unwrap());
+    }
+
+    #[test]
+    fn a_broken_record_is_said_and_the_others_are_read() {
+        let folder = tempfile::tempdir().unwrap();
+        let store = ExportStore::new(folder.path());
+        store.write(record("k1", "a.png", &[])).unwrap();
+        fs::write(folder.path().join("broken.json"), "{").unwrap();
+        let (records, problems) = store.read_all().unwrap();
+        assert_eq!(records.len(), 1);
+        assert!(problems[0].to_string().contains("broken.json"));
+    }
+
+    #[test]
+    fn a_folder_that_does_not_exist_holds_no_records() {
+        let (records, problems) = ExportStore::new("/no/such/folder").read_all().unwrap();
+        assert!(records.is_empty() && problems.is_empty());
+    }
+}

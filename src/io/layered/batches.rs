@@ -1,0 +1,35 @@
+//! Work on large things in order, a few at a time.
+
+/// Bytes of pixels that are fetched at a time: enough for all threads, little beside the photo.
+const BATCH: u64 = 64 << 20;
+
+/// Neighbouring items that weigh about [`BATCH`] bytes together; heavier ones are alone.
+pub fn batches<T>(items: &[T], bytes_of: impl Fn(&T) -> u64) -> Vec<&[T]> {
+    let mut batches = Vec::new();
+    let (mut start, mut bytes) = (0, 0);
+    for (index, item) in items.iter().enumerate() {
+        let weight = bytes_of(item);
+        if bytes + weight > BATCH && index > start {
+            batches.push(&items[start..index]);
+            (start, bytes) = (index, 0);
+        }
+        bytes += weight;
+    }
+    if start < items.len() {
+        batches.push(&items[start..]);
+    }
+    batches
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_item_is_in_one_batch_and_none_is_too_heavy() {
+        let items = [1, 2, BATCH, 3, BATCH + 1, 4, 5];
+        let found = batches(&items, |bytes| *bytes);
+        assert_eq!(found, [&items[..2], &items[2..3], &items[3..4], &items[4..5], &items[5..]]);
+        assert!(batches(&[0u64; 0], |bytes| *bytes).is_empty());
+    }
+}

@@ -1,0 +1,159 @@
+//! A folder of PNG files, which every image editor opens.
+
+use std::fs::{self, File};
+use std::io::{BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use rayon::prelude::*;
+use tempfile::TempDir;
+
+use super::document::{Layer, LayeredDocument};
+use super::png::write_rgba;
+use crate::error::{Error, Result};
+use crate::io::atomic::sync_folder;
+
+/// A folder that is being filled; it takes its place at [`NewFolder::commit`]. Dropped before
+/// that, it vanishes.
+#[derive(Debug)]
+pub struct NewFolder {
+    folder: TempDir,
+    target: PathBuf,
+    /// Below `folder`, with `/`.
+    files: Vec<String>,
+}
+
+impl NewFolder {
+    /// Starts a folder that will become `target`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the folder around it does not exist or may not be written to.
+    pub fn create(target: impl Into<PathBuf>) -> Result<Self> {
+        let target = target.into();
+        let mut builder = tempfile::Builder::new();
+        builder.prefix(".quadratura-");
+        // A temporary folder is private by default, but this one becomes an ordinary one.
+        #[cfg(unix)]
+        builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
+        let folder = builder.tempdir_in(around(&target)).map_err(Error::io(&target, "create it"))?;
+        Ok(Self { folder, target, files: Vec::new() })
+    }
+
+    /// Where it is until the commit.
+    pub fn path(&self) -> &Path {
+        self.folder.path()
+    }
+
+    /// Its files so far, below [`NewFolder::path`], with `/`.
+    pub fn files(&self) -> &[String] {
+        &self.files
+    }
+
+    /// Adds a file with these bytes. `name` may lead into a sub-folder, with `/`.
+    ///
+    /// # Errors
+    /// [`Error::Io`]
+    pub fn add(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
+        self.add_with(name, |out| out.write_all(bytes))
+    }
+
+    /// Adds a copy of a file.
+    ///
+    /// # Errors
+    /// [`Error::Io`]
+    pub fn copy(&mut self, name: &str, from: &Path) -> Result<()> {
+        let mut file = File::open(from).map_err(Error::io(from, "open it"))?;
+        self.add_with(name, |out| std::io::copy(&mut file, out).map(drop))
+    }
+
+    /// Adds those layers of a document that `name_of` names, as PNG files.
+    ///
+    /// # Errors
+    /// [`Error::Io`], and what the layers' sources say.
+    pub fn add_layers<'a>(
+        &mut self,
+        document: &LayeredDocument<'a>,
+        name_of: impl Fn(&Layer<'a>) -> Option<String>,
+    ) -> Result<()> {
+        let named = document.layers().filter_map(|layer| Some((name_of(layer)?, layer)));
+        let named: Vec<_> = named.collect();
+        named.par_iter().try_for_each(|(name, layer)| {
+            let pixels = document.pixels_of(layer)?;
+            write_file(&self.path().join(name), |out| write_rgba(out, &pixels, document.icc.as_deref()))
+        })?;
+        self.files.extend(named.into_iter().map(|(name, _)| name));
+        Ok(())
+    }
+
+    fn add_with(
+        &mut self,
+        name: &str,
+        write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>,
+    ) -> Result<()> {
+        write_file(&self.path().join(name), write)?;
+        self.files.push(name.to_owned());
+        Ok(())
+    }
+
+    /// Puts the folder in its place, instead of what was there.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the system refuses; the old folder stays.
+    pub fn commit(self) -> Result<()> {
+        let Self { folder, target, .. } = self;
+        sync_folder(folder.path())?;
+        let old = tempfile::Builder::new().prefix(".quadratura-old-").tempdir_in(around(&target));
+        let old = old.map_err(Error::io(&target, "create a folder beside it"))?;
+        if target.exists() {
+            fs::rename(&target, old.path().join("old")).map_err(Error::io(&target, "move it away"))?;
+        }
+        if let Err(error) = fs::rename(folder.path(), &target) {
+            let _ = fs::rename(old.path().join("old"), &target);
+            return Err(Error::io(&target, "put it in place")(error));
+        }
+        sync_folder(around(&target))
+    }
+}
+
+/// Writes and syncs a file, in a sub-folder that is made if needed.
+fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
+    let write_and_sync = || {
+        fs::create_dir_all(around(path))?;
+        let mut out = BufWriter::with_capacity(1 << 18, File::create(path)?);
+        write(&mut out)?;
+        out.flush()?;
+        out.get_ref().sync_all()
+    };
+    write_and_sync().map_err(Error::io(path, "write it"))
+}
+
+/// The folder a path lies in; `.` for a bare name.
+fn around(path: &Path) -> &Path {
+    path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_new_folder_replaces_the_old_one_whole() {
+        let around = tempfile::tempdir().unwrap();
+        let target = around.path().join("photo");
+        for (name, content) in [("old.png", "old"), ("needed/new.png", "new")] {
+            let mut folder = NewFolder::create(&target).unwrap();
+            folder.add(name, content.as_bytes()).unwrap();
+            assert_eq!(folder.files(), [name]);
+            folder.commit().unwrap();
+            assert_eq!(fs::read_to_string(target.join(name)).unwrap(), content);
+        }
+        assert!(!target.join("old.png").exists());
+        assert_eq!(fs::read_dir(around.path()).unwrap().count(), 1, "nothing else is left");
+    }
+
+    #[test]
+    fn a_folder_that_is_given_up_leaves_nothing() {
+        let around = tempfile::tempdir().unwrap();
+        NewFolder::create(around.path().join("photo")).unwrap().add("a", b"a").unwrap();
+        assert_eq!(fs::read_dir(around.path()).unwrap().count(), 0);
+    }
+}

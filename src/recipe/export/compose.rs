@@ -1,0 +1,259 @@
+//! From a stack to a layered document: photo at the bottom, a group per order, the nearest on top.
+
+use std::path::PathBuf;
+use std::sync::{Arc, OnceLock};
+
+use rayon::prelude::*;
+
+use super::guide::{self, Pattern};
+use super::names::{REFERENCE, group_name, guide_name, layer_name};
+use crate::document::export_record::{ExportedLayer, Helper, HelperRole};
+use crate::document::{Element, ImageLayer, Stack};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layered::png::{read_mask, read_rgba};
+use crate::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster};
+use crate::task::Task;
+
+/// A stack with its pixels, to be made into a layered document.
+pub struct Content<'a> {
+    /// The stack.
+    pub stack: &'a Stack,
+    /// What the names of its files are relative to.
+    pub folder: PathBuf,
+    /// The pinhole image.
+    pub photo: Arc<Raster>,
+    /// Its colour profile.
+    pub icc: Option<Vec<u8>>,
+    /// Pixels around the needed area that a layer keeps, within its rectangle; none: all of it.
+    pub margin: Option<u32>,
+    /// With guides.
+    pub guides: bool,
+    /// Asked before each layer is read.
+    pub task: &'a Task,
+    /// Hashes of the layers' pixels, known once these were fetched.
+    hashes: Vec<OnceLock<String>>,
+}
+
+/// The part of an image layer that has to be painted: needed and not visible in the photo.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Hidden {
+    /// The bounding box of all that is needed, in photo pixels.
+    pub rect: PixelRect,
+    /// Rows of `rect` from the top.
+    pub bits: Vec<bool>,
+}
+
+impl Hidden {
+    /// True where it has to be painted; false outside `rect`.
+    pub fn at(&self, x: i32, y: i32) -> bool {
+        let (dx, dy) = (x - self.rect.x, y - self.rect.y);
+        let inside = dx >= 0 && dy >= 0 && dx < self.rect.w as i32 && dy < self.rect.h as i32;
+        inside && self.bits[dy as usize * self.rect.w as usize + dx as usize]
+    }
+
+    /// All pixels that have to be painted, in photo pixels.
+    pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> {
+        let rect = self.rect;
+        let rows = self.bits.chunks_exact(rect.w.max(1) as usize).zip(rect.y..);
+        rows.flat_map(move |(row, y)| {
+            row.iter().zip(rect.x..).filter(|(bit, _)| **bit).map(move |(_, x)| (x, y))
+        })
+    }
+}
+
+impl<'a> Content<'a> {
+    /// The stack in `folder` with its photo; cropped layers, with guides.
+    pub fn new(
+        stack: &'a Stack,
+        folder: PathBuf,
+        photo: Arc<Raster>,
+        icc: Option<Vec<u8>>,
+        task: &'a Task,
+    ) -> Self {
+        let hashes = stack.image_layers.iter().map(|_| OnceLock::new()).collect();
+        Self { stack, folder, photo, icc, margin: Some(8), guides: true, task, hashes }
+    }
+
+    /// The document, from the bottom to the top; `key` is what it is known by.
+    pub fn document(&'a self, key: &str) -> LayeredDocument<'a> {
+        let photo = &self.stack.photo;
+        let merged = self.photo.clone();
+        let mut nodes = vec![Node::Layer(self.reference())];
+        nodes.extend(self.orders().into_iter().rev().map(|order| Node::Group(self.group(order))));
+        LayeredDocument {
+            width: photo.width,
+            height: photo.height,
+            depth: self.depth(),
+            icc: self.icc.clone(),
+            key: key.to_owned(),
+            title: photo.name.clone(),
+            nodes,
+            merged: Box::new(move || Ok(merged.clone())),
+        }
+    }
+
+    /// Of the photo, and so of all layers.
+    pub fn depth(&self) -> Depth {
+        self.photo.depth()
+    }
+
+    /// What the record says of the image layers.
+    ///
+    /// # Errors
+    /// When a layer's file cannot be read.
+    pub fn exported_layers(&self) -> Result<Vec<ExportedLayer>> {
+        let elements: Vec<&Element> = self.stack.visibility_layers.iter().flatten().collect();
+        let exported = |(index, layer): (usize, &ImageLayer)| {
+            Ok(ExportedLayer {
+                id: layer.id.clone(),
+                name: layer_name(&layer.name, &layer.id),
+                order: layer.order,
+                rect: layer.rect,
+                exported_rect: self.exported_rect(layer),
+                pixels: self.hash(index)?,
+                elements: layer.elements.iter().map(|e| elements[*e as usize].clone()).collect(),
+            })
+        };
+        self.stack.image_layers.iter().enumerate().map(exported).collect()
+    }
+
+    /// What the record says of the other layers, from the top.
+    pub fn helpers(&self) -> Vec<Helper> {
+        let guide = |order| {
+            let rect = self.needed_by(&self.guided(order))?;
+            Some(Helper { name: guide_name(order), role: HelperRole::Guide, rect })
+        };
+        let mut helpers: Vec<_> = self.orders().into_iter().filter_map(guide).collect();
+        let rect = self.canvas();
+        helpers.push(Helper { name: REFERENCE.into(), role: HelperRole::Reference, rect });
+        helpers
+    }
+
+    /// Where the pixels of `layer` lie in the document: what is needed, with a margin, but nothing
+    /// outside the rectangle.
+    pub fn exported_rect(&self, layer: &ImageLayer) -> PixelRect {
+        match self.margin {
+            Some(margin) => layer.needed_rect.grown(margin).intersection(&layer.rect),
+            None => layer.rect,
+        }
+    }
+
+    fn canvas(&self) -> PixelRect {
+        PixelRect { x: 0, y: 0, w: self.stack.photo.width, h: self.stack.photo.height }
+    }
+
+    fn layer(&self, index: usize) -> &'a ImageLayer {
+        &self.stack.image_layers[index]
+    }
+
+    /// The orders that occur, nearest first.
+    pub fn orders(&self) -> Vec<u32> {
+        let mut orders: Vec<u32> = self.stack.image_layers.iter().map(|layer| layer.order).collect();
+        orders.sort_unstable();
+        orders.dedup();
+        orders
+    }
+
+    /// The image layers of one order, as the stack lists them.
+    fn in_order(&self, order: u32) -> Vec<usize> {
+        let layers = self.stack.image_layers.iter().enumerate();
+        layers.filter(|(_, layer)| layer.order == order).map(|(index, _)| index).collect()
+    }
+
+    /// Those with something to paint.
+    fn guided(&self, order: u32) -> Vec<usize> {
+        let mut layers = self.in_order(order);
+        layers.retain(|i| self.guides && self.layer(*i).texels_visible < self.layer(*i).texels_used);
+        layers
+    }
+
+    /// The bounding box of what these layers need.
+    fn needed_by(&self, layers: &[usize]) -> Option<PixelRect> {
+        layers.iter().map(|i| self.layer(*i).needed_rect).reduce(|a, b| a.union(&b))
+    }
+
+    fn reference(&'a self) -> Layer<'a> {
+        let photo = self.photo.clone();
+        let pixels = Box::new(move || Ok(photo.clone()));
+        Layer { name: REFERENCE.into(), rect: self.canvas(), visible: true, locked: true, tag: None, pixels }
+    }
+
+    fn group(&'a self, order: u32) -> Group<'a> {
+        let last = self.orders().last().copied().unwrap_or(0);
+        let guided = self.guided(order);
+        let mut layers: Vec<Layer> = self
+            .in_order(order)
+            .into_iter()
+            .rev()
+            .map(|index| {
+                let tag = guided.iter().position(|i| *i == index).map(guide::tag);
+                Layer { tag, ..self.image_layer(index) }
+            })
+            .collect();
+        layers.extend(self.guide(order, guided));
+        Group { name: group_name(order, last), layers }
+    }
+
+    fn image_layer(&'a self, index: usize) -> Layer<'a> {
+        let layer = self.layer(index);
+        Layer {
+            name: layer_name(&layer.name, &layer.id),
+            rect: self.exported_rect(layer),
+            visible: true,
+            locked: false,
+            tag: None,
+            pixels: Box::new(move || self.pixels(index)),
+        }
+    }
+
+    fn guide(&'a self, order: u32, guided: Vec<usize>) -> Option<Layer<'a>> {
+        let rect = self.needed_by(&guided)?;
+        let photo = &self.stack.photo;
+        let pattern = Pattern::for_photo(photo.width, photo.height);
+        let pixels = Box::new(move || {
+            let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
+            let parts: Vec<_> = parts.into_iter().enumerate().collect();
+            Ok(Arc::new(guide::draw(&parts, rect, pattern, self.depth())))
+        });
+        Some(Layer { name: guide_name(order), rect, visible: false, locked: false, tag: None, pixels })
+    }
+
+    fn pixels(&self, index: usize) -> Result<Arc<Raster>> {
+        self.task.go_on()?;
+        let layer = self.layer(index);
+        let place = self.exported_rect(layer);
+        let whole = read_rgba(&self.folder.join(&layer.file), layer.rect.w, layer.rect.h)?;
+        let pixels = whole.cropped(moved(place, &layer.rect));
+        self.hashes[index].get_or_init(|| pixels.hash_at(place.x, place.y));
+        Ok(Arc::new(pixels))
+    }
+
+    fn hash(&self, index: usize) -> Result<String> {
+        if self.hashes[index].get().is_none() {
+            self.pixels(index)?;
+        }
+        Ok(self.hashes[index].get().expect("fetching the pixels hashes them").clone())
+    }
+
+    fn hidden(&self, index: usize) -> Result<Hidden> {
+        self.task.go_on()?;
+        let layer = self.layer(index);
+        let (w, h) = (layer.rect.w, layer.rect.h);
+        let colours = read_rgba(&self.folder.join(&layer.file), w, h)?;
+        let needed = read_mask(&self.folder.join(&layer.needed_file), w, h)?;
+        let rect = layer.needed_rect.intersection(&layer.rect);
+        let inner = moved(rect, &layer.rect);
+        let mut bits = Vec::with_capacity(rect.area() as usize);
+        for y in inner.y as u32..inner.bottom() as u32 {
+            let hidden = |x: u32| needed.at(x, y) && !colours.has_colour(x, y);
+            bits.extend((inner.x as u32..inner.right() as u32).map(hidden));
+        }
+        Ok(Hidden { rect, bits })
+    }
+}
+
+/// `rect`, counted from the top left corner of `origin`.
+fn moved(rect: PixelRect, origin: &PixelRect) -> PixelRect {
+    PixelRect { x: rect.x - origin.x, y: rect.y - origin.y, ..rect }
+}

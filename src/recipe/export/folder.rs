@@ -1,0 +1,79 @@
+//! The folder format: a PNG per image layer, the size of its rectangle, with a `stack.json` that
+//! holds for them word for word; the photo as it is; what is needed, and the guides, in sub-folders.
+//!
+//! ```text
+//! <photo>/order-00 tree [k7q2m9].png     image layers, by order
+//! <photo>/guides/order-01.png            what is hidden and has to be painted
+//! <photo>/needed/k7q2m9.png              where an image layer has to have pixels
+//! <photo>/photo.jpg                      the photo
+//! <photo>/stack.json
+//! ```
+
+use std::path::Path;
+
+use super::compose::Content;
+use super::names::{guide_name, layer_name};
+use crate::document::ImageLayer;
+use crate::error::Result;
+use crate::io::json::to_json;
+use crate::io::layered::folder::NewFolder;
+use crate::io::layered::{KEY_FILE, LayeredDocument};
+
+/// Bytes of the readable part of a file name, so that the whole stays below the 255 of file systems.
+const LONGEST_READABLE: usize = 120;
+
+/// Fills a folder with the document of `content`; the photo lies in `photo_file`.
+///
+/// # Errors
+/// What reading and writing say.
+pub fn fill(
+    folder: &mut NewFolder,
+    content: &Content,
+    document: &LayeredDocument,
+    photo_file: &Path,
+) -> Result<()> {
+    document.check()?;
+    let stack = content.stack;
+    let mut named: Vec<(String, String)> =
+        stack.image_layers.iter().map(|l| (layer_name(&l.name, &l.id), layer_file(l))).collect();
+    named.extend(content.orders().into_iter().map(|order| (guide_name(order), guide_file(order))));
+    folder.add_layers(document, |layer| {
+        named.iter().find(|(name, _)| *name == layer.name).map(|(_, file)| file.clone())
+    })?;
+    let mut described = stack.clone();
+    for layer in &mut described.image_layers {
+        folder.copy(&needed_file(layer), &content.folder.join(&layer.needed_file))?;
+        layer.file = layer_file(layer);
+        layer.needed_file = needed_file(layer);
+    }
+    folder.copy(&photo_name(photo_file), photo_file)?;
+    folder.add("stack.json", &to_json(&described))?;
+    folder.add(KEY_FILE, document.key.as_bytes())
+}
+
+fn layer_file(layer: &ImageLayer) -> String {
+    let mut readable: String = layer_name(&layer.name, "").chars().map(harmless).collect();
+    readable.truncate(readable.len() - " []".len());
+    while readable.len() > LONGEST_READABLE {
+        readable.pop();
+    }
+    format!("order-{:02} {readable} [{}].png", layer.order, layer.id)
+}
+
+/// What no file system takes amiss.
+fn harmless(c: char) -> char {
+    if "/\\:*?\"<>|".contains(c) { '_' } else { c }
+}
+
+fn guide_file(order: u32) -> String {
+    format!("guides/order-{order:02}.png")
+}
+
+fn needed_file(layer: &ImageLayer) -> String {
+    format!("needed/{}.png", layer.id)
+}
+
+fn photo_name(file: &Path) -> String {
+    let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    format!("photo.{extension}")
+}

@@ -1,0 +1,111 @@
+//! The guide of a group: where its layers are hidden in the photo and have to be painted.
+//!
+//! Every layer that has something to paint has one of six colours, in the editor's list of layers
+//! and in the guide, where its hidden part is hatched and outlined with it. The hatching leans to the
+//! left and to the right in turn, for those who do not see the colours.
+
+use super::compose::Hidden;
+use crate::geometry::PixelRect;
+use crate::io::layered::{Depth, Raster, Tag};
+use crate::scene::Samples;
+
+/// The colours in turn, as the editors show them: red, green, blue, 8 bits.
+const COLOURS: [(Tag, [u8; 3]); 6] = [
+    (Tag::Red, [235, 60, 50]),
+    (Tag::Blue, [45, 120, 240]),
+    (Tag::Yellow, [250, 215, 40]),
+    (Tag::Violet, [170, 85, 225]),
+    (Tag::Green, [60, 185, 80]),
+    (Tag::Orange, [245, 145, 35]),
+];
+
+/// How opaque the parts of the hatching are, of 255.
+const OUTLINE: u8 = 255;
+const STRIPE: u8 = 190;
+const BETWEEN: u8 = 60;
+
+/// How layers are told apart: the colour of number `index` among those with something to paint.
+pub fn tag(index: usize) -> Tag {
+    COLOURS[index % COLOURS.len()].0
+}
+
+/// How wide the hatching is, in pixels, so that it looks alike on small and large photos.
+#[derive(Debug, Clone, Copy)]
+pub struct Pattern {
+    period: i32,
+    stripe: i32,
+    outline: i32,
+}
+
+impl Pattern {
+    /// For a photo of this size.
+    pub fn for_photo(width: u32, height: u32) -> Self {
+        let period = (width.max(height) / 256).max(6) as i32;
+        Self { period, stripe: period / 3, outline: (period / 5).max(1) }
+    }
+
+    /// Opacity at a hidden pixel of the photo.
+    fn opacity(self, hidden: &Hidden, x: i32, y: i32, index: usize) -> u8 {
+        let t = self.outline;
+        let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.at(x + dx, y + dy));
+        let across = if index.is_multiple_of(2) { x + y } else { x - y };
+        match across.rem_euclid(self.period) < self.stripe {
+            _ if !inside => OUTLINE,
+            true => STRIPE,
+            false => BETWEEN,
+        }
+    }
+}
+
+/// Draws the hidden parts into a raster of `rect`, which holds them all. Each comes with its number
+/// among the layers with something to paint.
+pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth: Depth) -> Raster {
+    let mut raster = Raster::blank(rect.w, rect.h, depth);
+    for (index, hidden) in parts {
+        let colour = COLOURS[index % COLOURS.len()].1;
+        let mut put = |x: i32, y: i32, [r, g, b]: [u8; 3], alpha: u8| {
+            let at = 4 * ((y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize);
+            match raster.samples_mut() {
+                Samples::U8(s) => s[at..at + 4].copy_from_slice(&[r, g, b, alpha]),
+                Samples::U16(s) => {
+                    s[at..at + 4].copy_from_slice(&[r, g, b, alpha].map(|v| u16::from(v) * 257));
+                }
+            }
+        };
+        for (x, y) in hidden.pixels() {
+            put(x, y, colour, pattern.opacity(hidden, x, y, *index));
+        }
+    }
+    raster
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn square() -> Hidden {
+        let rect = PixelRect { x: 10, y: 20, w: 30, h: 30 };
+        Hidden { rect, bits: vec![true; 900] }
+    }
+
+    #[test]
+    fn a_hidden_part_is_hatched_and_has_an_outline_and_nothing_else_is_touched() {
+        let rect = PixelRect { x: 8, y: 18, w: 40, h: 40 };
+        let raster = draw(&[(0, square())], rect, Pattern::for_photo(1536, 1024), Depth::Eight);
+        assert_eq!(raster.coloured_rect(), PixelRect { x: 2, y: 2, w: 30, h: 30 });
+        let Samples::U8(samples) = raster.samples() else { panic!("8 bits") };
+        let alpha = |x: usize, y: usize| samples[4 * (y * 40 + x) + 3];
+        assert_eq!((alpha(2, 2), alpha(31, 20), alpha(40, 2)), (OUTLINE, OUTLINE, 0));
+        let inner: std::collections::BTreeSet<u8> = (5..28).map(|x| alpha(x, 15)).collect();
+        assert_eq!(inner.into_iter().collect::<Vec<_>>(), [BETWEEN, STRIPE]);
+    }
+
+    #[test]
+    fn the_colour_in_the_guide_is_that_in_the_list_of_layers() {
+        let rect = square().rect;
+        let raster = draw(&[(7, square())], rect, Pattern::for_photo(100, 100), Depth::Sixteen);
+        let Samples::U16(samples) = raster.samples() else { panic!("16 bits") };
+        assert_eq!(tag(7), Tag::Blue);
+        assert_eq!(samples[..4], [45 * 257, 120 * 257, 240 * 257, 65535]);
+    }
+}

@@ -1,0 +1,144 @@
+//! Out to the image editor: one layered file a photo.
+//!
+//! The photo lies at the bottom as a locked reference; above it stands a group per `order`, the nearest
+//! on top, with a layer per image layer, and a hidden guide that shows where these are hidden in the
+//! photo. A file that somebody changed since it was exported is never overwritten.
+
+mod compose;
+mod folder;
+mod guide;
+mod names;
+mod one;
+mod place;
+
+use std::fs;
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+pub use compose::{Content, Hidden};
+pub use one::ExportReport;
+
+use self::one::Exporter;
+use crate::document::export_record::ExportFormat;
+use crate::error::{Error, Result};
+use crate::io::exports::{ExportStore, WrittenFiles};
+use crate::io::stack_store::StackStore;
+use crate::scene::Photo;
+use crate::task::Task;
+
+/// How to export.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct ExportOptions {
+    /// The kind of file.
+    pub format: ExportFormat,
+    /// Pixels around the needed area that a layer keeps, within its rectangle; none: all of it.
+    /// In a folder, layers are always whole, so that its `stack.json` holds for them.
+    pub margin: Option<u32>,
+    /// With a hidden guide in each group that has something to paint.
+    pub guides: bool,
+    /// Bytes that the photos under way may take together, about; one is always under way.
+    pub memory: u64,
+}
+
+impl Default for ExportOptions {
+    fn default() -> Self {
+        Self { format: ExportFormat::Psd, margin: Some(8), guides: true, memory: 1 << 30 }
+    }
+}
+
+impl ExportOptions {
+    fn layer_margin(&self) -> Option<u32> {
+        self.margin.filter(|_| self.format != ExportFormat::Folder)
+    }
+}
+
+/// What became of all photos, in their order.
+#[derive(Debug, Default)]
+pub struct Exported {
+    /// Those that were written.
+    pub done: Vec<ExportReport>,
+    /// Those that were not, with the reason.
+    pub failed: Vec<(String, Error)>,
+}
+
+/// The stages that are reported: of each photo, and of all.
+pub const STAGE_READ: &str = "read photo";
+/// See [`STAGE_READ`].
+pub const STAGE_WRITE: &str = "write layers";
+/// See [`STAGE_READ`].
+pub const STAGE: &str = "export";
+
+/// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`,
+/// which is made if needed. A fault in one photo is noted, the others go on.
+///
+/// # Errors
+/// [`Error::Io`] when `out` cannot be made or the records of former exports cannot be read;
+/// [`Error::Cancelled`].
+pub fn export(
+    project: &Path,
+    photos: &[&Photo],
+    out: &Path,
+    options: &ExportOptions,
+    task: &Task,
+) -> Result<Exported> {
+    fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
+    let records = ExportStore::new(project.join("exports"));
+    let (known, problems) = records.read_all()?;
+    problems.iter().for_each(|problem| task.note(problem.to_string()));
+    let exporter = Exporter {
+        stacks: StackStore::new(project),
+        records,
+        written: WrittenFiles::of(&known),
+        out,
+        options,
+    };
+    collect(photos, run(&exporter, photos, task), task)
+}
+
+/// Runs the photos, as many at a time as memory allows. (Threads of our own, because a waiting rayon
+/// thread would start yet another photo; what is parallel within one photo uses rayon.)
+fn run(exporter: &Exporter, photos: &[&Photo], task: &Task) -> Vec<Option<Result<ExportReport>>> {
+    let results: Vec<_> = photos.iter().map(|_| Mutex::new(None)).collect();
+    let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let work = || {
+        while let Some(index) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < photos.len()) {
+            let photo = photos[index];
+            let result = task.go_on().and_then(|()| exporter.export(photo, &task.of(&photo.name)));
+            *results[index].lock().expect("no holder panics") = Some(result);
+            let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
+            // A stop is noticed by the next photo.
+            let _ = task.step(STAGE, done as u64, photos.len() as u64);
+        }
+    };
+    std::thread::scope(|scope| {
+        let others = at_a_time(photos, exporter.options.memory).saturating_sub(1);
+        (0..others).for_each(|_| drop(scope.spawn(work)));
+        work();
+    });
+    results.into_iter().map(|result| result.into_inner().expect("no holder panics")).collect()
+}
+
+/// How many photos go at a time.
+fn at_a_time(photos: &[&Photo], memory: u64) -> usize {
+    let pixels = photos.iter().map(|p| u64::from(p.camera.width) * u64::from(p.camera.height)).max();
+    // Per pixel: the photo as RGBA, its merged picture and that compressed, a guide; 16 bits at worst.
+    // And a batch of layers, before and after compression.
+    let each = pixels.unwrap_or(0) * 4 * 2 * 3 + (128 << 20);
+    (memory / each).clamp(1, rayon::current_num_threads() as u64).min(photos.len() as u64) as usize
+}
+
+fn collect(photos: &[&Photo], results: Vec<Option<Result<ExportReport>>>, task: &Task) -> Result<Exported> {
+    let mut exported = Exported::default();
+    for (photo, result) in photos.iter().zip(results) {
+        match result.expect("every photo is run") {
+            Ok(report) => exported.done.push(report),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(problem) => {
+                task.of(&photo.name).note(problem.to_string());
+                exported.failed.push((photo.name.clone(), problem));
+            }
+        }
+    }
+    Ok(exported)
+}

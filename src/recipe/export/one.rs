@@ -1,0 +1,197 @@
+//! The export of one photo.
+
+use std::io::BufWriter;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use serde::Serialize;
+
+use super::compose::Content;
+use super::folder;
+use super::place::{self, Place};
+use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
+use crate::document::Stack;
+use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, RECORD_VERSION};
+use crate::error::{Error, Result};
+use crate::io::atomic::AtomicFile;
+use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
+use crate::io::hash::{hash_bytes, hash_file};
+use crate::io::json::to_json;
+use crate::io::layered::folder::NewFolder;
+use crate::io::layered::psd::{self, Fit, Kind};
+use crate::io::layered::{LayeredDocument, Raster, ora};
+use crate::io::photo::read_photo;
+use crate::io::stack_store::StackStore;
+use crate::scene::Photo;
+use crate::task::Task;
+
+/// What became of one photo.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct ExportReport {
+    /// Name of the photo.
+    pub photo: String,
+    /// The file or folder that was written.
+    pub path: PathBuf,
+    /// Files that were left alone because they changed since they were exported.
+    pub spared: Vec<PathBuf>,
+    /// What the document is known by.
+    pub key: String,
+    /// Image layers.
+    pub layers: usize,
+    /// Groups: one per order.
+    pub groups: usize,
+    /// Of the file, or of all files of the folder.
+    pub bytes: u64,
+}
+
+/// What all photos of one export share.
+pub struct Exporter<'a> {
+    pub stacks: StackStore,
+    pub records: ExportStore,
+    pub written: WrittenFiles,
+    pub out: &'a Path,
+    pub options: &'a ExportOptions,
+}
+
+impl Exporter<'_> {
+    /// Exports one photo.
+    ///
+    /// # Errors
+    /// [`Error::Request`] when the photo has no stack, [`Error::Input`] when that or the photo cannot be
+    /// read, [`Error::Io`] when something cannot be written; nothing is left half-written.
+    pub fn export(&self, photo: &Photo, task: &Task) -> Result<ExportReport> {
+        let stack = self.stacks.current(&photo.name)?.ok_or_else(|| no_stack(photo))?;
+        let pixels = task.timed(STAGE_READ, || read_reference(photo, &stack))?;
+        let icc = pixels.icc.clone();
+        let raster = Arc::new(Raster::of_photo(pixels));
+        let mut content = Content::new(&stack, self.stacks.folder(&photo.name), raster, icc, task);
+        content.guides = self.options.guides;
+        content.margin = self.options.layer_margin();
+        let job = Job { exporter: self, content: &content, photo_file: &photo.file, key: self.key(&stack) };
+        let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
+        for file in &spared {
+            let (old, new) = (file.display(), path.display());
+            task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
+        }
+        let (layers, groups) = (stack.image_layers.len(), content.orders().len());
+        Ok(ExportReport { photo: photo.name.clone(), path, spared, key: job.key, layers, groups, bytes })
+    }
+
+    /// The same stack, exported in the same way, has the same key. (`stack.json` names its files by
+    /// their content, so it stands for the pixels, too.)
+    fn key(&self, stack: &Stack) -> String {
+        let options = (self.options.format, self.options.margin, self.options.guides);
+        let mut hash = hash_bytes(&[to_json(stack), to_json(&options)].concat());
+        hash.truncate(20);
+        hash
+    }
+}
+
+fn no_stack(photo: &Photo) -> Error {
+    Error::Request(format!("photo {} has no stack yet: run `quadratura build` first", photo.name))
+}
+
+fn read_reference(photo: &Photo, stack: &Stack) -> Result<crate::scene::PhotoPixels> {
+    read_photo(&photo.file, stack.photo.width, stack.photo.height)
+}
+
+fn size_of(file: &Path) -> Result<u64> {
+    Ok(file.metadata().map_err(Error::io(file, "read it"))?.len())
+}
+
+fn name_of(path: &Path) -> String {
+    path.file_name().unwrap_or_default().to_string_lossy().into_owned()
+}
+
+/// One document on its way into a file.
+struct Job<'a> {
+    exporter: &'a Exporter<'a>,
+    content: &'a Content<'a>,
+    photo_file: &'a Path,
+    key: String,
+}
+
+type Written = (PathBuf, Vec<PathBuf>, u64);
+
+impl Job<'_> {
+    fn write(&self) -> Result<Written> {
+        let document = self.content.document(&self.key);
+        match self.exporter.options.format {
+            ExportFormat::Psd => self.write_psd(&document),
+            ExportFormat::Folder => self.write_folder(&document),
+            ExportFormat::Ora => self.write_ora(&document),
+        }
+    }
+
+    /// As a PSD, and once more as a PSB when it turns out too large.
+    fn write_psd(&self, document: &LayeredDocument) -> Result<Written> {
+        let mut kind = Kind::to_try_first(document);
+        loop {
+            let place = self.place(kind.extension())?;
+            let mut file = AtomicFile::create(&place.target)?;
+            match psd::write(file.file(), &place.target, document, kind)? {
+                Fit::Whole => return self.finish(file, place),
+                Fit::TooLarge => kind = Kind::Psb,
+            }
+        }
+    }
+
+    fn write_ora(&self, document: &LayeredDocument) -> Result<Written> {
+        let place = self.place("ora")?;
+        let mut file = AtomicFile::create(&place.target)?;
+        ora::write(BufWriter::new(file.file()), &place.target, document)?;
+        self.finish(file, place)
+    }
+
+    fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
+        let place = self.place("")?;
+        let mut new = NewFolder::create(&place.target)?;
+        folder::fill(&mut new, self.content, document, self.photo_file)?;
+        let file = |name: &String| exported_file(new.path(), name);
+        let mut files: Vec<_> = new.files().iter().map(file).collect::<Result<_>>()?;
+        let sizes = new.files().iter().map(|name| size_of(&new.path().join(name)));
+        let bytes = sizes.sum::<Result<u64>>()?;
+        let home = name_of(&place.target);
+        files.iter_mut().for_each(|file| file.name = format!("{home}/{}", file.name));
+        self.record(files)?;
+        new.commit()?;
+        Ok((place.target, place.spared, bytes))
+    }
+
+    fn place(&self, extension: &str) -> Result<Place> {
+        let photo = &self.content.stack.photo.name;
+        place::find(self.exporter.out, photo, extension, &self.exporter.written)
+    }
+
+    /// The record goes first: a file without a record would count as changed for ever.
+    fn finish(&self, file: AtomicFile, place: Place) -> Result<Written> {
+        let bytes = size_of(file.path())?;
+        let name = name_of(&place.target);
+        self.record(vec![ExportedFile { name, hash: hash_file(file.path())? }])?;
+        file.commit()?;
+        Ok((place.target, place.spared, bytes))
+    }
+
+    fn record(&self, files: Vec<ExportedFile>) -> Result<()> {
+        let stack = self.content.stack;
+        let layers = self.content.exported_layers()?;
+        let named = |object: &str, face: u32, piece: u32| {
+            let elements = layers.iter().flat_map(|layer| &layer.elements);
+            elements.filter(|e| e.object == object).any(|e| e.pieces.contains(&[face, piece]))
+        };
+        let pieces = stack.pieces.iter().filter(|p| named(&p.object, p.face, p.piece)).cloned().collect();
+        self.exporter.records.write(ExportRecord {
+            version: RECORD_VERSION,
+            key: self.key.clone(),
+            format: self.exporter.options.format,
+            photo: stack.photo.clone(),
+            camera: stack.camera.clone(),
+            depth: self.content.depth().bits(),
+            inputs: stack.inputs.clone(),
+            files: files.into_iter().collect(),
+            helpers: self.content.helpers(),
+            pieces,
+            layers,
+        })
+    }
+}

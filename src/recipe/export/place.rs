@@ -1,0 +1,97 @@
+//! Where an export is put: never over something that changed since it was exported.
+
+use std::path::{Path, PathBuf};
+
+use crate::document::names::file_name_of_photo;
+use crate::error::{Error, Result};
+use crate::io::exports::WrittenFiles;
+
+/// Where an export goes.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Place {
+    /// The file or folder to write; whatever is there is ours and unchanged.
+    pub target: PathBuf,
+    /// What stands where the export would have gone, and was changed since.
+    pub spared: Vec<PathBuf>,
+}
+
+/// Finds a place for the export of `photo` in `out`: `<photo>.EXTENSION`, or `<photo>-2.EXTENSION`
+/// and so on where the one before was changed. An empty extension means a folder.
+///
+/// # Errors
+/// [`Error::Io`] when what is there cannot be read.
+pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) -> Result<Place> {
+    let stem = file_name_of_photo(photo);
+    let dot = if extension.is_empty() { "" } else { "." };
+    let mut spared = Vec::new();
+    for number in 1u32.. {
+        let suffix = if number == 1 { String::new() } else { format!("-{number}") };
+        let target = out.join(format!("{stem}{suffix}{dot}{extension}"));
+        if !target.try_exists().map_err(Error::io(&target, "look at it"))?
+            || is_ours(&target, photo, extension.is_empty(), written)?
+        {
+            return Ok(Place { target, spared });
+        }
+        spared.push(target);
+    }
+    Err(Error::Request(format!("{}: no free name for {photo}", out.display())))
+}
+
+/// Whether `target` is an export of `photo`, unchanged.
+fn is_ours(target: &Path, photo: &str, wants_folder: bool, written: &WrittenFiles) -> Result<bool> {
+    if target.is_dir() != wants_folder {
+        return Ok(false);
+    }
+    if !wants_folder {
+        return written.know(photo, target);
+    }
+    all_ours(target, photo, written)
+}
+
+/// Whether every file in a folder and its sub-folders is.
+fn all_ours(folder: &Path, photo: &str, written: &WrittenFiles) -> Result<bool> {
+    for entry in folder.read_dir().map_err(Error::io(folder, "read the folder"))? {
+        let entry = entry.map_err(Error::io(folder, "read the folder"))?;
+        let is_folder = entry.file_type().map_err(Error::io(entry.path(), "look at it"))?.is_dir();
+        let ours = if is_folder {
+            all_ours(&entry.path(), photo, written)?
+        } else {
+            written.know(photo, &entry.path())?
+        };
+        if !ours {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_free_name_is_taken_as_it_is() {
+        let out = tempfile::tempdir().unwrap();
+        let place = find(out.path(), "nord/1.jpg", "psd", &WrittenFiles::default()).unwrap();
+        assert_eq!(place, Place { target: out.path().join("nord%2F1.jpg.psd"), spared: vec![] });
+    }
+
+    #[test]
+    fn files_that_nobody_knows_are_spared_and_the_next_number_is_taken() {
+        let out = tempfile::tempdir().unwrap();
+        let taken = ["1.jpg.psd", "1.jpg-2.psd"].map(|name| out.path().join(name));
+        taken.iter().for_each(|file| std::fs::write(file, "painted").unwrap());
+        let place = find(out.path(), "1.jpg", "psd", &WrittenFiles::default()).unwrap();
+        assert_eq!(place, Place { target: out.path().join("1.jpg-3.psd"), spared: taken.to_vec() });
+    }
+
+    #[test]
+    fn an_empty_folder_is_ours_and_one_with_a_strange_file_is_not() {
+        let out = tempfile::tempdir().unwrap();
+        std::fs::create_dir(out.path().join("1.jpg")).unwrap();
+        let target = || find(out.path(), "1.jpg", "", &WrittenFiles::default()).unwrap().target;
+        assert_eq!(target(), out.path().join("1.jpg"));
+        std::fs::write(out.path().join("1.jpg/mine.kra"), "").unwrap();
+        assert_eq!(target(), out.path().join("1.jpg-2"));
+    }
+}
