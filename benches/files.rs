@@ -11,7 +11,8 @@ use std::time::Duration;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::geometry::PixelRect;
 use quadratura::io::layered::psd::{self, Fit, Kind};
-use quadratura::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster, Samples, png};
+use quadratura::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster, png};
+use quadratura::scene::Samples;
 use quadratura::scene::synthetic::Dice;
 use rayon::prelude::*;
 
@@ -42,7 +43,7 @@ fn layer_raster(width: u32, height: u32) -> Raster {
             rgba.fill(0);
         }
     }
-    Raster::new(width, height, Samples::Eight(samples))
+    Raster::new(width, height, Samples::U8(samples))
 }
 
 fn layer(number: u32, raster: &Arc<Raster>) -> Layer<'static> {
@@ -74,7 +75,7 @@ fn document(photo: &Arc<Raster>, raster: &Arc<Raster>) -> LayeredDocument<'stati
 }
 
 fn writing(c: &mut Criterion) {
-    let photo = Arc::new(Raster::new(WIDTH, HEIGHT, Samples::Eight(photo_like(WIDTH, HEIGHT))));
+    let photo = Arc::new(Raster::new(WIDTH, HEIGHT, Samples::U8(photo_like(WIDTH, HEIGHT))));
     let raster = Arc::new(layer_raster(512, 1024));
     let mut group = c.benchmark_group("write");
     let layer_pixels = u64::from(LAYERS) * 512 * 1024;
