@@ -1,5 +1,6 @@
 //! Camera, lens, plane, polygon, rectangle: pure mathematics in f64, no files, no pixels' colours.
 
+pub mod axes;
 pub mod camera;
 pub mod lens;
 pub mod plane;

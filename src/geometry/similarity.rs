@@ -1,6 +1,10 @@
 //! Scale, rotation, translation: how the model reaches the cameras' world.
 
-use glam::{DMat3, DVec3};
+use std::fmt;
+
+use glam::{DMat3, DQuat, DVec3};
+
+use super::axes;
 
 /// `p -> scale * rotation * p + translation`. In files: the four rows of a 4 x 4 matrix that takes
 /// columns (x, y, z, 1).
@@ -23,17 +27,33 @@ impl Similarity {
     pub fn apply(&self, point: DVec3) -> DVec3 {
         self.rotation * (point * self.scale) + self.translation
     }
-}
 
-impl Similarity {
-    /// Reads the 16 numbers of a 4 x 4 matrix, or the 12 of its upper rows, row by row, separated by
-    /// commas or spaces.
+    /// First `inner`, then this one.
+    pub fn compose(&self, inner: &Self) -> Self {
+        Self {
+            scale: self.scale * inner.scale,
+            rotation: self.rotation * inner.rotation,
+            translation: self.apply(inner.translation),
+        }
+    }
+
+    /// The way back.
+    pub fn inverse(&self) -> Self {
+        let (scale, rotation) = (self.scale.recip(), self.rotation.transpose());
+        Self { scale, rotation, translation: rotation * (self.translation * -scale) }
+    }
+
+    /// What a user types: a name ([`axes::named`]), or a matrix row by row as 16 or 12 numbers, with
+    /// spaces or commas between them.
     ///
     /// # Errors
-    /// What is wrong with them, and what was expected.
+    /// A sentence that says what is wrong, without the value itself.
     pub fn parse(text: &str) -> Result<Self, String> {
-        let words = text.split([',', ' ']).filter(|word| !word.is_empty());
-        let number = |word: &str| word.parse::<f64>().map_err(|_| format!("`{word}` is not a number"));
+        if let Some(rotation) = axes::named(text) {
+            return Ok(Self { rotation, ..Self::IDENTITY });
+        }
+        let words = text.split(|c: char| c == ',' || c.is_whitespace()).filter(|word| !word.is_empty());
+        let number = |word: &str| word.parse::<f64>().map_err(|_| no_number(word));
         let numbers = words.map(number).collect::<Result<Vec<_>, _>>()?;
         if !matches!(numbers.len(), 12 | 16) {
             return Err(format!("{} numbers, expected the 16 of a 4 x 4 matrix", numbers.len()));
@@ -41,6 +61,24 @@ impl Similarity {
         let mut rows = [[0.0, 0.0, 0.0, 1.0]; 4];
         rows.as_flattened_mut()[..numbers.len()].copy_from_slice(&numbers);
         Self::try_from(rows)
+    }
+}
+
+fn no_number(word: &str) -> String {
+    format!("`{word}` is not a number, nor a name such as identity, y-up, z-down or x,-z,y")
+}
+
+/// What [`Similarity::parse`] reads back, exactly: a name where there is one, else 12 numbers.
+impl fmt::Display for Similarity {
+    fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
+        if (self.scale, self.translation) == (1.0, DVec3::ZERO)
+            && let Some((name, _)) = axes::conventions().into_iter().find(|(_, r)| *r == self.rotation)
+        {
+            return f.write_str(&name);
+        }
+        let rows: [[f64; 4]; 4] = (*self).into();
+        let numbers: Vec<String> = rows[..3].as_flattened().iter().map(|x| (x + 0.0).to_string()).collect();
+        f.write_str(&numbers.join(","))
     }
 }
 
@@ -79,8 +117,16 @@ impl TryFrom<[[f64; 4]; 4]> for Similarity {
             return Err("the transform shears, or scales one axis more than another".into());
         }
         let translation = DVec3::new(rows[0][3], rows[1][3], rows[2][3]);
-        Ok(Self { scale, rotation, translation })
+        Ok(Self { scale, rotation: straightened(rotation), translation })
     }
+}
+
+/// The rotation next to a matrix that was typed with few digits; exact ones stay as they are.
+fn straightened(rotation: DMat3) -> DMat3 {
+    if (rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-14) {
+        return rotation;
+    }
+    DMat3::from_quat(DQuat::from_mat3(&rotation).normalize())
 }
 
 /// What a matrix typed with six digits may be off a rotation.
@@ -127,11 +173,35 @@ mod tests {
     }
 
     #[test]
-    fn a_matrix_may_be_typed_with_or_without_its_last_row() {
-        let moved = Similarity { translation: DVec3::new(4.0, 5.0, 6.0), ..Similarity::IDENTITY };
-        assert_eq!(Similarity::parse("1,0,0,4, 0,1,0,5, 0,0,1,6").unwrap(), moved);
-        assert_eq!(Similarity::parse("1 0 0 4 0 1 0 5 0 0 1 6 0 0 0 1").unwrap(), moved);
-        assert!(Similarity::parse("1 2 3").unwrap_err().contains("3 numbers"));
-        assert!(Similarity::parse("up").unwrap_err().contains("`up`"));
+    fn names_and_matrices_are_read_and_written() {
+        let moved = Similarity { translation: DVec3::new(4.0, 8.0, -12.5), ..Similarity::IDENTITY };
+        assert_eq!(Similarity::parse("1 0 0 4, 0 1 0 8, 0 0 1 -12.5").unwrap(), moved);
+        assert_eq!(Similarity::parse("1,0,0,4,0,1,0,8,0,0,1,-12.5,0,0,0,1").unwrap(), moved);
+        assert_eq!(moved.to_string(), "1,0,0,4,0,1,0,8,0,0,1,-12.5");
+        assert_eq!(Similarity::parse("identity").unwrap(), Similarity::IDENTITY);
+        assert_eq!(Similarity::parse("Y-up").unwrap().to_string(), "x,-z,y");
+    }
+
+    #[test]
+    fn what_cannot_be_read_is_said() {
+        let refusal = |text: &str| Similarity::parse(text).unwrap_err();
+        assert!(refusal("1 2 3").contains("3 numbers, expected the 16"));
+        assert!(refusal("y-upp").contains("`y-upp` is not a number, nor a name"));
+        assert!(refusal("x,y,-z").contains("`x` is not a number"), "mirrored: no convention");
+        assert!(refusal("1 0 0 0 0 1 0 0 0 0 1 0 0 0 1 1").contains("last row"));
+    }
+
+    #[test]
+    fn forth_and_back_is_identity_and_composing_is_one_after_the_other() {
+        let rotation = DMat3::from_axis_angle(DVec3::new(0.6, 0.0, 0.8), 1.0);
+        let a = Similarity { scale: 2.5, rotation, translation: DVec3::new(1.0, -2.0, 3.0) };
+        let b = Similarity::parse("0,-2,0,1, 2,0,0,5, 0,0,2,-7").unwrap();
+        let point = DVec3::new(3.0, 1.0, -7.0);
+        assert!((a.compose(&b).apply(point) - a.apply(b.apply(point))).length() < 1e-12);
+        assert!((a.inverse().apply(a.apply(point)) - point).length() < 1e-12);
+        let typed = Similarity::parse(&a.to_string()).unwrap();
+        assert!((typed.apply(point) - a.apply(point)).length() < 1e-12);
+        let rounded = Similarity::parse("0.70711,-0.70711,0,0, 0.70711,0.70711,0,0, 0,0,1,0").unwrap();
+        assert!((rounded.rotation * rounded.rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-15));
     }
 }

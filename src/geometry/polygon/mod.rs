@@ -11,12 +11,14 @@
 
 mod crossing;
 mod flat;
+mod join;
 mod outline;
 mod plane_fit;
 mod split;
 mod triangulate;
 
 pub use flat::PlaneFrame;
+pub use join::{join_all, join_coplanar};
 pub use outline::outlines;
 pub use plane_fit::{PLANARITY, extent, farthest_off, fit_plane, is_planar, newell};
 pub use split::{bridge_holes, split_by_plane};

@@ -1,8 +1,9 @@
 //! Models: OBJ, glTF and GLB become one [`Model`] of named objects with polygon faces.
 //!
-//! What names an object is said in [`obj`] and `gltf`. In all formats an object is a
+//! What names an object is said in [`obj`] and [`gltf`]. In all formats an object is a
 //! billboard when its name, or the name of a material on it, contains the word `billboard`.
 
+pub mod gltf;
 mod limits;
 mod notes;
 pub mod obj;
@@ -34,7 +35,13 @@ pub fn read_model(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
     let mut notes = Vec::new();
     let builder = match format_of(path, &mut file)? {
         Format::Obj => {
-            obj::read(path, BufReader::with_capacity(1 << 20, file), metadata.len(), task, &mut notes)?
+            let input = BufReader::with_capacity(1 << 20, file);
+            obj::read(path, input, metadata.len(), task, &mut notes)?
+        }
+        Format::Gltf => {
+            let mut bytes = Vec::new();
+            file.take(LARGEST_FILE).read_to_end(&mut bytes).map_err(Error::io(path, "read it"))?;
+            gltf::read(path, &bytes, task, &mut notes)?
         }
     };
     finish(path, builder, notes, task)
@@ -42,16 +49,22 @@ pub fn read_model(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
 
 enum Format {
     Obj,
+    Gltf,
 }
 
+/// By the extension; where that says nothing, by how the file begins.
 fn format_of(path: &Path, file: &mut File) -> Result<Format> {
-    let mut start = [0; 512];
-    let read = file.read(&mut start).map_err(Error::io(path, "read it"))?;
-    file.rewind().map_err(Error::io(path, "read it"))?;
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    let _ = &start[..read];
     match extension.as_str() {
-        "obj" => Ok(Format::Obj),
+        "obj" => return Ok(Format::Obj),
+        "gltf" | "glb" => return Ok(Format::Gltf),
+        _ => {}
+    }
+    let mut start = Vec::new();
+    file.take(4).read_to_end(&mut start).map_err(Error::io(path, "read it"))?;
+    file.rewind().map_err(Error::io(path, "read it"))?;
+    match start.as_slice() {
+        b"glTF" => Ok(Format::Gltf),
         _ => {
             let found = format!("`.{extension}` is no model format that is known here");
             Err(Error::input(path, "", found, "export the model as OBJ, glTF or GLB"))

@@ -1,0 +1,188 @@
+//! Numbers in buffers: what an accessor names, checked against the bytes that are there.
+
+use std::borrow::Cow;
+use std::path::Path;
+
+use gltf::json::accessor::{ComponentType, GenericComponentType, Type};
+use gltf::json::validation::Checked;
+use gltf::json::{self, Root};
+
+use super::super::limits::check_count;
+use crate::error::{Error, Result};
+
+/// The file's description and the bytes of its buffers.
+pub(super) struct Source<'a> {
+    pub path: &'a Path,
+    pub root: &'a Root,
+    pub buffers: &'a [Cow<'a, [u8]>],
+}
+
+const BROKEN: &str = "export the model again";
+
+/// Elements of one size at one distance from each other.
+struct Elements<'a> {
+    bytes: &'a [u8],
+    stride: usize,
+    size: usize,
+    count: usize,
+}
+
+impl<'a> Elements<'a> {
+    fn get(&self, i: usize) -> &'a [u8] {
+        &self.bytes[i * self.stride..][..self.size]
+    }
+}
+
+impl Source<'_> {
+    /// Three coordinates per vertex.
+    ///
+    /// # Errors
+    /// [`Error::Input`] with the JSON path when there are no such numbers.
+    pub fn positions(&self, accessor: usize) -> Result<Vec<[f64; 3]>> {
+        let place = format!("accessors[{accessor}]");
+        let found = self.accessor(accessor)?;
+        let Checked::Valid(GenericComponentType(component)) = found.component_type else {
+            return Err(self.error(&place, "an unknown componentType"));
+        };
+        if found.type_ != Checked::Valid(Type::Vec3) || component == ComponentType::U32 {
+            return Err(self.error(&place, "positions that are not VEC3 of floats or short integers"));
+        }
+        let one = component.size();
+        let read = |bytes: &[u8]| [0, 1, 2].map(|i| number(&bytes[i * one..], component, found.normalized));
+        let mut positions = self.all(&place, found, 3 * one, [0.0; 3], read)?;
+        self.apply_sparse(&place, found, 3 * one, |i, bytes| {
+            let slot = positions.get_mut(i)?;
+            *slot = read(bytes);
+            Some(())
+        })?;
+        Ok(positions)
+    }
+
+    /// Indices of vertices.
+    ///
+    /// # Errors
+    /// As [`Source::positions`].
+    pub fn indices(&self, accessor: usize) -> Result<Vec<u32>> {
+        let place = format!("accessors[{accessor}]");
+        let found = self.accessor(accessor)?;
+        let component = match found.component_type {
+            Checked::Valid(GenericComponentType(
+                c @ (ComponentType::U8 | ComponentType::U16 | ComponentType::U32),
+            )) if found.type_ == Checked::Valid(Type::Scalar) => c,
+            _ => return Err(self.error(&place, "indices that are not unsigned SCALARs")),
+        };
+        let read = |bytes: &[u8]| number(bytes, component, false) as u32;
+        let mut indices = self.all(&place, found, component.size(), 0, read)?;
+        self.apply_sparse(&place, found, component.size(), |i, bytes| {
+            let slot = indices.get_mut(i)?;
+            *slot = read(bytes);
+            Some(())
+        })?;
+        Ok(indices)
+    }
+
+    fn accessor(&self, index: usize) -> Result<&json::Accessor> {
+        let found = self.root.accessors.get(index);
+        found.ok_or_else(|| self.error(&format!("accessors[{index}]"), "there is no such accessor"))
+    }
+
+    /// All elements, without the sparse ones; `zero` where the accessor names no view.
+    fn all<T: Clone>(
+        &self,
+        place: &str,
+        accessor: &json::Accessor,
+        size: usize,
+        zero: T,
+        read: impl Fn(&[u8]) -> T,
+    ) -> Result<Vec<T>> {
+        let count = usize::try_from(accessor.count.0).unwrap_or(usize::MAX);
+        check_count(self.path, || place.to_owned(), count, "elements")?;
+        let Some(view) = accessor.buffer_view else { return Ok(vec![zero; count]) };
+        let offset = accessor.byte_offset.map_or(0, |offset| offset.0);
+        let elements = self.elements(place, view.value(), offset, size, count)?;
+        Ok((0..elements.count).map(|i| read(elements.get(i))).collect())
+    }
+
+    /// Calls `set(index, bytes)` for every sparse element; it says `None` when there is no such index.
+    fn apply_sparse(
+        &self,
+        place: &str,
+        accessor: &json::Accessor,
+        size: usize,
+        mut set: impl FnMut(usize, &[u8]) -> Option<()>,
+    ) -> Result<()> {
+        let Some(sparse) = &accessor.sparse else { return Ok(()) };
+        let place = format!("{place}.sparse");
+        let Checked::Valid(json::accessor::IndexComponentType(component)) = sparse.indices.component_type
+        else {
+            return Err(self.error(&place, "an unknown componentType"));
+        };
+        let count = usize::try_from(sparse.count.0).unwrap_or(usize::MAX);
+        let (indices, values) = (&sparse.indices, &sparse.values);
+        let at = indices.byte_offset.0;
+        let indices = self.elements(&place, indices.buffer_view.value(), at, component.size(), count)?;
+        let at = values.byte_offset.0;
+        let values = self.elements(&place, values.buffer_view.value(), at, size, count)?;
+        for i in 0..count {
+            let index = number(indices.get(i), component, false) as usize;
+            set(index, values.get(i))
+                .ok_or_else(|| self.error(&place, "an index beyond the accessor's count"))?;
+        }
+        Ok(())
+    }
+
+    /// `count` elements of `size` bytes from byte `offset` of a view on.
+    fn elements(
+        &self,
+        place: &str,
+        view: usize,
+        offset: u64,
+        size: usize,
+        count: usize,
+    ) -> Result<Elements<'_>> {
+        let missing =
+            || self.error(place, format!("bufferViews[{view}], which is missing or not within its buffer"));
+        let bytes = self.view_bytes(view).ok_or_else(missing)?;
+        let stride = self.root.buffer_views[view].byte_stride.map_or(size, |stride| stride.0);
+        if stride < size {
+            return Err(self.error(place, format!("a byteStride of {stride} for elements of {size} bytes")));
+        }
+        let start = usize::try_from(offset).unwrap_or(usize::MAX).min(bytes.len());
+        let has = bytes.len() - start;
+        let needs = count.checked_sub(1).map_or(Some(0), |gaps| gaps.checked_mul(stride)?.checked_add(size));
+        if needs.is_none_or(|needs| needs > has) || offset > bytes.len() as u64 {
+            let found = format!(
+                "{count} elements of {size} bytes in the {has} bytes that bufferViews[{view}] has there"
+            );
+            return Err(self.error(place, found));
+        }
+        Ok(Elements { bytes: &bytes[start..], stride, size, count })
+    }
+
+    fn view_bytes(&self, view: usize) -> Option<&[u8]> {
+        let view = self.root.buffer_views.get(view)?;
+        let start = usize::try_from(view.byte_offset.map_or(0, |offset| offset.0)).ok()?;
+        let end = start.checked_add(usize::try_from(view.byte_length.0).ok()?)?;
+        self.buffers.get(view.buffer.value())?.get(start..end)
+    }
+
+    /// An [`Error::Input`] at a JSON path.
+    pub fn error(&self, place: &str, found: impl Into<String>) -> Error {
+        Error::input(self.path, place, found, BROKEN)
+    }
+}
+
+/// One number; normalised integers become -1..1 or 0..1.
+fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f64 {
+    let two = || [bytes[0], bytes[1]];
+    let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];
+    let (value, largest) = match component {
+        ComponentType::I8 => (f64::from(bytes[0] as i8), f64::from(i8::MAX)),
+        ComponentType::U8 => (f64::from(bytes[0]), f64::from(u8::MAX)),
+        ComponentType::I16 => (f64::from(i16::from_le_bytes(two())), f64::from(i16::MAX)),
+        ComponentType::U16 => (f64::from(u16::from_le_bytes(two())), f64::from(u16::MAX)),
+        ComponentType::U32 => (f64::from(u32::from_le_bytes(four())), f64::from(u32::MAX)),
+        ComponentType::F32 => return f64::from(f32::from_le_bytes(four())),
+    };
+    if normalized { (value / largest).max(-1.0) } else { value }
+}

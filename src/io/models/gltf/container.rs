@@ -1,0 +1,222 @@
+//! The bytes of a glTF file: its JSON, and its buffers wherever they are kept.
+
+use std::borrow::Cow;
+use std::fs;
+use std::path::{Component, Path, PathBuf};
+
+use gltf::json;
+
+use super::super::limits::{LARGEST_FILE, check_file_size};
+use crate::error::{Error, Result};
+
+/// Values that the JSON part may hold. The largest kind takes some 300 bytes once read, so a small
+/// file of nothing but empty braces could fill the memory.
+const MOST_VALUES: usize = 8_000_000;
+
+const EXPORT_AGAIN: &str = "export the model again";
+
+/// The JSON part, and the binary chunk of a GLB.
+pub(super) struct Container<'a> {
+    pub json: &'a [u8],
+    pub binary: Option<&'a [u8]>,
+}
+
+/// Splits a GLB into its chunks; anything else is JSON as a whole.
+pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
+    if !bytes.starts_with(b"glTF") {
+        return Ok(Container { json: bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes), binary: None });
+    }
+    let word = |at: usize| {
+        let word = bytes.get(at..at + 4).ok_or_else(|| truncated(path, bytes.len()))?;
+        Ok::<u32, Error>(u32::from_le_bytes(word.try_into().expect("four bytes were taken")))
+    };
+    let version = word(4)?;
+    if version != 2 {
+        let found = format!("GLB version {version}, only 2 is read");
+        return Err(Error::input(path, "byte 4", found, "export the model as glTF 2.0"));
+    }
+    let mut container = Container { json: &[], binary: None };
+    let mut at = 12;
+    while at + 8 <= bytes.len() {
+        let (length, kind) = (word(at)? as usize, &bytes[at + 4..at + 8]);
+        let chunk = bytes.get(at + 8..at + 8 + length).ok_or_else(|| truncated(path, bytes.len()))?;
+        match kind {
+            b"JSON" if container.json.is_empty() => container.json = chunk,
+            b"BIN\0" if container.binary.is_none() => container.binary = Some(chunk),
+            _ => {}
+        }
+        at += 8 + length.next_multiple_of(4);
+    }
+    Ok(container)
+}
+
+fn truncated(path: &Path, length: usize) -> Error {
+    Error::input(
+        path,
+        format!("byte {length}"),
+        "the file ends in the middle of a chunk",
+        "copy or export it again",
+    )
+}
+
+/// # Errors
+/// [`Error::Input`] when the JSON part holds absurdly many values.
+pub(super) fn check_value_count(path: &Path, json: &[u8]) -> Result<()> {
+    let (mut inside_string, mut escaped, mut values) = (false, false, 0usize);
+    for &byte in json {
+        match byte {
+            _ if escaped => escaped = false,
+            b'\\' if inside_string => escaped = true,
+            b'"' => inside_string = !inside_string,
+            b'{' | b'[' | b',' if !inside_string => values += 1,
+            _ => {}
+        }
+    }
+    if values > MOST_VALUES {
+        let found = format!("its JSON holds {values} values, more than the {MOST_VALUES} that are read");
+        return Err(Error::input(path, "", found, "export a coarser model, or a part of it"));
+    }
+    Ok(())
+}
+
+/// The bytes of all buffers, in order.
+///
+/// # Errors
+/// [`Error::Input`] with the JSON path when one is missing, too short, or kept where we do not look:
+/// only in the file itself or in a file in or below its folder.
+pub(super) fn buffers<'a>(
+    path: &Path,
+    buffers: &[json::Buffer],
+    binary: Option<&'a [u8]>,
+) -> Result<Vec<Cow<'a, [u8]>>> {
+    let mut total = 0u64;
+    let mut loaded = Vec::new();
+    for (i, buffer) in buffers.iter().enumerate() {
+        let place = format!("buffers[{i}]");
+        let bytes = load(path, &place, buffer.uri.as_deref(), binary.filter(|_| i == 0))?;
+        let (has, needs) = (bytes.len() as u64, buffer.byte_length.0);
+        if has < needs {
+            let found = format!("{has} bytes where byteLength says {needs}");
+            return Err(Error::input(path, place, found, "copy or export the file again, whole"));
+        }
+        total += has;
+        if total > LARGEST_FILE {
+            let found = format!("buffers of more than {LARGEST_FILE} bytes together");
+            return Err(Error::input(path, place, found, "export a coarser model, or a part of it"));
+        }
+        loaded.push(bytes);
+    }
+    Ok(loaded)
+}
+
+fn load<'a>(path: &Path, place: &str, uri: Option<&str>, binary: Option<&'a [u8]>) -> Result<Cow<'a, [u8]>> {
+    let Some(uri) = uri else {
+        let missing = "no uri, and the file has no binary chunk for it";
+        return binary.map(Cow::Borrowed).ok_or_else(|| Error::input(path, place, missing, EXPORT_AGAIN));
+    };
+    if let Some(data) = uri.strip_prefix("data:") {
+        let decoded = data.split_once(";base64,").and_then(|(_, text)| decode_base64(text.as_bytes()));
+        let broken = "a data URI that is not base64";
+        return decoded.map(Cow::Owned).ok_or_else(|| Error::input(path, place, broken, EXPORT_AGAIN));
+    }
+    let file = file_of_uri(path, uri).ok_or_else(|| {
+        let shown: String = uri.chars().take(80).collect();
+        let found = format!("the uri `{shown}` leads out of the model's folder");
+        Error::input(path, place, found, "keep the buffers beside the model, or export it as GLB")
+    })?;
+    let size = fs::metadata(&file).map_err(Error::io(&file, "find this buffer of the model"))?.len();
+    check_file_size(&file, size)?;
+    fs::read(&file).map(Cow::Owned).map_err(Error::io(&file, "read it"))
+}
+
+/// The file that a relative URI means; `None` when it is not in or below the model's folder, by its
+/// words or, where it exists, by its links.
+fn file_of_uri(path: &Path, uri: &str) -> Option<PathBuf> {
+    let name = String::from_utf8(percent_decoded(uri)?).ok()?;
+    let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);
+    if name.is_empty() || name.contains(['\\', ':', '\0']) || !Path::new(&name).components().all(is_plain) {
+        return None;
+    }
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    let file = folder.join(name);
+    match (file.canonicalize(), folder.canonicalize()) {
+        (Ok(file_itself), Ok(folder)) if !file_itself.starts_with(&folder) => None,
+        _ => Some(file),
+    }
+}
+
+fn percent_decoded(uri: &str) -> Option<Vec<u8>> {
+    let mut bytes = uri.bytes();
+    let mut decoded = Vec::with_capacity(uri.len());
+    while let Some(byte) = bytes.next() {
+        decoded.push(match byte {
+            b'%' => {
+                let mut digit = || char::from(bytes.next()?).to_digit(16);
+                (digit()? * 16 + digit()?) as u8
+            }
+            _ => byte,
+        });
+    }
+    Some(decoded)
+}
+
+fn decode_base64(text: &[u8]) -> Option<Vec<u8>> {
+    let mut decoded = Vec::with_capacity(text.len() / 4 * 3);
+    let (mut bits, mut count) = (0u32, 0);
+    for &byte in text.iter().filter(|b| !matches!(b, b'=' | b'\n' | b'\r')) {
+        let six = match byte {
+            b'A'..=b'Z' => byte - b'A',
+            b'a'..=b'z' => byte - b'a' + 26,
+            b'0'..=b'9' => byte - b'0' + 52,
+            b'+' | b'-' => 62,
+            b'/' | b'_' => 63,
+            _ => return None,
+        };
+        bits = bits << 6 | u32::from(six);
+        count += 6;
+        if count >= 8 {
+            count -= 8;
+            decoded.push((bits >> count) as u8);
+        }
+    }
+    Some(decoded)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn base64_and_percent_signs_are_decoded() {
+        assert_eq!(decode_base64(b"UXVhZHJhdHVyYQ==").unwrap(), b"Quadratura");
+        assert_eq!(decode_base64(b"UXVh*"), None);
+        assert_eq!(percent_decoded("a%20b%2Ebin").unwrap(), b"a b.bin");
+        assert_eq!(percent_decoded("a%2"), None);
+    }
+
+    #[test]
+    fn uris_stay_in_the_models_folder() {
+        let model = Path::new("site/model.gltf");
+        assert_eq!(file_of_uri(model, "parts/roof%201.bin"), Some("site/parts/roof 1.bin".into()));
+        for uri in [
+            "../a.bin",
+            "a/../../b",
+            "/etc/passwd",
+            "http://x/y",
+            "file:a",
+            "c:a",
+            "%2e%2e/a",
+            "..\\a",
+            "",
+            "a%00",
+        ] {
+            assert_eq!(file_of_uri(model, uri), None, "{uri}");
+        }
+    }
+
+    #[test]
+    fn strings_count_as_one_value() {
+        assert!(check_value_count(Path::new("a"), br#"{"a":"\",,,,{{{["}"#).is_ok());
+        assert!(check_value_count(Path::new("a"), &vec![b'['; MOST_VALUES + 1]).is_err());
+    }
+}

@@ -1,0 +1,185 @@
+//! A mesh's polygons: triangles read from its primitives and joined back.
+
+use std::collections::BTreeSet;
+
+use glam::DVec3;
+use gltf::json;
+use gltf::json::mesh::{Mode, Semantic};
+use gltf::json::validation::Checked;
+use rustc_hash::FxHashMap;
+use serde::Deserialize;
+
+use super::super::limits::{check_count, check_position};
+use super::accessor::Source;
+use crate::error::Result;
+use crate::geometry::polygon::{join_all, join_coplanar};
+use crate::scene::builder::says_billboard;
+
+/// The polygons of a mesh in its own frame.
+#[derive(Default)]
+pub(super) struct Polygons {
+    pub positions: Vec<DVec3>,
+    /// Weakly simple rings, as indices into `positions`, in file order.
+    pub rings: Vec<Vec<u32>>,
+    pub billboard: bool,
+}
+
+/// What we understand of a mesh's, a node's or a material's `extras`.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+pub(super) struct Extras {
+    /// How many triangles make each face, in order, over all primitives.
+    face_triangle_counts: Vec<u32>,
+    /// Whether it is a billboard.
+    pub billboard: bool,
+}
+
+impl Extras {
+    /// Extras of other programs may hold anything: what does not fit is as if it were not there.
+    pub fn of(extras: &json::Extras) -> Self {
+        extras.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok()).unwrap_or_default()
+    }
+}
+
+/// Reads a mesh. Things left out are told to `notes`, each once.
+///
+/// # Errors
+/// [`crate::Error::Input`] with the JSON path.
+pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String>) -> Result<Polygons> {
+    let place = format!("meshes[{mesh}]");
+    let Some(described) = source.root.meshes.get(mesh) else {
+        return Err(source.error(&place, "there is no such mesh"));
+    };
+    let mut welded = Welded::default();
+    let mut triangles = Vec::new();
+    let mut ends = Vec::new();
+    for (i, primitive) in described.primitives.iter().enumerate() {
+        let place = format!("{place}.primitives[{i}]");
+        read_primitive(source, &place, primitive, &mut welded, &mut triangles, notes)?;
+        ends.push(triangles.len());
+    }
+    let extras = Extras::of(&described.extras);
+    let rings = match runs(&extras.face_triangle_counts, triangles.len()) {
+        Some(runs) => runs.flat_map(|run| join_all(&triangles[run], &welded.positions)).collect(),
+        None => {
+            if !extras.face_triangle_counts.is_empty() {
+                notes.insert(format!(
+                    "{place}.extras.faceTriangleCounts does not add up to its {} triangles: faces were joined by planes",
+                    triangles.len()
+                ));
+            }
+            joined_by_primitive(&triangles, &ends, &welded)
+        }
+    };
+    let billboard =
+        extras.billboard || described.primitives.iter().any(|p| has_billboard_material(source, p));
+    Ok(Polygons { positions: welded.positions, rings, billboard })
+}
+
+/// The triangles of each face, when the counts cover all triangles.
+fn runs(counts: &[u32], triangles: usize) -> Option<impl Iterator<Item = std::ops::Range<usize>>> {
+    let sum: u64 = counts.iter().map(|&n| u64::from(n)).sum();
+    let mut end = 0;
+    (!counts.is_empty() && sum == triangles as u64).then(|| {
+        counts.iter().map(move |&n| {
+            end += n as usize;
+            end - n as usize..end
+        })
+    })
+}
+
+fn joined_by_primitive(triangles: &[[u32; 3]], ends: &[usize], welded: &Welded) -> Vec<Vec<u32>> {
+    let mut rings = Vec::new();
+    let mut start = 0;
+    for &end in ends {
+        rings.extend(join_coplanar(&triangles[start..end], &welded.positions, welded.noise));
+        start = end;
+    }
+    rings
+}
+
+fn has_billboard_material(source: &Source, primitive: &json::mesh::Primitive) -> bool {
+    let material = primitive.material.and_then(|index| source.root.materials.get(index.value()));
+    material.is_some_and(|material| {
+        material.name.as_deref().is_some_and(says_billboard) || Extras::of(&material.extras).billboard
+    })
+}
+
+/// Vertices of a mesh, one per position: exporters double them at every crease.
+#[derive(Default)]
+struct Welded {
+    positions: Vec<DVec3>,
+    known: FxHashMap<[u64; 3], u32>,
+    /// Rounding of the largest coordinate in 32 bits.
+    noise: f64,
+}
+
+impl Welded {
+    fn add(&mut self, position: DVec3) -> u32 {
+        // Adding zero makes -0.0 the same as 0.0.
+        let key = position.to_array().map(|x| (x + 0.0).to_bits());
+        self.noise = self.noise.max(position.abs().max_element() * f64::from(f32::EPSILON) * 2.0);
+        *self.known.entry(key).or_insert_with(|| {
+            self.positions.push(position);
+            self.positions.len() as u32 - 1
+        })
+    }
+}
+
+fn read_primitive(
+    source: &Source,
+    place: &str,
+    primitive: &json::mesh::Primitive,
+    welded: &mut Welded,
+    triangles: &mut Vec<[u32; 3]>,
+    notes: &mut BTreeSet<String>,
+) -> Result<()> {
+    let Checked::Valid(mode) = primitive.mode else { return Err(source.error(place, "an unknown mode")) };
+    if !matches!(mode, Mode::Triangles | Mode::TriangleStrip | Mode::TriangleFan) {
+        notes.insert("points and lines are left out".to_owned());
+        return Ok(());
+    }
+    if primitive.targets.as_ref().is_some_and(|targets| !targets.is_empty()) {
+        notes.insert("morph targets are left out: the shape at rest is used".to_owned());
+    }
+    let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
+        notes.insert(format!("{place} has no positions and is left out"));
+        return Ok(());
+    };
+    let mut vertices = Vec::new();
+    for (i, position) in source.positions(accessor.value())?.into_iter().enumerate() {
+        let position = DVec3::from_array(position);
+        check_position(source.path, || format!("accessors[{}], element {i}", accessor.value()), position)?;
+        vertices.push(welded.add(position));
+    }
+    let corners = match primitive.indices {
+        Some(indices) => look_up(source, place, &vertices, &source.indices(indices.value())?)?,
+        None => vertices,
+    };
+    triangles.extend(triangles_of(mode, &corners));
+    check_count(source.path, || place.to_owned(), triangles.len() * 3, "corners")
+}
+
+fn look_up(source: &Source, place: &str, vertices: &[u32], indices: &[u32]) -> Result<Vec<u32>> {
+    let vertex = |&index: &u32| {
+        vertices.get(index as usize).copied().ok_or_else(|| {
+            source.error(place, format!("an index names vertex {index} of {}", vertices.len()))
+        })
+    };
+    indices.iter().map(vertex).collect()
+}
+
+fn triangles_of(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
+    let triple = |t: &[u32]| [t[0], t[1], t[2]];
+    match mode {
+        // Every other triangle of a strip is wound the other way.
+        Mode::TriangleStrip => {
+            let turned = |(i, t): (usize, &[u32])| if i % 2 == 0 { triple(t) } else { [t[1], t[0], t[2]] };
+            corners.windows(3).enumerate().map(turned).collect()
+        }
+        Mode::TriangleFan => {
+            corners.get(1..).unwrap_or_default().windows(2).map(|t| [corners[0], t[0], t[1]]).collect()
+        }
+        _ => corners.chunks_exact(3).map(triple).collect(),
+    }
+}
