@@ -7,8 +7,8 @@ use rustc_hash::{FxHashMap, FxHashSet};
 use super::graph::{Graph, Kept};
 use super::nodes::{Node, Nodes, Side, is_near};
 use super::options::Options;
-use super::rasteriser::{Occlusion, is_behind};
-use super::runs::{Runs, is_visible, item_of};
+use super::rasteriser::{Occlusion, TIE, is_behind};
+use super::runs::{Row, Run, Runs, is_visible, item_of};
 use super::view::View;
 
 /// The nodes after cutting, and the relation between them.
@@ -40,7 +40,7 @@ pub fn resolve_cycles(
     let cut: Vec<_> = components
         .par_iter()
         .zip(tangles)
-        .map(|(items, tangle)| Tangle::cut(view, options, &table.within(items), items, tangle))
+        .map(|(items, tangle)| Tangle::cut(view, runs, options, &table.within(items), items, tangle))
         .collect();
     let pieces: Vec<Node> = cut.iter().flat_map(|c| c.pieces.iter().cloned()).collect();
     let nodes = Nodes::with_pieces(working, &pieces);
@@ -141,6 +141,8 @@ struct Span {
     x0: u32,
     x1: u32,
     visible: bool,
+    /// The run of row `y` that it is part of.
+    run: u32,
 }
 
 /// What the fragment lists say about one component.
@@ -160,13 +162,13 @@ fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pix
     if components.is_empty() {
         return pixels;
     }
-    for (y, run, entries) in runs.iter() {
+    for (y, i, run, entries) in runs.rows.iter().enumerate().flat_map(numbered_runs) {
         let mut of_run: Vec<(u32, u32)> = Vec::new();
         for &entry in entries {
             let item = item_of(entry);
             let c = component_of[item as usize];
             if c != NONE {
-                let span = Span { y, x0: run.x0, x1: run.x1, visible: is_visible(entry) };
+                let span = Span { y, x0: run.x0, x1: run.x1, visible: is_visible(entry), run: i };
                 pixels[c as usize].spans.entry(item).or_default().push(span);
                 of_run.push((c, item));
             }
@@ -179,6 +181,11 @@ fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pix
         }
     }
     pixels
+}
+
+/// Row, index within the row, run and entries of every run of a row.
+fn numbered_runs((y, row): (usize, &Row)) -> impl Iterator<Item = (u32, u32, &Run, &[u32])> {
+    (0..).zip(&row.runs).map(move |(i, run)| (y as u32, i, run, row.entries(run)))
 }
 
 /// A node of a component while it is being cut.
@@ -202,6 +209,7 @@ type Edges = FxHashMap<(u32, u32), u32>;
 /// cut or left the working set stay there, empty.
 struct Tangle<'a> {
     view: &'a View,
+    runs: &'a Runs,
     options: &'a Options,
     meetings: Vec<Meeting>,
     meetings_of: FxHashMap<u32, Vec<u32>>,
@@ -227,6 +235,7 @@ struct Candidate {
 impl<'a> Tangle<'a> {
     fn cut(
         view: &'a View,
+        runs: &'a Runs,
         options: &'a Options,
         table: &Graph,
         items: &[u32],
@@ -245,6 +254,7 @@ impl<'a> Tangle<'a> {
             .collect();
         let mut tangle = Self {
             view,
+            runs,
             options,
             meetings: pixels.meetings,
             meetings_of,
@@ -308,7 +318,7 @@ impl<'a> Tangle<'a> {
         }
         let near = self.side_of(cut, plane, true);
         let far = self.side_of(cut, plane, false);
-        let (drop_near, drop_far) = (!self.is_visible(&near), !self.is_visible(&far));
+        let (drop_near, drop_far) = (!self.is_nearest_somewhere(&near), !self.is_nearest_somewhere(&far));
         let mut edges = self.edges.clone();
         edges.retain(|&(f, b), _| f != part && b != part);
         let grown = self.parts.len() as u32 + 2;
@@ -345,14 +355,22 @@ impl<'a> Tangle<'a> {
         Part { node, spans }
     }
 
-    /// Some pixel of the part is visible. Only this decides that a piece leaves the working set, so
+    /// The part is nearest at some pixel. Only this decides that a piece leaves the working set, so
     /// where its spans show none every visible pixel of the whole item is asked.
-    fn is_visible(&self, part: &Part) -> bool {
-        part.spans.iter().any(|s| s.visible)
-            || self.spans_of[&part.node.item]
+    fn is_nearest_somewhere(&self, part: &Part) -> bool {
+        let nearest_in = |s: &Span| s.visible && (s.x0..s.x1).any(|x| self.is_nearest(part, s, x));
+        part.spans.iter().any(nearest_in) || self.spans_of[&part.node.item].iter().any(nearest_in)
+    }
+
+    fn is_nearest(&self, part: &Part, span: &Span, x: u32) -> bool {
+        let row = &self.runs.rows[span.y as usize];
+        let inverse = |item: u32| self.inverse(item).at(x, span.y);
+        let own = inverse(part.node.item);
+        self.holds(&part.node, x, span.y)
+            && row
+                .entries(&row.runs[span.run as usize])
                 .iter()
-                .filter(|s| s.visible)
-                .any(|s| (s.x0..s.x1).any(|x| self.holds(&part.node, x, s.y)))
+                .all(|&other| !is_behind(own, inverse(item_of(other)), TIE))
     }
 
     /// Counts the pairs of `part` anew where its component's items meet it, its two sides named

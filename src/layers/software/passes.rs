@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::coverage::Footprint;
 use crate::error::Result;
 use crate::layers::is_behind;
-use crate::layers::rasteriser::{Band, FragmentLists, Presence, VISIBLE};
+use crate::layers::rasteriser::{Band, FragmentLists, Presence, TIE, VISIBLE};
 use crate::layers::view::{ItemId, View};
 use crate::task::Task;
 
@@ -67,14 +67,14 @@ pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
 }
 
 /// Pass *item*: what became of every item of the view.
-pub fn presence(drawing: &Drawing, tolerance: f32, task: &Task) -> Result<Vec<Presence>> {
+pub fn presence(drawing: &Drawing, task: &Task) -> Result<Vec<Presence>> {
     let nowhere = || vec![Presence::Nowhere; drawing.view.items.len()];
     drawing
         .bands()
         .into_par_iter()
         .map(|rows| {
             task.go_on()?;
-            Ok(presence_in(drawing, &rows, tolerance))
+            Ok(presence_in(drawing, &rows))
         })
         .try_reduce(nowhere, |above, below| {
             Ok(above.into_iter().zip(below).map(|(above, below)| merged(above, below)).collect())
@@ -90,14 +90,14 @@ fn merged(above: Presence, below: Presence) -> Presence {
     }
 }
 
-fn presence_in(drawing: &Drawing, rows: &Range<u32>, tolerance: f32) -> Vec<Presence> {
+fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
     let nearest = nearest(drawing, rows);
     let mut owners = vec![ItemId(u32::MAX); nearest.len()];
     let mut working = vec![false; drawing.view.items.len()];
     let mut first_hidden = vec![usize::MAX; drawing.view.items.len()];
     drawing.each_fragment(rows, |item, pixel, inverse_depth| {
         let index = item.0 as usize;
-        if is_behind(inverse_depth, nearest[pixel], tolerance) {
+        if is_behind(inverse_depth, nearest[pixel], TIE) {
             first_hidden[index] = first_hidden[index].min(pixel);
         } else {
             working[index] = true;
