@@ -1,8 +1,8 @@
-// Pass presence: which items are visible somewhere, and where the others are hidden first.
+// Pass presence: which items are nearest somewhere (`nearer` is the tie's), and where the others are hidden first.
 // Rust: gpu/presence.rs.
 
 struct Sighting {
-    // Not 0 when some fragment of the item is visible.
+    // Not 0 when some fragment of the item is nearest.
     visible: atomic<u32>,
     // Complement of the first pixel of the photo, in row order, where the item is hidden; 0: none.
     hidden: atomic<u32>,

@@ -1,4 +1,4 @@
-//! Pass *presence* (`shaders/presence.wgsl`): which items are visible somewhere, and where the
+//! Pass *presence* (`shaders/presence.wgsl`): which items are nearest somewhere, and where the
 //! others are hidden first.
 
 use bytemuck::{Pod, Zeroable};
@@ -10,7 +10,7 @@ use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
 use super::frame::Frame;
 use super::readback;
 use crate::error::Result;
-use crate::layers::rasteriser::{FragmentLists, Presence as Seen, VISIBLE};
+use crate::layers::rasteriser::{FragmentLists, Presence as Seen};
 
 /// WGSL of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/presence.wgsl");
@@ -32,20 +32,11 @@ impl Sighting {
             Self { visible: 0, hidden: 0 } => Seen::Nowhere,
             Self { visible: 0, hidden } => {
                 let (x, y) = (!hidden % lists.width, !hidden / lists.width);
-                Seen::Hidden { x, y, by: owner(lists, x, y) }
+                Seen::Hidden { x, y, by: lists.owner(x, y).unwrap_or(u32::MAX) }
             }
             _ => Seen::Working,
         }
     }
-}
-
-/// Of the items visible at a pixel the last in model order. There is one wherever an item is
-/// hidden: the nearest, which is in the working set for that very pixel.
-fn owner(lists: &FragmentLists, x: u32, y: u32) -> u32 {
-    let band = lists.bands.iter().find(|band| (band.y0..band.y1).contains(&y));
-    let entries = band.map_or(&[][..], |band| lists.pixel(band, x, y));
-    let visible = entries.iter().filter(|&&entry| entry & VISIBLE != 0);
-    visible.max().map_or(u32::MAX, |entry| entry & !VISIBLE)
 }
 
 /// The sightings of a view's items on the device.

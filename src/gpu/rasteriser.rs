@@ -20,7 +20,7 @@ use super::scan::Scan;
 use super::stencil::Stencil;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
-use crate::layers::rasteriser::{Presence as Seen, StencilLayers};
+use crate::layers::rasteriser::{Presence as Seen, StencilLayers, TIE};
 use crate::layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View};
 use crate::task::Task;
 
@@ -124,12 +124,11 @@ impl GpuRasteriser {
     fn sightings(
         &self,
         view: &View,
-        tolerance: f32,
         space: &Workspace,
         bands: &[Range<u32>],
         task: &Task,
     ) -> Result<Vec<Sighting>> {
-        let run = Run::of_all(&self.gpu, view, tolerance);
+        let run = Run::of_all(&self.gpu, view, TIE);
         let sightings = Sightings::new(&self.gpu, view.items.len());
         let canvas = Canvas { depth: &space.depth, items: None };
         for rows in bands {
@@ -175,7 +174,7 @@ impl Rasteriser for GpuRasteriser {
             return Ok(nothing(view));
         }
         self.with_workspace("listing fragments", view, |space, bands| {
-            let seen = self.sightings(view, tolerance, space, bands, task)?;
+            let seen = self.sightings(view, space, bands, task)?;
             let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
             let run = Run::of_some(&self.gpu, view, tolerance, flagged(&working))?;
             let (lists, occlusions) = self.working_lists(&run, space, bands, task)?;

@@ -6,6 +6,7 @@ pub mod exports;
 pub mod hash;
 pub mod inbox;
 pub mod json;
+pub mod layer_png;
 pub mod layered;
 pub mod lock;
 pub mod models;

@@ -59,6 +59,13 @@ impl FragmentLists {
         &band.entries[band.offsets[i] as usize..band.offsets[i + 1] as usize]
     }
 
+    /// The owner of a pixel: of the items visible there the last in model order.
+    pub fn owner(&self, x: u32, y: u32) -> Option<u32> {
+        let band = self.bands.iter().find(|band| (band.y0..band.y1).contains(&y))?;
+        let visible = self.pixel(band, x, y).iter().filter(|&&entry| entry & VISIBLE != 0);
+        visible.max().map(|entry| entry & !VISIBLE)
+    }
+
     /// Number of fragments.
     pub fn len(&self) -> u64 {
         self.bands.iter().map(|b| b.entries.len() as u64).sum()
@@ -75,8 +82,8 @@ impl FragmentLists {
 pub enum Presence {
     /// In the working set: nearest (within [`TIE`]) at one pixel at least.
     Working,
-    /// Covers pixels, nearest nowhere; at the first of them (in row order), `x`, `y`, that
-    /// item is.
+    /// Covers pixels, nearest nowhere; at the first of them (in row order), `x`, `y`, the
+    /// owner is `by`.
     Hidden { x: u32, y: u32, by: u32 },
     /// Covers no pixel centre.
     Nowhere,

@@ -1,5 +1,7 @@
 //! The program without a face: open, sort, cluster, extract, save.
 
+pub mod assemble;
+pub mod build;
 pub mod create;
 pub mod export;
 pub mod open;

@@ -32,9 +32,10 @@ pub struct SoftwareRasteriser;
 impl Rasteriser for SoftwareRasteriser {
     fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments> {
         let drawing = Drawing::new(view);
-        let presence = passes::presence(&drawing, task)?;
+        let mut presence = passes::presence(&drawing, task)?;
         let working: Vec<bool> = presence.iter().map(|p| *p == Presence::Working).collect();
         let lists = passes::lists(&drawing, tolerance, &working, task)?;
+        passes::name_owners(&mut presence, &lists);
         let occlusions = count_pairs(view, &lists, tolerance);
         Ok(Fragments { presence, lists, occlusions })
     }

@@ -66,7 +66,8 @@ pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
     nearest
 }
 
-/// Pass *item*: what became of every item of the view.
+/// Pass *presence*: what became of every item of the view. Who hides the hidden ones is told by
+/// [`name_owners`], once there are lists.
 pub fn presence(drawing: &Drawing, task: &Task) -> Result<Vec<Presence>> {
     let nowhere = || vec![Presence::Nowhere; drawing.view.items.len()];
     drawing
@@ -92,7 +93,6 @@ fn merged(above: Presence, below: Presence) -> Presence {
 
 fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
     let nearest = nearest(drawing, rows);
-    let mut owners = vec![ItemId(u32::MAX); nearest.len()];
     let mut working = vec![false; drawing.view.items.len()];
     let mut first_hidden = vec![usize::MAX; drawing.view.items.len()];
     drawing.each_fragment(rows, |item, pixel, inverse_depth| {
@@ -101,7 +101,6 @@ fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
             first_hidden[index] = first_hidden[index].min(pixel);
         } else {
             working[index] = true;
-            owners[pixel] = item;
         }
     });
     let presence = |(working, pixel)| match (working, pixel) {
@@ -109,10 +108,19 @@ fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
         (false, usize::MAX) => Presence::Nowhere,
         (false, pixel) => {
             let (x, y) = (pixel as u32 % drawing.view.width, pixel as u32 / drawing.view.width);
-            Presence::Hidden { x, y: rows.start + y, by: owners[pixel].0 }
+            Presence::Hidden { x, y: rows.start + y, by: u32::MAX }
         }
     };
     working.into_iter().zip(first_hidden).map(presence).collect()
+}
+
+/// Names the owners of the pixels where items are hidden.
+pub fn name_owners(presence: &mut [Presence], lists: &FragmentLists) {
+    for presence in presence {
+        if let Presence::Hidden { x, y, by } = presence {
+            *by = lists.owner(*x, *y).unwrap_or(u32::MAX);
+        }
+    }
 }
 
 /// Pass *lists*: the fragments of the items flagged in `kept`, entries in model order within a

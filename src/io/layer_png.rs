@@ -1,0 +1,181 @@
+//! The files of a stack: an image layer as RGBA PNG, its needed area as 1-bit PNG.
+
+use std::fs::File;
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Compression, Encoder};
+
+use crate::error::{Error, Result};
+use crate::geometry::PixelRect;
+use crate::layers::content::PixelSpan;
+use crate::scene::pixels::{PhotoPixels, Samples};
+
+/// Writes the rectangle `rect` of the photo with the pixels of `spans` (photo coordinates, rising)
+/// as they are, opaque where the photo is valid, and everything else transparent black. Bits and
+/// ICC profile are the photo's. Returns the size of the file in bytes.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_layer(path: &Path, pixels: &PhotoPixels, rect: PixelRect, spans: &[PixelSpan]) -> Result<u64> {
+    let (depth, data) = match &pixels.samples {
+        Samples::U8(samples) => (BitDepth::Eight, rgba(samples, u8::MAX, pixels, rect, spans)),
+        Samples::U16(samples) => {
+            let native = rgba(samples, u16::MAX, pixels, rect, spans);
+            (BitDepth::Sixteen, native.iter().flat_map(|s| s.to_be_bytes()).collect())
+        }
+    };
+    write(path, rect, ColorType::Rgba, depth, pixels.icc.as_deref(), &data)
+}
+
+/// Writes a mask of `rect`: white in `spans` (photo coordinates), else black. Returns bytes.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_mask(path: &Path, rect: PixelRect, spans: &[PixelSpan]) -> Result<u64> {
+    let row_bytes = (rect.w as usize).div_ceil(8);
+    let mut data = vec![0u8; row_bytes * rect.h as usize];
+    for (y, x0, x1) in spans.iter().filter_map(|s| within(s, rect)) {
+        set_bits(&mut data[y * row_bytes..(y + 1) * row_bytes], x0, x1);
+    }
+    write(path, rect, ColorType::Grayscale, BitDepth::One, None, &data)
+}
+
+/// Sets bits `x0..x1` of a row; the first pixel is the highest bit of its byte.
+fn set_bits(row: &mut [u8], x0: usize, x1: usize) {
+    let (first, last) = (x0 / 8, (x1 - 1) / 8);
+    let head = 0xffu8 >> (x0 % 8);
+    let tail = 0xffu8 << (7 - (x1 - 1) % 8);
+    if first == last {
+        row[first] |= head & tail;
+        return;
+    }
+    row[first] |= head;
+    row[first + 1..last].fill(0xff);
+    row[last] |= tail;
+}
+
+/// Row and columns of a span within the rectangle.
+fn within(span: &PixelSpan, rect: PixelRect) -> Option<(usize, usize, usize)> {
+    let y = span.y as i64 - i64::from(rect.y);
+    let x0 = (i64::from(span.x0) - i64::from(rect.x)).max(0);
+    let x1 = (i64::from(span.x1) - i64::from(rect.x)).min(i64::from(rect.w));
+    ((0..i64::from(rect.h)).contains(&y) && x0 < x1).then_some((y as usize, x0 as usize, x1 as usize))
+}
+
+fn rgba<T: Copy + Default + PartialEq>(
+    samples: &[T],
+    full: T,
+    pixels: &PhotoPixels,
+    rect: PixelRect,
+    spans: &[PixelSpan],
+) -> Vec<T> {
+    let width = rect.w as usize;
+    let mut data = vec![T::default(); width * rect.h as usize * 4];
+    for span in spans {
+        let Some((y, x0, x1)) = within(span, rect) else { continue };
+        let source_x = (x0 as i64 + i64::from(rect.x)) as u32;
+        let first = pixels.index(source_x, span.y) * pixels.channels;
+        let source = &samples[first..first + (x1 - x0) * pixels.channels];
+        let target = &mut data[(y * width + x0) * 4..(y * width + x1) * 4];
+        copy_opaque(source, pixels.channels, full, target);
+    }
+    data
+}
+
+fn copy_opaque<T: Copy + PartialEq>(source: &[T], channels: usize, full: T, target: &mut [T]) {
+    let targets = target.chunks_exact_mut(4);
+    if channels == 3 {
+        for (target, source) in targets.zip(source.chunks_exact(3)) {
+            target.copy_from_slice(&[source[0], source[1], source[2], full]);
+        }
+    } else {
+        for (target, source) in targets.zip(source.chunks_exact(4)).filter(|(_, s)| s[3] == full) {
+            target.copy_from_slice(source);
+        }
+    }
+}
+
+fn write(
+    path: &Path,
+    rect: PixelRect,
+    color: ColorType,
+    depth: BitDepth,
+    icc: Option<&[u8]>,
+    data: &[u8],
+) -> Result<u64> {
+    let file = File::create(path).map_err(Error::io(path, "create it"))?;
+    let mut counted = Counted { inner: BufWriter::with_capacity(1 << 16, file), bytes: 0 };
+    encode(&mut counted, rect, color, depth, icc, data).map_err(|error| Error::Io {
+        path: path.to_owned(),
+        doing: "write it",
+        source: error.into(),
+    })?;
+    counted.inner.flush().map_err(Error::io(path, "write it"))?;
+    Ok(counted.bytes)
+}
+
+fn encode(
+    out: &mut impl Write,
+    rect: PixelRect,
+    color: ColorType,
+    depth: BitDepth,
+    icc: Option<&[u8]>,
+    data: &[u8],
+) -> std::result::Result<(), png::EncodingError> {
+    let mut info = png::Info::with_size(rect.w, rect.h);
+    info.color_type = color;
+    info.bit_depth = depth;
+    info.icc_profile = icc.map(|profile| profile.to_vec().into());
+    let mut encoder = Encoder::with_info(out, info)?;
+    encoder.set_compression(Compression::Fast);
+    encoder.write_header()?.write_image_data(data)
+}
+
+/// Counts what it passes on.
+struct Counted<W> {
+    inner: W,
+    bytes: u64,
+}
+
+impl<W: Write> Write for Counted<W> {
+    fn write(&mut self, data: &[u8]) -> std::io::Result<usize> {
+        let written = self.inner.write(data)?;
+        self.bytes += written as u64;
+        Ok(written)
+    }
+
+    fn flush(&mut self) -> std::io::Result<()> {
+        self.inner.flush()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn bits_of_a_row_are_set_from_the_left() {
+        let mut row = [0u8; 3];
+        set_bits(&mut row, 3, 5);
+        set_bits(&mut row, 7, 17);
+        assert_eq!(row, [0b0001_1001, 0xff, 0b1000_0000]);
+    }
+
+    #[test]
+    fn a_layer_holds_the_photo_where_it_is_visible_and_valid_and_nothing_elsewhere() {
+        let mut samples = vec![9u8; 3 * 2 * 4];
+        samples[4 * 4 + 3] = 7; // column 1, row 1 is not valid
+        samples.chunks_exact_mut(4).enumerate().filter(|(i, _)| *i != 4).for_each(|(_, p)| p[3] = 255);
+        let pixels =
+            PhotoPixels { width: 3, height: 2, channels: 4, samples: Samples::U8(samples), icc: None };
+        let rect = PixelRect { x: -1, y: 1, w: 4, h: 2 };
+        let Samples::U8(samples) = &pixels.samples else { unreachable!("made of bytes above") };
+        let spans = [PixelSpan { y: 0, x0: 0, x1: 3 }, PixelSpan { y: 1, x0: 0, x1: 2 }];
+        let data = rgba(samples, 255, &pixels, rect, &spans);
+        let opaque: Vec<usize> = (0..8).filter(|i| data[i * 4 + 3] == 255).collect();
+        assert_eq!(opaque, [1]);
+        assert_eq!(data[4..8], [9, 9, 9, 255]);
+        assert!(data[8..].iter().all(|&s| s == 0));
+    }
+}
