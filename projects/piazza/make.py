@@ -24,7 +24,8 @@ def options(arguments):
                         help="hide what begins with this name from the camera, keep its shadow (may repeat)")
     parser.add_argument("--out", type=Path, default=HERE, help="another folder for everything that is written")
     parser.add_argument("--denoiser", metavar="PYTHON", help="a Python that has numpy and pyoidn, to take out the grain")
-    parser.add_argument("--keep", help="keep the linear layers in this folder")
+    parser.add_argument("--seed", type=int, default=1, help="of the samples: see --keep")
+    parser.add_argument("--keep", metavar="FOLDER", help="keep the linear layers here; runs with other seeds add up")
     parser.add_argument("--develop-only", action="store_true", help="develop again from what --keep kept")
     return parser.parse_args(arguments)
 
@@ -64,13 +65,13 @@ def main():
     if chosen.only_data:
         return
     set_up.hide(chosen.without)
-    develop.prepare(set_up, chosen.samples, chosen.scale)
+    develop.prepare(set_up, chosen.samples, chosen.scale, chosen.seed)
     for view, path in photos_wanted(chosen.photo, chosen.out):
         path.parent.mkdir(parents=True, exist_ok=True)
         start = time.time()
         if chosen.develop_only:
-            develop.place_camera(set_up, view)
-            develop.develop(set_up, view, f"{chosen.keep}/{view.name.rsplit('.', 1)[0]}", str(path), chosen.quality, chosen.denoiser)
+            kept = str(Path(chosen.keep) / develop.stem(view))
+            develop.develop(set_up, view, kept, str(path), chosen.quality, chosen.denoiser)
         else:
             develop.photograph(set_up, view, str(path), chosen.quality, chosen.denoiser, chosen.keep)
         print(f"photo {path.name}: {time.time() - start:.0f} s", flush=True)

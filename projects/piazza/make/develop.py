@@ -1,5 +1,6 @@
 """Rendering one photo and developing it: optional noise filter, exposure, film curve, JPEG."""
 
+import glob
 import os
 import subprocess
 import tempfile
@@ -9,10 +10,10 @@ import bpy
 from stage import place_camera
 
 LAYERS = {"colour": "Image", "albedo": "Denoising Albedo", "normal": "Denoising Normal"}
-EXPOSURE_EV = 0.0
+EXPOSURE_EV = -0.12
 
 
-def prepare(stage, samples, scale, threads=0):
+def prepare(stage, samples, scale, seed):
     render, cycles = stage.scene.render, stage.scene.cycles
     render.engine = "CYCLES"
     render.resolution_percentage = scale
@@ -23,9 +24,9 @@ def prepare(stage, samples, scale, threads=0):
     cycles.transmission_bounces, cycles.transparent_max_bounces = 3, 8
     cycles.caustics_reflective = cycles.caustics_refractive = False
     cycles.sample_clamp_indirect, cycles.blur_glossy = 6.0, 0.6
-    cycles.seed = 7
+    cycles.seed = seed
     view = stage.scene.view_settings
-    view.view_transform, view.look = "Filmic", "Medium High Contrast"
+    view.view_transform, view.look = "Filmic", "High Contrast"
     bpy.context.view_layer.cycles.denoising_store_passes = True
 
 
@@ -37,7 +38,7 @@ def layers_to_files(stage, folder):
     source = tree.nodes.new("CompositorNodeRLayers")
     sink = tree.nodes.new("CompositorNodeOutputFile")
     sink.base_path = folder
-    sink.format.file_format, sink.format.color_depth, sink.format.color_mode = "OPEN_EXR", "32", "RGB"
+    sink.format.file_format, sink.format.color_depth, sink.format.color_mode = "OPEN_EXR", "16", "RGB"
     sink.file_slots.clear()
     for name, socket in LAYERS.items():
         sink.file_slots.new(name + "_")
@@ -86,17 +87,28 @@ def save(stage, pixels, path, quality, exposure_ev):
 
 
 def photograph(stage, camera, path, quality, denoiser=None, keep=None):
-    """Renders `camera` into `path`; `keep` is a folder for the linear layers, to develop again without rendering."""
+    """Renders `camera` into `path`; `keep` is a folder for the linear layers.
+
+    What several runs with different seeds have kept there is averaged: grain falls as if it had been one long run.
+    """
     place_camera(stage, camera)
     with tempfile.TemporaryDirectory() as scratch:
-        folder = os.path.join(keep or scratch, camera.name.rsplit(".", 1)[0])
+        folder = os.path.join(keep or scratch, stem(camera))
         os.makedirs(folder, exist_ok=True)
         layers_to_files(stage, folder)
-        stage.scene.frame_set(1)
+        stage.scene.frame_set(stage.scene.cycles.seed)  # the seed is in the files' names
         bpy.ops.render.render(write_still=False)
         develop(stage, camera, folder, path, quality, denoiser)
 
 
+def stem(camera):
+    return camera.name.rsplit(".", 1)[0]
+
+
 def develop(stage, camera, folder, path, quality, denoiser):
-    layers = {name: pixels_of(os.path.join(folder, f"{name}_0001.exr")) for name in LAYERS}
+    layers = {name: average(sorted(glob.glob(os.path.join(folder, f"{name}_*.exr")))) for name in LAYERS}
     save(stage, without_noise(layers, folder, denoiser), path, quality, camera.exposure_ev)
+
+
+def average(paths):
+    return sum(pixels_of(path) for path in paths) / len(paths)

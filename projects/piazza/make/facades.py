@@ -336,7 +336,8 @@ def loggia_roof(scene, m, a, overhang, eaves, rise):
     top = eaves + rise / (o - far) * o
     walls.poly([at(0, 0, far), at(0, 0, 0), at(0, top, 0), at(0, ridge, far)], m["ochre"])
     walls.poly([at(w, 0, 0), at(w, 0, far), at(w, ridge, far), at(w, top, 0)], m["ochre"])
-    walls.poly([at(0, 0, far), at(w, 0, far), at(w, ridge, far), at(0, ridge, far)][::-1], m["ochre"])
+    behind = far - a.end_wall
+    walls.poly([at(w, 0, behind), at(0, 0, behind), at(0, ridge - 0.1, behind), at(w, ridge - 0.1, behind)], m["ochre"])
     scene.add(f"{a.name}.outside", walls)
 
 

@@ -11,28 +11,44 @@ from shapes import Frame, circle
 
 
 def ground(scene, m):
-    b, reach = Builder(), 90.0
+    b, reach, rng = Builder(), 90.0, random.Random(5)
     b.poly([(-reach, -reach, 0), (reach, -reach, 0), (reach, reach, 0), (-reach, reach, 0)], m["cobbles"])
-    rings_and_spokes(b, m)
-    for x0, y0, x1, y1 in ((-15, -12.6, -14.1, 11.4), (14.1, -11.7, 15, 10.8), (-10, -12, 15, -11.1), (-8, 13.2, 10.5, 14)):
-        b.poly([(x0, y0, 0.004), (x1, y0, 0.004), (x1, y1, 0.004), (x0, y1, 0.004)], m["band"])
+    for band in rings_and_spokes():
+        slab_row(b, m, rng, *band)
+    for x0, y0, x1, y1 in ((-15, -12.6, -14.1, 11.4), (14.1, -11.1, 15, 10.8), (-8, 13.2, 10.5, 14)):
+        corners = [(x0, y0), (x1, y0), (x1, y1), (x0, y1)]
+        long_in_x = x1 - x0 > y1 - y0
+        slab_row(b, m, rng, *(corners if long_in_x else corners[1:] + corners[:1]), 0.004)
+    slab_row(b, m, rng, (-10, -12), (15, -12), (15, -11.1), (-10, -11.1), 0.004)
     scene.add("ground", b)
 
 
-def rings_and_spokes(b, m):
-    """Travertine bands in the cobbles: two octagons about the fountain, and spokes between them and beyond."""
+def slab_row(b, m, rng, p0, p1, q1, q0, z):
+    """Slabs of about 0.9 m between the edges p0-p1 and q0-q1, with open joints."""
+    length = sqrt((p1[0] - p0[0]) ** 2 + (p1[1] - p0[1]) ** 2)
+    count = max(1, round(length / 0.9))
+    joint = 0.005 / length
+    between = lambda a, c, t: (a[0] + (c[0] - a[0]) * t, a[1] + (c[1] - a[1]) * t, z)
+    cuts = [0.0] + [(k + rng.uniform(-0.2, 0.2)) / count for k in range(1, count)] + [1.0]
+    for t0, t1 in zip(cuts, cuts[1:]):
+        ends = (between(p0, p1, t0 + joint), between(p0, p1, t1 - joint), between(q0, q1, t1 - joint), between(q0, q1, t0 + joint))
+        b.poly(ends, m["band"], rng.random())
+
+
+def rings_and_spokes():
+    """Travertine bands in the cobbles: octagons about the fountain, and spokes between them and beyond."""
     cx, cy = plan.FOUNTAIN.centre
     for inner, outer in ((4.7, 5.15), (5.55, 5.7), (8.1, 8.25), (8.6, 9.1)):
         low, high = circle((cx, cy), inner, 8, pi / 8), circle((cx, cy), outer, 8, pi / 8)
         for i in range(8):
             j = (i + 1) % 8
-            b.poly([(*p, 0.005) for p in (low[i], high[i], high[j], low[j])], m["band"])
+            yield high[i], high[j], low[j], low[i], 0.005
     for i in range(8):
         a = pi / 8 + pi / 4 * i
         u, n = (cos(a), sin(a)), (-sin(a) * 0.21, cos(a) * 0.21)
         for r0, r1 in ((5.1, 8.65), (9.05, 13.0 if u[1] > -0.5 else 11.2)):
-            corner = lambda r, s: (cx + u[0] * r + s * n[0], cy + u[1] * r + s * n[1], 0.0035)
-            b.poly([corner(r0, -1), corner(r1, -1), corner(r1, 1), corner(r0, 1)], m["band"])
+            corner = lambda r, s: (cx + u[0] * r + s * n[0], cy + u[1] * r + s * n[1])
+            yield corner(r0, -1), corner(r1, -1), corner(r1, 1), corner(r0, 1), 0.0035
 
 
 # --- fountain --------------------------------------------------------------------------------------------
@@ -261,10 +277,12 @@ def window_boxes(scene, m):
 
 def pigeons(scene, m):
     """A few on the paving by the fountain, too small for the coarse model."""
-    rng, b = random.Random(11), Builder()
-    for _ in range(11):
-        x, y, a = rng.uniform(-4.6, -2.2), rng.uniform(-5.6, -2.6), rng.uniform(0, 2 * pi)
-        pigeon(b, m, Vector((x, y, 0.0)), Vector((cos(a), sin(a), 0)), rng.random() < 0.5)
+    rng, b, feet = random.Random(11), Builder(), []
+    while len(feet) < 8:
+        foot, a = Vector((rng.uniform(-5.0, -2.0), rng.uniform(-5.8, -2.6), 0.0)), rng.uniform(0, 2 * pi)
+        if all((foot - other).length > 0.6 for other in feet):
+            feet.append(foot)
+            pigeon(b, m, foot, Vector((cos(a), sin(a), 0)), rng.random() < 0.5)
     scene.add("ground", b)
 
 

@@ -3,12 +3,12 @@
 import bpy
 
 COLOURS = {  # linear reflectances of the plasters
-    "apricot": (0.69, 0.38, 0.165),
-    "rose": (0.60, 0.29, 0.185),
+    "apricot": (0.71, 0.36, 0.125),
+    "rose": (0.60, 0.25, 0.15),
     "ochre": (0.67, 0.42, 0.135),
     "cream": (0.68, 0.54, 0.33),
-    "vault": (0.70, 0.58, 0.42),
-    "church": (0.66, 0.455, 0.235),
+    "vault": (0.76, 0.64, 0.47),
+    "church": (0.66, 0.385, 0.19),
 }
 SHUTTERS = {"green": (0.055, 0.125, 0.075), "grey": (0.19, 0.235, 0.235), "brown": (0.13, 0.06, 0.03)}
 
@@ -90,37 +90,36 @@ def plaster(name, colour, wear=1.0, damp=1.3):
     """Lime paint over plaster: clouds, brush, pale repairs, rain streaks, damp that rises from the ground."""
     g = Graph(name)
     p = g.position()
-    clouds = g.noise(p, 0.33, 5.0, 0.6)
-    fine = g.noise(p, 4.2, 8.0, 0.68)
-    streaks = g.noise(g.scaled(p, (2.6, 2.6, 0.16)), 1.0, 5.0, 0.6)
+    clouds = g.noise(p, 0.33, 2.0, 0.6)
+    fine = g.noise(p, 4.2, 3.5, 0.7)
+    streaks = g.noise(g.scaled(p, (2.6, 2.6, 0.16)), 1.0, 3.0, 0.62)
     colour1 = g.mix(g.ramp(clouds, 0.32, 0.68), times(colour, 0.82), times(colour, 1.06))
     colour2 = g.mix(g.ramp(fine, 0.40, 0.72, 0.0, 0.38 * wear), colour1, times((0.78, 0.68, 0.52), 0.95))
     colour3 = g.mix(g.ramp(streaks, 0.52, 0.80, 0.0, 0.45 * wear), colour2, times(colour, 0.42))
-    patches = g.noise(p, 0.62, 6.0, 0.62, 0.4)
+    patches = g.noise(p, 0.62, 4.0, 0.64)
     pale = tuple(0.35 * c + 0.65 * d for c, d in zip(colour, (0.66, 0.56, 0.42)))
     colour4 = g.mix(g.ramp(patches, 0.62, 0.66, 0.0, 0.62 * wear), colour3, pale)
-    edge = g.maths("ADD", g.height(), g.maths("MULTIPLY", g.noise(p, 1.1, 6.0, 0.7), -1.5))
-    rising = g.ramp(edge, -0.75, damp - 0.75, 0.72, 0.0)
+    edge = g.maths("ADD", g.height(), g.maths("MULTIPLY", fine, -1.1))
+    rising = g.ramp(edge, -0.55, damp - 0.55, 0.72, 0.0)
     colour5 = g.mix(rising, colour4, (0.235, 0.185, 0.135))
-    relief = g.maths("ADD", fine, g.maths("MULTIPLY", g.ramp(patches, 0.61, 0.66), -0.7))
-    return g.surface(times(colour, 0.92), colour5, 0.92, g.bump(relief, 0.012, 0.5), 0.15)
+    return g.surface(times(colour, 0.92), colour5, 0.92, g.bump(g.noise(p, 5.0, 2.0, 0.7), 0.012, 0.5), 0.15)
 
 
 def stone(name, colour, course=None, wear=1.0):
     """Travertine: horizontal veins and pits; with `course` = (width, height) laid as ashlar with dark joints."""
     g = Graph(name)
     p = g.position()
-    veins = g.noise(g.scaled(p, (0.9, 0.9, 9.0)), 1.0, 6.0, 0.62)
-    clouds = g.noise(p, 0.7, 5.0, 0.6)
-    pits = g.noise(g.scaled(p, (7.0, 7.0, 26.0)), 1.0, 4.0, 0.6)
-    streaks = g.noise(g.scaled(p, (3.2, 3.2, 0.22)), 1.0, 5.0, 0.62)
+    veins = g.noise(g.scaled(p, (0.9, 0.9, 9.0)), 1.0, 3.0, 0.65)
+    clouds = g.noise(p, 0.7, 2.0, 0.6)
+    pits = g.noise(g.scaled(p, (7.0, 7.0, 26.0)), 1.0, 2.0, 0.6)
+    streaks = g.noise(g.scaled(p, (3.2, 3.2, 0.22)), 1.0, 3.0, 0.64)
     colour1 = g.mix(g.ramp(veins, 0.3, 0.7), times(colour, 0.80), times(colour, 1.05))
     colour2 = g.mix(g.ramp(clouds, 0.45, 0.75, 0.0, 0.4), colour1, times((0.50, 0.40, 0.28), 0.95))
     colour3 = g.mix(g.ramp(pits, 0.60, 0.72, 0.0, 0.45), colour2, times(colour, 0.4))
     colour4 = g.mix(g.ramp(streaks, 0.54, 0.82, 0.0, 0.55 * wear), colour3, times((0.20, 0.17, 0.14), 1.0))
-    edge = g.maths("ADD", g.height(), g.maths("MULTIPLY", g.noise(p, 1.4, 5.0, 0.7), -1.0))
+    edge = g.maths("ADD", g.height(), g.maths("MULTIPLY", clouds, -1.0))
     colour5 = g.mix(g.ramp(edge, -0.5, 0.45, 0.6, 0.0), colour4, (0.20, 0.165, 0.125))
-    relief = g.maths("ADD", g.maths("MULTIPLY", pits, -0.6), veins)
+    relief = g.maths("MULTIPLY", pits, -1.0)
     if course:
         joints, blocks = ashlar(g, p, course)
         colour5 = g.mix(0.5, colour5, g.mix(1.0, colour5, blocks, "MULTIPLY"))
@@ -153,7 +152,7 @@ def brick_wall(name):
         "Color1": (0.42, 0.17, 0.085), "Color2": (0.26, 0.105, 0.06), "Mortar": (0.42, 0.36, 0.28),
     }
     brick = g.node("TexBrick", inputs)
-    lime = g.ramp(g.noise(p, 1.3, 6.0, 0.65), 0.5, 0.62, 0.0, 0.75)
+    lime = g.ramp(g.noise(p, 1.3, 4.0, 0.65), 0.5, 0.62, 0.0, 0.75)
     colour = g.mix(lime, brick.outputs["Color"], (0.56, 0.45, 0.32))
     return g.surface((0.40, 0.24, 0.15), colour, 0.9, g.bump(g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), 0.01, 0.6), 0.1)
 
@@ -164,28 +163,29 @@ def clay(name):
     p, tint = g.position(), g.tint()
     light = g.mix(g.ramp(tint, 0.0, 1.0), (0.30, 0.115, 0.055), (0.60, 0.285, 0.14))
     odd = g.mix(g.ramp(tint, 0.90, 0.94), light, (0.66, 0.44, 0.27))
-    lichen = g.mix(g.ramp(g.noise(p, 2.1, 7.0, 0.7), 0.54, 0.66, 0.0, 0.7), odd, (0.33, 0.27, 0.155))
-    soot = g.mix(g.ramp(g.noise(p, 0.5, 5.0, 0.6), 0.45, 0.7, 0.0, 0.5), lichen, (0.13, 0.09, 0.065))
-    return g.surface((0.36, 0.17, 0.09), soot, 0.85, g.bump(g.noise(p, 30.0, 4.0), 0.004, 0.4), 0.2)
+    lichen = g.mix(g.ramp(g.noise(p, 2.1, 4.0, 0.7), 0.54, 0.66, 0.0, 0.7), odd, (0.33, 0.27, 0.155))
+    soot = g.mix(g.ramp(g.noise(p, 0.5, 2.0, 0.6), 0.45, 0.7, 0.0, 0.5), lichen, (0.13, 0.09, 0.065))
+    return g.surface((0.36, 0.17, 0.09), soot, 0.85, None, 0.2)
 
 
 def cobbles(name):
     """Small squared basalt-and-porphyry setts laid on the diagonal, worn shiny, sand in the joints."""
     g = Graph(name)
     p = g.position()
-    shift = g.node("TexNoise", {"Vector": p, "Scale": 1.3, "Detail": 2.0}).outputs["Color"]
-    moved = g.node("VectorMath", {0: p, 1: g.node("VectorMath", {0: shift, 1: (0.16, 0.16, 0.0)}, operation="MULTIPLY").outputs[0]}, operation="ADD").outputs[0]
+    sway = g.maths("MULTIPLY", g.noise(p, 1.3, 0.0), 0.16)
+    parts = g.node("SeparateXYZ", {0: p}).outputs
+    moved = g.node("CombineXYZ", {0: g.maths("ADD", parts["X"], sway), 1: g.maths("SUBTRACT", parts["Y"], sway)}).outputs[0]
     inputs = {
         "Vector": g.scaled(moved, (1.0, 1.0, 0.0), 0.7854), "Scale": 1.0, "Mortar Size": 0.0095, "Mortar Smooth": 0.6,
-        "Brick Width": 0.135, "Row Height": 0.125, "Color1": (0.28, 0.235, 0.20), "Color2": (0.125, 0.112, 0.105),
+        "Brick Width": 0.135, "Row Height": 0.125, "Color1": (0.29, 0.235, 0.19), "Color2": (0.105, 0.093, 0.087),
         "Mortar": (0.20, 0.165, 0.125),
     }
     brick = g.node("TexBrick", inputs)
-    warm = g.mix(g.ramp(g.noise(p, 0.25, 4.0, 0.6), 0.35, 0.65), (0.80, 0.72, 0.66), (1.25, 1.10, 0.95))
+    warm = g.mix(g.ramp(g.noise(p, 0.25, 2.0, 0.6), 0.35, 0.65), (0.80, 0.72, 0.66), (1.25, 1.10, 0.95))
     colour = g.mix(1.0, brick.outputs["Color"], warm, "MULTIPLY")
-    dust = g.mix(g.ramp(g.noise(p, 0.8, 7.0, 0.7), 0.5, 0.72, 0.0, 0.55), colour, (0.34, 0.275, 0.20))
-    domes = g.maths("ADD", g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), g.maths("MULTIPLY", g.noise(p, 9.0, 3.0), 0.5))
-    rough = g.ramp(g.noise(p, 1.7, 5.0), 0.35, 0.7, 0.42, 0.75)
+    dust = g.mix(g.ramp(g.noise(p, 0.8, 4.0, 0.7), 0.5, 0.72, 0.0, 0.55), colour, (0.34, 0.275, 0.20))
+    domes = g.maths("MULTIPLY", brick.outputs["Fac"], -1.0)
+    rough = g.ramp(g.noise(p, 1.7, 2.0), 0.35, 0.7, 0.42, 0.75)
     return g.surface((0.22, 0.185, 0.15), dust, rough, g.bump(domes, 0.016, 0.8), 0.4)
 
 
@@ -199,9 +199,18 @@ def slabs(name, colour, width=0.9, height=0.6, turn=0.0):
         "Mortar": times(colour, 0.32),
     }
     brick = g.node("TexBrick", inputs)
-    wear = g.mix(g.ramp(g.noise(p, 1.2, 7.0, 0.68), 0.45, 0.72, 0.0, 0.55), brick.outputs["Color"], times(colour, 0.52))
-    relief = g.maths("ADD", g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), g.maths("MULTIPLY", g.noise(p, 12.0, 4.0), 0.4))
-    return g.surface(times(colour, 0.8), wear, g.ramp(g.noise(p, 2.0, 4.0), 0.3, 0.7, 0.4, 0.7), g.bump(relief, 0.008, 0.7), 0.4)
+    wear = g.mix(g.ramp(g.noise(p, 1.2, 4.0, 0.68), 0.45, 0.72, 0.0, 0.55), brick.outputs["Color"], times(colour, 0.52))
+    relief = g.maths("ADD", g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), g.maths("MULTIPLY", g.noise(p, 12.0, 0.0), 0.4))
+    return g.surface(times(colour, 0.8), wear, g.ramp(g.noise(p, 2.0, 1.0), 0.3, 0.7, 0.4, 0.7), g.bump(relief, 0.008, 0.7), 0.4)
+
+
+def band_stone(name, colour):
+    """Slabs that are modelled one by one: only their colour is painted, a little different for each (the tint)."""
+    g = Graph(name)
+    p = g.position()
+    own = g.mix(g.tint(), times(colour, 0.78), times(colour, 1.08))
+    worn = g.mix(g.ramp(g.noise(p, 1.2, 4.0, 0.68), 0.45, 0.72, 0.0, 0.55), own, times(colour, 0.52))
+    return g.surface(colour, worn, g.ramp(g.noise(p, 2.0, 1.0), 0.3, 0.7, 0.4, 0.7), None, 0.4)
 
 
 def paint(name, colour, roughness=0.55):
@@ -209,7 +218,7 @@ def paint(name, colour, roughness=0.55):
     g = Graph(name)
     p = g.position()
     faded = tuple(0.6 * c + 0.12 for c in colour)
-    mixed = g.mix(g.ramp(g.noise(g.scaled(p, (6.0, 6.0, 1.2)), 1.0, 5.0, 0.65), 0.42, 0.75, 0.0, 0.6), colour, faded)
+    mixed = g.mix(g.ramp(g.noise(g.scaled(p, (6.0, 6.0, 1.2)), 1.0, 3.0, 0.65), 0.42, 0.75, 0.0, 0.6), colour, faded)
     shade = g.mix(g.ramp(g.tint(), 0.0, 1.0, 0.35, 0.0), mixed, times(colour, 0.45))
     return g.surface(colour, shade, roughness, None, 0.35)
 
@@ -217,7 +226,7 @@ def paint(name, colour, roughness=0.55):
 def wood(name, colour):
     g = Graph(name)
     p = g.position()
-    grain = g.noise(g.scaled(p, (14.0, 14.0, 0.7)), 1.0, 5.0, 0.6)
+    grain = g.noise(g.scaled(p, (14.0, 14.0, 0.7)), 1.0, 3.0, 0.6)
     return g.surface(colour, g.mix(g.ramp(grain, 0.3, 0.7), times(colour, 0.55), times(colour, 1.15)), 0.6, g.bump(grain, 0.004, 0.5), 0.3)
 
 
@@ -256,10 +265,10 @@ def spray(name):
 
 
 def leaf(name, dark, light, through):
-    """Both sides of a leaf: a skin that reflects and a body that lets warm light through."""
+    """Both sides of a leaf: a skin that scatters and a body that lets warm light through."""
     g = Graph(name)
     colour = g.mix(g.tint(), dark, light)
-    skin = g.node("BsdfPrincipled", {"Base Color": colour, "Roughness": 0.5, "Specular": 0.3}).outputs[0]
+    skin = g.node("BsdfDiffuse", {"Color": colour}).outputs[0]
     body = g.node("BsdfTranslucent", {"Color": g.mix(g.tint(), times(through, 0.7), through)}).outputs[0]
     return g.finish(g.node("MixShader", {0: 0.38, 1: skin, 2: body}).outputs[0])
 
@@ -289,7 +298,7 @@ def palette():
     m["brick"] = brick_wall("brick")
     m["clay"] = clay("clay")
     m["cobbles"] = cobbles("cobbles")
-    m["band"] = slabs("band", (0.52, 0.44, 0.33))
+    m["band"] = band_stone("band", (0.50, 0.42, 0.31))
     m["flags"] = slabs("flags", (0.40, 0.31, 0.225), 0.62, 0.62, 0.7854)
     m["step"] = slabs("step", (0.60, 0.52, 0.41), 1.5, 0.6)
     for name, colour in SHUTTERS.items():

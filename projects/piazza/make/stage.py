@@ -62,7 +62,7 @@ def sun_direction():
 
 def sun(stage):
     lamp = bpy.data.lights.new("sun", "SUN")
-    lamp.energy, lamp.angle, lamp.color = 5.4, radians(0.6), (1.0, 0.70, 0.40)
+    lamp.energy, lamp.angle, lamp.color = 6.0, radians(0.6), (1.0, 0.70, 0.40)
     item = bpy.data.objects.new("sun", lamp)
     item.rotation_euler = sun_direction().to_track_quat("Z", "Y").to_euler()
     stage.scene.collection.objects.link(item)
@@ -81,9 +81,9 @@ def sky(stage):
     direction = g.node("TexCoord").outputs["Generated"]
     clouded = clouds(g, air.outputs[0], direction)
     seen = g.node("LightPath").outputs["Is Camera Ray"]
-    colour = g.mix(seen, air.outputs[0], clouded)
-    strength = g.ramp(seen, 0.0, 1.0, 0.27, 0.135)
-    back = g.node("Background", {"Color": colour, "Strength": strength}).outputs[0]
+    light = g.node("Background", {"Color": air.outputs[0], "Strength": 0.25}).outputs[0]
+    picture = g.node("Background", {"Color": clouded, "Strength": 0.135}).outputs[0]
+    back = g.node("MixShader", {0: seen, 1: light, 2: picture}).outputs[0]
     g.tree.links.new(back, g.node("OutputWorld").inputs["Surface"])
 
 
@@ -92,7 +92,7 @@ def clouds(g, air, direction):
     parts = g.node("SeparateXYZ", {0: direction}).outputs
     up = g.maths("MAXIMUM", g.maths("ADD", parts["Z"], 0.10), 0.02)
     flat = g.node("CombineXYZ", {0: g.maths("DIVIDE", parts["X"], up), 1: g.maths("DIVIDE", parts["Y"], up)}).outputs[0]
-    shape = g.noise(g.scaled(flat, (0.55, 1.15, 1.0), 0.6), 1.15, 9.0, 0.60, 0.35)
+    shape = g.noise(g.scaled(flat, (0.55, 1.15, 1.0), 0.6), 1.15, 6.0, 0.60, 0.35)
     cover = g.noise(g.scaled(flat, (0.5, 0.5, 1.0)), 0.6, 2.0, 0.5)
     amount = g.ramp(g.maths("ADD", shape, g.maths("MULTIPLY", cover, 0.5)), 0.74, 1.0, 0.0, 0.85)
     fade = g.maths("MULTIPLY", amount, g.ramp(parts["Z"], 0.03, 0.22))
