@@ -8,6 +8,8 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use super::bytes::parse_bytes;
 use crate::geometry::Similarity;
 use crate::layers::{BoxShape, Method, Options};
+use crate::recipe::open::Opened;
+use crate::task::Task;
 
 /// Calibrated photos and a coarse model become editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]
@@ -46,6 +48,10 @@ pub struct Global {
 pub enum Command {
     /// Make a project of photos, their cameras and a model
     New(NewArgs),
+    /// Write the stacks as files for an image editor
+    Export(ExportArgs),
+    /// Show what a project holds, and why a face has no texture
+    Info(InfoArgs),
     /// Print the completions of a shell
     #[command(hide = true)]
     Completions { shell: clap_complete::Shell },
@@ -112,6 +118,9 @@ pub struct ExportArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
+    /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub memory: Option<u64>,
 }
 
 #[derive(Debug, Args)]
@@ -130,6 +139,19 @@ pub struct PhotoArgs {
     /// This photo only (may be given several times) [default: all]
     #[arg(long = "photo", value_name = "NAME")]
     pub names: Vec<String>,
+}
+
+impl PhotoArgs {
+    /// Why photos are missing from the site, for the exit status. Whoever asked for photos by name
+    /// and got them is only told.
+    pub fn problems_of(&self, opened: &Opened, task: &Task) -> Vec<String> {
+        let problems = opened.problems.iter().map(ToString::to_string);
+        if self.names.is_empty() {
+            return problems.collect();
+        }
+        problems.for_each(|problem| task.note(problem));
+        Vec::new()
+    }
 }
 
 /// The options of the method; those not given are the project's.

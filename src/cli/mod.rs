@@ -18,12 +18,17 @@ use crate::task::Task;
 
 pub mod args;
 mod bytes;
+mod export;
 mod fault;
+mod info;
+mod machine;
 mod new;
 mod paint;
 pub mod reporter;
+mod stacks;
 mod table;
 mod timings;
+mod untextured;
 
 use args::{Cli, Command, Global};
 use paint::{ERROR, paint};
@@ -63,6 +68,8 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
 fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
     match command {
         Command::New(args) => new::run(args, task),
+        Command::Info(args) => info::run(args, task),
+        Command::Export(args) => export::run(args, task),
         Command::Completions { shell } => Ok(completions(*shell)),
         Command::Man => Ok(manual()),
     }

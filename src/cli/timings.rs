@@ -6,6 +6,7 @@ use std::time::Duration;
 use serde_json::{Value, json};
 
 use super::bytes::readable_bytes;
+use super::machine::peak_memory;
 use super::table::Table;
 
 /// What [`crate::task::Event::Timing`] reported.
@@ -65,14 +66,6 @@ impl Timings {
         let cell = |stage: &&'static str| spent(stage).map_or_else(|| "-".into(), seconds);
         [subject.to_owned()].into_iter().chain(self.stages.iter().map(cell)).collect()
     }
-}
-
-/// The most memory this process ever held, in bytes; `None` where the system does not tell.
-fn peak_memory() -> Option<u64> {
-    let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
-    let kibibytes: u64 = line.split_whitespace().nth(1)?.parse().ok()?;
-    Some(kibibytes * 1024)
 }
 
 #[cfg(test)]

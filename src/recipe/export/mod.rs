@@ -70,7 +70,7 @@ pub const STAGE_WRITE: &str = "write layers";
 pub const STAGE: &str = "export";
 
 /// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`,
-/// which is made if needed. A fault in one photo is noted, the others go on.
+/// which is made if needed. A fault in one photo is in [`Exported::failed`], the others go on.
 ///
 /// # Errors
 /// [`Error::Io`] when `out` cannot be made or the records of former exports cannot be read;
@@ -93,7 +93,7 @@ pub fn export(
         out,
         options,
     };
-    collect(photos, run(&exporter, photos, task), task)
+    collect(photos, run(&exporter, photos, task))
 }
 
 /// Runs the photos, as many at a time as memory allows. (Threads of our own, because a waiting rayon
@@ -128,16 +128,13 @@ fn at_a_time(photos: &[&Photo], memory: u64) -> usize {
     (memory / each).clamp(1, rayon::current_num_threads() as u64).min(photos.len() as u64) as usize
 }
 
-fn collect(photos: &[&Photo], results: Vec<Option<Result<ExportReport>>>, task: &Task) -> Result<Exported> {
+fn collect(photos: &[&Photo], results: Vec<Option<Result<ExportReport>>>) -> Result<Exported> {
     let mut exported = Exported::default();
     for (photo, result) in photos.iter().zip(results) {
         match result.expect("every photo is run") {
             Ok(report) => exported.done.push(report),
             Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(problem) => {
-                task.of(&photo.name).note(problem.to_string());
-                exported.failed.push((photo.name.clone(), problem));
-            }
+            Err(problem) => exported.failed.push((photo.name.clone(), problem)),
         }
     }
     Ok(exported)

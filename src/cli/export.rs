@@ -1,0 +1,75 @@
+//! `quadratura export`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::{ExportArgs, FormatArg};
+use super::bytes::readable_bytes;
+use super::machine::default_memory;
+use super::table::{Table, counted};
+use crate::document::export_record::ExportFormat;
+use crate::error::Result;
+use crate::io::lock::ProjectLock;
+use crate::io::project::read_project;
+use crate::io::stack_store::StackStore;
+use crate::recipe::export::{ExportOptions, Exported, export};
+use crate::recipe::open::{Opened, open_site};
+use crate::recipe::survey::{StackState, Survey};
+use crate::scene::Photo;
+use crate::task::Task;
+
+pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
+    let project = read_project(&args.project)?;
+    let _lock = ProjectLock::take(&args.project)?;
+    let opened = open_site(&args.project, project, task)?;
+    let photos = opened.photos_named(&args.photos.names)?;
+    tell_stale(&opened, &StackStore::new(&args.project), &photos, task)?;
+    let options = ExportOptions {
+        format: args.format.into(),
+        memory: args.memory.unwrap_or_else(default_memory),
+        ..ExportOptions::default()
+    };
+    let exported = export(&args.project, &photos, &args.out, &options, task)?;
+    Ok(report(&exported, args.photos.problems_of(&opened, task)))
+}
+
+/// What is exported is the stack on disk, whatever has changed since it was built.
+fn tell_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Task) -> Result<()> {
+    let survey = Survey::new(opened, store);
+    for photo in photos {
+        if let StackState::Stale(_) = survey.state(photo)? {
+            task.of(&photo.name)
+                .note("its stack is older than the project; `quadratura build` makes it anew");
+        }
+    }
+    Ok(())
+}
+
+fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {
+    problems.extend(exported.failed.iter().map(|(photo, error)| format!("{photo}: {error}")));
+    let mut table = Table::new(&["photo", "groups", "layers", "size", "file"]);
+    for done in &exported.done {
+        let (groups, layers) = (done.groups.to_string(), done.layers.to_string());
+        let file = done.path.display().to_string();
+        table.row([done.photo.clone(), groups, layers, readable_bytes(done.bytes), file]);
+    }
+    let bytes = exported.done.iter().map(|done| done.bytes).sum();
+    let text = format!(
+        "{}\n{} exported, {}\n",
+        table.render(),
+        counted(exported.done.len(), "photo"),
+        readable_bytes(bytes),
+    );
+    let json = json!({ "photos": exported.done, "problems": problems });
+    Outcome { text, json, problems }
+}
+
+impl From<FormatArg> for ExportFormat {
+    fn from(arg: FormatArg) -> Self {
+        match arg {
+            FormatArg::Psd => Self::Psd,
+            FormatArg::Folder => Self::Folder,
+            FormatArg::Ora => Self::Ora,
+        }
+    }
+}

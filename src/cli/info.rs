@@ -1,0 +1,129 @@
+//! `quadratura info`.
+
+use serde_json::{Value, json};
+
+use super::Outcome;
+use super::args::InfoArgs;
+use super::stacks::StackTable;
+use super::table::{Table, counted};
+use super::untextured::Untextured;
+use crate::document::Stack;
+use crate::error::Result;
+use crate::io::stack_store::StackStore;
+use crate::recipe::open::{Opened, open};
+use crate::recipe::survey::{FaceInStack, StackState, Survey, face_in_stack, face_named};
+use crate::scene::Photo;
+use crate::task::Task;
+
+pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
+    let opened = open(&args.project, task)?;
+    let store = StackStore::new(&args.project);
+    let survey = Survey::new(&opened, &store);
+    let photos = opened.photos_named(&args.photos.names)?;
+    let (text, json) = match &args.face {
+        Some(face) => about_face(face, &opened, &survey, &photos, task)?,
+        None => about_photos(args, &opened, &store, &survey, &photos, task)?,
+    };
+    Ok(Outcome { text, json, problems: args.photos.problems_of(&opened, task) })
+}
+
+fn about_photos(
+    args: &InfoArgs,
+    opened: &Opened,
+    store: &StackStore,
+    survey: &Survey<'_>,
+    photos: &[&Photo],
+    task: &Task,
+) -> Result<(String, Value)> {
+    let mut table = StackTable::default();
+    let mut untextured = Untextured::default();
+    for (photo, done) in photos.iter().zip(0..) {
+        task.step("read stacks", done, photos.len() as u64)?;
+        let state = survey.state(photo)?;
+        table.add(&photo.name, state.word(), state.stack());
+        if let Some(stack) = state.stack() {
+            untextured.add(stack);
+        }
+        if let StackState::Broken(error) = &state {
+            task.of(&photo.name).note(error.to_string());
+        }
+    }
+    let model = &opened.site.model;
+    let mut text = format!(
+        "{}, {} in {}\n\n{}\n",
+        counted(opened.site.photos.len(), "photo"),
+        counted(model.faces.len(), "face"),
+        counted(model.objects.len(), "object"),
+        table.text(),
+    );
+    let in_detail = !args.photos.names.is_empty();
+    text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
+    let strangers = strangers(opened, store)?;
+    if !strangers.is_empty() {
+        text.push_str(&format!(
+            "\nstacks of photos that the project does not have: {}\n",
+            strangers.join(", ")
+        ));
+    }
+    let json = json!({
+        "faces": model.faces.len(),
+        "objects": model.objects.len(),
+        "photos": table.into_json(),
+        "untextured": untextured.to_json(),
+        "stacks_without_photo": strangers,
+    });
+    Ok((text, json))
+}
+
+/// Stacks whose photo has left the project.
+fn strangers(opened: &Opened, store: &StackStore) -> Result<Vec<String>> {
+    let belongs = |name: &String| opened.site.photos.iter().any(|photo| photo.name == *name);
+    Ok(store.photos()?.into_iter().filter(|name| !belongs(name)).collect())
+}
+
+fn about_face(
+    name: &str,
+    opened: &Opened,
+    survey: &Survey<'_>,
+    photos: &[&Photo],
+    task: &Task,
+) -> Result<(String, Value)> {
+    let model = &opened.site.model;
+    let id = face_named(model, name)?;
+    let face = model.face(id);
+    let object = &model.object(face.object).name;
+    let mut table = Table::new(&["photo", "state", name]);
+    let mut rows = Vec::new();
+    for (photo, done) in photos.iter().zip(0..) {
+        task.step("read stacks", done, photos.len() as u64)?;
+        let state = survey.state(photo)?;
+        let what = state.stack().map(|stack| said_of_face(stack, object, face.index));
+        let (text, mut row) = what.unwrap_or_default();
+        table.row([photo.name.clone(), state.word().to_owned(), text]);
+        row["photo"] = json!(photo.name);
+        row["state"] = json!(state.word());
+        rows.push(row);
+    }
+    Ok((table.render(), json!({ "face": model.face_name(id), "photos": rows })))
+}
+
+/// What one photo has of a face, for people and for programs.
+fn said_of_face(stack: &Stack, object: &str, index: u32) -> (String, Value) {
+    match face_in_stack(stack, object, index) {
+        FaceInStack::Textured { image_layers, back } => {
+            let layers: Vec<_> = image_layers.iter().map(|layer| &stack.image_layers[*layer]).collect();
+            let names: Vec<_> = layers.iter().map(|layer| format!("{} [{}]", layer.name, layer.id)).collect();
+            let side = if back { ", its back" } else { "" };
+            let files: Vec<_> = layers.iter().map(|layer| &layer.file).collect();
+            (
+                format!("in {}{side}", names.join(", ")),
+                json!({ "textured": true, "back": back, "files": files }),
+            )
+        }
+        FaceInStack::Untextured(untextured) => {
+            let text = super::untextured::reason_in_words(untextured);
+            (text, json!({ "textured": false, "untextured": untextured }))
+        }
+        FaceInStack::Unknown => ("not in this stack, which is of another model".into(), json!({})),
+    }
+}

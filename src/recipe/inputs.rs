@@ -1,0 +1,102 @@
+//! What a stack is made of, as one hash: when it is still the same, nothing has to be built.
+
+use blake3::Hasher;
+
+use crate::error::Result;
+use crate::io::hash::hash_file;
+use crate::layers::Options;
+use crate::scene::{Model, Photo};
+
+/// What all photos of a project share: model, options, program.
+#[derive(Debug)]
+pub struct Inputs<'a> {
+    model: String,
+    options: &'a Options,
+}
+
+impl<'a> Inputs<'a> {
+    /// Of a model in the world, and options.
+    pub fn new(model: &Model, options: &'a Options) -> Self {
+        Self { model: hash_of_model(model), options }
+    }
+
+    /// The hash of all that the stack of `photo` is made of: 64 hexadecimal digits.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`] when the photo cannot be read.
+    pub fn hash(&self, photo: &Photo) -> Result<String> {
+        let pixels = hash_file(&photo.file)?;
+        let (camera, pose) = (&photo.camera, &photo.pose);
+        let camera = (camera.width, camera.height, camera.matrix_rows());
+        let pose = (pose.rotation_rows(), pose.translation);
+        let program = env!("CARGO_PKG_VERSION");
+        let all = (program, &photo.name, pixels, &self.model, camera, pose, self.options);
+        let text = serde_json::to_vec(&all).expect("plain data is JSON");
+        Ok(blake3::hash(&text).to_hex().to_string())
+    }
+}
+
+/// The model bit for bit, in the order of its file.
+fn hash_of_model(model: &Model) -> String {
+    let mut hasher = Hasher::new();
+    for vertex in &model.vertices {
+        add_numbers(&mut hasher, vertex.to_array());
+    }
+    model.ring_vertices.iter().for_each(|vertex| add(&mut hasher, [*vertex]));
+    model.triangles.iter().for_each(|triangle| add(&mut hasher, *triangle));
+    for object in &model.objects {
+        hasher.update(object.name.as_bytes());
+        // No name holds a zero, so names cannot run into each other.
+        hasher.update(&[0, object.billboard.into()]);
+    }
+    for face in &model.faces {
+        let (ring, triangles) = (face.ring.end, face.triangles.end);
+        add(&mut hasher, [face.object.0, face.index, ring, triangles, face.planar.into()]);
+        add_numbers(&mut hasher, face.plane.normal.to_array());
+        add_numbers(&mut hasher, face.plane.point.to_array());
+    }
+    hasher.finalize().to_hex().to_string()
+}
+
+fn add<const N: usize>(hasher: &mut Hasher, numbers: [u32; N]) {
+    hasher.update(numbers.map(u32::to_le_bytes).as_flattened());
+}
+
+fn add_numbers(hasher: &mut Hasher, numbers: [f64; 3]) {
+    hasher.update(numbers.map(f64::to_le_bytes).as_flattened());
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use glam::{DMat3, DVec3};
+
+    use super::*;
+    use crate::geometry::{Pinhole, Pose, Similarity};
+
+    fn photo(file: &Path) -> Photo {
+        let camera = Pinhole { width: 4, height: 3, fx: 3.0, fy: 3.0, cx: 2.0, cy: 1.5 };
+        let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+        Photo { name: "a.png".into(), camera, pose, file: file.into() }
+    }
+
+    #[test]
+    fn a_change_of_model_options_camera_or_pixels_changes_the_hash() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let model = Model { vertices: vec![DVec3::ONE], ..Model::default() };
+        let (options, photo) = (Options::default(), photo(file.path()));
+        let hash = Inputs::new(&model, &options).hash(&photo).unwrap();
+        assert_eq!(Inputs::new(&model, &options).hash(&photo).unwrap(), hash);
+
+        let moved = Similarity { translation: DVec3::X, ..Similarity::IDENTITY };
+        assert_ne!(Inputs::new(&model.transformed(&moved), &options).hash(&photo).unwrap(), hash);
+        let wider = Options { margin: 9, ..Options::default() };
+        assert_ne!(Inputs::new(&model, &wider).hash(&photo).unwrap(), hash);
+        let mut other = photo.clone();
+        other.camera.cx += 1e-9;
+        assert_ne!(Inputs::new(&model, &options).hash(&other).unwrap(), hash);
+        std::fs::write(file.path(), "pixels").unwrap();
+        assert_ne!(Inputs::new(&model, &options).hash(&photo).unwrap(), hash);
+    }
+}

@@ -1,0 +1,123 @@
+//! What became of a project's photos: which have a stack, which are stale, where a face is.
+
+use super::inputs::Inputs;
+use super::open::Opened;
+use crate::document::Stack;
+use crate::document::stack::Untextured;
+use crate::error::{Error, Result};
+use crate::io::stack_store::StackStore;
+use crate::scene::{FaceId, Model, Photo};
+
+/// How a photo's stack stands to the project.
+#[derive(Debug)]
+pub enum StackState {
+    /// Made of the project as it is now.
+    Current(Stack),
+    /// Something has changed since: photo, camera, model, options or program.
+    Stale(Stack),
+    /// There is none.
+    Missing,
+    /// It cannot be read.
+    Broken(Error),
+}
+
+impl StackState {
+    /// One word for a table.
+    pub fn word(&self) -> &'static str {
+        match self {
+            Self::Current(_) => "current",
+            Self::Stale(_) => "stale",
+            Self::Missing => "not built",
+            Self::Broken(_) => "broken",
+        }
+    }
+
+    /// The stack, if there is one.
+    pub fn stack(&self) -> Option<&Stack> {
+        match self {
+            Self::Current(stack) | Self::Stale(stack) => Some(stack),
+            Self::Missing | Self::Broken(_) => None,
+        }
+    }
+}
+
+/// Compares stacks on disk with the project that they were made of.
+pub struct Survey<'a> {
+    store: &'a StackStore,
+    inputs: Inputs<'a>,
+}
+
+impl<'a> Survey<'a> {
+    /// Of one project.
+    pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
+        Self { store, inputs: Inputs::new(&opened.site.model, &opened.project.options) }
+    }
+
+    /// The state of the stack of `photo`.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when the photo cannot be read.
+    pub fn state(&self, photo: &Photo) -> Result<StackState> {
+        let stack = match self.store.current(&photo.name) {
+            Ok(Some(stack)) => stack,
+            Ok(None) => return Ok(StackState::Missing),
+            Err(error) => return Ok(StackState::Broken(error)),
+        };
+        let current = stack.inputs == self.inputs.hash(photo)?;
+        Ok(if current { StackState::Current(stack) } else { StackState::Stale(stack) })
+    }
+}
+
+/// What a stack has of one face.
+#[derive(Debug, PartialEq)]
+pub enum FaceInStack<'a> {
+    /// Texture, in these image layers (places in [`Stack::image_layers`]); of its back side or not.
+    Textured { image_layers: Vec<usize>, back: bool },
+    /// None, for a reason.
+    Untextured(&'a Untextured),
+    /// The stack is of another model.
+    Unknown,
+}
+
+/// Looks for the face `index` of `object` in a stack.
+pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInStack<'a> {
+    if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
+        return FaceInStack::Untextured(untextured);
+    }
+    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
+    let holding: Vec<_> = elements
+        .filter(|(element, _)| element.object == object)
+        .filter(|(element, _)| {
+            element.faces.contains(&index) || element.pieces.iter().any(|piece| piece[0] == index)
+        })
+        .collect();
+    if holding.is_empty() {
+        return FaceInStack::Unknown;
+    }
+    let holds = |layer: usize| holding.iter().any(|(_, e)| stack.image_layers[layer].elements.contains(e));
+    FaceInStack::Textured {
+        image_layers: (0..stack.image_layers.len()).filter(|layer| holds(*layer)).collect(),
+        back: holding.iter().any(|(element, _)| element.back.contains(&index)),
+    }
+}
+
+/// The face that `name` (`object[index]`) names.
+///
+/// # Errors
+/// [`Error::Request`] when the model has no such object or the object no such face.
+pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
+    let expected = || {
+        Error::Request(format!(
+            "{name:?} names no face; write OBJECT[INDEX], as in the list of `quadratura info`"
+        ))
+    };
+    let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;
+    let index: usize = rest.strip_suffix(']').and_then(|index| index.parse().ok()).ok_or_else(expected)?;
+    let Some(object) = model.objects.iter().find(|o| o.name == object) else {
+        return Err(Error::Request(format!("the model has no object {object:?}")));
+    };
+    object.faces.get(index).copied().ok_or_else(|| {
+        let (name, count) = (&object.name, object.faces.len());
+        Error::Request(format!("{name:?} has {count} faces, numbered from 0; there is no face {index}"))
+    })
+}
