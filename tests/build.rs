@@ -1,0 +1,250 @@
+//! `build` on small invented sites, from photos on disk to stacks on disk: what the files hold.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::DVec3;
+use quadratura::document::Stack;
+use quadratura::io::stack_store::StackStore;
+use quadratura::layers::{BoxShape, Method, Options, SoftwareRasteriser};
+use quadratura::recipe::build::{BuildOptions, Built, build};
+use quadratura::scene::synthetic::{Dice, Scene, closed_form, random};
+use quadratura::scene::{Photo, Site};
+use quadratura::task::Task;
+
+/// A photo of one colour a pixel, RGBA: noise, so that any pixel from elsewhere is noticed. With
+/// `holes`, some pixels are not valid.
+struct Noise {
+    width: u32,
+    height: u32,
+    rgba: Vec<u16>,
+}
+
+impl Noise {
+    fn new(seed: u64, width: u32, height: u32, holes: bool) -> Self {
+        let mut dice = Dice::new(seed);
+        let mut rgba = Vec::new();
+        for _ in 0..width * height {
+            rgba.extend([0; 3].map(|_| dice.whole(0, 65535) as u16));
+            rgba.push(if holes && dice.chance(0.2) { dice.whole(0, 60000) as u16 } else { 65535 });
+        }
+        Self { width, height, rgba }
+    }
+
+    fn save(&self, path: &Path, bits: u8, alpha: bool) {
+        let pixels = self.rgba.chunks_exact(4).map(|p| if alpha { p } else { &p[..3] });
+        let bytes: Vec<u8> = match bits {
+            8 => pixels.flatten().map(|v| (v >> 8) as u8).collect(),
+            _ => pixels.flatten().flat_map(|v| v.to_be_bytes()).collect(),
+        };
+        let file = fs::File::create(path).unwrap();
+        let mut encoder = png::Encoder::new(file, self.width, self.height);
+        encoder.set_color(if alpha { png::ColorType::Rgba } else { png::ColorType::Rgb });
+        encoder.set_depth(if bits == 8 { png::BitDepth::Eight } else { png::BitDepth::Sixteen });
+        encoder.write_header().unwrap().write_image_data(&bytes).unwrap();
+    }
+
+    fn pixel(&self, x: u32, y: u32, bits: u8) -> [u16; 4] {
+        let at = ((y * self.width + x) * 4) as usize;
+        let full = if bits == 8 { 255 } else { 65535 };
+        let [r, g, b, a]: [u16; 4] = self.rgba[at..at + 4].try_into().unwrap();
+        let shift = if bits == 8 { 8 } else { 0 };
+        [r >> shift, g >> shift, b >> shift, if a == 65535 { full } else { 0 }]
+    }
+}
+
+/// A decoded PNG with 4 or 1 channels, samples widened to 16 bits.
+fn decode(path: &Path) -> (u32, u32, Vec<u16>) {
+    let mut decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    decoder.set_transformations(png::Transformations::EXPAND);
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let info = reader.next_frame(&mut bytes).unwrap();
+    let samples = match info.bit_depth {
+        png::BitDepth::Sixteen => bytes.chunks_exact(2).map(|b| u16::from_be_bytes([b[0], b[1]])).collect(),
+        _ => bytes.iter().map(|&b| b.into()).collect(),
+    };
+    (info.width, info.height, samples)
+}
+
+/// A project folder with one photo of a scene.
+struct Bench {
+    folder: tempfile::TempDir,
+    site: Site,
+    noise: Noise,
+    bits: u8,
+}
+
+impl Bench {
+    fn new(scene: &Scene, bits: u8, alpha: bool) -> Self {
+        let folder = tempfile::tempdir().unwrap();
+        let noise = Noise::new(7, scene.camera.width, scene.camera.height, alpha);
+        let file = folder.path().join("photo.png");
+        noise.save(&file, bits, alpha);
+        let photo = Photo { name: "photo.png".into(), file, ..scene.photo() };
+        Self { folder, site: Site { photos: vec![photo], model: scene.model.clone() }, noise, bits }
+    }
+
+    fn build(&self, layers: Options, threads: usize) -> Built {
+        let options = BuildOptions { layers, photos: Vec::new(), memory: 1 << 30, threads, force: false };
+        let store = StackStore::new(self.folder.path());
+        let built = build(&self.site, &store, &SoftwareRasteriser, &options, &Task::silent());
+        built.unwrap().pop().unwrap()
+    }
+
+    fn stack_folder(&self) -> PathBuf {
+        StackStore::new(self.folder.path()).folder("photo.png")
+    }
+
+    /// Every file of the stack with its bytes.
+    fn bytes(&self) -> BTreeMap<PathBuf, Vec<u8>> {
+        fn walk(folder: &Path, found: &mut BTreeMap<PathBuf, Vec<u8>>, root: &Path) {
+            for entry in fs::read_dir(folder).unwrap() {
+                let path = entry.unwrap().path();
+                if path.is_dir() {
+                    walk(&path, found, root);
+                } else {
+                    found.insert(path.strip_prefix(root).unwrap().into(), fs::read(&path).unwrap());
+                }
+            }
+        }
+        let mut found = BTreeMap::new();
+        walk(&self.stack_folder(), &mut found, &self.stack_folder());
+        found
+    }
+
+    /// Stacks all layers back to front over nothing, and checks every layer's own promises.
+    fn check_content(&self, stack: &Stack) {
+        let (width, height) = (self.noise.width, self.noise.height);
+        let mut picture = vec![[0u16; 4]; (width * height) as usize];
+        let mut needed_anywhere = vec![false; picture.len()];
+        for layer in stack.image_layers.iter().rev() {
+            let (w, h, rgba) = decode(&self.stack_folder().join(&layer.file));
+            let (_, _, needed) = decode(&self.stack_folder().join(&layer.needed_file));
+            assert_eq!((w, h), (layer.rect.w, layer.rect.h));
+            assert_eq!(needed.iter().filter(|&&n| n > 0).count() as u64, layer.texels_used);
+            for (i, (pixel, needed)) in rgba.chunks_exact(4).zip(needed).enumerate() {
+                let x = layer.rect.x + (i as u32 % w) as i32;
+                let y = layer.rect.y + (i as u32 / w) as i32;
+                let inside = (0..width as i32).contains(&x) && (0..height as i32).contains(&y);
+                assert!(inside || (pixel[3] == 0 && needed == 0), "texels outside the photo");
+                assert!(needed > 0 || pixel.iter().all(|&s| s == 0), "colour where no element is");
+                if needed > 0 {
+                    let at = (y as u32 * width + x as u32) as usize;
+                    needed_anywhere[at] = true;
+                    if pixel[3] > 0 {
+                        picture[at] = pixel.try_into().unwrap();
+                    }
+                }
+            }
+        }
+        for (i, (&pixel, needed)) in picture.iter().zip(needed_anywhere).enumerate() {
+            let truth = self.noise.pixel(i as u32 % width, i as u32 / width, self.bits);
+            let expected = if needed && truth[3] > 0 { truth } else { [0; 4] };
+            assert_eq!(pixel, expected, "pixel {i}");
+        }
+    }
+}
+
+fn rich_scene() -> Scene {
+    random::boxes(11, 12)
+}
+
+#[test]
+fn stacked_layers_give_the_photo_back_bit_for_bit_wherever_the_model_is_and_the_photo_is_valid() {
+    for scene in closed_form::all().into_iter().chain([rich_scene()]) {
+        for (bits, alpha) in [(8, false), (16, true)] {
+            let bench = Bench::new(&scene, bits, alpha);
+            let stack = bench.build(Options::default(), 1).stack.unwrap();
+            assert!(!stack.image_layers.is_empty(), "{}", scene.name);
+            bench.check_content(&stack);
+        }
+    }
+}
+
+#[test]
+fn so_they_do_with_every_option() {
+    let bench = Bench::new(&rich_scene(), 8, true);
+    let options = [
+        Options { published: true, ..Options::default() },
+        Options { boxes: BoxShape::Exact, margin: 3, ..Options::default() },
+        Options { largest_side: 64, ..Options::default() },
+        Options { largest_side: 64, boxes: BoxShape::Exact, margin: 0, ..Options::default() },
+        Options { method: Method::Stencil, ..Options::default() },
+    ];
+    for options in options {
+        let built = bench.build(options.clone(), 1);
+        assert!(!built.up_to_date, "other options, another stack");
+        let stack = built.stack.unwrap();
+        // The published order may be wrong, but every texel that is opaque shows the photo's pixel.
+        bench.check_content(&stack);
+        if options.largest_side == 64 {
+            assert!(stack.image_layers.iter().all(|l| l.rect.w <= 64 && l.rect.h <= 64));
+        }
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes_for_any_number_of_threads() {
+    let scene = rich_scene();
+    let bytes = [1, 2, 5].map(|threads| {
+        let bench = Bench::new(&scene, 8, false);
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| bench.build(Options::default(), threads)).stack.unwrap();
+        bench.bytes()
+    });
+    assert!(bytes[0].len() > 4);
+    assert_eq!(bytes[0], bytes[1]);
+    assert_eq!(bytes[0], bytes[2]);
+}
+
+#[test]
+fn nothing_is_rebuilt_until_something_changes() {
+    let mut bench = Bench::new(&rich_scene(), 8, false);
+    assert!(!bench.build(Options::default(), 1).up_to_date);
+    assert!(bench.build(Options::default(), 1).up_to_date);
+    assert!(!bench.build(Options { tolerance: 2e-4, ..Options::default() }, 1).up_to_date);
+    let mut model = (*bench.site.model).clone();
+    model.vertices.iter_mut().for_each(|v| *v += DVec3::new(0.01, 0.0, 0.0));
+    bench.site.model = Arc::new(model);
+    assert!(!bench.build(Options { tolerance: 2e-4, ..Options::default() }, 1).up_to_date);
+    Noise::new(8, bench.noise.width, bench.noise.height, false).save(&bench.site.photos[0].file, 8, false);
+    assert!(!bench.build(Options { tolerance: 2e-4, ..Options::default() }, 1).up_to_date);
+}
+
+#[test]
+fn a_fault_in_one_photo_does_not_stop_the_others() {
+    let mut bench = Bench::new(&rich_scene(), 8, false);
+    let missing = bench.folder.path().join("missing.png");
+    let lost = Photo { name: "lost.png".into(), file: missing, ..bench.site.photos[0].clone() };
+    bench.site.photos.insert(0, lost);
+    let options =
+        BuildOptions { layers: Options::default(), photos: Vec::new(), memory: 1, threads: 4, force: false };
+    let store = StackStore::new(bench.folder.path());
+    let built = build(&bench.site, &store, &SoftwareRasteriser, &options, &Task::silent()).unwrap();
+    assert!(built[0].stack.as_ref().is_err_and(|e| e.to_string().contains("missing.png")));
+    assert!(built[1].stack.is_ok());
+    assert!(store.current("photo.png").unwrap().is_some());
+}
+
+#[test]
+fn uv_from_world_takes_a_surface_to_its_texel() {
+    // A photo with an off-centre principal point, and rectangles inside and outside of it.
+    let scene = closed_form::portrait();
+    let bench = Bench::new(&scene, 8, false);
+    let stack = bench.build(Options::default(), 1).stack.unwrap();
+    let photo = &bench.site.photos[0];
+    for layer in &stack.image_layers {
+        for p in scene.model.vertices.iter().filter(|p| photo.pose.camera_from_world(**p).z > 0.0) {
+            let image = photo.camera.image_from_camera(photo.pose.camera_from_world(*p)).unwrap();
+            let dot = |row: [f64; 4]| row[0] * p.x + row[1] * p.y + row[2] * p.z + row[3];
+            let [u, v, q] = layer.uv_from_world.map(dot);
+            let x = u / q * f64::from(layer.rect.w) + f64::from(layer.rect.x);
+            let y = v / q * f64::from(layer.rect.h) + f64::from(layer.rect.y);
+            // The formula of design section 3 promises 1e-6 px.
+            assert!((x - image.x).abs() < 1e-6 && (y - image.y).abs() < 1e-6, "{x} {y} {image}");
+        }
+    }
+}
