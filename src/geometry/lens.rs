@@ -71,6 +71,14 @@ impl Lens {
         }
     }
 
+    /// How much larger the lens shows what lies on the axis; 1 but for the field-of-view model.
+    pub fn central_magnification(&self) -> f64 {
+        match *self {
+            Self::Fov { omega } => fov_factor(0.0, omega),
+            _ => 1.0,
+        }
+    }
+
     /// Where the lens puts the undistorted point `xy`, both normalised. Says nothing about whether
     /// `xy` is within the range where the model makes sense, see [`super::RangedLens`]; not finite
     /// where the formula has no value.
@@ -142,23 +150,25 @@ fn fov_factor(r: f64, omega: f64) -> f64 {
     if r < 1e-8 { slope / omega } else { (r * slope).atan() / (r * omega) }
 }
 
+/// One lens of every kind, with terms as large as real ones get; for tests.
+#[cfg(test)]
+pub(crate) const EVERY_KIND: [Lens; 7] = [
+    Lens::None,
+    Lens::Brown { k: [-0.2, 0.05, 0.01, 0.02, 0.01, 0.005], p: [0.001, -0.002] },
+    Lens::Fov { omega: 0.9 },
+    Lens::Fisheye { k: [0.02, -0.01, 0.003, -0.001], p: [0.001, 0.002], s: [0.003, -0.001] },
+    Lens::PrismFisheye {
+        k: [0.02, -0.01, 0.003, -0.001, 0.0002, 0.0001],
+        p: [0.001, 0.002],
+        s: [0.003, -0.001, 0.002, 0.001],
+    },
+    Lens::Division { k: -0.1 },
+    Lens::Eucm { alpha: 0.6, beta: 1.1 },
+];
+
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    const EVERY_KIND: [Lens; 7] = [
-        Lens::None,
-        Lens::Brown { k: [-0.2, 0.05, 0.01, 0.02, 0.01, 0.005], p: [0.001, -0.002] },
-        Lens::Fov { omega: 0.9 },
-        Lens::Fisheye { k: [0.02, -0.01, 0.003, -0.001], p: [0.001, 0.002], s: [0.003, -0.001] },
-        Lens::PrismFisheye {
-            k: [0.02, -0.01, 0.003, -0.001, 0.0002, 0.0001],
-            p: [0.001, 0.002],
-            s: [0.003, -0.001, 0.002, 0.001],
-        },
-        Lens::Division { k: -0.1 },
-        Lens::Eucm { alpha: 0.6, beta: 1.1 },
-    ];
 
     fn close(a: DVec2, b: DVec2) {
         assert!((a - b).length() < 1e-12, "{a} is not {b}");

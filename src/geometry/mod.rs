@@ -3,13 +3,17 @@
 pub mod axes;
 pub mod camera;
 pub mod lens;
+pub mod lens_range;
 pub mod plane;
 pub mod polygon;
 pub mod rect;
 pub mod similarity;
+pub mod undistortion;
 
 pub use camera::{Pinhole, Pose};
 pub use lens::Lens;
+pub use lens_range::RangedLens;
 pub use plane::Plane;
 pub use rect::PixelRect;
 pub use similarity::Similarity;
+pub use undistortion::Undistortion;

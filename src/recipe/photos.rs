@@ -1,13 +1,15 @@
 //! Importing photos: each of the cameras' photos finds its file, and becomes a pinhole image.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use rayon::prelude::*;
 
+use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
+use crate::geometry::Undistortion;
 use crate::io::cameras::{CameraPhoto, Cameras};
-use crate::io::photo::{Match, PhotoFolder, check_photo};
+use crate::io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
 use crate::scene::Photo;
 use crate::task::Task;
 
@@ -23,7 +25,8 @@ pub struct PhotoImport {
 }
 
 /// Finds the file of every photo below `photo_dir` and checks it against its camera. A photo without
-/// distortion is used as it is; every other is resampled once to its pinhole image in `cache_dir`.
+/// distortion is used as it is; of every other there is a pinhole image in `cache_dir/photos`
+/// afterwards, made now where it is not there or no longer right.
 ///
 /// # Errors
 /// Only what concerns all photos: the folders cannot be read or written, or somebody asked to stop.
@@ -36,59 +39,97 @@ pub fn import_photos(
     let folder = PhotoFolder::scan(photo_dir, task)?;
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
     let matches = folder.find(&names);
-    let (done, total) = (AtomicU64::new(0), names.len() as u64);
-    let imported: Vec<_> = (cameras.photos.par_iter(), &matches)
-        .into_par_iter()
-        .map(|(photo, found)| {
-            task.step("import photos", done.fetch_add(1, Ordering::Relaxed), total)?;
-            Ok(import_photo(photo, found, &folder, photo_dir, cache_dir))
-        })
-        .collect::<Result<_>>()?;
     let mut import = PhotoImport::default();
-    for (result, notes) in imported {
-        import.notes.extend(notes);
+    let found = located(cameras, &matches, &folder, photo_dir, task)?;
+    let images = cache_dir.join("photos");
+    let total = found.len() as u64;
+    // One after the other: a photo is decoded by one thread but resampled by all, and only one of
+    // them at a time has to fit into memory.
+    for (done, (photo, located)) in cameras.photos.iter().zip(found).enumerate() {
+        task.step("import photos", done as u64, total)?;
+        let result = located.and_then(|located| pinhole_photo(photo, located, &images, task));
         match result {
-            Ok(photo) => import.photos.push(photo),
+            Ok((photo, notes)) => {
+                import.photos.push(photo);
+                import.notes.extend(notes);
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(problem) => import.problems.push(problem),
         }
     }
+    task.step("import photos", total, total)?;
     import.photos.sort_by(|a, b| a.name.cmp(&b.name));
     import.notes.extend(unused(&folder, &matches));
     Ok(import)
 }
 
-/// The photo, or why it cannot be used; and notes.
-type Imported = (Result<Photo>, Vec<String>);
+/// A photo's file, which fits its camera.
+struct Located {
+    file: PathBuf,
+    notes: Vec<String>,
+}
 
-fn import_photo(
-    photo: &CameraPhoto,
-    found: &Match,
+/// The files of all photos, their headers read in parallel.
+fn located(
+    cameras: &Cameras,
+    matches: &[Match],
     folder: &PhotoFolder,
     photo_dir: &Path,
-    _cache_dir: &Path,
-) -> Imported {
-    let mut notes = Vec::new();
+    task: &Task,
+) -> Result<Vec<Result<Located>>> {
+    let (done, total) = (AtomicU64::new(0), matches.len() as u64);
+    (cameras.photos.par_iter(), matches)
+        .into_par_iter()
+        .map(|(photo, found)| {
+            task.step("find photos", done.fetch_add(1, Ordering::Relaxed), total)?;
+            Ok(locate(photo, found, folder, photo_dir))
+        })
+        .collect()
+}
+
+fn locate(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder, photo_dir: &Path) -> Result<Located> {
     let (file, difference) = match found {
         Match::File(file, difference) => (*file, *difference),
-        Match::Missing => return (Err(missing(photo, photo_dir)), notes),
-        Match::Ambiguous { files, photos } => {
-            return (Err(ambiguous(photo, folder, files, *photos)), notes);
-        }
+        Match::Missing => return Err(missing(photo, photo_dir)),
+        Match::Ambiguous { files, photos } => return Err(ambiguous(photo, folder, files, *photos)),
     };
-    let (path, name) = (folder.path(file), &photo.name);
-    if !difference.is_empty() {
-        notes.push(format!("{name}: found {difference}, as {}", folder.name(file)));
+    let name = &photo.name;
+    let header = check_photo(&folder.path(file), photo.camera.width, photo.camera.height)?;
+    let elsewhere =
+        (!difference.is_empty()).then(|| format!("{name}: found {difference}, as {}", folder.name(file)));
+    let of_header = header.notes.iter().map(|note| format!("{name}: {note}"));
+    Ok(Located { file: folder.path(file), notes: elsewhere.into_iter().chain(of_header).collect() })
+}
+
+/// The photo as it is used from now on: its own file, or its pinhole image below `images`.
+fn pinhole_photo(
+    photo: &CameraPhoto,
+    located: Located,
+    images: &Path,
+    task: &Task,
+) -> Result<(Photo, Vec<String>)> {
+    let CameraPhoto { name, camera, lens, pose, .. } = photo;
+    let Located { file, mut notes } = located;
+    if lens.is_none() {
+        return Ok((Photo { name: name.clone(), camera: *camera, pose: *pose, file }, notes));
     }
-    let header = match check_photo(&path, photo.camera.width, photo.camera.height) {
-        Ok(header) => header,
-        Err(problem) => return (Err(problem), notes),
-    };
-    notes.extend(header.notes.iter().map(|note| format!("{name}: {note}")));
-    if !photo.lens.is_none() {
-        let remedy = "undistort the photos first (colmap image_undistorter)";
-        return (Err(Error::input(path, "", "a photo with distortion", remedy)), notes);
+    let undistortion = Undistortion::new(camera, *lens).ok_or_else(|| beyond_its_lens(photo, &file))?;
+    std::fs::create_dir_all(images).map_err(Error::io(images, "create the folder"))?;
+    let image = images.join(format!("{}.png", file_name_of_photo(name)));
+    make_pinhole_image(&file, &undistortion, &image, &task.of(name))?;
+    if undistortion.lost > 0.0 {
+        let percent = 100.0 * undistortion.lost;
+        notes.push(format!(
+            "{name}: about {percent:.1} % of its pixels are left out: they lie more than 60 degrees off \
+             the axis, or where the lens model ends, or beyond twice the photo's size"
+        ));
     }
-    (Ok(Photo { name: name.clone(), camera: photo.camera, pose: photo.pose, file: path }), notes)
+    Ok((Photo { name: name.clone(), camera: undistortion.pinhole, pose: *pose, file: image }, notes))
+}
+
+fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
+    let found = format!("no pixel of it lies where its lens model makes sense ({:?})", photo.lens);
+    Error::input(file, "", found, "calibrate the camera again, with a simpler model")
 }
 
 fn missing(photo: &CameraPhoto, photo_dir: &Path) -> Error {
@@ -135,6 +176,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Lens, Pinhole, Pose};
+    use crate::io::photo::read_photo;
 
     fn camera_photo(name: &str) -> CameraPhoto {
         CameraPhoto {
@@ -180,6 +222,24 @@ mod tests {
         assert!(problems[1].contains("7 x 6 pixels, but its camera has 8 x 6"), "{problems:?}");
         assert!(problems[2].contains("any of 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
+    }
+
+    #[test]
+    fn a_distorted_photo_gets_a_pinhole_image_that_fits_its_camera() {
+        let folder = tempfile::tempdir().unwrap();
+        let cache = folder.path().join("cache");
+        image::RgbImage::from_pixel(8, 6, image::Rgb([9, 8, 7])).save(folder.path().join("a b.png")).unwrap();
+        let lens = Lens::Brown { k: [-0.3, 0.0, 0.0, 0.0, 0.0, 0.0], p: [0.0; 2] };
+        let photos = vec![CameraPhoto { lens, ..camera_photo("a b.png") }];
+        let cameras = Cameras { photos, ..Cameras::default() };
+        let import = || import_photos(&cameras, folder.path(), &cache, &Task::silent()).unwrap();
+        let photo = import().photos.remove(0);
+        assert_eq!(photo.file, cache.join("photos/a%20b.png.png"));
+        assert!(photo.camera.width > 8 && photo.camera.fx == 9.0, "{:?}", photo.camera);
+        let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height).unwrap();
+        assert_eq!(pixels.rgba16(5, 3), [9 * 257, 8 * 257, 7 * 257, 65535]);
+        std::fs::remove_dir_all(&cache).unwrap();
+        assert!(import().photos == [photo.clone()] && photo.file.exists());
     }
 
     #[test]

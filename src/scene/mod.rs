@@ -4,6 +4,7 @@ pub mod builder;
 pub mod model;
 pub mod photo;
 pub mod pixels;
+pub mod resample;
 pub mod synthetic;
 
 pub use builder::{FaceFlaw, ModelBuilder};

@@ -14,12 +14,14 @@ use crate::error::{Error, Result};
 use crate::scene::{PhotoPixels, Samples};
 
 mod folder;
+mod pinhole;
 mod turn;
 
 #[cfg(test)]
 mod tests;
 
 pub use folder::{Match, PhotoFolder};
+pub use pinhole::make_pinhole_image;
 
 /// Formats that are read, by the extensions that photos of a folder are recognised by.
 pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];
