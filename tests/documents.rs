@@ -8,7 +8,12 @@ use std::process::Command;
 const PAGES: &[&str] = &["README.md", "CHANGELOG.md", "docs", "projects/piazza/README.md"];
 
 /// Types that are written to files: every field is described in `docs/formats.md`.
-const FILE_TYPES: &[&str] = &["src/document/stack.rs", "src/document/project.rs", "src/layers/options.rs"];
+const FILE_TYPES: &[&str] = &[
+    "src/document/stack.rs",
+    "src/document/project.rs",
+    "src/document/export_record.rs",
+    "src/layers/options.rs",
+];
 
 fn root() -> &'static Path {
     Path::new(env!("CARGO_MANIFEST_DIR"))
