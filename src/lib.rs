@@ -15,6 +15,42 @@
 //! | [`io`], [`gpu`] | files and passes; they do not know each other |
 //! | [`recipe`] | open, sort, cluster, extract, save: the program without a face |
 //! | [`cli`] | what was typed, what it means, run |
+//!
+//! # A program without a command line
+//!
+//! What `quadratura build` does, in six lines: a project becomes a site, a rasteriser is made, and every
+//! photo gets its stack.
+//!
+//! ```no_run
+//! use std::path::Path;
+//!
+//! use quadratura::gpu::{Gpu, GpuRasteriser};
+//! use quadratura::io::stack_store::StackStore;
+//! use quadratura::recipe::build::{BuildOptions, build};
+//! use quadratura::recipe::open::open;
+//! use quadratura::task::Task;
+//!
+//! # fn main() -> quadratura::Result<()> {
+//! let folder = Path::new("project");
+//! let task = Task::new(|event| println!("{event:?}"));
+//! let opened = open(folder, &task)?;
+//! let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
+//! let options = BuildOptions {
+//!     layers: opened.project.options.clone(),
+//!     photos: Vec::new(), // all
+//!     memory: 4 << 30,
+//!     threads: 2,
+//!     force: false,
+//! };
+//! for built in build(&opened.site, &StackStore::new(folder), &rasteriser, &options, &task)? {
+//!     match built.stack {
+//!         Ok(stack) => println!("{}: {} image layers", built.photo, stack.image_layers.len()),
+//!         Err(error) => println!("{}: {error}", built.photo),
+//!     }
+//! }
+//! # Ok(())
+//! # }
+//! ```
 
 pub mod error;
 pub mod task;

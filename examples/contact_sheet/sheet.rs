@@ -6,7 +6,7 @@ use super::{Layer, lettering};
 const WIDTH: usize = 1800;
 const GAP: usize = 22;
 const ROW: usize = 190;
-const NARROWEST: usize = 96;
+const NARROWEST: usize = 120;
 const LETTER: f64 = 11.0;
 const CAPTION: usize = 26;
 
@@ -37,7 +37,7 @@ pub fn draw(layers: &[Layer]) -> Canvas {
     canvas
 }
 
-/// Rows of equal height, filled from the left; full rows reach from edge to edge.
+/// Rows of equal height, filled from the left.
 fn arranged(layers: &[Layer]) -> Vec<Cell<'_>> {
     let mut cells = Vec::new();
     let mut row: Vec<Cell> = Vec::new();
@@ -45,7 +45,6 @@ fn arranged(layers: &[Layer]) -> Vec<Cell<'_>> {
     for layer in layers {
         let (width, height) = cell_size(layer);
         if used(&row) + width + GAP > WIDTH {
-            spread(&mut row);
             cells.append(&mut row);
             y += ROW + CAPTION + GAP;
         }
@@ -58,23 +57,14 @@ fn arranged(layers: &[Layer]) -> Vec<Cell<'_>> {
 
 /// Where the next cell of a row would begin.
 fn used(row: &[Cell]) -> usize {
-    row.last().map_or(GAP, |cell| cell.x + cell.width + GAP)
+    row.last().map_or(GAP, |cell| cell.x + cell.width.max(NARROWEST) + GAP)
 }
 
-/// As high as the row where it is not enlarged for that by more than the double.
+/// As high as the row, or as large as it is in the photo where that is smaller.
 fn cell_size(layer: &Layer) -> (usize, usize) {
     let (w, h) = (layer.pixels.width as f64, layer.pixels.height as f64);
-    let scale = (ROW as f64 / h).min((WIDTH - 2 * GAP) as f64 / w).min(2.0);
+    let scale = (ROW as f64 / h).min((WIDTH - 2 * GAP) as f64 / w).min(1.0);
     (((w * scale).round() as usize).max(1), ((h * scale).round() as usize).max(1))
-}
-
-/// Moves the cells of a full row apart, so that the last one ends where the sheet does.
-fn spread(row: &mut [Cell]) {
-    let room = WIDTH.saturating_sub(used(row));
-    let gaps = row.len().saturating_sub(1).max(1);
-    for (i, cell) in row.iter_mut().enumerate() {
-        cell.x += room * i / gaps;
-    }
 }
 
 fn draw_cell(canvas: &mut Canvas, cell: &Cell) {
