@@ -20,7 +20,6 @@ pub const FLOORS: &[&[&str]] = &[
 /// Packages that one job needs, and the only places below `src/` that name them.
 const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("wgpu", &["gpu/"]),
-    ("bytemuck", &["gpu/", "io/photo/"]),
     ("pollster", &["gpu/"]),
     ("spade", &["geometry/"]),
     ("i_overlay", &["geometry/"]),
