@@ -8,7 +8,8 @@ use super::graph::{Graph, Kept};
 use super::nodes::{Node, Nodes, Side, is_near};
 use super::options::Options;
 use super::rasteriser::{Occlusion, TIE, is_behind};
-use super::runs::{Row, Run, Runs, is_visible, item_of};
+use super::runs::{Runs, item_of};
+use super::tangle_pixels::{Meeting, Pixels, Span, count_in, gather_tangles, split_span};
 use super::view::View;
 
 /// The nodes after cutting, and the relation between them.
@@ -123,69 +124,6 @@ fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option
     } else {
         None
     }
-}
-
-/// Pixels of a row where several items of one component meet.
-#[derive(Debug, Clone)]
-struct Meeting {
-    y: u32,
-    x0: u32,
-    x1: u32,
-    items: Vec<u32>,
-}
-
-/// Pixels of a row that a node covers.
-#[derive(Debug, Clone, Copy)]
-struct Span {
-    y: u32,
-    x0: u32,
-    x1: u32,
-    visible: bool,
-    /// The run of row `y` that it is part of.
-    run: u32,
-}
-
-/// What the fragment lists say about one component.
-#[derive(Debug, Clone, Default)]
-struct Pixels {
-    meetings: Vec<Meeting>,
-    spans: FxHashMap<u32, Vec<Span>>,
-}
-
-fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pixels> {
-    const NONE: u32 = u32::MAX;
-    let mut component_of = vec![NONE; items];
-    for (c, nodes) in components.iter().enumerate() {
-        nodes.iter().for_each(|&n| component_of[n as usize] = c as u32);
-    }
-    let mut pixels = vec![Pixels::default(); components.len()];
-    if components.is_empty() {
-        return pixels;
-    }
-    for (y, i, run, entries) in runs.rows.iter().enumerate().flat_map(numbered_runs) {
-        let mut of_run: Vec<(u32, u32)> = Vec::new();
-        for &entry in entries {
-            let item = item_of(entry);
-            let c = component_of[item as usize];
-            if c != NONE {
-                let span = Span { y, x0: run.x0, x1: run.x1, visible: is_visible(entry), run: i };
-                pixels[c as usize].spans.entry(item).or_default().push(span);
-                of_run.push((c, item));
-            }
-        }
-        of_run.sort_unstable();
-        for group in of_run.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
-            let items = group.iter().map(|g| g.1).collect();
-            let meeting = Meeting { y, x0: run.x0, x1: run.x1, items };
-            pixels[group[0].0 as usize].meetings.push(meeting);
-        }
-    }
-    pixels
-}
-
-/// Row, index within the row, run and entries of every run of a row.
-fn numbered_runs((y, row): (usize, &Row)) -> impl Iterator<Item = (u32, u32, &Run, &[u32])> {
-    (0..).zip(&row.runs).map(move |(i, run)| (y as u32, i, run, row.entries(run)))
 }
 
 /// A node of a component while it is being cut.
@@ -455,47 +393,5 @@ impl Candidate {
     /// Less is better: refused support, a free cut first, then the order of part and plane.
     fn rank(&self) -> (u64, bool, u32, u32) {
         (self.refused_px, !(self.drop_near || self.drop_far), self.part, self.plane)
-    }
-}
-
-/// Number of pixels of the spans where `holds`; depths are linear along a row, so it changes at
-/// most once per span but for rounding at the crossing.
-fn count_in(spans: &[Span], holds: impl Fn(u32, u32) -> bool) -> u64 {
-    spans
-        .iter()
-        .map(|s| {
-            let (first, last) = (holds(s.x0, s.y), holds(s.x1 - 1, s.y));
-            let crossing = crossing(s, |x| holds(x, s.y) == first);
-            match (first, last) {
-                (true, true) => s.x1 - s.x0,
-                (false, false) => 0,
-                (true, false) => crossing - s.x0,
-                (false, true) => s.x1 - crossing,
-            }
-        })
-        .map(u64::from)
-        .sum()
-}
-
-/// The first column of the span where `like_first` no longer holds.
-fn crossing(span: &Span, like_first: impl Fn(u32) -> bool) -> u32 {
-    let (mut low, mut high) = (span.x0, span.x1);
-    while low < high {
-        let middle = low + (high - low) / 2;
-        if like_first(middle) { low = middle + 1 } else { high = middle }
-    }
-    low
-}
-
-/// The part of a span where `on_side` holds. Rounding may put a pixel at the crossing on the wrong
-/// side: spans serve to count, not to decide.
-fn split_span(span: &Span, on_side: impl Fn(u32, u32) -> bool) -> Option<Span> {
-    let (first, last) = (on_side(span.x0, span.y), on_side(span.x1 - 1, span.y));
-    let crossing = crossing(span, |x| on_side(x, span.y) == first);
-    match (first, last) {
-        (true, true) => Some(*span),
-        (false, false) => None,
-        (true, false) => Some(Span { x1: crossing, ..*span }),
-        (false, true) => Some(Span { x0: crossing, ..*span }),
     }
 }

@@ -15,6 +15,7 @@ pub mod nodes;
 pub mod parts;
 pub mod quotient;
 pub mod stencil;
+mod tangle_pixels;
 
 pub mod pieces;
 

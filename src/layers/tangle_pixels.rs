@@ -1,0 +1,121 @@
+//! Where the items of a component lie and meet: what the fragment lists say about a cycle, row by row.
+
+use rustc_hash::FxHashMap;
+
+use super::runs::{Row, Run, Runs, is_visible, item_of};
+
+/// Pixels of a row where several items of one component meet.
+#[derive(Debug, Clone)]
+pub struct Meeting {
+    /// Row.
+    pub y: u32,
+    /// First column.
+    pub x0: u32,
+    /// One past the last column.
+    pub x1: u32,
+    /// At least two.
+    pub items: Vec<u32>,
+}
+
+/// Pixels of a row that a node covers.
+#[derive(Debug, Clone, Copy)]
+pub struct Span {
+    /// Row.
+    pub y: u32,
+    /// First column.
+    pub x0: u32,
+    /// One past the last column.
+    pub x1: u32,
+    /// Nothing is nearer there.
+    pub visible: bool,
+    /// The run of row `y` that it is part of.
+    pub run: u32,
+}
+
+/// What the fragment lists say about one component.
+#[derive(Debug, Clone, Default)]
+pub struct Pixels {
+    /// Row by row.
+    pub meetings: Vec<Meeting>,
+    /// By item, row by row.
+    pub spans: FxHashMap<u32, Vec<Span>>,
+}
+
+/// What `runs` say about each of `components`, lists of items out of `items` in all.
+pub fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pixels> {
+    const NONE: u32 = u32::MAX;
+    let mut component_of = vec![NONE; items];
+    for (c, nodes) in components.iter().enumerate() {
+        nodes.iter().for_each(|&n| component_of[n as usize] = c as u32);
+    }
+    let mut pixels = vec![Pixels::default(); components.len()];
+    if components.is_empty() {
+        return pixels;
+    }
+    for (y, i, run, entries) in runs.rows.iter().enumerate().flat_map(numbered_runs) {
+        let mut of_run: Vec<(u32, u32)> = Vec::new();
+        for &entry in entries {
+            let item = item_of(entry);
+            let c = component_of[item as usize];
+            if c != NONE {
+                let span = Span { y, x0: run.x0, x1: run.x1, visible: is_visible(entry), run: i };
+                pixels[c as usize].spans.entry(item).or_default().push(span);
+                of_run.push((c, item));
+            }
+        }
+        of_run.sort_unstable();
+        for group in of_run.chunk_by(|a, b| a.0 == b.0).filter(|g| g.len() > 1) {
+            let items = group.iter().map(|g| g.1).collect();
+            let meeting = Meeting { y, x0: run.x0, x1: run.x1, items };
+            pixels[group[0].0 as usize].meetings.push(meeting);
+        }
+    }
+    pixels
+}
+
+/// Row, index within the row, run and entries of every run of a row.
+fn numbered_runs((y, row): (usize, &Row)) -> impl Iterator<Item = (u32, u32, &Run, &[u32])> {
+    (0..).zip(&row.runs).map(move |(i, run)| (y as u32, i, run, row.entries(run)))
+}
+
+/// Number of pixels of the spans where `holds`; depths are linear along a row, so it changes at
+/// most once per span but for rounding at the crossing.
+pub fn count_in(spans: &[Span], holds: impl Fn(u32, u32) -> bool) -> u64 {
+    spans
+        .iter()
+        .map(|s| {
+            let (first, last) = (holds(s.x0, s.y), holds(s.x1 - 1, s.y));
+            let crossing = crossing(s, |x| holds(x, s.y) == first);
+            match (first, last) {
+                (true, true) => s.x1 - s.x0,
+                (false, false) => 0,
+                (true, false) => crossing - s.x0,
+                (false, true) => s.x1 - crossing,
+            }
+        })
+        .map(u64::from)
+        .sum()
+}
+
+/// The first column of the span where `like_first` no longer holds.
+fn crossing(span: &Span, like_first: impl Fn(u32) -> bool) -> u32 {
+    let (mut low, mut high) = (span.x0, span.x1);
+    while low < high {
+        let middle = low + (high - low) / 2;
+        if like_first(middle) { low = middle + 1 } else { high = middle }
+    }
+    low
+}
+
+/// The part of a span where `on_side` holds. Rounding may put a pixel at the crossing on the wrong
+/// side: spans serve to count, not to decide.
+pub fn split_span(span: &Span, on_side: impl Fn(u32, u32) -> bool) -> Option<Span> {
+    let (first, last) = (on_side(span.x0, span.y), on_side(span.x1 - 1, span.y));
+    let crossing = crossing(span, |x| on_side(x, span.y) == first);
+    match (first, last) {
+        (true, true) => Some(*span),
+        (false, false) => None,
+        (true, false) => Some(Span { x1: crossing, ..*span }),
+        (false, true) => Some(Span { x0: crossing, ..*span }),
+    }
+}
