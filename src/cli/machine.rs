@@ -1,18 +1,6 @@
 //! What the machine has, and what we took of it.
 
-use sysinfo::System;
-
-/// What a machine that does not tell is taken to have.
-const UNKNOWN_MACHINE: u64 = 8 << 30;
-
-/// A quarter of the memory that this process may have, in bytes.
-pub fn default_memory() -> u64 {
-    let Ok(mut system) = System::new() else { return UNKNOWN_MACHINE / 4 };
-    system.refresh_memory();
-    // A container may be given less than the machine has.
-    let limit = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
-    system.total_memory().min(limit) / 4
-}
+pub use crate::recipe::budget::default_memory;
 
 /// The most memory this process ever held, in bytes; `None` where the system does not tell.
 pub fn peak_memory() -> Option<u64> {
@@ -27,8 +15,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn the_machine_has_memory_and_we_took_some() {
-        assert!(default_memory() > 1 << 20);
+    fn we_took_some_memory() {
         if cfg!(target_os = "linux") {
             assert!(peak_memory().unwrap() > 1 << 20);
         }

@@ -2,12 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::sync::{Condvar, Mutex};
 
 use rayon::prelude::*;
 
 use super::assemble::assemble;
+use super::budget::Budget;
 use crate::document::stack::{Reason, Stack, Untextured};
 use crate::error::{Error, Result};
 use crate::io::hash::hash_file;
@@ -105,32 +106,6 @@ fn chosen<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Photo>> {
 /// Measured at 35 bytes a pixel on a site of mean depth 1.8.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 48
-}
-
-/// Bytes that may be taken at the same time. A photo larger than all of it works alone.
-struct Budget {
-    total: u64,
-    free: Mutex<u64>,
-    changed: Condvar,
-}
-
-impl Budget {
-    fn new(total: u64) -> Self {
-        Self { total, free: Mutex::new(total), changed: Condvar::new() }
-    }
-
-    fn with<T>(&self, bytes: u64, work: impl FnOnce() -> T) -> T {
-        let bytes = bytes.min(self.total);
-        let free = self.free.lock().expect("no holder of this lock panics");
-        let mut free =
-            self.changed.wait_while(free, |free| *free < bytes).expect("no holder of this lock panics");
-        *free -= bytes;
-        drop(free);
-        let result = work();
-        *self.free.lock().expect("no holder of this lock panics") += bytes;
-        self.changed.notify_all();
-        result
-    }
 }
 
 struct Job<'a> {

@@ -1,10 +1,12 @@
 //! The program without a face: open, sort, cluster, extract, save.
 
 pub mod assemble;
+pub mod budget;
 pub mod build;
 pub mod create;
 pub mod export;
 pub mod inputs;
 pub mod open;
+mod photo_plan;
 pub mod photos;
 pub mod survey;

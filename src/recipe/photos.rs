@@ -1,15 +1,16 @@
 //! Importing photos: each of the cameras' photos finds its file, and becomes a pinhole image.
 
-use std::path::{Path, PathBuf};
-use std::sync::atomic::{AtomicU64, Ordering};
+use std::path::Path;
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use crate::document::names::file_name_of_photo;
+use super::budget::{Budget, default_memory};
+use super::photo_plan::PhotoPlan;
 use crate::error::{Error, Result};
-use crate::geometry::Undistortion;
 use crate::io::cameras::{CameraPhoto, Cameras};
-use crate::io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
+use crate::io::photo::{Match, PhotoFolder};
 use crate::scene::Photo;
 use crate::task::Task;
 
@@ -39,115 +40,74 @@ pub fn import_photos(
     let folder = PhotoFolder::scan(photo_dir, task)?;
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
     let matches = folder.find(&names);
-    let mut import = PhotoImport::default();
-    let found = located(cameras, &matches, &folder, photo_dir, task)?;
     let images = cache_dir.join("photos");
-    let total = found.len() as u64;
-    // One after the other: a photo is decoded by one thread but resampled by all, and only one of
-    // them at a time has to fit into memory.
-    for (done, (photo, located)) in cameras.photos.iter().zip(found).enumerate() {
-        task.step("import photos", done as u64, total)?;
-        let result = located.and_then(|located| pinhole_photo(photo, located, &images, task));
-        match result {
-            Ok((photo, notes)) => {
-                import.photos.push(photo);
-                import.notes.extend(notes);
+    let plans = plans(cameras, &matches, &folder, &images, task)?;
+    if plans.iter().flatten().any(|plan| plan.needs_image()) {
+        std::fs::create_dir_all(&images).map_err(Error::io(&images, "create the folder"))?;
+    }
+    let made = made_images(&plans, task)?;
+    let mut import = PhotoImport::default();
+    for (plan, made) in plans.into_iter().zip(made) {
+        match plan.and_then(|plan| made.map(|()| plan)) {
+            Ok(plan) => {
+                import.photos.push(plan.photo);
+                import.notes.extend(plan.notes);
             }
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(problem) => import.problems.push(problem),
         }
     }
-    task.step("import photos", total, total)?;
     import.photos.sort_by(|a, b| a.name.cmp(&b.name));
     import.notes.extend(unused(&folder, &matches));
     Ok(import)
 }
 
-/// A photo's file, which fits its camera.
-struct Located {
-    file: PathBuf,
-    notes: Vec<String>,
-}
-
-/// The files of all photos, their headers read in parallel.
-fn located(
+/// Of every photo what its file's header tells; all in parallel.
+fn plans(
     cameras: &Cameras,
     matches: &[Match],
     folder: &PhotoFolder,
-    photo_dir: &Path,
-    task: &Task,
-) -> Result<Vec<Result<Located>>> {
-    let (done, total) = (AtomicU64::new(0), matches.len() as u64);
-    (cameras.photos.par_iter(), matches)
-        .into_par_iter()
-        .map(|(photo, found)| {
-            task.step("find photos", done.fetch_add(1, Ordering::Relaxed), total)?;
-            Ok(locate(photo, found, folder, photo_dir))
-        })
-        .collect()
-}
-
-fn locate(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder, photo_dir: &Path) -> Result<Located> {
-    let (file, difference) = match found {
-        Match::File(file, difference) => (*file, *difference),
-        Match::Missing => return Err(missing(photo, photo_dir)),
-        Match::Ambiguous { files, photos } => return Err(ambiguous(photo, folder, files, *photos)),
-    };
-    let name = &photo.name;
-    let header = check_photo(&folder.path(file), photo.camera.width, photo.camera.height)?;
-    let elsewhere =
-        (!difference.is_empty()).then(|| format!("{name}: found {difference}, as {}", folder.name(file)));
-    let of_header = header.notes.iter().map(|note| format!("{name}: {note}"));
-    Ok(Located { file: folder.path(file), notes: elsewhere.into_iter().chain(of_header).collect() })
-}
-
-/// The photo as it is used from now on: its own file, or its pinhole image below `images`.
-fn pinhole_photo(
-    photo: &CameraPhoto,
-    located: Located,
     images: &Path,
     task: &Task,
-) -> Result<(Photo, Vec<String>)> {
-    let CameraPhoto { name, camera, lens, pose, .. } = photo;
-    let Located { file, mut notes } = located;
-    if lens.is_none() {
-        return Ok((Photo { name: name.clone(), camera: *camera, pose: *pose, file }, notes));
-    }
-    let undistortion = Undistortion::new(camera, *lens).ok_or_else(|| beyond_its_lens(photo, &file))?;
-    std::fs::create_dir_all(images).map_err(Error::io(images, "create the folder"))?;
-    let image = images.join(format!("{}.png", file_name_of_photo(name)));
-    make_pinhole_image(&file, &undistortion, &image, &task.of(name))?;
-    if undistortion.lost > 0.0 {
-        let percent = 100.0 * undistortion.lost;
-        notes.push(format!(
-            "{name}: about {percent:.1} % of its pixels are left out: they lie more than 60 degrees off \
-             the axis, or where the lens model ends, or beyond twice the photo's size"
-        ));
-    }
-    Ok((Photo { name: name.clone(), camera: undistortion.pinhole, pose: *pose, file: image }, notes))
-}
-
-fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
-    let found = format!("no pixel of it lies where its lens model makes sense ({:?})", photo.lens);
-    Error::input(file, "", found, "calibrate the camera again, with a simpler model")
-}
-
-fn missing(photo: &CameraPhoto, photo_dir: &Path) -> Error {
-    let found = "there is no such photo, nor one of that name in a sub-folder or in another format";
-    let remedy = "put it there, or give the folder that the cameras' names begin from";
-    Error::input(photo_dir.join(&photo.name), "", found, remedy)
-}
-
-fn ambiguous(photo: &CameraPhoto, folder: &PhotoFolder, files: &[usize], photos: usize) -> Error {
-    let shown: Vec<_> = files.iter().take(4).map(|&file| folder.name(file)).collect();
-    let more = if files.len() > shown.len() { ", .." } else { "" };
-    let shown = format!("{}{more}", shown.join(", "));
-    let found = match photos {
-        1 => format!("{} could be any of {} files ({shown})", photo.name, files.len()),
-        _ => format!("{} and {} others could be {shown}", photo.name, photos - 1),
+) -> Result<Vec<Result<PhotoPlan>>> {
+    let (done, total) = (AtomicUsize::new(0), matches.len() as u64);
+    let photos = cameras.photos.par_iter().zip(matches);
+    let plan = |(photo, found): (&CameraPhoto, &Match)| {
+        task.step("find photos", done.fetch_add(1, Ordering::Relaxed) as u64, total)?;
+        Ok(PhotoPlan::new(photo, found, folder, images))
     };
-    let remedy = "give the files the paths that the cameras' file names";
-    Error::input(folder.path(files[0]), "", found, remedy)
+    photos.map(plan).collect()
+}
+
+/// Makes the pinhole images that are not there yet, several at a time: decoding and writing keep one
+/// thread busy each, resampling all of them.
+///
+/// # Errors
+/// [`Error::Cancelled`]; what went wrong with one photo stands in its place.
+fn made_images(plans: &[Result<PhotoPlan>], task: &Task) -> Result<Vec<Result<()>>> {
+    let budget = Budget::new(default_memory());
+    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+    let made: Mutex<Vec<Result<()>>> = Mutex::new(plans.iter().map(|_| Ok(())).collect());
+    // Threads of their own: while one of rayon's waits for the rows of its photo it would take up
+    // another photo, and hold the memory of both.
+    std::thread::scope(|scope| {
+        for _ in 0..rayon::current_num_threads().min(plans.len()) {
+            scope.spawn(|| {
+                loop {
+                    let i = next.fetch_add(1, Ordering::Relaxed);
+                    let Some(plan) = plans.get(i) else { return };
+                    let Ok(plan) = plan else { continue };
+                    let result = budget.with(plan.memory(), || plan.make_image(task));
+                    made.lock().expect("no holder of this lock panics")[i] = result;
+                    let finished = done.fetch_add(1, Ordering::Relaxed) as u64 + 1;
+                    if task.step("import photos", finished, plans.len() as u64).is_err() {
+                        return;
+                    }
+                }
+            });
+        }
+    });
+    task.go_on()?;
+    Ok(made.into_inner().expect("no holder of this lock panics"))
 }
 
 /// Files that no camera names, in one note.
@@ -176,6 +136,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Lens, Pinhole, Pose};
+    use crate::io::cameras::read_cameras;
     use crate::io::photo::read_photo;
 
     fn camera_photo(name: &str) -> CameraPhoto {
@@ -222,6 +183,37 @@ mod tests {
         assert!(problems[1].contains("7 x 6 pixels, but its camera has 8 x 6"), "{problems:?}");
         assert!(problems[2].contains("any of 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
+    }
+
+    #[test]
+    fn the_castle_is_imported_as_it_is() {
+        let castle = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle");
+        if !castle.exists() {
+            assert!(std::env::var_os("CI").is_none(), "the castle is missing");
+            eprintln!("left out: the castle is not beside this checkout");
+            return;
+        }
+        let cameras = read_cameras(&castle.join("sparse"), &Task::silent()).unwrap();
+        let cache = tempfile::tempdir().unwrap();
+        let import = import_photos(&cameras, &castle.join("images"), cache.path(), &Task::silent()).unwrap();
+        assert_eq!(
+            (import.photos.len(), import.problems.len(), import.notes.len()),
+            (19, 0, 0),
+            "{import:?}"
+        );
+        assert!(import.photos.iter().all(|photo| photo.file.starts_with(castle.join("images"))));
+        assert_eq!(std::fs::read_dir(cache.path()).unwrap().count(), 0, "nothing was written");
+    }
+
+    #[test]
+    fn a_photo_that_lies_wholly_outside_its_lens_is_a_problem_of_its_own() {
+        let folder = tempfile::tempdir().unwrap();
+        image::RgbImage::new(8, 6).save(folder.path().join("a.png")).unwrap();
+        let mut photo = CameraPhoto { lens: Lens::Division { k: -0.1 }, ..camera_photo("a.png") };
+        photo.camera.cx = 700.0;
+        let cameras = Cameras { photos: vec![photo], ..Cameras::default() };
+        let import = import_photos(&cameras, folder.path(), folder.path(), &Task::silent()).unwrap();
+        assert!(import.problems[0].to_string().contains("no pixel of it"), "{:?}", import.problems);
     }
 
     #[test]

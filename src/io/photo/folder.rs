@@ -102,6 +102,11 @@ impl PhotoFolder {
         Ok(())
     }
 
+    /// The folder.
+    pub fn root(&self) -> &Path {
+        &self.root
+    }
+
     /// Where file number `file` is.
     pub fn path(&self, file: usize) -> PathBuf {
         self.root.join(&self.files[file])

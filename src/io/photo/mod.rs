@@ -31,6 +31,8 @@ pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];
 pub struct PhotoHeader {
     /// What must be done to the stored pixels to fit the camera.
     turn: Orientation,
+    /// Bytes of a sample: 1 or 2.
+    pub sample_bytes: u64,
     /// What the user should know about that.
     pub notes: Vec<String>,
 }
@@ -140,7 +142,11 @@ fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32
     if decoder.icc_profile().ok().flatten().is_some_and(|profile| !describes_rgb(&profile)) {
         notes.push("its colour profile is not one for RGB and is left out".into());
     }
-    Ok(PhotoHeader { turn, notes })
+    Ok(PhotoHeader { turn, sample_bytes: sample_bytes(color), notes })
+}
+
+fn sample_bytes(color: ColorType) -> u64 {
+    (color.bytes_per_pixel() / color.channel_count()).into()
 }
 
 /// A profile of grey or CMYK does not fit what is decoded. Bytes 16..20 of a profile name its space.
@@ -162,7 +168,7 @@ fn wrong_size(path: &Path, stored: (u32, u32), (width, height): (u32, u32), turn
 fn samples(decoder: impl ImageDecoder, color: ColorType) -> image::ImageResult<Samples> {
     let (width, height) = decoder.dimensions();
     let count = width as usize * height as usize * usize::from(color.channel_count());
-    if color.bytes_per_pixel() / color.channel_count() == 1 {
+    if sample_bytes(color) == 1 {
         let mut samples = vec![0u8; count];
         decoder.read_image(&mut samples)?;
         Ok(Samples::U8(in_color(samples, color)))

@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use image::codecs::jpeg::JpegEncoder;
 use image::{DynamicImage, ImageBuffer, ImageEncoder};
+use proptest::prelude::*;
 
 use super::*;
 
@@ -177,5 +178,29 @@ fn the_profile_is_kept_for_rgb_and_dropped_for_grey() {
         let path = folder.put("a.jpg", &bytes);
         assert_eq!(read_photo(&path, 6, 4).unwrap().icc.is_some(), kept);
         assert_eq!(check_photo(&path, 6, 4).unwrap().notes.is_empty(), kept);
+    }
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(200))]
+
+    #[test]
+    fn damaged_photos_never_panic(
+        format in 0usize..4,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..12),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let format = [ImageFormat::Jpeg, ImageFormat::Png, ImageFormat::Tiff, ImageFormat::WebP][format];
+        let mut bytes = encoded(&kinds()[3], format).unwrap();
+        for (at, value) in changes {
+            let at = at.index(bytes.len());
+            bytes[at] = value;
+        }
+        if let Some(cut) = cut {
+            bytes.truncate(cut.index(bytes.len()));
+        }
+        let folder = Folder::new();
+        let path = folder.put("photo", &bytes);
+        let _ = (check_photo(&path, SIZE.0, SIZE.1), read_photo(&path, SIZE.0, SIZE.1));
     }
 }

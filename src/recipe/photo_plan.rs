@@ -1,0 +1,119 @@
+//! How one photo of the cameras will be used: with its own file, or with a pinhole image of it.
+
+use std::path::{Path, PathBuf};
+
+use crate::document::names::file_name_of_photo;
+use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Undistortion};
+use crate::io::cameras::CameraPhoto;
+use crate::io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
+use crate::scene::Photo;
+use crate::task::Task;
+
+/// How a photo will be used.
+pub(super) struct PhotoPlan {
+    /// With its own file, or with its pinhole image, which may still have to be made.
+    pub photo: Photo,
+    /// What the user should know, each beginning with the photo's name.
+    pub notes: Vec<String>,
+    /// Its own file.
+    source: PathBuf,
+    /// For a photo with distortion.
+    undistortion: Option<Undistortion>,
+    /// Bytes of a sample.
+    sample_bytes: u64,
+}
+
+impl PhotoPlan {
+    /// For the file that was found for a photo, from its header alone. Pinhole images go to `images`.
+    ///
+    /// # Errors
+    /// Why the photo cannot be used: [`Error::Input`], [`Error::Io`].
+    pub fn new(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder, images: &Path) -> Result<Self> {
+        let CameraPhoto { name, camera, lens, pose, .. } = photo;
+        let (source, difference) = located(photo, found, folder)?;
+        let header = check_photo(&source, camera.width, camera.height)?;
+        let undistortion = if lens.is_none() {
+            None
+        } else {
+            Some(Undistortion::new(camera, *lens).ok_or_else(|| beyond_its_lens(photo, &source))?)
+        };
+        let (camera, file) = match &undistortion {
+            None => (*camera, source.clone()),
+            Some(to) => (to.pinhole, images.join(format!("{}.png", file_name_of_photo(name)))),
+        };
+        let lost = undistortion.as_ref().and_then(lost);
+        let notes = difference.into_iter().chain(header.notes).chain(lost);
+        let notes = notes.map(|note| format!("{name}: {note}")).collect();
+        let photo = Photo { name: name.clone(), camera, pose: *pose, file };
+        Ok(Self { photo, notes, source, undistortion, sample_bytes: header.sample_bytes })
+    }
+
+    /// Whether the photo is used with a pinhole image.
+    pub fn needs_image(&self) -> bool {
+        self.undistortion.is_some()
+    }
+
+    /// Makes the pinhole image where one is needed and not there yet.
+    ///
+    /// # Errors
+    /// As [`make_pinhole_image`].
+    pub fn make_image(&self, task: &Task) -> Result<()> {
+        match &self.undistortion {
+            None => Ok(()),
+            Some(to) => make_pinhole_image(&self.source, to, &self.photo.file, &task.of(&self.photo.name)),
+        }
+    }
+
+    /// Bytes that [`PhotoPlan::make_image`] takes at most: the photo's pixels, those of the image, and
+    /// as many again for the compressed ones.
+    pub fn memory(&self) -> u64 {
+        let pixels = |camera: &Pinhole| u64::from(camera.width) * u64::from(camera.height);
+        let with = |to: &Undistortion| (4 * pixels(&to.photo) + 8 * pixels(&to.pinhole)) * self.sample_bytes;
+        self.undistortion.as_ref().map_or(0, with)
+    }
+}
+
+/// The file of a photo, and how its name differs from the photo's, in words.
+fn located(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder) -> Result<(PathBuf, Option<String>)> {
+    match found {
+        Match::File(file, "") => Ok((folder.path(*file), None)),
+        Match::File(file, difference) => {
+            let note = format!("found {difference}, as {}", folder.name(*file));
+            Ok((folder.path(*file), Some(note)))
+        }
+        Match::Missing => Err(missing(photo, folder)),
+        Match::Ambiguous { files, photos } => Err(ambiguous(photo, folder, files, *photos)),
+    }
+}
+
+/// What the pinhole image does not show of the photo.
+fn lost(undistortion: &Undistortion) -> Option<String> {
+    let percent = 100.0 * undistortion.lost;
+    let why = "they lie more than 60 degrees off the axis, or where the lens model ends, or beyond twice \
+               the photo's size";
+    (percent > 0.0).then(|| format!("about {percent:.1} % of its pixels are left out: {why}"))
+}
+
+fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
+    let found = format!("no pixel of it lies where its lens model makes sense ({:?})", photo.lens);
+    Error::input(file, "", found, "calibrate the camera again, with a simpler model")
+}
+
+fn missing(photo: &CameraPhoto, folder: &PhotoFolder) -> Error {
+    let found = "there is no such photo, nor one of that name in a sub-folder or in another format";
+    let remedy = "put it there, or give the folder that the cameras' names begin from";
+    Error::input(folder.root().join(&photo.name), "", found, remedy)
+}
+
+fn ambiguous(photo: &CameraPhoto, folder: &PhotoFolder, files: &[usize], photos: usize) -> Error {
+    let shown: Vec<_> = files.iter().take(4).map(|&file| folder.name(file)).collect();
+    let more = if files.len() > shown.len() { ", .." } else { "" };
+    let shown = format!("{}{more}", shown.join(", "));
+    let found = match photos {
+        1 => format!("{} could be any of {} files ({shown})", photo.name, files.len()),
+        _ => format!("{} and {} others could be {shown}", photo.name, photos - 1),
+    };
+    let remedy = "give the files the paths that the cameras' file names";
+    Error::input(folder.path(files[0]), "", found, remedy)
+}
