@@ -48,6 +48,8 @@ pub struct Global {
 pub enum Command {
     /// Make a project of photos, their cameras and a model
     New(NewArgs),
+    /// Sort the surfaces of every photo by visibility and make its layer stack
+    Build(BuildArgs),
     /// Write the stacks as files for an image editor
     Export(ExportArgs),
     /// Show what a project holds, and why a face has no texture
@@ -73,7 +75,8 @@ pub struct NewArgs {
     /// The model: .obj, .gltf or .glb
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Takes the model into the cameras' world: the 16 numbers of a 4 x 4 matrix, row by row
+    /// Takes the model into the cameras' world: a name such as y-up, axes such as x,-z,y, or the 16
+    /// numbers of a 4 x 4 matrix, row by row
     #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = Similarity::parse)]
     pub model_transform: Option<Similarity>,
     #[command(flatten)]

@@ -17,6 +17,7 @@ use crate::error::{Error, Result};
 use crate::task::Task;
 
 pub mod args;
+mod build;
 mod bytes;
 mod export;
 mod fault;
@@ -69,6 +70,7 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
     match command {
         Command::New(args) => new::run(args, task),
         Command::Info(args) => info::run(args, task),
+        Command::Build(args) => build::run(args, task),
         Command::Export(args) => export::run(args, task),
         Command::Completions { shell } => Ok(completions(*shell)),
         Command::Man => Ok(manual()),
@@ -142,10 +144,17 @@ fn completions(shell: clap_complete::Shell) -> Outcome {
     printed(&script)
 }
 
+/// The page of the program, and behind it those of its commands.
 fn manual() -> Outcome {
-    let mut page = Vec::new();
-    clap_mangen::Man::new(Cli::command()).render(&mut page).expect("a vector takes every byte");
-    printed(&page)
+    let mut command = Cli::command();
+    command.build();
+    let visible = command.get_subcommands().filter(|sub| !sub.is_hide_set() && sub.get_name() != "help");
+    let pages: Vec<_> = std::iter::once(command.clone()).chain(visible.cloned()).collect();
+    let mut text = Vec::new();
+    for page in pages {
+        clap_mangen::Man::new(page).render(&mut text).expect("a vector takes every byte");
+    }
+    printed(&text)
 }
 
 fn printed(bytes: &[u8]) -> Outcome {

@@ -22,20 +22,23 @@ const HEADINGS: [&str; 13] = [
     "size",
 ];
 
-/// What the columns mean, in a line.
-pub const LEGEND: &str = "faces: nearest at one pixel at least; whole: objects in one element; texels, used: of all \
-                          image layers, against the photo's pixels; free: cuts that cost no element\n";
+/// What the columns mean.
+const LEGEND: &str = "
+faces: nearest at one pixel at least; whole: objects in one element; texels, used: of all image layers,
+against the photo's pixels; free: cuts that cost no element
+";
 
 /// Rows of stacks.
 pub struct StackTable {
     table: Table,
     rows: Vec<Value>,
     violations: Vec<String>,
+    has_stacks: bool,
 }
 
 impl Default for StackTable {
     fn default() -> Self {
-        Self { table: Table::new(&HEADINGS), rows: Vec::new(), violations: Vec::new() }
+        Self { table: Table::new(&HEADINGS), rows: Vec::new(), violations: Vec::new(), has_stacks: false }
     }
 }
 
@@ -47,6 +50,7 @@ impl StackTable {
             Some(stack) => {
                 self.table.row(cells(photo, state, stack));
                 row["stack"] = facts(stack);
+                self.has_stacks = true;
                 self.violations.extend(violations(stack));
             }
             None => self.table.row([photo.to_owned(), state.to_owned()]),
@@ -56,7 +60,8 @@ impl StackTable {
 
     /// For people.
     pub fn text(&self) -> String {
-        format!("{}\n{LEGEND}{}", self.table.render(), self.violations.concat())
+        let legend = if self.has_stacks { LEGEND } else { "" };
+        format!("{}{legend}{}", self.table.render(), self.violations.concat())
     }
 
     /// For programs: a list.

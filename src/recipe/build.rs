@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::assemble::assemble;
 use super::budget::Budget;
+use super::inputs::Inputs;
 use crate::document::stack::{Reason, Stack, Untextured};
 use crate::error::{Error, Result};
-use crate::io::hash::hash_file;
 use crate::io::layer_png::{write_layer, write_mask};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::{StackStore, StackWriter};
@@ -61,8 +61,8 @@ pub fn build(
     task: &Task,
 ) -> Result<Vec<Built>> {
     let photos = chosen(site, &options.photos)?;
-    let model_hash = hash_of_model(&site.model);
-    let job = Job { site, store, rasteriser, options, model_hash };
+    let inputs = Inputs::new(&site.model, &options.layers);
+    let job = Job { site, store, rasteriser, options, inputs };
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
     let budget = Budget::new(options.memory);
@@ -113,7 +113,7 @@ struct Job<'a> {
     store: &'a StackStore,
     rasteriser: &'a dyn Rasteriser,
     options: &'a BuildOptions,
-    model_hash: String,
+    inputs: Inputs<'a>,
 }
 
 impl Job<'_> {
@@ -127,7 +127,7 @@ impl Job<'_> {
 
     fn try_photo(&self, photo: &Photo, task: &Task) -> Result<(Stack, bool, Vec<PathBuf>)> {
         task.go_on()?;
-        let inputs = inputs_hash(photo, &self.model_hash, &self.options.layers)?;
+        let inputs = self.inputs.hash(photo)?;
         if !self.options.force
             && let Some(stack) = self.store.up_to_date(&photo.name, &inputs)?
         {
@@ -189,39 +189,4 @@ fn add_masked(stack: &mut Stack, model: &Model, sorted: &Sorted, pixels: &PhotoP
         let object = model.object(object).name.clone();
         Untextured { object, face: index, reason: Reason::Masked, by: None, at: None }
     }));
-}
-
-/// Hash of all that a photo's stack is made of.
-fn inputs_hash(photo: &Photo, model_hash: &str, options: &Options) -> Result<String> {
-    let photo_hash = hash_file(&photo.file)?;
-    let c = &photo.camera;
-    let camera = (c.width, c.height, c.matrix_rows(), photo.pose.rotation_rows(), photo.pose.translation);
-    let program = env!("CARGO_PKG_VERSION");
-    let key = serde_json::to_vec(&(program, &photo.name, photo_hash, model_hash, camera, options))
-        .expect("plain data is JSON");
-    Ok(blake3::hash(&key).to_hex().to_string())
-}
-
-/// Hash of the model in the world, bit for bit.
-fn hash_of_model(model: &Model) -> String {
-    let mut hasher = blake3::Hasher::new();
-    hasher.update(bytemuck::cast_slice(&model.vertices));
-    hasher.update(bytemuck::cast_slice(&model.ring_vertices));
-    hasher.update(bytemuck::cast_slice(&model.triangles));
-    for object in &model.objects {
-        hasher.update(object.name.as_bytes());
-        hasher.update(&[0, u8::from(object.billboard)]);
-    }
-    for face in &model.faces {
-        hasher.update(bytemuck::cast_slice(&[
-            face.object.0,
-            face.index,
-            face.ring.end,
-            face.triangles.end,
-            face.planar.into(),
-        ]));
-        hasher.update(bytemuck::bytes_of(&face.plane.normal));
-        hasher.update(bytemuck::bytes_of(&face.plane.point));
-    }
-    hasher.finalize().to_hex().to_string()
 }

@@ -1,0 +1,89 @@
+//! `quadratura build`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::BuildArgs;
+use super::machine::default_memory;
+use super::stacks::StackTable;
+use super::table::counted;
+use crate::document::Project;
+use crate::error::Result;
+use crate::gpu::{Gpu, GpuRasteriser};
+use crate::io::lock::ProjectLock;
+use crate::io::project::{read_project, write_project};
+use crate::io::stack_store::StackStore;
+use crate::layers::Options;
+use crate::recipe::build::{BuildOptions, Built, build};
+use crate::recipe::open::{Opened, open_site};
+use crate::task::Task;
+
+pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
+    let mut project = read_project(&args.project)?;
+    let _lock = ProjectLock::take(&args.project)?;
+    let options = options(args, &mut project, task)?;
+    let store = StackStore::new(&args.project);
+    let mut kept = store.clean()?;
+    // The driver starts while the photos are looked at.
+    let (opened, rasteriser) = rayon::join(
+        || open_site(&args.project, project, task),
+        || task.timed("start the GPU", || GpuRasteriser::new(&Gpu::headless()?)),
+    );
+    let (opened, rasteriser) = (opened?, rasteriser?);
+    let options = BuildOptions {
+        layers: options,
+        photos: opened.photos_named(&args.photos.names)?.iter().map(|photo| photo.name.clone()).collect(),
+        memory: args.memory.unwrap_or_else(default_memory),
+        threads: rayon::current_num_threads(),
+        force: args.force,
+    };
+    let built = build(&opened.site, &store, &rasteriser, &options, task)?;
+    kept.extend(built.iter().flat_map(|built| built.kept.clone()));
+    for file in kept {
+        task.note(format!("a file that was changed by hand is now {}", file.display()));
+    }
+    Ok(report(&opened, &built, args.photos.problems_of(&opened, task)))
+}
+
+/// The project's options with those that were given; kept in the project if that is wanted.
+fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Options> {
+    let options = args.options.applied_to(&project.options);
+    if options == project.options {
+        return Ok(options);
+    }
+    if args.save_options {
+        project.options = options.clone();
+        write_project(&args.project, project)?;
+    } else {
+        task.note(
+            "these options of the method hold for this time only: the next build without them builds \
+             again (--save-options keeps them in project.json)",
+        );
+    }
+    Ok(options)
+}
+
+fn report(opened: &Opened, built: &[Built], mut problems: Vec<String>) -> Outcome {
+    let mut table = StackTable::default();
+    for photo in built {
+        match &photo.stack {
+            Ok(stack) => {
+                table.add(&photo.photo, if photo.up_to_date { "up to date" } else { "built" }, Some(stack))
+            }
+            Err(_) => table.add(&photo.photo, "failed", None),
+        }
+    }
+    let failed = built.iter().filter_map(|built| Some((&built.photo, built.stack.as_ref().err()?)));
+    problems.extend(failed.map(|(photo, error)| format!("{photo}: {error}")));
+    let fresh = built.iter().filter(|built| built.stack.is_ok() && !built.up_to_date).count();
+    let text = format!(
+        "{}\n{} built, {} up to date, {} left out or failed; model of {}\n",
+        table.text(),
+        counted(fresh, "stack"),
+        built.iter().filter(|built| built.up_to_date).count(),
+        problems.len(),
+        counted(opened.site.model.faces.len(), "face"),
+    );
+    let json = json!({ "photos": table.into_json(), "problems": problems });
+    Outcome { text, json, problems }
+}

@@ -1,0 +1,166 @@
+//! The program as users and scripts meet it: in a fresh folder, by its words, its files and its exit
+//! status.
+
+#[path = "../common/mod.rs"]
+mod common;
+mod faults;
+mod site;
+mod stopped;
+mod usage;
+
+use std::fs;
+
+use common::gpu_rasteriser;
+use site::{PHOTOS, Site, json_of, stderr_of, stdout_of, whole_stacks};
+
+#[test]
+fn a_site_becomes_a_project_stacks_and_files_for_an_editor() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    let new = site.run("new project --photos photos --cameras sparse --model model.obj").success();
+    let text = stdout_of(&new);
+    assert!(
+        text.contains("2 of 2") && text.contains("160 x 120") && text.contains("4 faces in 4 objects"),
+        "{text}"
+    );
+    assert!(text.contains("quadratura build project"), "it says what to do next: {text}");
+
+    let built = site.json("build project --json");
+    assert_eq!(built["photos"].as_array().unwrap().len(), 2);
+    assert_eq!(built["photos"][0]["photo"], PHOTOS[0]);
+    assert_eq!(built["photos"][0]["state"], "built");
+    assert_eq!(built["photos"][0]["stack"]["counts"]["faces"], 3);
+    assert_eq!(whole_stacks(&site.project()), 2);
+
+    let exported = site.json("export project --out layers --json");
+    assert_eq!(exported["photos"].as_array().unwrap().len(), 2);
+    for name in ["left.png.psd", "north%20side%2Ft%C3%BCr%202.png.psd"] {
+        assert!(site.path("layers").join(name).is_file(), "{name} in {exported:#}");
+    }
+}
+
+#[test]
+fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let before = stdout_of(&site.run("info project").success());
+    assert!(before.contains("not built"), "{before}");
+    site.run("build project -q").success();
+
+    let all = stdout_of(&site.run("info project").success());
+    assert!(all.contains("current") && all.contains("1 face without texture from any photo"), "{all}");
+    assert!(all.contains("shed[0]  hidden in 2"), "{all}");
+    let one = stdout_of(&site.run("info project --photo left").success());
+    assert!(one.contains("shed[0]  hidden by box 0[0] at pixel"), "{one}");
+    let face = stdout_of(&site.run("info project --face wall[0]").success());
+    assert_eq!(face.matches("in wall").count(), 2, "{face}");
+
+    let json = site.json("info project --json");
+    assert_eq!(json["untextured"]["in_every_photo"][0]["object"], "shed");
+    assert_eq!(json["untextured"]["by_photo"][PHOTOS[1]][0]["reason"], "hidden");
+    let json = site.json("info project --face shed[0] --json");
+    assert_eq!(json["photos"][0]["untextured"]["by"], "box 0[0]");
+}
+
+#[test]
+fn build_does_again_only_what_changed() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let states = |words: &str| {
+        let rows = site.json(words)["photos"].take();
+        [0, 1].map(|i| rows[i]["state"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(states("build project --json"), ["built", "built"]);
+    assert_eq!(states("build project --json"), ["up to date", "up to date"]);
+    assert_eq!(states("build project --json --force"), ["built", "built"]);
+    let mut photo = image::open(site.path("photos/left.png")).unwrap().to_rgb8();
+    photo.put_pixel(80, 60, image::Rgb([1, 2, 3]));
+    photo.save(site.path("photos/left.png")).unwrap();
+    assert_eq!(states("info project --json"), ["stale", "current"]);
+    assert_eq!(states("build project --json"), ["built", "up to date"]);
+    fs::remove_dir_all(site.path("project/stacks")).unwrap();
+    fs::remove_dir_all(site.path("project/cache")).unwrap();
+    assert_eq!(states("build project --json"), ["built", "built"]);
+}
+
+#[test]
+fn options_hold_once_unless_they_are_saved() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let state = || site.json("info project --json")["photos"][0]["state"].as_str().unwrap().to_owned();
+    let once = site.run("build project --margin 5 --boxes exact").success();
+    assert!(stderr_of(&once).contains("--save-options"), "{}", stderr_of(&once));
+    assert_eq!(state(), "stale");
+    site.run("build project --margin 5 --boxes exact --save-options").success();
+    assert_eq!(state(), "current");
+    let project = fs::read_to_string(site.path("project/project.json")).unwrap();
+    assert!(project.contains("\"margin\": 5") && project.contains("\"boxes\": \"exact\""), "{project}");
+}
+
+#[test]
+fn the_published_method_builds_too_and_says_so() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let built = site.json("build project --method stencil --published --photo left.png --json");
+    assert_eq!(built["photos"].as_array().unwrap().len(), 1);
+    assert_eq!(built["photos"][0]["stack"]["method"], "stencil");
+}
+
+#[test]
+fn a_file_changed_by_hand_is_found_in_the_inbox_after_the_next_build() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project").success();
+    let stack: serde_json::Value =
+        serde_json::from_slice(&fs::read(site.path("project/stacks/left.png/stack.json")).unwrap()).unwrap();
+    let layer = stack["image_layers"][0]["file"].as_str().unwrap();
+    fs::write(site.path("project/stacks/left.png").join(layer), "painted").unwrap();
+
+    let rebuilt = site.run("build project").success();
+    let told = stderr_of(&rebuilt);
+    assert!(told.contains("changed by hand") && told.contains("inbox"), "{told}");
+    let kept = site.path("project/inbox/left.png").join(layer.rsplit('/').next().unwrap());
+    assert_eq!(fs::read_to_string(kept).unwrap(), "painted");
+    assert_eq!(whole_stacks(&site.project()), 2);
+}
+
+#[test]
+fn timings_are_a_table_for_people_and_numbers_for_programs() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let told = stderr_of(&site.run("build project --timings -q --threads 2").success());
+    assert!(told.contains("seconds") && told.contains("left.png") && told.contains("s passed"), "{told}");
+    let json = site.json("build project --timings --force --json -q");
+    assert!(json["timings"]["wall_seconds"].as_f64().unwrap() > 0.0, "{json:#}");
+    assert!(json["timings"]["seconds"]["left.png"].is_object(), "{json:#}");
+}
+
+#[test]
+fn a_model_of_another_convention_is_turned_by_its_name() {
+    let site = Site::new();
+    let new =
+        "new project --photos photos --cameras sparse --model model.obj --model-transform z-down --json";
+    assert_eq!(json_of(&site.run(new).success())["faces"], 4);
+    let project = fs::read_to_string(site.path("project/project.json")).unwrap();
+    assert!(project.contains("[0.0, -1.0, 0.0, 0.0]"), "{project}");
+}

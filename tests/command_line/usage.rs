@@ -1,0 +1,70 @@
+//! Words that are no command, and what the program says of itself.
+
+use std::process::{Command, Stdio};
+
+use super::site::{Site, program, stderr_of, stdout_of};
+
+#[test]
+fn wrong_usage_has_exit_status_2_and_names_the_word() {
+    let site = Site::new();
+    for (words, named) in [
+        ("paint project", "paint"),
+        ("build", "PROJECT"),
+        ("build project --tolerance 2", "tolerance"),
+        ("build project --method magic", "magic"),
+        ("build project --memory much", "much"),
+        ("build project --threads 0", "0"),
+        ("export project --format doc --out out", "doc"),
+        ("new project --photos a --cameras b", "--model"),
+        ("new project --photos a --cameras b --model c --model-transform up", "up"),
+    ] {
+        let told = stderr_of(&site.run(words).failure().code(2));
+        assert!(told.contains(named), "{words}: {told}");
+    }
+    site.run("").failure().code(2);
+}
+
+#[test]
+fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
+    let site = Site::new();
+    let help = stdout_of(&site.run("--help").success());
+    for command in ["new", "build", "export", "info"] {
+        assert!(help.contains(&format!("  {command} ")), "{help}");
+    }
+    for word in ["completions", "man ", "edit", "fill"] {
+        assert!(!help.contains(&format!("  {word}")), "{help}");
+    }
+}
+
+#[test]
+fn packagers_get_completions_and_a_manual_page() {
+    let site = Site::new();
+    for shell in ["bash", "zsh", "fish", "powershell", "elvish"] {
+        let script = stdout_of(&site.run(&format!("completions {shell}")).success());
+        assert!(script.contains("save-options"), "{shell}");
+    }
+    let page = stdout_of(&site.run("man").success());
+    assert!(page.contains(".TH quadratura 1") && page.contains("save\\-options"), "{page}");
+}
+
+#[test]
+fn a_reader_that_has_seen_enough_is_no_error() {
+    let site = Site::new();
+    let mut man = Command::new(program())
+        .current_dir(site.folder.path())
+        .args(["completions", "bash"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    drop(man.stdout.take());
+    let ended = man.wait_with_output().unwrap();
+    assert!(ended.status.success(), "{}", String::from_utf8_lossy(&ended.stderr));
+}
+
+#[test]
+fn nothing_is_coloured_where_nobody_looks() {
+    let site = Site::new();
+    let told = stderr_of(&site.run("info nowhere").failure());
+    assert!(told.starts_with("error: ") && !told.contains('\u{1b}'), "{told:?}");
+}
