@@ -180,8 +180,8 @@ pub struct OptionArgs {
     #[arg(long, action = ArgAction::Set, num_args = 0..=1, require_equals = true,
           default_missing_value = "true", value_name = "true|false", hide_possible_values = true)]
     pub published: Option<bool>,
-    /// Do not merge image layers beyond this side, in pixels
-    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(1..=1 << 20))]
+    /// Give no image layer a longer side, in pixels: larger surfaces get several, side by side
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(64..=1 << 20))]
     pub largest_side: Option<u32>,
 }
 

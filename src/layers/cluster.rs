@@ -64,9 +64,17 @@ pub fn cluster(
     Clusters { list: merging.finish(photo), texels_unmerged }
 }
 
+/// Smaller tiles would be nothing but margin.
+pub const SMALLEST_TILE: u32 = 64;
+
 /// Elements whose bounds exceed the largest side are tiled.
 fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
-    let side = (options.largest_side.max(64) - 2 * options.margin.min(16)) as usize;
+    let most = options.largest_side.max(SMALLEST_TILE);
+    let most = match options.boxes {
+        BoxShape::Exact => most,
+        BoxShape::PowerOfTwo => 1 << most.ilog2(),
+    };
+    let side = most.saturating_sub(2 * options.margin).max(SMALLEST_TILE / 2) as usize;
     let mut patches = Vec::with_capacity(bounds.len());
     for (element, b) in bounds.iter().enumerate() {
         for y in (b.y..b.bottom()).step_by(side) {

@@ -2,6 +2,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::cluster::SMALLEST_TILE;
+
 /// How the visibility layers are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -40,7 +42,7 @@ pub struct Options {
     pub boxes: BoxShape,
     /// Merge image layers within one visibility layer only, the rule of 2003.
     pub published: bool,
-    /// Boxes are not merged beyond this side, in pixels (one element alone may exceed it).
+    /// No image layer has a longer side, in pixels: larger elements get several, side by side.
     pub largest_side: u32,
 }
 
@@ -68,9 +70,9 @@ impl Options {
         if self.margin > LARGEST_MARGIN {
             return Some(format!("margin is {}, expected at most {LARGEST_MARGIN} pixels", self.margin));
         }
-        if !(1..=LARGEST_SIDE).contains(&self.largest_side) {
+        if !(SMALLEST_TILE..=LARGEST_SIDE).contains(&self.largest_side) {
             return Some(format!(
-                "largest_side is {}, expected 1 to {LARGEST_SIDE} pixels",
+                "largest_side is {}, expected {SMALLEST_TILE} to {LARGEST_SIDE} pixels",
                 self.largest_side
             ));
         }
