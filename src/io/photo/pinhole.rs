@@ -11,7 +11,7 @@ use std::path::Path;
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info};
 
 use super::read_photo;
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::geometry::Undistortion;
 use crate::io::atomic::write_atomically_with;
 use crate::io::hash::{hash_bytes, hash_file};
@@ -29,8 +29,8 @@ const MADE_OF: &str = "quadratura";
 /// photo's content is hashed, which takes a hundredth of the time that decoding it takes.
 ///
 /// # Errors
-/// [`Error::Input`] when the photo cannot be used, [`Error::Io`] when the cache cannot be written,
-/// [`Error::Cancelled`]; an old image stays.
+/// [`crate::Error::Input`] when the photo cannot be used, [`crate::Error::Io`] when the cache cannot be written,
+/// [`crate::Error::Cancelled`]; an old image stays.
 pub fn make_pinhole_image(
     photo: &Path,
     undistortion: &Undistortion,
