@@ -111,9 +111,14 @@ def write_colmap(folder, cameras, points):
     with open(folder / "cameras.txt", "w") as file:
         file.write(header + "# CAMERA_ID MODEL WIDTH HEIGHT FX FY CX CY\n")
         for i, c in enumerate(cameras, 1):
-            file.write("%d PINHOLE %d %d %.10g %.10g %.10g %.10g\n" % (i, c.width, c.height, c.focal_px, c.focal_px, c.cx, c.cy))
+            file.write(
+                "%d PINHOLE %d %d %.10g %.10g %.10g %.10g\n"
+                % (i, c.width, c.height, c.focal_px, c.focal_px, c.cx, c.cy)
+            )
     with open(folder / "images.txt", "w") as file:
         file.write(header + "# IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME, then POINTS2D (X Y POINT3D_ID)...\n")
         for i, c in enumerate(cameras, 1):
             pose = quaternion(c.rotation) + list(c.translation)
-            file.write("%d %s %d %s\n%s\n" % (i, " ".join("%.15g" % v for v in pose), i, c.name, " ".join(seen[c.name])))
+            file.write(
+                "%d %s %d %s\n%s\n" % (i, " ".join("%.15g" % v for v in pose), i, c.name, " ".join(seen[c.name]))
+            )

@@ -5,13 +5,36 @@ from math import cos, pi, sin
 from coarse import campanile_frames, church_outline, step_faces
 from facades import CORNICE, STRING, door_leaves, lifted
 from meshes import Builder
-from shapes import arch_opening, bridged, circle, hip_roof, rectangle
+from shapes import arch_opening, circle, hip_roof, rectangle
 
 ENTABLATURE = [
-    (0.0, 0.0), (0.20, 0.0), (0.20, 0.10), (0.22, 0.10), (0.22, 0.22), (0.26, 0.26), (0.18, 0.28), (0.18, 0.52),
-    (0.24, 0.54), (0.26, 0.60), (0.30, 0.62), (0.46, 0.66), (0.50, 0.74), (0.56, 0.80), (0.58, 0.88), (0.0, 0.92),
+    (0.0, 0.0),
+    (0.20, 0.0),
+    (0.20, 0.10),
+    (0.22, 0.10),
+    (0.22, 0.22),
+    (0.26, 0.26),
+    (0.18, 0.28),
+    (0.18, 0.52),
+    (0.24, 0.54),
+    (0.26, 0.60),
+    (0.30, 0.62),
+    (0.46, 0.66),
+    (0.50, 0.74),
+    (0.56, 0.80),
+    (0.58, 0.88),
+    (0.0, 0.92),
 ]
-RAKING = [(0.0, 0.0), (0.0, 0.18), (-0.10, 0.22), (-0.16, 0.42), (-0.24, 0.46), (-0.28, 0.54), (-0.36, 0.54), (-0.38, 0.0)]
+RAKING = [
+    (0.0, 0.0),
+    (0.0, 0.18),
+    (-0.10, 0.22),
+    (-0.16, 0.42),
+    (-0.24, 0.46),
+    (-0.28, 0.54),
+    (-0.36, 0.54),
+    (-0.38, 0.0),
+]
 
 
 def church(scene, m, c):
@@ -39,8 +62,24 @@ def front_wall(b, m, c):
     b.reveal(c.frame, circle((c.axis(), height), radius, 64)[::-1], depth + 0.1, m["stone"])
     for s, niche in zip((-1, 1), niches):
         niche_with_saint(b, m, c, c.axis() + s * 3.4, niche)
-    b.sweep(c.frame, [(0.0, 0.0), (0.16, 0.0), (0.16, 0.85), (0.1, 0.98), (0.0, 1.0)], 0, c.axis() - c.steps_half, m["stone"], 1, 0)
-    b.sweep(c.frame, [(0.0, 0.0), (0.16, 0.0), (0.16, 0.85), (0.1, 0.98), (0.0, 1.0)], c.axis() + c.steps_half, c.width, m["stone"], 0, 1)
+    b.sweep(
+        c.frame,
+        [(0.0, 0.0), (0.16, 0.0), (0.16, 0.85), (0.1, 0.98), (0.0, 1.0)],
+        0,
+        c.axis() - c.steps_half,
+        m["stone"],
+        1,
+        0,
+    )
+    b.sweep(
+        c.frame,
+        [(0.0, 0.0), (0.16, 0.0), (0.16, 0.85), (0.1, 0.98), (0.0, 1.0)],
+        c.axis() + c.steps_half,
+        c.width,
+        m["stone"],
+        0,
+        1,
+    )
 
 
 def niche_with_saint(b, m, c, u, opening):
@@ -53,7 +92,16 @@ def niche_with_saint(b, m, c, u, opening):
     b.box(f, u - 0.62, u + 0.62, 1.84, 2.0, -0.34, 0.16, m["marble"], bevel=0.03)
     b.box(f, u - 0.3, u + 0.3, 2.0, 2.14, -0.3, 0.04, m["marble"], bevel=0.02)
     x, y, _ = f.at(u, 0, -0.13)
-    robe = [(0.24, 2.14), (0.26, 2.25), (0.21, 2.7), (0.19, 3.1), (0.22, 3.4), (0.235, 3.55), (0.16, 3.68), (0.07, 3.74)]
+    robe = [
+        (0.24, 2.14),
+        (0.26, 2.25),
+        (0.21, 2.7),
+        (0.19, 3.1),
+        (0.22, 3.4),
+        (0.235, 3.55),
+        (0.16, 3.68),
+        (0.07, 3.74),
+    ]
     b.revolve((x, y), robe, m["marble"], 40, lobes=9, lobe_depth=0.16)
     head = [(0.05, 3.72), (0.09, 3.78), (0.12, 3.88), (0.115, 3.97), (0.075, 4.05), (0.0, 4.09)]
     b.revolve((x, y), head, m["marble"], 20)
@@ -64,16 +112,47 @@ def pilaster(b, m, frame, u, foot, top, width, d=0.13):
     """Base, shaft with a sunk panel, and a capital of three leaves of stone."""
     half = width / 2
     b.box(frame, u - half - 0.09, u + half + 0.09, foot, foot + 0.28, 0, d + 0.09, m["stone"], bevel=0.03)
-    b.sweep(frame, [(0.0, foot + 0.28), (d + 0.08, foot + 0.28), (d + 0.09, foot + 0.34), (d + 0.03, foot + 0.4), (d + 0.05, foot + 0.46), (d, foot + 0.5), (0.0, foot + 0.5)], u - half - 0.05, u + half + 0.05, m["stone"])
+    b.sweep(
+        frame,
+        [
+            (0.0, foot + 0.28),
+            (d + 0.08, foot + 0.28),
+            (d + 0.09, foot + 0.34),
+            (d + 0.03, foot + 0.4),
+            (d + 0.05, foot + 0.46),
+            (d, foot + 0.5),
+            (0.0, foot + 0.5),
+        ],
+        u - half - 0.05,
+        u + half + 0.05,
+        m["stone"],
+    )
     b.box(frame, u - half, u + half, foot + 0.5, top - 0.62, 0, d, m["stone"], bevel=0.012)
-    line = [(u - half + 0.1, foot + 0.75), (u - half + 0.1, top - 0.85), (u + half - 0.1, top - 0.85), (u + half - 0.1, foot + 0.75)]
-    b.moulded_line(frame, line, [(0.0, d - 0.002), (0.0, d + 0.025), (0.035, d + 0.025), (0.035, d - 0.002)], m["stone"], closed=True)
+    line = [
+        (u - half + 0.1, foot + 0.75),
+        (u - half + 0.1, top - 0.85),
+        (u + half - 0.1, top - 0.85),
+        (u + half - 0.1, foot + 0.75),
+    ]
+    b.moulded_line(
+        frame,
+        line,
+        [(0.0, d - 0.002), (0.0, d + 0.025), (0.035, d + 0.025), (0.035, d - 0.002)],
+        m["stone"],
+        closed=True,
+    )
     capital(b, m, frame, u, top - 0.62, top, half, d)
 
 
 def capital(b, m, frame, u, low, top, half, d):
     h = top - low
-    b.sweep(frame, [(0.0, low), (d + 0.05, low), (d + 0.05, low + 0.06), (0.0, low + 0.06)], u - half - 0.04, u + half + 0.04, m["stone"])
+    b.sweep(
+        frame,
+        [(0.0, low), (d + 0.05, low), (d + 0.05, low + 0.06), (0.0, low + 0.06)],
+        u - half - 0.04,
+        u + half + 0.04,
+        m["stone"],
+    )
     b.box(frame, u - half, u + half, low + 0.06, top - 0.1, 0, d, m["stone"])
     for row, (v, size) in enumerate(((low + 0.08, 0.5), (low + 0.28 * h, 0.5))):
         count = 4 if row == 0 else 3
@@ -82,7 +161,13 @@ def capital(b, m, frame, u, low, top, half, d):
             leaf_relief(b, m, frame, x, v, 2 * half / count * 0.9, h * size, d)
     for s in (-1, 1):
         spiral(b, m, frame, u + s * (half - 0.02), top - 0.2, 0.115, s, d, d + 0.07)
-    b.sweep(frame, [(0.0, top - 0.1), (d + 0.08, top - 0.1), (d + 0.12, top - 0.04), (d + 0.12, top), (0.0, top)], u - half - 0.12, u + half + 0.12, m["stone"])
+    b.sweep(
+        frame,
+        [(0.0, top - 0.1), (d + 0.08, top - 0.1), (d + 0.12, top - 0.04), (d + 0.12, top), (0.0, top)],
+        u - half - 0.12,
+        u + half + 0.12,
+        m["stone"],
+    )
 
 
 def leaf_relief(b, m, frame, u, v, width, height, d):
@@ -121,7 +206,17 @@ def lower_order(b, m, c):
         for s in (-1, 1):
             start = c.floor if distance < c.steps_half else foot
             if distance >= c.steps_half:
-                b.box(c.frame, axis + s * distance - 0.42, axis + s * distance + 0.42, 0, 1.05, 0, 0.24, m["stone"], bevel=0.03)
+                b.box(
+                    c.frame,
+                    axis + s * distance - 0.42,
+                    axis + s * distance + 0.42,
+                    0,
+                    1.05,
+                    0,
+                    0.24,
+                    m["stone"],
+                    bevel=0.03,
+                )
                 start = 1.05
             pilaster(b, m, c.frame, axis + s * distance, start, c.lower, 0.62)
     b.sweep(c.frame, lifted(ENTABLATURE, c.lower, 1.0), 0, c.width, m["stone"], 1, 1)
@@ -162,7 +257,21 @@ def cross_on_top(b, m, c):
 
 
 def urn(b, m, x, y, z, size):
-    shape = [(0.30, 0), (0.30, 0.2), (0.14, 0.24), (0.10, 0.36), (0.26, 0.55), (0.33, 0.8), (0.30, 0.98), (0.20, 1.04), (0.24, 1.1), (0.14, 1.2), (0.16, 1.32), (0.08, 1.5), (0.0, 1.62)]
+    shape = [
+        (0.30, 0),
+        (0.30, 0.2),
+        (0.14, 0.24),
+        (0.10, 0.36),
+        (0.26, 0.55),
+        (0.33, 0.8),
+        (0.30, 0.98),
+        (0.20, 1.04),
+        (0.24, 1.1),
+        (0.14, 1.2),
+        (0.16, 1.32),
+        (0.08, 1.5),
+        (0.0, 1.62),
+    ]
     b.revolve((x, y), [(r * size, z + v * size) for r, v in shape], m["marble"], 28)
 
 
@@ -170,24 +279,41 @@ def portal(b, m, c):
     """Door frame, two columns, entablature, and a broken pediment with a shell between its halves."""
     axis, f, half, top = c.axis(), c.frame, c.door[0] / 2, c.floor + c.door[1]
     line = [(axis + half, c.floor), (axis + half, top), (axis - half, top), (axis - half, c.floor)]
-    b.moulded_line(f, line, [(0.0, 0.0), (0.0, 0.08), (-0.05, 0.11), (-0.16, 0.09), (-0.19, 0.14), (-0.26, 0.14), (-0.28, 0.0)], m["marble"])
+    b.moulded_line(
+        f,
+        line,
+        [(0.0, 0.0), (0.0, 0.08), (-0.05, 0.11), (-0.16, 0.09), (-0.19, 0.14), (-0.26, 0.14), (-0.28, 0.0)],
+        m["marble"],
+    )
     for s in (-1, 1):
         column(b, m, *f.at(axis + s * (half + 0.62), 0, 0.34)[:2], c.floor, top + 0.15, 0.19)
-        b.box(f, axis + s * (half + 0.62) - 0.26, axis + s * (half + 0.62) + 0.26, c.floor, top + 0.15, 0, 0.12, m["stone"])
+        b.box(
+            f,
+            axis + s * (half + 0.62) - 0.26,
+            axis + s * (half + 0.62) + 0.26,
+            c.floor,
+            top + 0.15,
+            0,
+            0.12,
+            m["stone"],
+        )
     reach = half + 1.0
     lintel = lifted([(d * 1.25 + (0.28 if d > 0 else 0), v) for d, v in ENTABLATURE], top + 0.15, 0.62)
     b.sweep(f, lintel, axis - reach, axis + reach, m["marble"])
     base, rise = top + 0.15 + 0.58, 0.95
     for s in (-1, 1):
         line = [(axis + s * (reach + 0.15), base + 0.02), (axis + s * 0.55, base + rise * 0.72)]
-        profile = [(0.0, 0.0), (0.0, 0.42), (s * 0.08, 0.5), (s * 0.14, 0.62), (s * 0.24, 0.66), (s * 0.24, 0.0)]
-        b.moulded_line(f, line if s > 0 else line, [(-o if s > 0 else -o, d) for o, d in profile], m["marble"])
-        b.poly([f.at(axis + s * u, v, 0.3) for u, v in ((reach, base), (0.55, base), (0.55, base + rise * 0.62))][::s], m["church"])
+        profile = [(0.0, 0.0), (0.0, 0.42), (0.08, 0.5), (0.14, 0.62), (0.24, 0.66), (0.24, 0.0)]
+        b.moulded_line(f, line, [(-s * o, d) for o, d in profile], m["marble"])
+        b.poly(
+            [f.at(axis + s * u, v, 0.3) for u, v in ((reach, base), (0.55, base), (0.55, base + rise * 0.62))][::s],
+            m["church"],
+        )
     shell(b, m, f, axis, base + 0.12, 0.52)
 
 
 def shell(b, m, f, u, v, radius):
-    ribs, first = 11, None
+    ribs = 11
     for i in range(ribs):
         a0, a1 = pi * i / ribs, pi * (i + 1) / ribs
         am = (a0 + a1) / 2
@@ -200,16 +326,51 @@ def shell(b, m, f, u, v, radius):
 
 
 def column(b, m, x, y, foot, top, r):
-    b.revolve((x, y), [(r * 1.5, foot), (r * 1.5, foot + 0.14), (r * 1.35, foot + 0.16), (r * 1.4, foot + 0.22), (r * 1.12, foot + 0.27), (r * 1.2, foot + 0.32), (r, foot + 0.36)], m["marble"], 32)
+    b.revolve(
+        (x, y),
+        [
+            (r * 1.5, foot),
+            (r * 1.5, foot + 0.14),
+            (r * 1.35, foot + 0.16),
+            (r * 1.4, foot + 0.22),
+            (r * 1.12, foot + 0.27),
+            (r * 1.2, foot + 0.32),
+            (r, foot + 0.36),
+        ],
+        m["marble"],
+        32,
+    )
     b.revolve((x, y), [(r, foot + 0.36), (r * 1.02, foot + 1.5), (r * 0.86, top - 0.42)], m["marble"], 32)
-    b.revolve((x, y), [(r * 0.95, top - 0.42), (r * 0.95, top - 0.38), (r * 0.86, top - 0.36), (r * 0.95, top - 0.28), (r * 1.35, top - 0.14), (r * 1.2, top - 0.12), (r * 1.45, top - 0.08), (r * 1.45, top), (0.0, top)], m["marble"], 32, lobes=8, lobe_depth=0.08)
+    b.revolve(
+        (x, y),
+        [
+            (r * 0.95, top - 0.42),
+            (r * 0.95, top - 0.38),
+            (r * 0.86, top - 0.36),
+            (r * 0.95, top - 0.28),
+            (r * 1.35, top - 0.14),
+            (r * 1.2, top - 0.12),
+            (r * 1.45, top - 0.08),
+            (r * 1.45, top),
+            (0.0, top),
+        ],
+        m["marble"],
+        32,
+        lobes=8,
+        lobe_depth=0.08,
+    )
 
 
 def rose_frame(b, m, c):
-    height, radius, depth = c.rose
-    f, centre = c.frame, (c.axis(), height)
-    ring = circle(centre, radius, 72)
-    b.moulded_line(f, ring, [(0.0, 0.0), (0.0, 0.06), (-0.08, 0.12), (-0.2, 0.08), (-0.26, 0.14), (-0.34, 0.14), (-0.38, 0.0)], m["marble"], closed=True)
+    height, radius, _ = c.rose
+    ring = circle((c.axis(), height), radius, 72)
+    b.moulded_line(
+        c.frame,
+        ring,
+        [(0.0, 0.0), (0.0, 0.06), (-0.08, 0.12), (-0.2, 0.08), (-0.26, 0.14), (-0.34, 0.14), (-0.38, 0.0)],
+        m["marble"],
+        closed=True,
+    )
 
 
 def rose_glass(m, c):
@@ -246,9 +407,7 @@ def volutes(b, m, c):
 
 def church_door(m, c):
     b, half = Builder(), c.door[0] / 2
-    import random
-
-    door_leaves(b, m, c.frame, c.axis() - half, c.axis() + half, c.floor, c.floor + c.door[1], -c.door_depth, random.Random(1))
+    door_leaves(b, m, c.frame, c.axis() - half, c.axis() + half, c.floor, c.floor + c.door[1], -c.door_depth)
     return b
 
 
@@ -277,7 +436,19 @@ def steps(m, c):
             b.poly(face, m["step"])
         half, reach = c.steps_half + k * c.tread, c.landing + k * c.tread
         top = c.floor * (1 - k / c.steps)
-        b.sweep(c.frame, [(reach - 0.01, top - 0.05), (reach + 0.025, top - 0.045), (reach + 0.035, top - 0.02), (reach + 0.025, top + 0.001), (reach - 0.1, top + 0.001)], c.axis() - half, c.axis() + half, m["step"])
+        b.sweep(
+            c.frame,
+            [
+                (reach - 0.01, top - 0.05),
+                (reach + 0.025, top - 0.045),
+                (reach + 0.035, top - 0.02),
+                (reach + 0.025, top + 0.001),
+                (reach - 0.1, top + 0.001),
+            ],
+            c.axis() - half,
+            c.axis() + half,
+            m["step"],
+        )
     return b
 
 
@@ -296,7 +467,16 @@ def body(scene, m, c):
             slope, roof = [[q[1], q[0], q[3], q[2]] for q in (slope, roof)]
         low_roof.tiles(slope, m["clay"], f"aisle{side}")
         high_roof.tiles(roof, m["clay"], f"nave{side}")
-    clerestory.poly([f.at(axis - n, 0, -far), f.at(axis + n, 0, -far), f.at(axis + n, eaves, -far), f.at(axis, ridge, -far), f.at(axis - n, eaves, -far)], m["church"])
+    clerestory.poly(
+        [
+            f.at(axis - n, 0, -far),
+            f.at(axis + n, 0, -far),
+            f.at(axis + n, eaves, -far),
+            f.at(axis, ridge, -far),
+            f.at(axis - n, eaves, -far),
+        ],
+        m["church"],
+    )
     high_roof.ridge(f.at(axis, ridge, -t), f.at(axis, ridge, -far), m["clay"], "nave ridge")
     scene.add("church.aisles", walls)
     scene.add("church.nave", clerestory)
@@ -319,8 +499,19 @@ def campanile(scene, m, c):
     clock(shaft, m, c.frame, c.side / 2, 12.6, 0.85)
     clock(shaft, m, campanile_frames(c)[3], c.side / 2, 12.6, 0.85)
     at, s, t = c.frame.at, c.side, c.thickness
-    inner.poly([at(t, c.top - 0.3, -t), at(t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, -t)], m["beam"])
-    inner.poly([at(t, c.belfry - 0.02, -t), at(s - t, c.belfry - 0.02, -t), at(s - t, c.belfry - 0.02, t - s), at(t, c.belfry - 0.02, t - s)], m["vault"])
+    inner.poly(
+        [at(t, c.top - 0.3, -t), at(t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, -t)],
+        m["beam"],
+    )
+    inner.poly(
+        [
+            at(t, c.belfry - 0.02, -t),
+            at(s - t, c.belfry - 0.02, -t),
+            at(s - t, c.belfry - 0.02, t - s),
+            at(t, c.belfry - 0.02, t - s),
+        ],
+        m["vault"],
+    )
     scene.add("campanile.shaft", shaft)
     scene.add("campanile.belfry", inner)
     scene.add("campanile.soffits", soffits)
@@ -348,7 +539,17 @@ def tower_trim(b, m, c, frame):
     for u in (middle - r - 0.26, middle + r):
         b.box(frame, u, u + 0.26, spring - 0.16, spring, -c.thickness, 0.12, m["stone"], bevel=0.02)
         b.box(frame, u, u + 0.26, c.belfry, spring - 0.16, 0, 0.05, m["stone"])
-    b.box(frame, middle - r - 0.35, middle + r + 0.35, c.belfry - 0.12, c.belfry, -c.thickness, 0.16, m["stone"], bevel=0.02)
+    b.box(
+        frame,
+        middle - r - 0.35,
+        middle + r + 0.35,
+        c.belfry - 0.12,
+        c.belfry,
+        -c.thickness,
+        0.16,
+        m["stone"],
+        bevel=0.02,
+    )
     for v in (3.0, 7.6):  # slits for the stairs
         b.box(frame, middle - 0.28, middle + 0.28, v - 0.1, v + 1.1, 0, 0.05, m["stone"], bevel=0.02)
         b.box(frame, middle - 0.13, middle + 0.13, v + 0.05, v + 0.95, 0, 0.055, m["dark"])
@@ -356,7 +557,13 @@ def tower_trim(b, m, c, frame):
 
 def clock(b, m, frame, u, v, radius):
     b.poly([frame.at(*p, 0.04) for p in circle((u, v), radius, 48)], m["church"])
-    b.moulded_line(frame, circle((u, v), radius, 48), [(0.06, 0.04), (0.04, 0.10), (-0.1, 0.13), (-0.16, 0.0)], m["marble"], closed=True)
+    b.moulded_line(
+        frame,
+        circle((u, v), radius, 48),
+        [(0.06, 0.04), (0.04, 0.10), (-0.1, 0.13), (-0.16, 0.0)],
+        m["marble"],
+        closed=True,
+    )
     for i in range(12):
         a = pi / 6 * i
         line = [(u + r * cos(a), v + r * sin(a)) for r in (radius * 0.72, radius * 0.9)]
@@ -373,9 +580,25 @@ def tower_roof(scene, m, c):
         b.tiles(slope, m["clay"], f"tower{number}", 0.2, 0.3)
         b.ridge(slope[0], slope[2], m["clay"], f"tower ridge{number}")
     x, y, z = slopes[0][2]
-    b.revolve((x, y), [(0.16, z - 0.1), (0.16, z + 0.12), (0.22, z + 0.2), (0.16, z + 0.3), (0.03, z + 0.36), (0.03, z + 1.5)], m["copper"], 16)
-    b.box(c.frame, c.side / 2 - 0.3, c.side / 2 + 0.3, z + 1.05, z + 1.12, -c.side / 2 - 0.03, -c.side / 2 + 0.03, m["iron"])
+    b.revolve(
+        (x, y),
+        [(0.16, z - 0.1), (0.16, z + 0.12), (0.22, z + 0.2), (0.16, z + 0.3), (0.03, z + 0.36), (0.03, z + 1.5)],
+        m["copper"],
+        16,
+    )
+    b.box(
+        c.frame,
+        c.side / 2 - 0.3,
+        c.side / 2 + 0.3,
+        z + 1.05,
+        z + 1.12,
+        -c.side / 2 - 0.03,
+        -c.side / 2 + 0.03,
+        m["iron"],
+    )
     o, s = c.overhang, c.side
-    e.poly([c.frame.at(u, c.top + 0.004, d) for u, d in ((-o, o), (-o, -s - o), (s + o, -s - o), (s + o, o))], m["stone"])
+    e.poly(
+        [c.frame.at(u, c.top + 0.004, d) for u, d in ((-o, o), (-o, -s - o), (s + o, -s - o), (s + o, o))], m["stone"]
+    )
     scene.add("campanile.roof", b)
     scene.add("campanile.eaves", e)

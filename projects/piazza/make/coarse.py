@@ -73,7 +73,9 @@ def add_loggia(model, a, overhang, eaves, rise):
     ridge = eaves + rise
     slope = rise / (overhang - far)
     o = overhang
-    model.add(f"{a.name}.roof", [at(-0.3, eaves, o), at(w + 0.3, eaves, o), at(w + 0.3, ridge, far), at(-0.3, ridge, far)])
+    model.add(
+        f"{a.name}.roof", [at(-0.3, eaves, o), at(w + 0.3, eaves, o), at(w + 0.3, ridge, far), at(-0.3, ridge, far)]
+    )
     wall_top = eaves + slope * o
     model.add(f"{a.name}.outside", [at(0, 0, far), at(0, 0, 0), at(0, wall_top, 0), at(0, ridge, far)])
     model.add(f"{a.name}.outside", [at(w, 0, 0), at(w, 0, far), at(w, ridge, far), at(w, wall_top, 0)])
@@ -172,7 +174,12 @@ def add_church_body(model, c):
         wall = [at(side, out, 0, t), at(side, out, 0, far), at(side, out, low, far), at(side, out, low, t)]
         slope = [at(side, out, low, t), at(side, out, low, far), at(side, n, high, far), at(side, n, high, t)]
         clerestory = [at(side, n, high, t), at(side, n, high, far), at(side, n, eaves, far), at(side, n, eaves, t)]
-        roof = [at(side, n + 0.35, eaves, t), at(side, n + 0.35, eaves, far), at(side, 0, ridge, far), at(side, 0, ridge, t)]
+        roof = [
+            at(side, n + 0.35, eaves, t),
+            at(side, n + 0.35, eaves, far),
+            at(side, 0, ridge, far),
+            at(side, 0, ridge, t),
+        ]
         model.add("church.aisles", wall[::turn])
         model.add("church.aisle_roofs", slope[::turn])
         model.add("church.nave", clerestory[::turn])
@@ -190,12 +197,17 @@ def add_campanile(model, c):
     for frame in campanile_frames(c):
         model.add("campanile.shaft", frame.ring(bridged(rectangle(0, 0, c.side, c.top), opening[::-1])))
         inside = frame.back(c.side, t)
-        model.add("campanile.belfry", inside.ring(bridged(rectangle(t, c.belfry, c.side - t, c.top - 0.3), opening[::-1])))
+        model.add(
+            "campanile.belfry", inside.ring(bridged(rectangle(t, c.belfry, c.side - t, c.top - 0.3), opening[::-1]))
+        )
     for frame in (campanile_frames(c)[0], campanile_frames(c)[3]):
         model.add("campanile.soffits", *reveal(frame, opening, t))
     roof = hip_roof(c.frame, c.side, c.side, c.top, c.rise, c.overhang)
     at, s = c.frame.at, c.side
-    model.add("campanile.belfry", [at(t, c.top - 0.3, -t), at(t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, -t)])
+    model.add(
+        "campanile.belfry",
+        [at(t, c.top - 0.3, -t), at(t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, t - s), at(s - t, c.top - 0.3, -t)],
+    )
     model.add("campanile.roof", *[face[:3] for face in roof])
     o = c.overhang
     model.add("campanile.eaves", [at(u, c.top, d) for u, d in ((-o, o), (-o, -s - o), (s + o, -s - o), (s + o, o))])
@@ -228,7 +240,12 @@ def add_fountain(model, c):
 
 def crossed_quads(x, y, height, radius):
     a = radius * 0.7071
-    quad = lambda dx, dy: [(x - dx, y - dy, 0.0), (x + dx, y + dy, 0.0), (x + dx, y + dy, height), (x - dx, y - dy, height)]
+    quad = lambda dx, dy: [
+        (x - dx, y - dy, 0.0),
+        (x + dx, y + dy, 0.0),
+        (x + dx, y + dy, height),
+        (x - dx, y - dy, height),
+    ]
     return [quad(a, a), quad(a, -a)]
 
 

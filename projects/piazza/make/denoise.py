@@ -1,6 +1,6 @@
 """Takes the grain out of a rendered picture with Open Image Denoise; a program of its own, outside Blender.
 
-    python denoise.py FOLDER       colour.npy, albedo.npy, normal.npy -> clean.npy
+python denoise.py FOLDER       colour.npy, albedo.npy, normal.npy -> clean.npy
 """
 
 import sys

@@ -9,7 +9,18 @@ from shapes import arcade_outline, arch_opening, hip_roof, rectangle
 
 FINE = 28  # segments of an arch
 
-CORNICE = [(0.0, -0.42), (0.07, -0.42), (0.07, -0.32), (0.12, -0.30), (0.16, -0.24), (0.16, -0.17), (0.30, -0.13), (0.33, -0.05), (0.33, 0.0), (0.0, 0.0)]
+CORNICE = [
+    (0.0, -0.42),
+    (0.07, -0.42),
+    (0.07, -0.32),
+    (0.12, -0.30),
+    (0.16, -0.24),
+    (0.16, -0.17),
+    (0.30, -0.13),
+    (0.33, -0.05),
+    (0.33, 0.0),
+    (0.0, 0.0),
+]
 STRING = [(0.0, -0.16), (0.05, -0.16), (0.06, -0.07), (0.11, -0.03), (0.11, 0.04), (0.0, 0.07)]
 PLINTH = [(0.0, 0.0), (0.07, 0.0), (0.07, 0.62), (0.03, 0.68), (0.0, 0.68)]
 
@@ -27,7 +38,7 @@ def window(b, m, frame, w, shutters, rng):
     depth = 0.2 if w.kind != "door" else 0.3
     b.reveal(frame, rectangle(u0, v0, u1, v1)[::-1], depth, m["stone"])
     if w.kind == "door":
-        door_leaves(b, m, frame, u0, u1, v0, v1, -depth, rng)
+        door_leaves(b, m, frame, u0, u1, v0, v1, -depth)
     else:
         panes(b, m, frame, u0, u1, v0, v1, -depth)
         sill(b, m, frame, u0, u1, v0)
@@ -64,7 +75,13 @@ def surround(b, m, frame, u0, u1, v0, v1, kind):
     if kind == "noble":
         top = v1 + 0.17
         b.box(frame, u0 - 0.15, u1 + 0.15, top, top + 0.16, 0, 0.06, m["stone"])
-        b.sweep(frame, [(0.0, top + 0.16), (0.08, top + 0.17), (0.2, top + 0.25), (0.22, top + 0.31), (0.0, top + 0.34)], u0 - 0.3, u1 + 0.3, m["stone"])
+        b.sweep(
+            frame,
+            [(0.0, top + 0.16), (0.08, top + 0.17), (0.2, top + 0.25), (0.22, top + 0.31), (0.0, top + 0.34)],
+            u0 - 0.3,
+            u1 + 0.3,
+            m["stone"],
+        )
         for u in (u0 - 0.14, u1 + 0.02):
             b.box(frame, u, u + 0.12, top - 0.1, top + 0.16, 0, 0.15, m["stone"], bevel=0.04)
 
@@ -92,12 +109,30 @@ def shutter(b, material, f, width, v0, v1):
         b.box(f, rail, width - rail, v, v + rail, 0, 0.04, material, 0.9)
     v = v0 + rail + 0.02
     while v < v1 - rail:
-        b.poly([f.at(rail, v, 0.042), f.at(width - rail, v, 0.042), f.at(width - rail, v + 0.05, 0.004), f.at(rail, v + 0.05, 0.004)], material, 0.75)
-        b.poly([f.at(rail, v + 0.05, 0.004), f.at(width - rail, v + 0.05, 0.004), f.at(width - rail, v + 0.058, 0.004), f.at(rail, v + 0.058, 0.004)], material, 0.0)
+        b.poly(
+            [
+                f.at(rail, v, 0.042),
+                f.at(width - rail, v, 0.042),
+                f.at(width - rail, v + 0.05, 0.004),
+                f.at(rail, v + 0.05, 0.004),
+            ],
+            material,
+            0.75,
+        )
+        b.poly(
+            [
+                f.at(rail, v + 0.05, 0.004),
+                f.at(width - rail, v + 0.05, 0.004),
+                f.at(width - rail, v + 0.058, 0.004),
+                f.at(rail, v + 0.058, 0.004),
+            ],
+            material,
+            0.0,
+        )
         v += 0.058
 
 
-def door_leaves(b, m, frame, u0, u1, v0, v1, d, rng):
+def door_leaves(b, m, frame, u0, u1, v0, v1, d):
     """Two panelled leaves under a fanlight."""
     light = v1 - 0.42
     b.poly([frame.at(u, v, d) for u, v in rectangle(u0, v0, u1, v1)], m["dark"])
@@ -109,7 +144,17 @@ def door_leaves(b, m, frame, u0, u1, v0, v1, d, rng):
         low, rows = v0 + 0.15, 3
         step = (light - 0.2 - low) / rows
         for i in range(rows):
-            b.box(frame, a + 0.09, c - 0.09, low + i * step, low + (i + 1) * step - 0.1, d + 0.04, d + 0.07, m["door"], bevel=0.03)
+            b.box(
+                frame,
+                a + 0.09,
+                c - 0.09,
+                low + i * step,
+                low + (i + 1) * step - 0.1,
+                d + 0.04,
+                d + 0.07,
+                m["door"],
+                bevel=0.03,
+            )
 
 
 # --- walls and roofs -------------------------------------------------------------------------------------
@@ -117,7 +162,11 @@ def door_leaves(b, m, frame, u0, u1, v0, v1, d, rng):
 
 def wall(b, m, frame, outline, windows, material, shutters, rng):
     holes = [rectangle(w.u - w.width / 2, w.sill, w.u + w.width / 2, w.sill + w.height) for w in windows if w.sill > 0]
-    doors = [rectangle(w.u - w.width / 2, w.sill + 0.001, w.u + w.width / 2, w.sill + w.height) for w in windows if w.sill <= 0]
+    doors = [
+        rectangle(w.u - w.width / 2, w.sill + 0.001, w.u + w.width / 2, w.sill + w.height)
+        for w in windows
+        if w.sill <= 0
+    ]
     b.sheet(frame, outline, holes + doors, material)
     for w in windows:
         window(b, m, frame, w, shutters, rng)
@@ -198,7 +247,11 @@ def house_roof(scene, m, h):
     if not h.backdrop:
         rafters(e, m, h.frame.left_side(h.depth), h.depth, h.eaves, o)
         rafters(e, m, h.frame.right_side(h.width), h.depth, h.eaves, o)
-    gutter = [(o - 0.02, h.eaves + 0.02)] + [(o + 0.05 - 0.07 * cos(a), h.eaves + 0.02 - 0.07 * sin(a)) for a in (0.6, 1.2, 1.8, 2.4)] + [(o + 0.12, h.eaves + 0.03)]
+    gutter = (
+        [(o - 0.02, h.eaves + 0.02)]
+        + [(o + 0.05 - 0.07 * cos(a), h.eaves + 0.02 - 0.07 * sin(a)) for a in (0.6, 1.2, 1.8, 2.4)]
+        + [(o + 0.12, h.eaves + 0.03)]
+    )
     e.sweep(h.frame, gutter, 0, h.width, m["copper"], 1, 1)
     scene.add(f"{h.name}.roof" if h.backdrop else f"{h.name}.eaves", e)
 
@@ -218,10 +271,29 @@ def chimney_mesh(m, h, u, d, width, height):
     b.box(f, u - half - 0.06, u + half + 0.06, top - 0.56, top - 0.48, d - half - 0.06, d + half + 0.06, m["stone"])
     for su in (-1, 1):
         for sd in (-1, 1):
-            b.box(f, u + su * (half - 0.08) - 0.08, u + su * (half - 0.08) + 0.08, top - 0.5, top - 0.18, d + sd * (half - 0.08) - 0.08, d + sd * (half - 0.08) + 0.08, m["brick"])
+            b.box(
+                f,
+                u + su * (half - 0.08) - 0.08,
+                u + su * (half - 0.08) + 0.08,
+                top - 0.5,
+                top - 0.18,
+                d + sd * (half - 0.08) - 0.08,
+                d + sd * (half - 0.08) + 0.08,
+                m["brick"],
+            )
     out = half + 0.08
-    left = [f.at(u - out, top - 0.2, d + out), f.at(u + out, top - 0.2, d + out), f.at(u + out, top + 0.02, d), f.at(u - out, top + 0.02, d)]
-    right = [f.at(u + out, top - 0.2, d - out), f.at(u - out, top - 0.2, d - out), f.at(u - out, top + 0.02, d), f.at(u + out, top + 0.02, d)]
+    left = [
+        f.at(u - out, top - 0.2, d + out),
+        f.at(u + out, top - 0.2, d + out),
+        f.at(u + out, top + 0.02, d),
+        f.at(u - out, top + 0.02, d),
+    ]
+    right = [
+        f.at(u + out, top - 0.2, d - out),
+        f.at(u - out, top - 0.2, d - out),
+        f.at(u - out, top + 0.02, d),
+        f.at(u + out, top + 0.02, d),
+    ]
     for slope in (left, right):
         b.tiles(slope, m["clay"], f"{u}", 0.2, 0.26)
     return b
@@ -244,8 +316,9 @@ def arcade(scene, m, a):
     scene.add(f"{a.name}.arches_inside", inside)
     imposts = Builder()
     for c in a.centres():
-        for u, turn in ((c - a.opening / 2, 1), (c + a.opening / 2, -1)):
-            imposts.box(a.frame, u - 0.001, u + 0.045 * turn, a.spring - 0.2, a.spring, -a.thickness - 0.03, 0.06, m["stone"]) if turn > 0 else imposts.box(a.frame, u - 0.045, u + 0.001, a.spring - 0.2, a.spring, -a.thickness - 0.03, 0.06, m["stone"])
+        left, right = c - a.opening / 2, c + a.opening / 2
+        for u0, u1 in ((left - 0.001, left + 0.045), (right - 0.045, right + 0.001)):
+            imposts.box(a.frame, u0, u1, a.spring - 0.2, a.spring, -a.thickness - 0.03, 0.06, m["stone"])
     scene.add(f"{a.name}.soffits", imposts)
     arcade_room(scene, m, a)
     arcade_floor(scene, m, a)
@@ -255,21 +328,48 @@ def arch_mouldings(b, m, a):
     """Archivolts, keystones, imposts, bases and the string course over the arches."""
     r = a.opening / 2
     for c in a.centres():
-        arc = [(c + (r + 0.02) * cos(pi * i / FINE), a.spring + (r + 0.02) * sin(pi * i / FINE)) for i in range(FINE + 1)]
+        arc = [
+            (c + (r + 0.02) * cos(pi * i / FINE), a.spring + (r + 0.02) * sin(pi * i / FINE)) for i in range(FINE + 1)
+        ]
         profile = [(0.0, 0.0), (0.0, 0.05), (-0.12, 0.06), (-0.14, 0.09), (-0.24, 0.10), (-0.27, 0.0)]
         b.moulded_line(a.frame, arc, profile, m["stone"])
         top = a.spring + r
-        b.poly([a.frame.at(c + du, v, 0.17) for du, v in ((-0.12, top - 0.03), (0.12, top - 0.03), (0.19, top + 0.42), (-0.19, top + 0.42))], m["marble"])
+        b.poly(
+            [
+                a.frame.at(c + du, v, 0.17)
+                for du, v in ((-0.12, top - 0.03), (0.12, top - 0.03), (0.19, top + 0.42), (-0.19, top + 0.42))
+            ],
+            m["marble"],
+        )
         for s in (-1, 1):
             lower, upper = c + s * 0.12, c + s * 0.19
-            edge = [a.frame.at(lower, top - 0.03, 0), a.frame.at(lower, top - 0.03, 0.17), a.frame.at(upper, top + 0.42, 0.17), a.frame.at(upper, top + 0.42, 0)]
+            edge = [
+                a.frame.at(lower, top - 0.03, 0),
+                a.frame.at(lower, top - 0.03, 0.17),
+                a.frame.at(upper, top + 0.42, 0.17),
+                a.frame.at(upper, top + 0.42, 0),
+            ]
             b.poly(edge[::-s], m["marble"])
-        b.poly([a.frame.at(c - 0.12, top - 0.03, 0), a.frame.at(c + 0.12, top - 0.03, 0), a.frame.at(c + 0.12, top - 0.03, 0.17), a.frame.at(c - 0.12, top - 0.03, 0.17)], m["marble"])
+        b.poly(
+            [
+                a.frame.at(c - 0.12, top - 0.03, 0),
+                a.frame.at(c + 0.12, top - 0.03, 0),
+                a.frame.at(c + 0.12, top - 0.03, 0.17),
+                a.frame.at(c - 0.12, top - 0.03, 0.17),
+            ],
+            m["marble"],
+        )
     edges = [0] + [e for c in a.centres() for e in (c - r, c + r)] + [a.width]
     for u0, u1 in zip(edges[::2], edges[1::2]):
-        middle, half = (u0 + u1) / 2, min((u1 - u0) / 2, 0.5)
+        middle = (u0 + u1) / 2
         b.box(a.frame, u0, u1, 0, 0.42, 0, 0.08, m["stone"], bevel=0.03)
-        b.sweep(a.frame, lifted([(0.0, -0.2), (0.05, -0.18), (0.05, -0.1), (0.1, -0.04), (0.1, 0.0), (0.0, 0.0)], a.spring), u0, u1, m["stone"])
+        b.sweep(
+            a.frame,
+            lifted([(0.0, -0.2), (0.05, -0.18), (0.05, -0.1), (0.1, -0.04), (0.1, 0.0), (0.0, 0.0)], a.spring),
+            u0,
+            u1,
+            m["stone"],
+        )
         if u1 - u0 > 0.8:  # a flat pilaster over the pier, up to the string course
             b.box(a.frame, middle - 0.24, middle + 0.24, a.spring, a.top - 0.45, 0, 0.06, m["ashlar"], bevel=0.01)
             b.box(a.frame, middle - 0.3, middle + 0.3, a.top - 0.45, a.top - 0.2, 0, 0.10, m["stone"], bevel=0.03)
@@ -281,7 +381,10 @@ def arcade_room(scene, m, a):
     rng = random.Random(a.name)
     w, near, far = a.width, -a.thickness, -a.thickness - a.depth
     back = a.frame.moved(0, far)
-    doors = [plan.Window(c, 0.0 if i % 2 else 0.85, 1.5, 2.7 if i % 2 else 1.7, "door" if i % 2 else "small") for i, c in enumerate(a.centres())]
+    doors = [
+        plan.Window(c, 0.0 if i % 2 else 0.85, 1.5, 2.7 if i % 2 else 1.7, "door" if i % 2 else "small")
+        for i, c in enumerate(a.centres())
+    ]
     b = Builder()
     wall(b, m, back, rectangle(0, 0, w, a.ceiling), doors, m["vault"], "brown", rng)
     scene.add(f"{a.name}.back_wall", b)
@@ -316,8 +419,14 @@ def lantern(b, m, x, y, z):
 def arcade_floor(scene, m, a):
     b, at = Builder(), a.frame.at
     far = -a.thickness - a.depth
-    b.poly([at(0, 0.004, far), at(0, 0.004, -a.thickness), at(a.width, 0.004, -a.thickness), at(a.width, 0.004, far)], m["flags"])
-    b.poly([at(0, 0.006, -a.thickness), at(0, 0.006, 0.0), at(a.width, 0.006, 0.0), at(a.width, 0.006, -a.thickness)], m["step"])
+    b.poly(
+        [at(0, 0.004, far), at(0, 0.004, -a.thickness), at(a.width, 0.004, -a.thickness), at(a.width, 0.004, far)],
+        m["flags"],
+    )
+    b.poly(
+        [at(0, 0.006, -a.thickness), at(0, 0.006, 0.0), at(a.width, 0.006, 0.0), at(a.width, 0.006, -a.thickness)],
+        m["step"],
+    )
     scene.add(f"{a.name}.floor", b)
 
 
@@ -329,7 +438,15 @@ def loggia_roof(scene, m, a, overhang, eaves, rise):
     b = Builder()
     b.tiles(slope, m["clay"], "loggia")
     b.ridge(slope[2], slope[3], m["clay"], "loggia ridge")
-    b.poly([at(-0.3, eaves - 0.04, o), at(-0.3, eaves - 0.04, -0.1), at(w + 0.3, eaves - 0.04, -0.1), at(w + 0.3, eaves - 0.04, o)], m["beam"])
+    b.poly(
+        [
+            at(-0.3, eaves - 0.04, o),
+            at(-0.3, eaves - 0.04, -0.1),
+            at(w + 0.3, eaves - 0.04, -0.1),
+            at(w + 0.3, eaves - 0.04, o),
+        ],
+        m["beam"],
+    )
     rafters(b, m, a.frame, w, eaves - 0.03, o)
     scene.add(f"{a.name}.roof", b)
     walls = Builder()
@@ -352,7 +469,13 @@ def awning(scene, m, house, u0, u1, top, drop, reach, valance):
             b.poly([point(s0, t1), point(s1, t1), point(s1, t0), point(s0, t0)], m["canvas"], smooth=True)
         a, c = u0 + (u1 - u0) * i / n, u0 + (u1 - u0) * (i + 1) / n
         low = top - drop - valance
-        edge = [at(a, top - drop, reach), at(a, low + 0.06, reach + 0.01), at((a + c) / 2, low, reach + 0.015), at(c, low + 0.06, reach + 0.01), at(c, top - drop, reach)]
+        edge = [
+            at(a, top - drop, reach),
+            at(a, low + 0.06, reach + 0.01),
+            at((a + c) / 2, low, reach + 0.015),
+            at(c, low + 0.06, reach + 0.01),
+            at(c, top - drop, reach),
+        ]
         b.poly(edge, m["canvas"])
     for u in (u0 + 0.1, (u0 + u1) / 2, u1 - 0.1):
         b.box(house.frame, u - 0.015, u + 0.015, top - drop - 0.03, top - drop, 0, reach, m["iron"])
@@ -362,6 +485,11 @@ def awning(scene, m, house, u0, u1, top, drop, reach, valance):
 def garden_wall(scene, m, name, frame, width, height, thickness):
     b = Builder()
     b.box(frame, 0, width, 0, height - 0.12, -thickness, 0, m["brick"])
-    slope = [frame.at(-0.05, height - 0.14, 0.12), frame.at(width + 0.05, height - 0.14, 0.12), frame.at(width + 0.05, height + 0.06, -thickness / 2), frame.at(-0.05, height + 0.06, -thickness / 2)]
+    slope = [
+        frame.at(-0.05, height - 0.14, 0.12),
+        frame.at(width + 0.05, height - 0.14, 0.12),
+        frame.at(width + 0.05, height + 0.06, -thickness / 2),
+        frame.at(-0.05, height + 0.06, -thickness / 2),
+    ]
     b.tiles(slope, m["clay"], "garden", 0.2, 0.26)
     scene.add(name, b)

@@ -31,7 +31,12 @@ def slab_row(b, m, rng, p0, p1, q1, q0, z):
     between = lambda a, c, t: (a[0] + (c[0] - a[0]) * t, a[1] + (c[1] - a[1]) * t, z)
     cuts = [0.0] + [(k + rng.uniform(-0.2, 0.2)) / count for k in range(1, count)] + [1.0]
     for t0, t1 in zip(cuts, cuts[1:]):
-        ends = (between(p0, p1, t0 + joint), between(p0, p1, t1 - joint), between(q0, q1, t1 - joint), between(q0, q1, t0 + joint))
+        ends = (
+            between(p0, p1, t0 + joint),
+            between(p0, p1, t1 - joint),
+            between(q0, q1, t1 - joint),
+            between(q0, q1, t0 + joint),
+        )
         b.poly(ends, m["band"], rng.random())
 
 
@@ -62,14 +67,29 @@ def fountain(scene, m, c):
     (step, rise), (basin, rim) = c.step, c.basin
     inner = basin - c.wall
     b = Builder()
-    b.polygon_prism(octagons([(step - 0.02, 0), (step, rise - 0.03), (step - 0.03, rise), (basin - 0.1, rise)]), m["step"])
+    b.polygon_prism(
+        octagons([(step - 0.02, 0), (step, rise - 0.03), (step - 0.03, rise), (basin - 0.1, rise)]), m["step"]
+    )
     scene.add("fountain.step", b)
     b = Builder()
-    b.polygon_prism(octagons([
-        (basin + 0.06, rise), (basin + 0.06, rise + 0.1), (basin - 0.02, rise + 0.14), (basin - 0.05, rim - 0.18),
-        (basin, rim - 0.15), (basin + 0.045, rim - 0.09), (basin + 0.045, rim - 0.02), (basin + 0.02, rim),
-        (inner + 0.02, rim), (inner, rim - 0.03), (inner, 0.1),
-    ]), m["marble"])
+    b.polygon_prism(
+        octagons(
+            [
+                (basin + 0.06, rise),
+                (basin + 0.06, rise + 0.1),
+                (basin - 0.02, rise + 0.14),
+                (basin - 0.05, rim - 0.18),
+                (basin, rim - 0.15),
+                (basin + 0.045, rim - 0.09),
+                (basin + 0.045, rim - 0.02),
+                (basin + 0.02, rim),
+                (inner + 0.02, rim),
+                (inner, rim - 0.03),
+                (inner, 0.1),
+            ]
+        ),
+        m["marble"],
+    )
     panels(b, m, basin, rise, rim)
     b.polygon_prism(octagons([(inner, 0.2), (0.0, 0.2)]), m["marble"])
     scene.add("fountain.basin", b)
@@ -97,26 +117,71 @@ def panels(b, m, basin, rise, rim):
 def pedestal(scene, m, c):
     radius, high = c.column
     b = Builder()
-    b.revolve(c.centre, [
-        (0.62, 0.3), (0.62, 0.78), (0.52, 0.84), (0.36, 0.9), (0.40, 0.98), (0.30, 1.06), (0.24, 1.2), (0.27, 1.42),
-        (0.38, 1.62), (0.40, 1.72), (0.30, 1.8), (0.36, 1.88), (0.40, high),
-    ], m["marble"], 48)
+    b.revolve(
+        c.centre,
+        [
+            (0.62, 0.3),
+            (0.62, 0.78),
+            (0.52, 0.84),
+            (0.36, 0.9),
+            (0.40, 0.98),
+            (0.30, 1.06),
+            (0.24, 1.2),
+            (0.27, 1.42),
+            (0.38, 1.62),
+            (0.40, 1.72),
+            (0.30, 1.8),
+            (0.36, 1.88),
+            (0.40, high),
+        ],
+        m["marble"],
+        48,
+    )
     scene.add("fountain.column", b)
     low, wide, z0, z1 = c.bowl
     b = Builder()
-    b.revolve(c.centre, [
-        (low * 0.95, z0), (low + 0.2, z0 + 0.03), (wide * 0.72, z0 + 0.14), (wide * 0.92, z0 + 0.27), (wide * 0.97, z1 - 0.05),
-        (wide, z1 - 0.03), (wide, z1), (wide - 0.06, z1), (wide - 0.1, z1 - 0.06), (wide * 0.6, z1 - 0.08),
-    ], m["marble"], 64, lobes=16, lobe_depth=0.035)
+    b.revolve(
+        c.centre,
+        [
+            (low * 0.95, z0),
+            (low + 0.2, z0 + 0.03),
+            (wide * 0.72, z0 + 0.14),
+            (wide * 0.92, z0 + 0.27),
+            (wide * 0.97, z1 - 0.05),
+            (wide, z1 - 0.03),
+            (wide, z1),
+            (wide - 0.06, z1),
+            (wide - 0.1, z1 - 0.06),
+            (wide * 0.6, z1 - 0.08),
+        ],
+        m["marble"],
+        64,
+        lobes=16,
+        lobe_depth=0.035,
+    )
     b.poly([(x, y, z1 - 0.035) for x, y in circle(c.centre, wide - 0.07, 48)], m["water"])
     scene.add("fountain.bowl", b)
     r, z0, z1 = c.top
     b = Builder()
     h = z1 - z0
-    b.revolve(c.centre, [
-        (r * 1.25, z0 - 0.1), (r * 1.2, z0 + 0.08 * h), (r * 0.7, z0 + 0.2 * h), (r * 0.6, z0 + 0.34 * h), (r * 1.1, z0 + 0.5 * h),
-        (r * 1.2, z0 + 0.62 * h), (r * 0.9, z0 + 0.8 * h), (r * 0.4, z0 + 0.95 * h), (0.0, z1),
-    ], m["marble"], 32, lobes=8, lobe_depth=0.1)
+    b.revolve(
+        c.centre,
+        [
+            (r * 1.25, z0 - 0.1),
+            (r * 1.2, z0 + 0.08 * h),
+            (r * 0.7, z0 + 0.2 * h),
+            (r * 0.6, z0 + 0.34 * h),
+            (r * 1.1, z0 + 0.5 * h),
+            (r * 1.2, z0 + 0.62 * h),
+            (r * 0.9, z0 + 0.8 * h),
+            (r * 0.4, z0 + 0.95 * h),
+            (0.0, z1),
+        ],
+        m["marble"],
+        32,
+        lobes=8,
+        lobe_depth=0.1,
+    )
     scene.add("fountain.top", b)
 
 
@@ -140,7 +205,15 @@ def stream(b, m, points, width):
     for k, (p, q) in enumerate(zip(points, points[1:])):
         w0, w1 = (width * (1 + 0.06 * (k + e)) for e in (0, 1))
         for dx, dy in ((1, 0), (0, 1)):
-            b.poly([(p[0] - w0 * dx, p[1] - w0 * dy, p[2]), (p[0] + w0 * dx, p[1] + w0 * dy, p[2]), (q[0] + w1 * dx, q[1] + w1 * dy, q[2]), (q[0] - w1 * dx, q[1] - w1 * dy, q[2])], m["spray"])
+            b.poly(
+                [
+                    (p[0] - w0 * dx, p[1] - w0 * dy, p[2]),
+                    (p[0] + w0 * dx, p[1] + w0 * dy, p[2]),
+                    (q[0] + w1 * dx, q[1] + w1 * dy, q[2]),
+                    (q[0] - w1 * dx, q[1] - w1 * dy, q[2]),
+                ],
+                m["spray"],
+            )
 
 
 # --- plants ----------------------------------------------------------------------------------------------
@@ -157,7 +230,12 @@ def leaf(b, material, centre, normal, size, rng, slender=0.55):
     side = normal.cross(random_direction(rng)).normalized()
     tip = normal.cross(side)
     fold = normal * size * 0.12
-    points = [centre - tip * size, centre + side * size * slender - fold, centre + tip * size, centre - side * size * slender - fold]
+    points = [
+        centre - tip * size,
+        centre + side * size * slender - fold,
+        centre + tip * size,
+        centre - side * size * slender - fold,
+    ]
     first = len(b.vertices)
     b.vertices.extend(tuple(p) for p in points)
     tint = min(1.0, max(0.0, rng.gauss(0.5, 0.28)))
@@ -190,11 +268,16 @@ def tree(scene, m, name, x, y, trunk, height, radius, leaves=60000):
         if all((p - q).length > 0.35 for q, _ in clumps):
             clumps.append((p, size))
     fork = Vector((x + rng.uniform(-0.1, 0.1), y + rng.uniform(-0.1, 0.1), trunk))
-    limb(b, m, [Vector((x, y, 0)), Vector((x, y, 0.25)), Vector((x + 0.05, y - 0.03, trunk * 0.5)), fork], [0.24, 0.18, 0.15, 0.13])
+    limb(
+        b,
+        m,
+        [Vector((x, y, 0)), Vector((x, y, 0.25)), Vector((x + 0.05, y - 0.03, trunk * 0.5)), fork],
+        [0.24, 0.18, 0.15, 0.13],
+    )
     for p, _ in clumps[::2]:
         bend = fork.lerp(p, 0.5) + Vector((0, 0, -0.25))
         limb(b, m, [fork - Vector((0, 0, 0.2)), bend, p], [0.09, 0.05, 0.015])
-    weights = [size ** 2 for _, size in clumps]
+    weights = [size**2 for _, size in clumps]
     for p, size in rng.choices(clumps, weights, k=leaves):
         d = random_direction(rng)
         shell = rng.random() ** 0.33
@@ -208,7 +291,12 @@ def tree(scene, m, name, x, y, trunk, height, radius, leaves=60000):
 def tree_pit(b, m, x, y):
     """A square of stone kerbs about the trunk."""
     f = Frame(x - 0.75, y - 0.75, "south")
-    for u0, u1, d0, d1 in ((0, 1.5, -0.18, 0), (0, 1.5, -1.5, -1.32), (0, 0.18, -1.32, -0.18), (1.32, 1.5, -1.32, -0.18)):
+    for u0, u1, d0, d1 in (
+        (0, 1.5, -0.18, 0),
+        (0, 1.5, -1.5, -1.32),
+        (0, 0.18, -1.32, -0.18),
+        (1.32, 1.5, -1.32, -0.18),
+    ):
         b.box(f, u0, u1, 0, 0.035, d0, d1, m["step"], bevel=0.01)
 
 
@@ -249,8 +337,21 @@ def climber(scene, m, part, frame, spots, material, leaves, seed, size=(0.04, 0.
 def bougainvillea(scene, m):
     """Over the door of the south-western house and up its corner."""
     f = plan.HOUSE_SW.frame
-    green = [(5.0, 3.3, 1.5, 0.42), (6.6, 2.9, 0.5, 1.2), (6.95, 1.2, 0.26, 1.2), (7.0, 4.6, 0.34, 1.2), (3.6, 3.45, 0.8, 0.3), (6.9, 5.9, 0.3, 0.6)]
-    pink = [(5.2, 3.45, 1.2, 0.36), (6.6, 3.4, 0.5, 0.8), (6.95, 4.8, 0.3, 0.9), (3.9, 3.5, 0.7, 0.24), (6.85, 2.2, 0.25, 0.5)]
+    green = [
+        (5.0, 3.3, 1.5, 0.42),
+        (6.6, 2.9, 0.5, 1.2),
+        (6.95, 1.2, 0.26, 1.2),
+        (7.0, 4.6, 0.34, 1.2),
+        (3.6, 3.45, 0.8, 0.3),
+        (6.9, 5.9, 0.3, 0.6),
+    ]
+    pink = [
+        (5.2, 3.45, 1.2, 0.36),
+        (6.6, 3.4, 0.5, 0.8),
+        (6.95, 4.8, 0.3, 0.9),
+        (3.9, 3.5, 0.7, 0.24),
+        (6.85, 2.2, 0.25, 0.5),
+    ]
     climber(scene, m, "house_sw.facade", f, green, "ivy", 9000, "green")
     climber(scene, m, "house_sw.facade", f, pink, "bougainvillea", 9000, "pink", (0.03, 0.052))
 
@@ -263,7 +364,11 @@ def ivy(scene, m):
 
 def window_boxes(scene, m):
     """Geraniums under some of the first-floor windows."""
-    for h, chosen, sill in ((plan.PALAZZO_WEST, (0, 1, 3), 4.3), (plan.PALAZZO_EAST, (1, 2, 4), 6.25), (plan.HOUSE_SW, (0, 1), 4.3)):
+    for h, chosen, sill in (
+        (plan.PALAZZO_WEST, (0, 1, 3), 4.3),
+        (plan.PALAZZO_EAST, (1, 2, 4), 6.25),
+        (plan.HOUSE_SW, (0, 1), 4.3),
+    ):
         windows = [w for w in h.windows if w.sill == sill]
         for number in chosen:
             w, b = windows[number], Builder()
@@ -271,7 +376,9 @@ def window_boxes(scene, m):
             scene.add(f"{h.name}.facade", b)
             spots = [(w.u + w.width * (k / 4 - 0.5) * 0.9, sill + 0.2, 0.16, 0.15) for k in range(5)]
             hanging = [(u, sill - 0.02, 0.12, 0.2) for u, _, _, _ in spots[1::2]]
-            climber(scene, m, f"{h.name}.facade", h.frame, spots + hanging, "ivy", 260, f"{h.name}{number}", (0.025, 0.045))
+            climber(
+                scene, m, f"{h.name}.facade", h.frame, spots + hanging, "ivy", 260, f"{h.name}{number}", (0.025, 0.045)
+            )
             climber(scene, m, f"{h.name}.facade", h.frame, spots, "geranium", 320, f"{number}{h.name}", (0.02, 0.034))
 
 
@@ -291,24 +398,43 @@ def pigeon(b, m, foot, ahead, feeding):
     side, up = ahead.cross(Vector((0, 0, 1))), Vector((0, 0, 1))
     head = (0.13, 0.07) if feeding else (0.115, 0.215)
     spine = [(-0.19, 0.075, 0.012), (-0.11, 0.095, 0.03), (-0.03, 0.115, 0.058), (0.05, 0.125, 0.056)]
-    spine += [((0.05 + head[0]) / 2 + 0.02, (0.125 + head[1]) / 2, 0.035), (head[0], head[1], 0.026), (head[0] + 0.03, head[1] - 0.008, 0.004)]
+    spine += [
+        ((0.05 + head[0]) / 2 + 0.02, (0.125 + head[1]) / 2, 0.035),
+        (head[0], head[1], 0.026),
+        (head[0] + 0.03, head[1] - 0.008, 0.004),
+    ]
     rings = []
     for along, height, r in spine:
         centre = foot + ahead * along + up * height
-        rings.append([tuple(centre + side * r * cos(2 * pi * k / 10) + up * r * sin(2 * pi * k / 10)) for k in range(10)])
+        rings.append(
+            [tuple(centre + side * r * cos(2 * pi * k / 10) + up * r * sin(2 * pi * k / 10)) for k in range(10)]
+        )
     for low, high in zip(rings, rings[1:]):
         for k in range(10):
             b.poly([low[k], low[(k + 1) % 10], high[(k + 1) % 10], high[k]], m["pigeon"], smooth=True)
     for s in (-0.025, 0.025):
         leg = foot + side * s + ahead * 0.01
-        b.poly([tuple(leg - side * 0.006), tuple(leg + side * 0.006), tuple(leg + side * 0.006 + up * 0.08), tuple(leg - side * 0.006 + up * 0.08)], m["pot"])
+        b.poly(
+            [
+                tuple(leg - side * 0.006),
+                tuple(leg + side * 0.006),
+                tuple(leg + side * 0.006 + up * 0.08),
+                tuple(leg - side * 0.006 + up * 0.08),
+            ],
+            m["pot"],
+        )
 
 
 def pots(scene, m):
     """Lemon trees in clay pots beside the church steps."""
     for number, (x, y) in enumerate(((-7.15, 13.35), (4.1, 13.35))):
         b, rng = Builder(), random.Random(number)
-        b.revolve((x, y), [(0.2, 0), (0.22, 0.04), (0.3, 0.42), (0.33, 0.43), (0.33, 0.52), (0.28, 0.52), (0.26, 0.46), (0.0, 0.46)], m["pot"], 32)
+        b.revolve(
+            (x, y),
+            [(0.2, 0), (0.22, 0.04), (0.3, 0.42), (0.33, 0.43), (0.33, 0.52), (0.28, 0.52), (0.26, 0.46), (0.0, 0.46)],
+            m["pot"],
+            32,
+        )
         limb(b, m, [Vector((x, y, 0.4)), Vector((x + 0.02, y, 1.0))], [0.03, 0.02])
         for _ in range(1500):
             d = random_direction(rng)
@@ -322,7 +448,12 @@ def pots(scene, m):
 
 
 def lemon(b, m, at):
-    b.revolve((at.x, at.y), [(0.0, at.z - 0.05), (0.03, at.z - 0.03), (0.037, at.z), (0.03, at.z + 0.03), (0.0, at.z + 0.05)], m["lemon"], 10)
+    b.revolve(
+        (at.x, at.y),
+        [(0.0, at.z - 0.05), (0.03, at.z - 0.03), (0.037, at.z), (0.03, at.z + 0.03), (0.0, at.z + 0.05)],
+        m["lemon"],
+        10,
+    )
 
 
 def benches(scene, m):
@@ -331,6 +462,16 @@ def benches(scene, m):
         b = Builder()
         b.box(f, 0, length, height - 0.09, height, -depth, 0, m["marble"], bevel=0.02)
         for u in (0.0, length - 0.2):
-            b.box(f, u + 0.03, u + 0.2 - 0.03 if u == 0 else u + 0.17, 0, height - 0.09, -depth + 0.04, -0.04, m["marble"], bevel=0.02)
+            b.box(
+                f,
+                u + 0.03,
+                u + 0.2 - 0.03 if u == 0 else u + 0.17,
+                0,
+                height - 0.09,
+                -depth + 0.04,
+                -0.04,
+                m["marble"],
+                bevel=0.02,
+            )
         b.box(f, 0.17, length - 0.17, 0.0, height - 0.09, -depth + 0.1, -0.12, m["marble"])
         scene.add(name, b)

@@ -134,8 +134,15 @@ def ashlar(g, p, course):
     along = g.maths("ADD", parts["X"], parts["Y"])
     vector = g.node("CombineXYZ", {0: along, 1: parts["Z"]}).outputs[0]
     inputs = {
-        "Vector": vector, "Scale": 1.0, "Mortar Size": 0.009, "Mortar Smooth": 0.3, "Brick Width": course[0],
-        "Row Height": course[1], "Color1": (1.12, 1.1, 1.05), "Color2": (0.62, 0.60, 0.56), "Bias": 0.0,
+        "Vector": vector,
+        "Scale": 1.0,
+        "Mortar Size": 0.009,
+        "Mortar Smooth": 0.3,
+        "Brick Width": course[0],
+        "Row Height": course[1],
+        "Color1": (1.12, 1.1, 1.05),
+        "Color2": (0.62, 0.60, 0.56),
+        "Bias": 0.0,
     }
     brick = g.node("TexBrick", inputs)
     return brick.outputs["Fac"], brick.outputs["Color"]
@@ -148,13 +155,21 @@ def brick_wall(name):
     parts = g.node("SeparateXYZ", {0: p}).outputs
     vector = g.node("CombineXYZ", {0: g.maths("ADD", parts["X"], parts["Y"]), 1: parts["Z"]}).outputs[0]
     inputs = {
-        "Vector": vector, "Scale": 1.0, "Mortar Size": 0.008, "Brick Width": 0.27, "Row Height": 0.075,
-        "Color1": (0.42, 0.17, 0.085), "Color2": (0.26, 0.105, 0.06), "Mortar": (0.42, 0.36, 0.28),
+        "Vector": vector,
+        "Scale": 1.0,
+        "Mortar Size": 0.008,
+        "Brick Width": 0.27,
+        "Row Height": 0.075,
+        "Color1": (0.42, 0.17, 0.085),
+        "Color2": (0.26, 0.105, 0.06),
+        "Mortar": (0.42, 0.36, 0.28),
     }
     brick = g.node("TexBrick", inputs)
     lime = g.ramp(g.noise(p, 1.3, 4.0, 0.65), 0.5, 0.62, 0.0, 0.75)
     colour = g.mix(lime, brick.outputs["Color"], (0.56, 0.45, 0.32))
-    return g.surface((0.40, 0.24, 0.15), colour, 0.9, g.bump(g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), 0.01, 0.6), 0.1)
+    return g.surface(
+        (0.40, 0.24, 0.15), colour, 0.9, g.bump(g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), 0.01, 0.6), 0.1
+    )
 
 
 def clay(name):
@@ -174,10 +189,18 @@ def cobbles(name):
     p = g.position()
     sway = g.maths("MULTIPLY", g.noise(p, 1.3, 0.0), 0.16)
     parts = g.node("SeparateXYZ", {0: p}).outputs
-    moved = g.node("CombineXYZ", {0: g.maths("ADD", parts["X"], sway), 1: g.maths("SUBTRACT", parts["Y"], sway)}).outputs[0]
+    moved = g.node(
+        "CombineXYZ", {0: g.maths("ADD", parts["X"], sway), 1: g.maths("SUBTRACT", parts["Y"], sway)}
+    ).outputs[0]
     inputs = {
-        "Vector": g.scaled(moved, (1.0, 1.0, 0.0), 0.7854), "Scale": 1.0, "Mortar Size": 0.0095, "Mortar Smooth": 0.6,
-        "Brick Width": 0.135, "Row Height": 0.125, "Color1": (0.29, 0.235, 0.19), "Color2": (0.105, 0.093, 0.087),
+        "Vector": g.scaled(moved, (1.0, 1.0, 0.0), 0.7854),
+        "Scale": 1.0,
+        "Mortar Size": 0.0095,
+        "Mortar Smooth": 0.6,
+        "Brick Width": 0.135,
+        "Row Height": 0.125,
+        "Color1": (0.29, 0.235, 0.19),
+        "Color2": (0.105, 0.093, 0.087),
         "Mortar": (0.20, 0.165, 0.125),
     }
     brick = g.node("TexBrick", inputs)
@@ -194,14 +217,24 @@ def slabs(name, colour, width=0.9, height=0.6, turn=0.0):
     g = Graph(name)
     p = g.position()
     inputs = {
-        "Vector": g.scaled(p, (1.0, 1.0, 0.0), turn), "Scale": 1.0, "Mortar Size": 0.007, "Mortar Smooth": 0.3,
-        "Brick Width": width, "Row Height": height, "Color1": times(colour, 1.06), "Color2": times(colour, 0.78),
+        "Vector": g.scaled(p, (1.0, 1.0, 0.0), turn),
+        "Scale": 1.0,
+        "Mortar Size": 0.007,
+        "Mortar Smooth": 0.3,
+        "Brick Width": width,
+        "Row Height": height,
+        "Color1": times(colour, 1.06),
+        "Color2": times(colour, 0.78),
         "Mortar": times(colour, 0.32),
     }
     brick = g.node("TexBrick", inputs)
     wear = g.mix(g.ramp(g.noise(p, 1.2, 4.0, 0.68), 0.45, 0.72, 0.0, 0.55), brick.outputs["Color"], times(colour, 0.52))
-    relief = g.maths("ADD", g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), g.maths("MULTIPLY", g.noise(p, 12.0, 0.0), 0.4))
-    return g.surface(times(colour, 0.8), wear, g.ramp(g.noise(p, 2.0, 1.0), 0.3, 0.7, 0.4, 0.7), g.bump(relief, 0.008, 0.7), 0.4)
+    relief = g.maths(
+        "ADD", g.maths("MULTIPLY", brick.outputs["Fac"], -1.0), g.maths("MULTIPLY", g.noise(p, 12.0, 0.0), 0.4)
+    )
+    return g.surface(
+        times(colour, 0.8), wear, g.ramp(g.noise(p, 2.0, 1.0), 0.3, 0.7, 0.4, 0.7), g.bump(relief, 0.008, 0.7), 0.4
+    )
 
 
 def band_stone(name, colour):
@@ -227,7 +260,13 @@ def wood(name, colour):
     g = Graph(name)
     p = g.position()
     grain = g.noise(g.scaled(p, (14.0, 14.0, 0.7)), 1.0, 3.0, 0.6)
-    return g.surface(colour, g.mix(g.ramp(grain, 0.3, 0.7), times(colour, 0.55), times(colour, 1.15)), 0.6, g.bump(grain, 0.004, 0.5), 0.3)
+    return g.surface(
+        colour,
+        g.mix(g.ramp(grain, 0.3, 0.7), times(colour, 0.55), times(colour, 1.15)),
+        0.6,
+        g.bump(grain, 0.004, 0.5),
+        0.3,
+    )
 
 
 def glass(name):
@@ -242,7 +281,13 @@ def stained(name):
     g = Graph(name)
     p = g.position()
     cells = g.node("TexVoronoi", {"Vector": p, "Scale": 5.0}).outputs["Color"]
-    return g.surface((0.05, 0.05, 0.06), g.mix(0.9, cells, (0.03, 0.04, 0.06), "MIX"), 0.18, g.bump(g.noise(p, 6.0, 2.0), 0.01, 0.4), 0.6)
+    return g.surface(
+        (0.05, 0.05, 0.06),
+        g.mix(0.9, cells, (0.03, 0.04, 0.06), "MIX"),
+        0.18,
+        g.bump(g.noise(p, 6.0, 2.0), 0.01, 0.4),
+        0.6,
+    )
 
 
 def plain(name, colour, roughness=0.6, metallic=0.0, specular=0.3):

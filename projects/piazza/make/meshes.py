@@ -98,9 +98,7 @@ class Builder:
             before = centreline[i - 1] if i or closed else None
             after = centreline[(i + 1) % count] if i + 1 < count or closed else None
             sides.append(mitre_normal(before, (u, v), after))
-        rings = [
-            [frame.at(u + n[0] * o, v + n[1] * o, d) for o, d in profile] for (u, v), n in zip(centreline, sides)
-        ]
+        rings = [[frame.at(u + n[0] * o, v + n[1] * o, d) for o, d in profile] for (u, v), n in zip(centreline, sides)]
         pairs = list(zip(rings, rings[1:] + rings[:1])) if closed else list(zip(rings, rings[1:]))
         for a, b in pairs:
             for i in range(len(profile) - 1):
@@ -184,13 +182,16 @@ class Builder:
             ends = [a + (b - a) * (i / count), a + (b - a) * ((i + 1.12) / count)]
             arcs = []
             for centre, r in zip(ends, (radius, radius * 0.85)):
-                arcs.append([tuple(centre + side * r * cos(pi * k / 6) + up * (r * sin(pi * k / 6) + 0.02)) for k in range(7)])
+                arcs.append(
+                    [tuple(centre + side * r * cos(pi * k / 6) + up * (r * sin(pi * k / 6) + 0.02)) for k in range(7)]
+                )
             for k in range(6):
                 self.poly([arcs[0][k], arcs[0][k + 1], arcs[1][k + 1], arcs[1][k]], material, tint)
 
 
 def mitre_normal(before, here, after):
     """The offset direction to the left of a line at one of its points, lengthened at corners."""
+
     def left(p, q):
         dx, dy = q[0] - p[0], q[1] - p[1]
         n = (dx * dx + dy * dy) ** 0.5

@@ -1,6 +1,6 @@
 """Draws the coarse model's edges over the photos, to see by eye that model, cameras and photos belong together.
 
-    python overlay.py PROJECT OUT        (needs Pillow; reads piazza.obj, sparse/, photos/ and heldout/)
+python overlay.py PROJECT OUT        (needs Pillow; reads piazza.obj, sparse/, photos/ and heldout/)
 """
 
 import sys

@@ -5,6 +5,7 @@ The sun stands in the south-west, so that the church and the arcade are lit and 
 """
 
 from dataclasses import dataclass, field
+from math import cos, pi, sin
 
 from shapes import Frame
 
@@ -74,43 +75,105 @@ ARCADES = [ARCADE_EAST, ARCADE_SOUTH]
 LOGGIA_ROOF = dict(overhang=0.55, eaves=4.95, rise=1.75)  # one slope, up towards the south
 
 PALAZZO_EAST = House(
-    "palazzo_east", ARCADE_EAST.frame, 21.6, 9.0, 12.3, 2.3, 0.75, "apricot", "green", foot=5.2,
+    "palazzo_east",
+    ARCADE_EAST.frame,
+    21.6,
+    9.0,
+    12.3,
+    2.3,
+    0.75,
+    "apricot",
+    "green",
+    foot=5.2,
     windows=rows(ARCADE_EAST.centres(), (6.25, 1.2, 2.2, "noble"), (9.75, 1.1, 1.5, "plain")),
     side_windows=rows([2.6, 6.4], (6.25, 1.2, 2.2, "plain"), (9.75, 1.1, 1.5, "plain")),
     chimneys=[(3.4, -3.2, 0.8, 2.2), (12.2, -2.6, 0.7, 2.3), (18.6, -3.6, 0.9, 2.0)],
     modelled_windows=True,
 )
 PALAZZO_WEST = House(
-    "palazzo_west", Frame(-15, -1.6, "east"), 13.0, 9.0, 9.6, 2.0, 0.6, "rose", "grey",
+    "palazzo_west",
+    Frame(-15, -1.6, "east"),
+    13.0,
+    9.0,
+    9.6,
+    2.0,
+    0.6,
+    "rose",
+    "grey",
     windows=rows([1.6, 4.9, 8.2, 11.4], (4.3, 1.1, 1.9, "plain"), (7.3, 1.05, 1.35, "plain"))
-    + [Window(1.6, 0.0, 1.4, 2.7, "door"), Window(4.9, 0.0, 1.7, 2.6, "door"), Window(8.2, 0.0, 1.7, 2.6, "door"), Window(11.4, 0.9, 1.0, 1.5, "small")],
+    + [
+        Window(1.6, 0.0, 1.4, 2.7, "door"),
+        Window(4.9, 0.0, 1.7, 2.6, "door"),
+        Window(8.2, 0.0, 1.7, 2.6, "door"),
+        Window(11.4, 0.9, 1.0, 1.5, "small"),
+    ],
     side_windows=rows([2.4, 6.2], (4.3, 1.1, 1.9, "plain"), (7.3, 1.05, 1.35, "plain")),
     chimneys=[(3.0, -3.0, 0.75, 1.9), (9.6, -2.4, 0.7, 2.0)],
 )
 HOUSE_SW = House(
-    "house_sw", Frame(-15, -12.6, "east"), 7.4, 8.0, 7.1, 1.8, 0.55, "ochre", "brown",
+    "house_sw",
+    Frame(-15, -12.6, "east"),
+    7.4,
+    8.0,
+    7.1,
+    1.8,
+    0.55,
+    "ochre",
+    "brown",
     windows=rows([1.5, 4.0, 6.2], (4.3, 1.0, 1.6, "plain"))
     + [Window(1.5, 1.0, 1.0, 1.4, "small"), Window(4.0, 0.0, 1.5, 2.6, "door"), Window(6.2, 1.0, 1.0, 1.4, "small")],
     side_windows=rows([2.2, 5.6], (4.3, 1.0, 1.6, "plain")),
     chimneys=[(4.9, -2.6, 0.75, 1.9)],
 )
 HOUSE_NE = House(
-    "house_ne", Frame(4.0, 22.0, "south"), 44.0, 7.0, 8.9, 1.8, 0.5, "ochre", "brown",
+    "house_ne",
+    Frame(4.0, 22.0, "south"),
+    44.0,
+    7.0,
+    8.9,
+    1.8,
+    0.5,
+    "ochre",
+    "brown",
     windows=rows([2.0 + 3.1 * i for i in range(14)], (1.2, 1.1, 1.7, "plain"), (5.3, 1.1, 1.8, "plain")),
     backdrop=True,
 )
 HOUSE_NW = House(
-    "house_nw", Frame(-36.0, 25.0, "south"), 28.0, 7.0, 8.0, 1.8, 0.5, "cream", "green",
+    "house_nw",
+    Frame(-36.0, 25.0, "south"),
+    28.0,
+    7.0,
+    8.0,
+    1.8,
+    0.5,
+    "cream",
+    "green",
     windows=rows([2.0 + 3.0 * i for i in range(9)], (1.2, 1.1, 1.7, "plain"), (4.8, 1.1, 1.8, "plain")),
     backdrop=True,
 )
 HOUSE_SE = House(
-    "house_se", Frame(44.0, -20.0, "north"), 33.6, 7.0, 8.4, 1.8, 0.5, "rose", "green",
+    "house_se",
+    Frame(44.0, -20.0, "north"),
+    33.6,
+    7.0,
+    8.4,
+    1.8,
+    0.5,
+    "rose",
+    "green",
     windows=rows([2.4 + 3.6 * i for i in range(9)], (1.2, 1.1, 1.7, "plain"), (4.9, 1.1, 1.8, "plain")),
     backdrop=True,
 )
 HOUSE_S = House(
-    "house_s", Frame(-10.4, -20.0, "north"), 16.6, 7.0, 6.6, 1.8, 0.5, "cream", "brown",
+    "house_s",
+    Frame(-10.4, -20.0, "north"),
+    16.6,
+    7.0,
+    6.6,
+    1.8,
+    0.5,
+    "cream",
+    "brown",
     windows=rows([2.4, 6.0, 9.6, 13.2], (0.9, 1.1, 1.5, "plain"), (3.9, 1.1, 1.5, "plain")),
     backdrop=True,
 )
@@ -149,8 +212,6 @@ class CHURCH:
     @classmethod
     def volute(cls, count):
         """From the shoulder of the upper storey out and down to the ledge: (distance from the axis, height)."""
-        from math import cos, pi, sin
-
         inner, outer, low, high = cls.shoulder, cls.width / 2 - 0.55, cls.ledge + 0.35, cls.upper - 1.3
         points = []
         for i in range(count + 1):
@@ -204,6 +265,16 @@ BENCH = dict(depth=0.5, height=0.46)
 AWNING = dict(house=PALAZZO_WEST, u0=3.5, u1=9.6, top=3.55, drop=0.75, reach=2.1, valance=0.28)
 
 GROUND = [
-    (-50, -32), (-10, -32), (-10, -12), (10, -12), (10, -32), (50, -32), (50, -10.8), (15, -10.8),
-    (15, 10.8), (50, 10.8), (50, 40), (-50, 40),
+    (-50, -32),
+    (-10, -32),
+    (-10, -12),
+    (10, -12),
+    (10, -32),
+    (50, -32),
+    (50, -10.8),
+    (15, -10.8),
+    (15, 10.8),
+    (50, 10.8),
+    (50, 40),
+    (-50, 40),
 ]

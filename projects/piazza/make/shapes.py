@@ -110,7 +110,12 @@ def hip_roof(frame, width, depth, eaves, rise, overhang):
         r0, r1 = ((u0 + u1) / 2, d0 - inset), ((u0 + u1) / 2, d1 + inset)
     corner = lambda u, d: frame.at(u, eaves, d)
     ridge = [frame.at(r[0], top, r[1]) for r in (r0, r1)]
-    front, right, back, left = [corner(u0, d0), corner(u1, d0)], [corner(u1, d0), corner(u1, d1)], [corner(u1, d1), corner(u0, d1)], [corner(u0, d1), corner(u0, d0)]
+    front, right, back, left = (
+        [corner(u0, d0), corner(u1, d0)],
+        [corner(u1, d0), corner(u1, d1)],
+        [corner(u1, d1), corner(u0, d1)],
+        [corner(u0, d1), corner(u0, d0)],
+    )
     if along:
         return [front + [ridge[1], ridge[0]], right + [ridge[1]], back + [ridge[0], ridge[1]], left + [ridge[0]]]
     return [front + [ridge[0]], right + [ridge[1], ridge[0]], back + [ridge[1]], left + [ridge[0], ridge[1]]]

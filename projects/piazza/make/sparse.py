@@ -48,7 +48,12 @@ def points(stage, cameras, per_camera, seed):
         for _ in range(per_camera * 6):
             if kept == per_camera:
                 break
-            first = cast(stage.scene, graph, camera.eye, camera.ray(rng.uniform(4, camera.width - 4), rng.uniform(4, camera.height - 4)))
+            first = cast(
+                stage.scene,
+                graph,
+                camera.eye,
+                camera.ray(rng.uniform(4, camera.width - 4), rng.uniform(4, camera.height - 4)),
+            )
             colour = first and first[0].length < 60 and surface_colour(first[1], first[2])
             if not colour:
                 continue

@@ -6,7 +6,6 @@ import bpy
 from mathutils import Matrix, Vector
 
 import church
-import coarse
 import facades
 import garden
 import plan
@@ -24,11 +23,11 @@ class Stage:
         item["part"], item["foliage"] = part, foliage
         self.scene.collection.objects.link(item)
 
-    def hide(self, prefixes):
-        """Hidden from the camera, still there for light and shadow."""
+    def hide(self, prefixes, vanish):
+        """Hidden from the camera, still there for light and shadow unless they `vanish`."""
         for item in self.scene.objects:
             if any(item.get("part", "").startswith(prefix) for prefix in prefixes):
-                item.visible_camera = False
+                item.visible_camera, item.hide_render = False, vanish
 
 
 def build():
@@ -77,7 +76,12 @@ def sky(stage):
     g.tree = world.node_tree
     g.tree.nodes.clear()
     air = g.node("TexSky", sky_type="NISHITA", sun_disc=False, sun_elevation=radians(plan.SUN_ELEVATION_DEG))
-    air.sun_rotation, air.dust_density, air.ozone_density, air.air_density = radians(plan.SUN_AZIMUTH_DEG), 0.5, 1.5, 1.0
+    air.sun_rotation, air.dust_density, air.ozone_density, air.air_density = (
+        radians(plan.SUN_AZIMUTH_DEG),
+        0.5,
+        1.5,
+        1.0,
+    )
     direction = g.node("TexCoord").outputs["Generated"]
     clouded = clouds(g, air.outputs[0], direction)
     seen = g.node("LightPath").outputs["Is Camera Ray"]
@@ -117,7 +121,7 @@ def place_camera(stage, c):
     stage.scene.render.resolution_x, stage.scene.render.resolution_y = c.width, c.height
 
 
-def mark_coarse(model):
-    """Every detail must belong to a coarse object, or hiding it would mean nothing."""
-    parts = {item.get("part") for item in bpy.context.scene.objects if item.get("part")}
+def strays(stage, model):
+    """Details that belong to no coarse object: there must be none, or hiding an object would mean nothing."""
+    parts = {item["part"] for item in stage.scene.objects if "part" in item}
     return sorted(parts - set(model.objects))
