@@ -33,7 +33,7 @@ pub struct Global {
     /// Say nothing but results and errors
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Say more: every step of every photo
+    /// Say more: how long every step of every photo took
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
     /// Use so many threads [default: one a core]

@@ -5,7 +5,7 @@ use std::io::IsTerminal;
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
-use indicatif::{MultiProgress, ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use serde_json::{Value, json};
 
 use super::args::Global;
@@ -24,7 +24,7 @@ pub struct Reporter {
     timings_wanted: bool,
     started: Instant,
     /// `None` when quiet or not on a terminal.
-    screen: Option<MultiProgress>,
+    bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
 
@@ -34,25 +34,25 @@ struct State {
     notes: Vec<(String, String)>,
     /// Progress of all photos together, by stage; several may run side by side.
     stages: BTreeMap<&'static str, Stage>,
+    /// The stage on the bar: the one that was heard of last.
+    shown: &'static str,
 }
 
 struct Stage {
     started: Instant,
     last_line: Instant,
-    /// Some on a terminal.
-    bar: Option<ProgressBar>,
 }
 
 impl Reporter {
     /// As loud as the user wants it.
     pub fn new(global: &Global) -> Arc<Self> {
-        let screen = (!global.quiet && std::io::stderr().is_terminal()).then(MultiProgress::new);
+        let bar = (!global.quiet && std::io::stderr().is_terminal()).then(new_bar);
         Arc::new(Self {
             quiet: global.quiet,
             verbose: global.verbose,
             timings_wanted: global.timings,
             started: Instant::now(),
-            screen,
+            bar,
             state: Mutex::default(),
         })
     }
@@ -65,10 +65,8 @@ impl Reporter {
 
     /// Takes the progress off the screen and prints the timings if they are wanted.
     pub fn finish(&self) {
-        if let Some(screen) = &self.screen {
-            self.state().stages.clear();
-            // Bars that cannot be wiped away are no reason to fail.
-            let _ = screen.clear();
+        if let Some(bar) = &self.bar {
+            bar.finish_and_clear();
         }
         if self.timings_wanted {
             eprint!("\n{}", self.state().timings.render(self.started.elapsed()));
@@ -100,17 +98,23 @@ impl Reporter {
 
     fn progress(&self, name: &'static str, done: u64, total: u64) {
         let mut state = self.state();
-        let stage = state.stages.entry(name).or_insert_with(|| Stage::new(self.screen.as_ref(), name));
-        match &stage.bar {
-            Some(bar) => show(bar, done, total),
-            None if !self.quiet => stage.plain_line(name, done, total),
+        match &self.bar {
+            Some(bar) => {
+                let is_new = std::mem::replace(&mut state.shown, name) != name;
+                show(bar, is_new.then_some(name), done, total);
+            }
+            None if !self.quiet => {
+                let now = Instant::now();
+                let stage = state.stages.entry(name).or_insert(Stage { started: now, last_line: now });
+                stage.plain_line(name, done, total);
+            }
             None => (),
         }
     }
 
-    /// A photo's own steps: shown beside the bars of all photos.
+    /// A photo's own steps: shown beside the bar.
     fn step_of(&self, subject: &str, step: &str) {
-        for bar in self.state().stages.values().filter_map(|stage| stage.bar.as_ref()) {
+        if let Some(bar) = &self.bar {
             bar.set_message(format!("{subject}: {step}"));
         }
     }
@@ -132,8 +136,8 @@ impl Reporter {
     }
 
     fn line(&self, text: &str) {
-        match &self.screen {
-            Some(screen) => screen.suspend(|| eprintln!("{text}")),
+        match &self.bar {
+            Some(bar) => bar.suspend(|| eprintln!("{text}")),
             None => eprintln!("{text}"),
         }
     }
@@ -145,11 +149,6 @@ impl Reporter {
 }
 
 impl Stage {
-    fn new(screen: Option<&MultiProgress>, name: &'static str) -> Self {
-        let now = Instant::now();
-        Self { started: now, last_line: now, bar: screen.map(|screen| screen.add(new_bar(name))) }
-    }
-
     fn plain_line(&mut self, name: &str, done: u64, total: u64) {
         let now = Instant::now();
         if now - self.last_line < BETWEEN_LINES {
@@ -162,18 +161,30 @@ impl Stage {
     }
 }
 
-fn new_bar(stage: &'static str) -> ProgressBar {
-    let template = "{prefix} [{bar:30}] {pos}/{len}, {eta} left  {wide_msg}";
+fn new_bar() -> ProgressBar {
+    let template = "{prefix} [{bar:30}] {pos}/{len}{left}  {wide_msg}";
     let style = ProgressStyle::with_template(template).expect("the template is well formed");
-    ProgressBar::new(0).with_style(style.progress_chars("=> ")).with_prefix(stage)
+    ProgressBar::new(0).with_style(style.progress_chars("=> ").with_key("left", write_left))
 }
 
-fn show(bar: &ProgressBar, done: u64, total: u64) {
+/// Nothing before the first step, when there is nothing to judge by.
+fn write_left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
+    if state.pos() > 0 {
+        // A bar that cannot be written to is no reason to fail.
+        let _ = write!(out, ", {:#} left", HumanDuration(state.eta()));
+    }
+}
+
+fn show(bar: &ProgressBar, new_stage: Option<&'static str>, done: u64, total: u64) {
+    if let Some(stage) = new_stage {
+        bar.set_prefix(stage);
+        bar.set_length(total);
+        bar.reset();
+        // The time left goes down between steps, too.
+        bar.enable_steady_tick(Duration::from_millis(500));
+    }
     bar.set_length(total);
     bar.set_position(done);
-    if done >= total {
-        bar.finish_and_clear();
-    }
 }
 
 /// `None` at either end, where there is nothing to judge by and nothing left.

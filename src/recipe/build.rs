@@ -63,6 +63,7 @@ pub fn build(
     let photos = chosen(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers);
     let job = Job { site, store, rasteriser, options, inputs };
+    task.step("photos", 0, photos.len() as u64)?;
     let next = AtomicUsize::new(0);
     let done = AtomicUsize::new(0);
     let budget = Budget::new(options.memory);
