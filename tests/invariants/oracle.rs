@@ -3,7 +3,7 @@
 
 use std::collections::BTreeMap;
 
-use quadratura::layers::rasteriser::{Presence, VISIBLE};
+use quadratura::layers::rasteriser::{Presence, TIE, VISIBLE};
 use quadratura::layers::{FragmentLists, Sorted, is_behind};
 
 use crate::sorted::Case;
@@ -65,19 +65,20 @@ impl<'a> Oracle<'a> {
     }
 
     /// An entry is marked visible exactly where no fragment of its pixel is nearer by more than the
-    /// tolerance; an item works exactly when one of its entries is.
+    /// tolerance; an item works exactly when it is nearest somewhere.
     fn visible_bits(&self) {
         let name = &self.case.name;
-        let mut seen = vec![false; self.case.sorted.view.items.len()];
+        let mut working = vec![false; self.case.sorted.view.items.len()];
         for pixel in &self.pixels {
             for fragment in pixel {
                 let hidden = pixel.iter().any(|other| self.behind(fragment, other));
                 assert_eq!(fragment.visible, !hidden, "{name}: item {}", fragment.item);
-                seen[fragment.item as usize] |= fragment.visible;
+                working[fragment.item as usize] |= is_nearest(fragment, pixel);
             }
         }
-        let working = self.case.sorted.presence.iter().map(|p| *p == Presence::Working);
-        assert!(working.eq(seen), "{name}: an item that is visible nowhere is in the working set");
+        assert!(self.case.working() == working, "{name}: the working set is another");
+        let counted = |p: &Presence| matches!(p, Presence::Working);
+        assert!(self.case.fragments.presence.iter().map(counted).eq(working), "{name}: drawn twice");
     }
 
     /// *Partition*: every face or piece of the working set is in exactly one element, every element
@@ -85,11 +86,13 @@ impl<'a> Oracle<'a> {
     fn partition(&self) {
         let Case { name, sorted: Sorted { nodes, layers, .. }, .. } = self.case;
         let mut seen = vec![false; nodes.list.len()];
-        for fragment in self.pixels.iter().flatten().filter(|f| f.visible) {
-            let node = fragment.node.unwrap_or_else(|| panic!("{name}: {fragment:?} has no node"));
-            seen[node as usize] = true;
+        for pixel in &self.pixels {
+            for fragment in pixel.iter().filter(|f| is_nearest(f, pixel)) {
+                let node = fragment.node.unwrap_or_else(|| panic!("{name}: {fragment:?} has no node"));
+                seen[node as usize] = true;
+            }
         }
-        assert!(seen.iter().all(|seen| *seen), "{name}: a node is visible nowhere");
+        assert!(seen.iter().all(|seen| *seen), "{name}: a node is nearest nowhere");
         let mut members: Vec<u32> = layers.elements.iter().flat_map(|e| &e.nodes).map(|n| n.0).collect();
         members.sort_unstable();
         assert!(members.into_iter().eq(0..seen.len() as u32), "{name}: not every node once");
@@ -190,6 +193,11 @@ impl<'a> Oracle<'a> {
     fn behind(&self, fragment: &Fragment, other: &Fragment) -> bool {
         is_behind(fragment.inverse_depth, other.inverse_depth, self.case.options.tolerance)
     }
+}
+
+/// Nothing at this pixel is nearer, rounding apart.
+fn is_nearest(fragment: &Fragment, pixel: &[Fragment]) -> bool {
+    !pixel.iter().any(|other| is_behind(fragment.inverse_depth, other.inverse_depth, TIE))
 }
 
 /// Every pixel of some lists: column, row, entries.

@@ -15,6 +15,10 @@ const AROUND: f64 = 0.01;
 /// Roundings of f32 on the way to a depth, each of half a unit in the last place.
 const ROUNDINGS: f64 = 8.0;
 
+/// What is hidden everywhere lies behind by so much at least, relative: the tie of the working set
+/// less the rounding of two depths.
+const HIDDEN: f64 = 1e-6;
+
 /// The depth at which the ray through an image point meets a triangle given in the camera's frame.
 fn depth_of_hit(scene: &Scene, [a, b, c]: [DVec3; 3], point_px: DVec2) -> Option<f64> {
     let ray = scene.camera.ray_in_camera(point_px);
@@ -102,7 +106,7 @@ fn a_face_outside_the_working_set_is_hidden_wherever_a_ray_meets_it() {
             let (own, front) = (cast(&scene, &items[index], x, y), cast(&scene, &items[by as usize], x, y));
             if let (Some(own), Some(front)) = (own, front) {
                 let (own, front) = (own.expect("it covers this pixel"), front.expect("so does its occluder"));
-                assert!(front * (1.0 + 0.9e-4) < own, "{}: item {index} at {x}, {y}", scene.name);
+                assert!(front * (1.0 + HIDDEN) < own, "{}: item {index} at {x}, {y}", scene.name);
             }
         }
     }
