@@ -1,22 +1,14 @@
 //! The castle's two model files say the same.
 
-use std::path::{Path, PathBuf};
+mod common;
 
+use std::path::Path;
+
+use common::castle;
 use glam::DVec3;
 use quadratura::io::models::read_model;
 use quadratura::scene::{FaceId, Model};
 use quadratura::task::Task;
-
-/// The sample site beside the project; left out where it is missing, except in CI.
-fn castle() -> Option<PathBuf> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle");
-    if folder.exists() {
-        return Some(folder);
-    }
-    assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "{} is missing", folder.display());
-    eprintln!("left out: {} is missing", folder.display());
-    None
-}
 
 fn read(path: &Path) -> Model {
     let (model, notes) = read_model(path, &Task::silent()).unwrap();

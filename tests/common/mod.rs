@@ -1,5 +1,7 @@
 //! What several integration tests share.
 
+use std::path::{Path, PathBuf};
+
 use quadratura::gpu::{Gpu, GpuRasteriser};
 
 /// A rasteriser on this machine's adapter. Without one the test is left out, and says why; where
@@ -14,4 +16,17 @@ pub fn gpu_rasteriser() -> Option<GpuRasteriser> {
             None
         }
     }
+}
+
+/// The sample site beside the project. Where it is missing the test is left out, and says so; where
+/// `CI=true` it fails.
+#[allow(dead_code)]
+pub fn castle() -> Option<PathBuf> {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle");
+    if folder.exists() {
+        return Some(folder);
+    }
+    assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "{} is missing", folder.display());
+    eprintln!("left out: {} is missing", folder.display());
+    None
 }

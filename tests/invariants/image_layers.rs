@@ -37,7 +37,7 @@ fn stacked(case: &Case) -> Stacked {
 }
 
 /// Everything that must hold of the image layers of a result.
-fn check(case: &Case) {
+pub fn check(case: &Case) {
     rectangles_hold_their_elements(case);
     let expected = image_layers_by_pixel(case);
     assert!(stacked(case) == expected, "{}: the image layers hold something else", case.name);

@@ -1,6 +1,10 @@
 //! What every result of the visibility sort must be, on scenes whose answer is known, on hundreds
 //! of random ones, and on the castle.
 
+mod castle;
+#[path = "../common/mod.rs"]
+mod common;
+mod gpu;
 mod image_layers;
 mod oracle;
 mod peeling;

@@ -1,0 +1,53 @@
+//! The castle: a real site of 19 photos and 600 faces, with everything that real models have.
+
+use std::sync::Arc;
+
+use quadratura::io::cameras::read_cameras;
+use quadratura::io::models::read_model;
+use quadratura::layers::{Rasteriser, SoftwareRasteriser};
+use quadratura::scene::synthetic::{Scene, Truth};
+use quadratura::task::Task;
+use rayon::prelude::*;
+
+use crate::common;
+use crate::oracle::Oracle;
+use crate::peeling::check_against_exact_peeling;
+use crate::sorted::Case;
+
+/// Columns: an eighth of the photos' own, where layer counts are much the same.
+const WIDTH: u32 = 384;
+
+/// The castle's photos without their pixels.
+fn photos() -> Option<Vec<Scene>> {
+    let folder = common::castle()?;
+    let task = Task::silent();
+    let (model, _) = read_model(&folder.join("castle.obj"), &task).expect("the castle is well-formed");
+    let model = Arc::new(model);
+    let cameras = read_cameras(&folder.join("sparse"), &task).expect("so are its cameras");
+    let scene = |photo: quadratura::io::cameras::CameraPhoto| {
+        let (name, model, truth) = (photo.name, model.clone(), Truth::Unknown);
+        Scene { name, model, camera: photo.camera, pose: photo.pose, truth }.resized(WIDTH)
+    };
+    Some(cameras.photos.into_iter().map(scene).collect())
+}
+
+fn check(scene: &Scene, rasteriser: &dyn Rasteriser) {
+    let case = Case::new(scene, rasteriser);
+    assert!(case.sorted.layers.count() >= 4, "{}: {} layers", case.name, case.sorted.layers.count());
+    Oracle::new(&case).check();
+    crate::image_layers::check(&case);
+    check_against_exact_peeling(&case, rasteriser);
+}
+
+#[test]
+fn every_photo_of_the_castle_holds_the_invariants() {
+    let Some(photos) = photos() else { return };
+    assert_eq!(photos.len(), 19);
+    photos.par_iter().for_each(|scene| check(scene, &SoftwareRasteriser));
+}
+
+#[test]
+fn it_holds_them_on_the_gpu_as_well() {
+    let (Some(photos), Some(rasteriser)) = (photos(), common::gpu_rasteriser()) else { return };
+    photos.par_iter().step_by(6).for_each(|scene| check(scene, &rasteriser));
+}
