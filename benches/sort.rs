@@ -7,21 +7,29 @@ use std::time::Duration;
 
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::geometry::PixelRect;
+use quadratura::gpu::{Gpu, GpuRasteriser};
 use quadratura::layers::cluster::cluster;
-use quadratura::layers::{Method, Options, Rasteriser, SoftwareRasteriser, Sorted, sort_photo};
+use quadratura::layers::cycles::resolve_cycles;
+use quadratura::layers::parts::gather_parts;
+use quadratura::layers::rasteriser::Presence;
+use quadratura::layers::runs::Runs;
+use quadratura::layers::{Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo};
 use quadratura::scene::synthetic::{Scene, large};
 use quadratura::task::Task;
 
-fn sort(scene: &Scene, rasteriser: &dyn Rasteriser, method: Method) -> Sorted {
+fn sort(scene: &Scene, rasteriser: &dyn Rasteriser) -> Sorted {
     let Scene { model, camera, pose, .. } = scene;
-    let options = Options { method, ..Options::default() };
-    sort_photo(model, camera, pose, rasteriser, &options, &Task::silent())
+    sort_photo(model, camera, pose, rasteriser, &Options::default(), &Task::silent())
         .expect("the rasteriser works and nobody stops it")
 }
 
-/// The rasterisers of this machine.
+/// The rasterisers of this machine: the plain one, and the GPU where there is an adapter.
 fn rasterisers() -> Vec<(&'static str, Box<dyn Rasteriser>)> {
-    vec![("software", Box::new(SoftwareRasteriser))]
+    let mut found: Vec<(&str, Box<dyn Rasteriser>)> = vec![("software", Box::new(SoftwareRasteriser))];
+    if let Ok(gpu) = Gpu::headless().and_then(|gpu| GpuRasteriser::new(&gpu)) {
+        found.push(("gpu", Box::new(gpu)));
+    }
+    found
 }
 
 /// The same photo of towns of more and more faces.
@@ -32,7 +40,7 @@ fn by_faces(c: &mut Criterion) {
         group.throughput(Throughput::Elements(faces.into()));
         for (name, rasteriser) in &rasterisers() {
             group.bench_function(BenchmarkId::new(*name, faces), |b| {
-                b.iter(|| sort(&town, rasteriser.as_ref(), Method::Graph));
+                b.iter(|| sort(&town, rasteriser.as_ref()));
             });
         }
     }
@@ -46,7 +54,7 @@ fn by_depth(c: &mut Criterion) {
         group.throughput(Throughput::Elements(panes.into()));
         for (name, rasteriser) in &rasterisers() {
             group.bench_function(BenchmarkId::new(*name, panes), |b| {
-                b.iter(|| sort(&fan, rasteriser.as_ref(), Method::Graph));
+                b.iter(|| sort(&fan, rasteriser.as_ref()));
             });
         }
     }
@@ -60,22 +68,38 @@ fn by_pixels(c: &mut Criterion) {
         group.throughput(Throughput::Elements(u64::from(width) * u64::from(street.camera.height)));
         for (name, rasteriser) in &rasterisers() {
             group.bench_function(BenchmarkId::new(*name, width), |b| {
-                b.iter(|| sort(&street, rasteriser.as_ref(), Method::Graph));
+                b.iter(|| sort(&street, rasteriser.as_ref()));
             });
         }
     }
 }
 
-/// A street of 1000 faces, seven deep where there are houses: all pairs at once against peeling.
+/// From a view to visibility layers: all pairs at once, with cycles cut and parts gathered, against
+/// the passes of stencil peeling alone, which get their working set for nothing. A street of 1000
+/// faces, seven deep where there are houses.
 fn graph_against_stencil(c: &mut Criterion) {
     let mut group = c.benchmark_group("graph against stencil");
     let street = large::street(1000).resized(960);
+    let (model, options, task) = (&street.model, Options::default(), Task::silent());
+    let view = View::new(model, &street.camera, &street.pose);
     for (name, rasteriser) in &rasterisers() {
-        for method in [Method::Graph, Method::Stencil] {
-            group.bench_function(format!("{name}/{method:?}").to_lowercase(), |b| {
-                b.iter(|| sort(&street, rasteriser.as_ref(), method));
+        let draw = || rasteriser.fragments(&view, options.tolerance, &task).expect("the rasteriser works");
+        let is_working = |presence: &Presence| *presence == Presence::Working;
+        let working: Vec<bool> = draw().presence.iter().map(is_working).collect();
+        group.bench_function(format!("{name}/graph"), |b| {
+            b.iter(|| {
+                let drawn = draw();
+                let runs = Runs::new(drawn.lists);
+                let resolved = resolve_cycles(&view, &runs, &working, &drawn.occlusions, &options);
+                gather_parts(model, &view, &resolved, options.min_support)
             });
-        }
+        });
+        group.bench_function(format!("{name}/stencil"), |b| {
+            b.iter(|| {
+                let peeled = rasteriser.stencil_peeling(&view, options.tolerance, &working, &task);
+                peeled.expect("the rasteriser works")
+            });
+        });
     }
 }
 
@@ -84,7 +108,7 @@ fn clustering(c: &mut Criterion) {
     let mut group = c.benchmark_group("cluster by elements");
     for faces in [1_000, 10_000, 40_000] {
         let town = large::town(faces);
-        let sorted = sort(&town, &SoftwareRasteriser, Method::Graph);
+        let sorted = sort(&town, &SoftwareRasteriser);
         let bounds = bounds_of_elements(&sorted);
         let photo = PixelRect { x: 0, y: 0, w: town.camera.width, h: town.camera.height };
         group.throughput(Throughput::Elements(bounds.len() as u64));
