@@ -2,9 +2,8 @@
 // with the number of those pixels, in a hash table.
 // Rust: gpu/pairs.rs, which also undoes the hash.
 
-// Pixels of a row that one invocation looks at. Neighbours mostly hold the same few pairs: these
-// are counted in registers, and the table is touched when a pair makes room for another.
-const RUN: u32 = 64u;
+// Pixels of a row that one invocation looks at.
+const RUN: u32 = 128u;
 // Slots tried for a pair before the table counts as full.
 const PROBES: u32 = 128u;
 // A pair is a number of 40 bits: two numbers of the working set.
@@ -17,13 +16,6 @@ const HALF: u32 = 0xfffffu;
 @group(1) @binding(2) var<storage, read_write> tags: array<atomic<u32>>;
 @group(1) @binding(3) var<storage, read_write> pixels: array<atomic<u32>>;
 @group(1) @binding(4) var<storage, read_write> overflow: atomic<u32>;
-
-// The last four pairs of an invocation, the newest first.
-struct Recent {
-    front: vec4<u32>,
-    back: vec4<u32>,
-    pixels: vec4<u32>,
-}
 
 fn stir(half: u32, turn: u32) -> u32 {
     var h = (half + turn * 0x9e3779b9u) * 0x85ebca6bu;
@@ -73,26 +65,58 @@ fn add(front: u32, back: u32, count: u32) {
     atomicStore(&overflow, 1u);
 }
 
-fn see(recent: ptr<function, Recent>, front: u32, back: u32) {
-    let same = ((*recent).front == vec4(front)) & ((*recent).back == vec4(back));
-    if any(same) {
-        (*recent).pixels += select(vec4(0u), vec4(1u), same);
-        return;
-    }
-    if (*recent).pixels.w != 0u {
-        add((*recent).front.w, (*recent).back.w, (*recent).pixels.w);
-    }
-    (*recent).front = vec4(front, (*recent).front.xyz);
-    (*recent).back = vec4(back, (*recent).back.xyz);
-    (*recent).pixels = vec4(1u, (*recent).pixels.xyz);
+// Two fragments of one pixel: 1, the first is nearer by more than the tolerance; 2, the second;
+// 0, neither.
+fn nearer_of(one: f32, other: f32) -> u32 {
+    return select(select(0u, 2u, is_behind(one, other)), 1u, is_behind(other, one));
 }
 
-fn depth_of(item: u32, centre: vec2<f32>) -> f32 {
-    let plane = planes[item];
+fn depth_at(plane: Plane, x: u32, row: u32) -> f32 {
+    let centre = vec2(f32(x) + 0.5, f32(row) + 0.5);
     return inverse_depth(vec3(plane.a, plane.b, plane.c), vec2(plane.u0, plane.v0), centre);
 }
 
-@compute @workgroup_size(64)
+// More than the rounding errors of depth_at in columns [x, x_end) can be.
+fn uncertainty(plane: Plane, x: u32, x_end: u32, row: u32) -> f32 {
+    let dx = max(abs(f32(x) - plane.u0), abs(f32(x_end) - plane.u0));
+    let dy = abs(f32(row) - plane.v0) + 1.0;
+    return (abs(plane.a) * dx + abs(plane.b) * dy + abs(plane.c)) * 0x1p-20;
+}
+
+// Counts one pair of items over columns [x, x_end) of a row, all of which hold both.
+fn count_pair(one: u32, other: u32, x: u32, x_end: u32, row: u32) {
+    let p = planes[one];
+    let q = planes[other];
+    let p_left = depth_at(p, x, row);
+    let q_left = depth_at(q, x, row);
+    let p_right = depth_at(p, x_end - 1u, row);
+    let q_right = depth_at(q, x_end - 1u, row);
+    // Both sides of both comparisons are linear along the row. Where the same holds at both ends,
+    // by more than rounding could change, it holds between them.
+    let left = vec2(p_left * frame.nearer - q_left, q_left * frame.nearer - p_left);
+    let right = vec2(p_right * frame.nearer - q_right, q_right * frame.nearer - p_right);
+    let doubt = uncertainty(p, x, x_end, row) + uncertainty(q, x, x_end, row);
+    let certain = (min(left, right) > vec2(doubt)) | (max(left, right) < vec2(-doubt));
+    let wholly = all(certain);
+    var front_is = vec2(0u);
+    let at_left = nearer_of(p_left, q_left);
+    front_is[0] = select(0u, x_end - x, wholly && at_left == 1u);
+    front_is[1] = select(0u, x_end - x, wholly && at_left == 2u);
+    for (var at = select(x, x_end, wholly); at < x_end; at++) {
+        let here = nearer_of(depth_at(p, at, row), depth_at(q, at, row));
+        front_is += vec2(select(0u, 1u, here == 1u), select(0u, 1u, here == 2u));
+    }
+    if front_is[0] > 0u {
+        add(one, other, front_is[0]);
+    }
+    if front_is[1] > 0u {
+        add(other, one, front_is[1]);
+    }
+}
+
+// Neighbours mostly hold the same items: a run of such pixels is counted as one.
+// Workgroups are columns, because neighbouring rows take about the same steps.
+@compute @workgroup_size(1, 64)
 fn pairs(@builtin(global_invocation_id) id: vec3<u32>) {
     let row = frame.row + id.y;
     var x = id.x * RUN;
@@ -101,29 +125,31 @@ fn pairs(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let x_end = min(x + RUN, frame.width);
     let first = (row - frame.y0) * frame.width;
-    var recent = Recent(vec4(0u), vec4(0u), vec4(0u));
-    var end = places[first + x] - frame.first_entry;
-    for (; x < x_end; x++) {
-        let begin = end;
-        end = places[first + x + 1u] - frame.first_entry;
-        let centre = vec2(f32(x) + 0.5, f32(row) + 0.5);
-        for (var i = begin; i + 1u < end; i++) {
-            let one = entries[i] & ~VISIBLE;
-            let one_depth = depth_of(one, centre);
-            for (var j = i + 1u; j < end; j++) {
-                let other = entries[j] & ~VISIBLE;
-                let other_depth = depth_of(other, centre);
-                if is_behind(other_depth, one_depth) {
-                    see(&recent, one, other);
-                } else if is_behind(one_depth, other_depth) {
-                    see(&recent, other, one);
-                }
+    var place = places[first + x];
+    while x < x_end {
+        let x_begin = x;
+        let begin = place - frame.first_entry;
+        x += 1u;
+        place = places[first + x];
+        let size = place - frame.first_entry - begin;
+        while x < x_end {
+            let here = place - frame.first_entry;
+            let next = places[first + x + 1u];
+            let compared = select(size, 0u, size < 2u);
+            var k = 0u;
+            while k < compared && entries[begin + k] == entries[here + k] {
+                k += 1u;
             }
+            if k < compared || next - place != size {
+                break;
+            }
+            place = next;
+            x += 1u;
         }
-    }
-    for (var i = 0u; i < 4u; i++) {
-        if recent.pixels[i] != 0u {
-            add(recent.front[i], recent.back[i], recent.pixels[i]);
+        for (var i = 0u; i + 1u < size; i++) {
+            for (var j = i + 1u; j < size; j++) {
+                count_pair(entries[begin + i] & ~VISIBLE, entries[begin + j] & ~VISIBLE, x_begin, x, row);
+            }
         }
     }
 }

@@ -3,14 +3,21 @@
 
 mod common;
 
+use std::collections::BTreeMap;
+
 use quadratura::gpu::GpuRasteriser;
 use quadratura::layers::rasteriser::{Presence, VISIBLE};
 use quadratura::layers::{FragmentLists, Fragments, Rasteriser, SoftwareRasteriser, View};
-use quadratura::layers::{count_pairs, is_behind};
+use quadratura::layers::{Occlusion, is_behind};
 use quadratura::scene::synthetic::{Scene, closed_form, large, random};
 use quadratura::task::Task;
 
 const TOLERANCE: f32 = 1e-4;
+
+/// With pass *pairs*, on software adapters too.
+fn rasteriser() -> Option<GpuRasteriser> {
+    common::gpu_rasteriser().map(|rasteriser| rasteriser.counting_pairs_on_device(true))
+}
 
 fn view(scene: &Scene) -> View {
     View::new(&scene.model, &scene.camera, &scene.pose)
@@ -39,9 +46,24 @@ fn pixels(lists: &FragmentLists) -> impl Iterator<Item = (u32, u32, Vec<u32>)> +
     })
 }
 
+/// The table of pairs, pixel by pixel.
+fn recounted(view: &View, lists: &FragmentLists) -> Vec<Occlusion> {
+    let mut table = BTreeMap::new();
+    for (x, y, entries) in pixels(lists) {
+        let items: Vec<u32> = entries.iter().map(|entry| entry & !VISIBLE).collect();
+        let depth = |item: u32| view.items[item as usize].inverse_depth.at(x, y);
+        for (&front, &back) in items.iter().flat_map(|front| items.iter().map(move |back| (front, back))) {
+            if is_behind(depth(back), depth(front), TOLERANCE) {
+                *table.entry((front, back)).or_insert(0) += 1;
+            }
+        }
+    }
+    table.into_iter().map(|((front, back), px)| Occlusion { front, back, px }).collect()
+}
+
 /// Everything that follows from the lists alone.
 fn assert_consistent(name: &str, view: &View, drawn: &Fragments) {
-    assert_eq!(drawn.occlusions, count_pairs(view, &drawn.lists, TOLERANCE), "{name}: the table of pairs");
+    assert_eq!(drawn.occlusions, recounted(view, &drawn.lists), "{name}: the table of pairs");
     let mut rows = 0;
     for band in &drawn.lists.bands {
         assert_eq!(band.y0, rows, "{name}: bands leave no gaps");
@@ -82,6 +104,7 @@ fn compare(rasteriser: &GpuRasteriser, scene: &Scene) -> (u64, u64) {
     let view = view(scene);
     let (drawn, plain) = (draw(rasteriser, &view), draw(&SoftwareRasteriser, &view));
     assert_consistent(&scene.name, &view, &drawn);
+    assert_eq!(plain.occlusions, recounted(&view, &plain.lists), "{}: the twin's table", scene.name);
     let (here, there) = (covers(&drawn, &plain), covers(&plain, &drawn));
     let width = view.width as usize;
     let mut differing = 0;
@@ -105,7 +128,7 @@ fn compare(rasteriser: &GpuRasteriser, scene: &Scene) -> (u64, u64) {
 
 #[test]
 fn the_table_of_pairs_is_that_of_the_lists_on_hundreds_of_random_scenes() {
-    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let Some(rasteriser) = rasteriser() else { return };
     let (mut differing, mut all) = (0, 0);
     for scene in random_scenes(300) {
         let (here, covered) = compare(&rasteriser, &scene);
@@ -119,7 +142,7 @@ fn the_table_of_pairs_is_that_of_the_lists_on_hundreds_of_random_scenes() {
 
 #[test]
 fn closed_form_scenes_look_alike_to_both() {
-    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let Some(rasteriser) = rasteriser() else { return };
     for scene in closed_form::all() {
         let (differing, all) = compare(&rasteriser, &scene);
         println!("{}: {differing} of {all}", scene.name);
@@ -129,7 +152,7 @@ fn closed_form_scenes_look_alike_to_both() {
 
 #[test]
 fn a_street_and_a_town_look_alike_to_both() {
-    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let Some(rasteriser) = rasteriser() else { return };
     for scene in [large::street(1000).resized(320), large::town(20_000).resized(320)] {
         let (differing, all) = compare(&rasteriser, &scene);
         println!("{}: {differing} of {all}", scene.name);
@@ -139,7 +162,7 @@ fn a_street_and_a_town_look_alike_to_both() {
 
 #[test]
 fn exact_peeling_marks_the_back_of_every_pair_that_is_not_forgiven() {
-    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let Some(rasteriser) = rasteriser() else { return };
     for scene in random_scenes(100) {
         let view = view(&scene);
         let drawn = draw(&rasteriser, &view);
@@ -200,4 +223,50 @@ fn several_threads_may_draw_at_a_time() {
             );
         }
     });
+}
+
+#[test]
+fn bands_and_parts_change_nothing_but_the_sub_pixel_grid() {
+    let Some(rasteriser) = rasteriser() else { return };
+    let Some(in_parts) = self::rasteriser().map(|whole| whole.in_parts_of(3000, 4000)) else { return };
+    for scene in random_scenes(20) {
+        let view = view(&scene);
+        let (whole, parts) = (draw(&rasteriser, &view), draw(&in_parts, &view));
+        assert!(parts.lists.bands.len() > whole.lists.bands.len(), "{}: there are parts", scene.name);
+        assert_consistent(&scene.name, &view, &parts);
+        let (here, there) = (covers(&parts, &whole), covers(&whole, &parts));
+        let differing = here.iter().zip(&there).filter(|(here, there)| here != there).count();
+        assert!(differing * 100 <= here.len(), "{}: {differing} pixels differ", scene.name);
+    }
+}
+
+#[test]
+fn a_row_that_fits_no_buffer_is_an_error_that_names_it() {
+    let Some(rasteriser) = rasteriser().map(|whole| whole.in_parts_of(3000, 100)) else { return };
+    let drawn = rasteriser.fragments(&view(&closed_form::two_quads()), TOLERANCE, &Task::silent());
+    let message = drawn.expect_err("100 entries are less than a row").to_string();
+    assert!(message.contains("row ") && message.contains("simplify the model"), "{message}");
+}
+
+#[test]
+fn a_table_that_is_too_small_grows() {
+    let Some(rasteriser) = rasteriser() else { return };
+    let view = view(&random::soup(1, 900));
+    let alive = vec![true; view.items.len()];
+    let nobody = (u32::MAX, u32::MAX);
+    // With a pair to forgive, even a pair of nobody, all pairs are counted: far more than the
+    // table is made for.
+    let [quick, counted] = [&[][..], &[nobody]]
+        .map(|forgiven| rasteriser.occluded(&view, TOLERANCE, &alive, forgiven).expect("the table grows"));
+    assert_eq!(quick, counted);
+}
+
+#[test]
+fn the_table_is_the_same_wherever_it_is_counted() {
+    let Some(rasteriser) = common::gpu_rasteriser() else { return };
+    let on_device = rasteriser.counting_pairs_on_device(true);
+    let view = view(&large::street(1000).resized(640));
+    let there = draw(&on_device, &view);
+    let here = draw(&on_device.counting_pairs_on_device(false), &view);
+    assert_eq!(there.occlusions, here.occlusions);
 }

@@ -1,5 +1,5 @@
 //! What the drawing passes share: triangles on the device, and the pipeline that draws them into a
-//! band (`shaders/vertex.wgsl`).
+//! band (`shaders/drawing.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, BufferUsages, CommandEncoder, CompareFunction};
@@ -11,7 +11,7 @@ use super::frame::Frame;
 use crate::layers::View;
 
 /// The vertex stage, between `frame.wgsl` and a pass.
-pub const VERTEX: &str = include_str!("../../shaders/vertex.wgsl");
+pub const VERTEX: &str = include_str!("../../shaders/drawing.wgsl");
 
 /// The depth buffer.
 pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;

@@ -33,3 +33,6 @@ mod workspace;
 
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
+
+#[cfg(test)]
+mod tests;

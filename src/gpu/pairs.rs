@@ -25,13 +25,13 @@ pub const HALF_BITS: u32 = 20;
 const HALF: u32 = (1 << HALF_BITS) - 1;
 
 /// Bits of a tag that count probes.
-const PROBE_BITS: u32 = 7;
+pub(super) const PROBE_BITS: u32 = 7;
 
 /// Pixels of a row that one invocation looks at.
-const RUN: u32 = 64;
+pub(super) const RUN: u32 = 128;
 
-/// Invocations in a workgroup, along a row.
-const WORKGROUP: u32 = 64;
+/// Invocations in a workgroup, one below the other.
+pub(super) const WORKGROUP: u32 = 64;
 
 /// Fewest bits of a table: a tag holds 40 - 16 bits of a pair, and the probes.
 const LEAST_BITS: u32 = 16;
@@ -151,7 +151,8 @@ impl Pairs {
         pass.set_pipeline(&self.pairs);
         pass.set_bind_group(0, shared, &[]);
         pass.set_bind_group(1, &own, &[]);
-        pass.dispatch_workgroups(frame.size[0].div_ceil(RUN * WORKGROUP), frame.rows.len() as u32, 1);
+        let rows = frame.rows.len() as u32;
+        pass.dispatch_workgroups(frame.size[0].div_ceil(RUN), rows.div_ceil(WORKGROUP), 1);
     }
 }
 

@@ -21,7 +21,7 @@ use super::stencil::Stencil;
 use super::workspace::Workspace;
 use crate::error::{Error, Result};
 use crate::layers::rasteriser::{Presence as Seen, StencilLayers, TIE};
-use crate::layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View};
+use crate::layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View, count_pairs};
 use crate::task::Task;
 
 /// Pixels of a band. A photo of 8 megapixels is drawn in one piece, with about 200 MB of buffers.
@@ -47,6 +47,8 @@ pub struct GpuRasteriser {
     pub(super) stencil: Stencil,
     /// Workspaces that nobody uses now.
     spare: Mutex<Vec<Workspace>>,
+    /// Pass *pairs* runs; else the lists are counted here.
+    pairs_on_device: bool,
     pub(super) band_pixels: u64,
     pub(super) most_entries: u64,
 }
@@ -70,6 +72,7 @@ impl GpuRasteriser {
                 farthest: Farthest::new(gpu, &frame),
                 stencil: Stencil::new(gpu, &frame),
                 spare: Mutex::default(),
+                pairs_on_device: !gpu.is_software(),
                 band_pixels: BAND_PIXELS.min(gpu.largest_binding() / 4 - 1),
                 most_entries: MOST_ENTRIES.min(gpu.largest_binding() / 4),
                 gpu: gpu.clone(),
@@ -78,10 +81,18 @@ impl GpuRasteriser {
         })
     }
 
-    /// The same with small bands and buffers: a test sees on a small photo what happens on a large
-    /// one.
-    #[cfg(test)]
-    pub(super) fn with_limits(self, band_pixels: u64, most_entries: u64) -> Self {
+    /// Whether the table of pairs is counted by pass *pairs*, as by default, or from the lists that
+    /// were read back, as by default where the adapter is the processor itself: a software adapter
+    /// needs ten times as long for it. The table is the same.
+    pub fn counting_pairs_on_device(self, on_device: bool) -> Self {
+        Self { pairs_on_device: on_device, ..self }
+    }
+
+    /// Less memory, more passes: photos are drawn in bands of so many pixels at most (one row at
+    /// least), and lists are made in parts of so many entries (those of one row must fit). Limits
+    /// beyond the adapter's own change nothing.
+    pub fn in_parts_of(self, band_pixels: u64, entries: u64) -> Self {
+        let (band_pixels, most_entries) = (band_pixels.min(self.band_pixels), entries.min(self.most_entries));
         Self { band_pixels, most_entries, ..self }
     }
 
@@ -159,11 +170,16 @@ impl GpuRasteriser {
             task.step("fragments", done as u64, bands.len() as u64)?;
             for part in self.places(run, space, rows, bands.len() == 1)? {
                 self.fill(run, space, &part);
-                occlusions.extend(self.pairs(run, space, &part, &mut table_bits)?);
+                if self.pairs_on_device {
+                    occlusions.extend(self.pairs(run, space, &part, &mut table_bits)?);
+                }
                 lists.bands.push(self.read_lists(space, &part)?);
             }
         }
         lists.bands.sort_unstable_by_key(|band| band.y0);
+        if !self.pairs_on_device {
+            occlusions = count_pairs(run.view, &lists, run.tolerance);
+        }
         Ok((lists, summed(occlusions)))
     }
 }

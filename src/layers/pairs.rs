@@ -1,10 +1,12 @@
 //! The table of occlusions, counted from fragment lists.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::rasteriser::{Band, FragmentLists, Occlusion, VISIBLE, is_behind};
-use super::view::View;
+use super::view::{InverseDepth, View};
 
 /// Rows that one job counts: a band may be the whole photo.
 const JOB_ROWS: u32 = 64;
@@ -40,30 +42,67 @@ pub fn pixels<'a>(
 /// Pixels per (front, back).
 type Table = FxHashMap<(u32, u32), u32>;
 
+/// Neighbours mostly hold the same entries: a run of such pixels is counted as one.
 fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, tolerance: f32) -> Table {
     let mut table = Table::default();
-    let mut depths = Vec::new();
     for y in y0..(y0 + JOB_ROWS).min(band.y1) {
-        for x in 0..lists.width {
-            depths.clear();
-            depths.extend(lists.pixel(band, x, y).iter().map(|entry| {
-                let item = entry & !VISIBLE;
-                (item, view.items[item as usize].inverse_depth.at(x, y))
-            }));
-            count_pixel(&depths, tolerance, &mut table);
+        let mut x = 0;
+        while x < lists.width {
+            let (begin, entries) = (x, lists.pixel(band, x, y));
+            x += 1;
+            while x < lists.width && lists.pixel(band, x, y) == entries {
+                x += 1;
+            }
+            count_run(view, entries, begin..x, y, tolerance, &mut table);
         }
     }
     table
 }
 
-fn count_pixel(depths: &[(u32, f32)], tolerance: f32, table: &mut Table) {
-    for &(front, nearer) in depths {
-        for &(back, farther) in depths {
-            if is_behind(farther, nearer, tolerance) {
-                *table.entry((front, back)).or_default() += 1;
+/// Every pair of the `entries`, which all pixels of a run hold.
+fn count_run(view: &View, entries: &[u32], run: Range<u32>, y: u32, tolerance: f32, table: &mut Table) {
+    for (i, one) in entries.iter().map(|entry| entry & !VISIBLE).enumerate() {
+        for other in entries[i + 1..].iter().map(|entry| entry & !VISIBLE) {
+            let [p, q] = [one, other].map(|item| &view.items[item as usize].inverse_depth);
+            let [one_in_front, other_in_front] = nearer_px(p, q, run.clone(), y, tolerance);
+            if one_in_front > 0 {
+                *table.entry((one, other)).or_default() += one_in_front;
+            }
+            if other_in_front > 0 {
+                *table.entry((other, one)).or_default() += other_in_front;
             }
         }
     }
+}
+
+/// At how many pixels of a run `p` is nearer than `q` by more than the tolerance, and `q` than `p`.
+fn nearer_px(p: &InverseDepth, q: &InverseDepth, run: Range<u32>, y: u32, tolerance: f32) -> [u32; 2] {
+    // How far each is from being behind the other; negative where it is.
+    let room = |x: u32| {
+        let (p, q) = (p.at(x, y), q.at(x, y));
+        [p * (1.0 + tolerance) - q, q * (1.0 + tolerance) - p]
+    };
+    let (left, right) = (room(run.start), room(run.end - 1));
+    let doubt = uncertainty(p, &run, y) + uncertainty(q, &run, y);
+    // The room is linear along the row. What holds at both ends, by more than rounding could
+    // change, holds between them.
+    let certain = |i: usize| left[i].min(right[i]) > doubt || left[i].max(right[i]) < -doubt;
+    if certain(0) && certain(1) {
+        let px = run.len() as u32;
+        return [if left[1] < 0.0 { px } else { 0 }, if left[0] < 0.0 { px } else { 0 }];
+    }
+    run.fold([0, 0], |[p_px, q_px], x| {
+        let (p, q) = (p.at(x, y), q.at(x, y));
+        [p_px + u32::from(is_behind(q, p, tolerance)), q_px + u32::from(is_behind(p, q, tolerance))]
+    })
+}
+
+/// More than the rounding errors of inverse depths along a run can be: four times the sum of half
+/// a unit in the last place of every term.
+fn uncertainty(plane: &InverseDepth, run: &Range<u32>, y: u32) -> f32 {
+    let dx = (run.start as f32 - plane.u0).abs().max((run.end as f32 - plane.u0).abs());
+    let dy = (y as f32 - plane.v0).abs() + 1.0;
+    (plane.a.abs() * dx + plane.b.abs() * dy + plane.c.abs()) * 2.0_f32.powi(-20)
 }
 
 fn sum(mut larger: Table, mut smaller: Table) -> Table {
@@ -74,4 +113,41 @@ fn sum(mut larger: Table, mut smaller: Table) -> Table {
         *larger.entry(pair).or_default() += px;
     }
     larger
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Coefficients of planes that nearly touch somewhere on a row, from a seed.
+    fn planes(seed: u64) -> [InverseDepth; 2] {
+        let mut dice = crate::scene::synthetic::Dice::new(seed);
+        let c = dice.between(0.01, 1.0) as f32;
+        let mut plane = |near: f32| InverseDepth {
+            a: dice.between(-1e-5, 1e-5) as f32,
+            b: dice.between(-1e-3, 1e-3) as f32,
+            c: near * (1.0 + dice.between(-2e-4, 2e-4) as f32),
+            u0: dice.whole(0, 6000) as f32 * 0.5,
+            v0: 50.0,
+        };
+        [plane(c), plane(c)]
+    }
+
+    #[test]
+    fn a_run_counts_what_its_pixels_count_one_by_one() {
+        for seed in 0..2000 {
+            let [p, q] = planes(seed);
+            for tolerance in [0.0, 1e-4] {
+                let whole = nearer_px(&p, &q, 1000..2000, 50, tolerance);
+                let pixels = (1000..2000).map(|x| nearer_px(&p, &q, x..x + 1, 50, tolerance));
+                let apart = pixels.fold([0, 0], |sum, px| [sum[0] + px[0], sum[1] + px[1]]);
+                let plain = |front: &InverseDepth, back: &InverseDepth| {
+                    (1000..2000).filter(|&x| is_behind(back.at(x, 50), front.at(x, 50), tolerance)).count()
+                        as u32
+                };
+                assert_eq!(whole, [plain(&p, &q), plain(&q, &p)], "seed {seed}");
+                assert_eq!(whole, apart, "seed {seed}");
+            }
+        }
+    }
 }

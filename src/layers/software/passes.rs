@@ -46,7 +46,11 @@ impl<'a> Drawing<'a> {
             for y in own.start.max(rows.start)..own.end.min(rows.end) {
                 let row = ((y - rows.start) * self.view.width) as usize;
                 for x in footprint.columns(y) {
-                    visit(*item, row + x as usize, inverse_depth.at(x, y));
+                    let depth = inverse_depth.at(x, y);
+                    // Not so where rounding at an outline carried a plane past its horizon.
+                    if depth > 0.0 {
+                        visit(*item, row + x as usize, depth);
+                    }
                 }
             }
         }

@@ -1,5 +1,5 @@
 // The vertex stage of every drawing pass, and how a fragment knows its depth.
-// It stands between frame.wgsl and the pass.
+// Rust: gpu/drawing.rs. It stands between frame.wgsl and the pass.
 
 struct Fragment {
     // The same bits in every pass, so that every pass covers the same pixels.
