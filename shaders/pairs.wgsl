@@ -3,7 +3,7 @@
 // Rust: gpu/pairs.rs, which also undoes the hash.
 
 // Pixels of a row that one invocation looks at.
-const RUN: u32 = 128u;
+const RUN: u32 = 64u;
 // Slots tried for a pair before the table counts as full.
 const PROBES: u32 = 128u;
 // A pair is a number of 40 bits: two numbers of the working set.

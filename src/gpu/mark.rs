@@ -7,13 +7,13 @@ use super::bindings::{self, Kind};
 use super::device::Gpu;
 use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
 use super::frame::Frame;
-use super::pairs;
 use super::rasteriser::GpuRasteriser;
 use super::readback;
 use super::run::Run;
 use super::workspace::Workspace;
 use crate::error::Result;
 use crate::layers::View;
+use crate::task::Task;
 
 /// WGSL of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/mark.wgsl");
@@ -96,15 +96,11 @@ impl GpuRasteriser {
         space: &mut Workspace,
         forgiven: &[(u32, u32)],
     ) -> Result<Vec<bool>> {
+        let (bands, task) = (self.bands(run.view), Task::silent());
+        let (_, occlusions) = self.lists_and_pairs(run, space, &bands, false, &task)?;
         let mut behind = vec![false; run.view.items.len()];
-        let mut table_bits = pairs::table_bits(&self.gpu, run.items.len());
-        for rows in self.bands(run.view) {
-            for part in self.places(run, space, &rows, false)? {
-                self.fill(run, space, &part);
-                for pair in self.pairs(run, space, &part, &mut table_bits)? {
-                    behind[pair.back as usize] |= forgiven.binary_search(&(pair.front, pair.back)).is_err();
-                }
-            }
+        for pair in occlusions {
+            behind[pair.back as usize] |= forgiven.binary_search(&(pair.front, pair.back)).is_err();
         }
         Ok(behind)
     }

@@ -28,7 +28,7 @@ const HALF: u32 = (1 << HALF_BITS) - 1;
 pub(super) const PROBE_BITS: u32 = 7;
 
 /// Pixels of a row that one invocation looks at.
-pub(super) const RUN: u32 = 128;
+pub(super) const RUN: u32 = 64;
 
 /// Invocations in a workgroup, one below the other.
 pub(super) const WORKGROUP: u32 = 64;
@@ -36,9 +36,9 @@ pub(super) const WORKGROUP: u32 = 64;
 /// Fewest bits of a table: a tag holds 40 - 16 bits of a pair, and the probes.
 const LEAST_BITS: u32 = 16;
 
-/// The size to begin with for so many items: a face has tens of partners, not thousands.
+/// The size to begin with for so many items: a face has few partners.
 pub fn table_bits(gpu: &Gpu, items: usize) -> u32 {
-    (64 * items.max(1)).ilog2().max(LEAST_BITS).min(largest_bits(gpu))
+    (16 * items.max(1)).ilog2().max(LEAST_BITS).min(largest_bits(gpu))
 }
 
 /// A hash table of 2^bits slots on the device.

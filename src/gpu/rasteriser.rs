@@ -47,8 +47,8 @@ pub struct GpuRasteriser {
     pub(super) stencil: Stencil,
     /// Workspaces that nobody uses now.
     spare: Mutex<Vec<Workspace>>,
-    /// Pass *pairs* runs; else the lists are counted here.
-    pairs_on_device: bool,
+    /// Pass *pairs* counts the table; else this program does, from the lists.
+    pub(super) pairs_on_device: bool,
     pub(super) band_pixels: u64,
     pub(super) most_entries: u64,
 }
@@ -81,9 +81,11 @@ impl GpuRasteriser {
         })
     }
 
-    /// Whether the table of pairs is counted by pass *pairs*, as by default, or from the lists that
-    /// were read back, as by default where the adapter is the processor itself: a software adapter
-    /// needs ten times as long for it. The table is the same.
+    /// Whether pass *pairs* counts the table of pairs, as by default, or this program, from the
+    /// lists that were read back, as by default where the adapter is the processor itself. The
+    /// table is the same, but such an adapter takes ten times as long, and Mesa's ends the loops of
+    /// a shader without a word after 65,535 turns: where some thirty faces lie behind each other,
+    /// it would lose pairs.
     pub fn counting_pairs_on_device(self, on_device: bool) -> Self {
         Self { pairs_on_device: on_device, ..self }
     }
@@ -155,12 +157,13 @@ impl GpuRasteriser {
         sightings.read(&self.gpu, view.items.len())
     }
 
-    /// The lists of the working set, and its pairs.
-    fn working_lists(
+    /// The lists of a run, and its pairs. The nearest is drawn first, unless it `is_drawn` already.
+    pub(super) fn lists_and_pairs(
         &self,
         run: &Run,
         space: &mut Workspace,
         bands: &[Range<u32>],
+        nearest_is_drawn: bool,
         task: &Task,
     ) -> Result<(FragmentLists, Vec<Occlusion>)> {
         let mut table_bits = pairs::table_bits(&self.gpu, run.items.len());
@@ -168,7 +171,7 @@ impl GpuRasteriser {
         let mut occlusions = Vec::new();
         for (done, rows) in bands.iter().enumerate() {
             task.step("fragments", done as u64, bands.len() as u64)?;
-            for part in self.places(run, space, rows, bands.len() == 1)? {
+            for part in self.places(run, space, rows, nearest_is_drawn)? {
                 self.fill(run, space, &part);
                 if self.pairs_on_device {
                     occlusions.extend(self.pairs(run, space, &part, &mut table_bits)?);
@@ -193,7 +196,7 @@ impl Rasteriser for GpuRasteriser {
             let seen = self.sightings(view, space, bands, task)?;
             let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
             let run = Run::of_some(&self.gpu, view, tolerance, flagged(&working))?;
-            let (lists, occlusions) = self.working_lists(&run, space, bands, task)?;
+            let (lists, occlusions) = self.lists_and_pairs(&run, space, bands, bands.len() == 1, task)?;
             let presence = seen.iter().map(|seen| seen.presence(&lists)).collect();
             Ok(Fragments { presence, lists, occlusions })
         })
