@@ -92,6 +92,26 @@ fn assert_consistent(name: &str, view: &View, drawn: &Fragments) {
     }
 }
 
+#[test]
+fn a_photo_that_sees_nothing_is_drawn_like_any_other() {
+    let Some(gpu) = common::gpu_rasteriser() else { return };
+    let scene = random::soup(1, 10);
+    let seen = view(&scene);
+    let nothing = View { width: 40, height: 30, largest_inverse_depth: 1.0, ..View::default() };
+    let outside = seen.corners.iter().map(|triangle| triangle.map(|[x, y, w]| [x + 9.0 * w.abs(), y, w]));
+    let beside = View { corners: outside.collect(), ..seen.clone() };
+    for (name, view) in [("no items", nothing), ("items beside the photo", beside)] {
+        let (drawn, twin) = (draw(&gpu, &view), draw(&SoftwareRasteriser, &view));
+        assert!(drawn.lists.is_empty() && drawn.occlusions.is_empty(), "{name}");
+        assert_eq!(drawn.presence, twin.presence, "{name}");
+        assert_consistent(name, &view, &drawn);
+        let none = vec![true; view.items.len()];
+        let behind = gpu.occluded(&view, TOLERANCE, &none, &[]).expect("the device works");
+        assert!(behind.iter().all(|behind| !behind), "{name}");
+        gpu.stencil_peeling(&view, TOLERANCE, &none, &Task::silent()).expect("the device works");
+    }
+}
+
 /// Items of every pixel, rising, without those that only one of the two has in its working set
 /// (visible at edge pixels only).
 fn covers(drawn: &Fragments, other: &Fragments) -> Vec<Vec<u32>> {

@@ -46,7 +46,8 @@ pub struct Sightings(Buffer);
 impl Sightings {
     /// Nothing seen yet of so many items.
     pub fn new(gpu: &Gpu, items: usize) -> Self {
-        Self(bindings::storage(gpu, "sightings", 2 * items as u64, true))
+        // One at least: a photo that looks away from the model has no items.
+        Self(bindings::storage(gpu, "sightings", 2 * items.max(1) as u64, true))
     }
 
     /// What was seen, one per item.

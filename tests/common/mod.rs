@@ -26,7 +26,8 @@ pub fn castle() -> Option<PathBuf> {
     if folder.exists() {
         return Some(folder);
     }
-    assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "{} is missing", folder.display());
+    let shared = folder.ancestors().nth(2).expect("it lies in shared/data");
+    assert!(std::env::var_os("CI").is_none() || !shared.exists(), "{} is missing", folder.display());
     eprintln!("left out: {} is missing", folder.display());
     None
 }

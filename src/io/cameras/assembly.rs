@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DQuat, DVec2, DVec3};
+use glam::{DMat3, DQuat, DVec2};
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::photo_name::{objection, short};
@@ -124,8 +124,8 @@ impl Assembly {
 
     /// Takes a point; those that no photo here observes are kept too.
     pub fn point(&mut self, place: String, id: u64, position: [f64; 3]) {
-        let objection = if !position.iter().all(|v| v.is_finite()) {
-            Some((format!("point {id} at {position:?}"), "remove the point"))
+        let objection = if !is_on_a_map(position) {
+            Some((format!("point {id} at {position:?}, not within 1e15 of the origin"), "remove the point"))
         } else if !self.point_ids.insert(id) {
             Some((format!("point {id} is there twice"), "keep one; the first is used"))
         } else {
@@ -216,10 +216,16 @@ fn pose(raw: &RawImage<'_>) -> Result<Pose, Objection> {
         let found = format!("the rotation {:?} is no quaternion", raw.quaternion);
         return Err((found, "write QW QX QY QZ of length 1"));
     }
-    let translation = DVec3::from(raw.translation);
-    if !translation.is_finite() {
-        return Err((format!("the position {:?}", raw.translation), "write TX TY TZ as numbers"));
+    if !is_on_a_map(raw.translation) {
+        let found = format!("the position {:?} is not within 1e15 of the origin", raw.translation);
+        return Err((found, "write TX TY TZ as numbers in the model's unit"));
     }
     let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-    Ok(Pose { rotation, translation })
+    Ok(Pose { rotation, translation: raw.translation.into() })
+}
+
+/// Beyond this, positions lose whole units, and products of them the range of numbers. The same
+/// limit holds for models.
+fn is_on_a_map(position: [f64; 3]) -> bool {
+    position.iter().all(|v| v.abs() <= 1e15)
 }

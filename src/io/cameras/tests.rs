@@ -209,6 +209,14 @@ fn quaternions_are_normalised() {
 }
 
 #[test]
+fn a_camera_or_point_beyond_any_map_is_refused() {
+    let images = "7 1 0 0 0 1e300 0 0 1 a.jpg\n\n8 1 0 0 0 5e6 0 0 1 b.jpg\n\n";
+    let read = read(&text(CAMERAS, images, "5 0 1e308 0 0 0 0 0\n")).unwrap();
+    assert_eq!((read.photos.len(), read.points.len()), (1, 0));
+    assert!(read.problems.iter().all(|problem| problem.to_string().contains("1e15")), "{:?}", read.problems);
+}
+
+#[test]
 fn a_model_without_usable_photos_is_an_error() {
     let error = read(&text(CAMERAS, "# nothing\n", "")).unwrap_err().to_string();
     assert!(error.contains("names no photo"), "{error}");
@@ -257,7 +265,8 @@ fn a_thousand_problems_are_not_a_thousand_messages() {
 fn the_castle_is_read_whole() {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle/sparse");
     if !path.exists() {
-        assert!(std::env::var_os("CI").is_none(), "the castle is missing");
+        let shared = path.ancestors().nth(3).expect("it lies in shared/data/castle");
+        assert!(std::env::var_os("CI").is_none() || !shared.exists(), "the castle is missing");
         eprintln!("left out: the castle is not beside this checkout");
         return;
     }
