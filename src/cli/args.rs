@@ -132,7 +132,7 @@ pub struct InfoArgs {
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Show this face only, in every photo; OBJECT[INDEX] as the lists name it
+    /// Show this face only, in every photo; named as in the lists
     #[arg(long, value_name = "OBJECT[INDEX]")]
     pub face: Option<String>,
 }

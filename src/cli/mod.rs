@@ -1,7 +1,7 @@
 //! What was typed, what it means, run.
 //!
 //! [`run`] parses ([`args`]), sets up what every command shares ([`reporter`], threads, Ctrl-C) and
-//! hands over to one file a command, which calls a recipe and turns its result into an [`Outcome`]:
+//! hands over to one file a command, which calls a recipe and turns its result into an `Outcome`:
 //! text for people, JSON for programs. Results go to standard output, everything else to standard
 //! error.
 

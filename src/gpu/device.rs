@@ -142,7 +142,7 @@ mod tests {
     fn a_mistake_in_our_use_of_the_device_is_an_error_where_it_arose() {
         let gpu = Gpu::noop();
         let made = gpu.guarded("making a buffer", || {
-            let (size, usage) = (u64::MAX & !3, wgpu::BufferUsages::STORAGE);
+            let (size, usage) = (!3u64, wgpu::BufferUsages::STORAGE);
             Ok(gpu.device.create_buffer(&wgpu::BufferDescriptor {
                 label: None,
                 size,

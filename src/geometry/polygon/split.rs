@@ -34,7 +34,7 @@ pub fn split_by_plane(ring: &[DVec3], plane: &Plane) -> (Vec<Vec<DVec3>>, Vec<Ve
 /// Empty when the outline has no area.
 pub fn bridge_holes(outer: &[DVec3], holes: &[Vec<DVec3>]) -> Vec<Vec<DVec3>> {
     let mut points = outer.to_vec();
-    let mut rings = Vec::from([0..outer.len()]);
+    let mut rings: Vec<_> = std::iter::once(0..outer.len()).collect();
     for hole in holes {
         rings.push(points.len()..points.len() + hole.len());
         points.extend_from_slice(hole);
