@@ -113,7 +113,10 @@ fn conclude(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> Exit
             if global.json { as_json(outcome.json, reporter) } else { outcome.text }
         }
         Err(error) => {
-            error.to_string().lines().for_each(complain);
+            match &error {
+                Error::Several(errors) => errors.iter().for_each(|error| complain(&error.to_string())),
+                error => complain(&error.to_string()),
+            }
             if global.json { as_json(json!({"error": error.to_string()}), reporter) } else { String::new() }
         }
     };

@@ -142,6 +142,23 @@ fn a_file_changed_by_hand_is_found_in_the_inbox_after_the_next_build() {
 }
 
 #[test]
+fn a_photo_that_sees_nothing_of_the_model_has_an_empty_stack() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    fs::write(site.path("model.obj"), "v -4 -3 -9\nv -4 3 -9\nv 4 3 -9\nf 3 2 1\n").unwrap();
+    site.make_project();
+    let built = site.json("build project --json");
+    assert_eq!(built["photos"][0]["stack"]["image_layers"], 0);
+    assert_eq!(site.json("build project --json")["photos"][0]["state"], "up to date");
+    let why = stdout_of(&site.run("info project --photo left.png").success());
+    assert!(why.contains("model[0]  behind"), "{why}");
+    site.run("build project --method stencil").success();
+    site.run("export project --out layers").success();
+}
+
+#[test]
 fn timings_are_a_table_for_people_and_numbers_for_programs() {
     if gpu_rasteriser().is_none() {
         return;
