@@ -26,13 +26,23 @@ pub struct Plan {
     pub seed: u32,
     /// Pixels at the photo's left edge that are not valid.
     pub invalid: u32,
+    /// Its colour profile.
+    pub icc: Option<Vec<u8>>,
 }
 
 impl Default for Plan {
     fn default() -> Self {
-        let (width, height) = (157, 101);
-        let depth = Depth::Eight;
-        Self { photo: "nord/tür 1.png", width, height, depth, layers: 9, orders: 4, seed: 1, invalid: 0 }
+        Self {
+            photo: "nord/tür 1.png",
+            width: 157,
+            height: 101,
+            depth: Depth::Eight,
+            layers: 9,
+            orders: 4,
+            seed: 1,
+            invalid: 0,
+            icc: None,
+        }
     }
 }
 
@@ -42,26 +52,16 @@ struct Shape {
     radius: (f64, f64),
 }
 
-/// The profile of every invented photo: not a real one, but any bytes have to come through. (Only its
-/// colour space is looked at.)
-pub fn profile() -> Vec<u8> {
-    let mut bytes = vec![0; 132];
-    bytes[..4].copy_from_slice(&132u32.to_be_bytes());
-    bytes[12..20].copy_from_slice(b"mntrRGB ");
-    bytes[36..40].copy_from_slice(b"acsp");
-    bytes
-}
-
 /// Writes a photo and its stack into the folder `project`.
 pub fn write(project: &Path, plan: &Plan) -> (Photo, Stack) {
     let file = project.join(format!("photo {}.png", plan.seed));
     let raster = photo(plan);
-    write_rgba(File::create(&file).unwrap(), &raster, Some(&profile())).unwrap();
+    write_rgba(File::create(&file).unwrap(), &raster, plan.icc.as_deref()).unwrap();
     (photo_of(plan.photo, plan.width, plan.height, &file), write_stack(project, plan, &raster))
 }
 
 /// A photo with a camera that means nothing.
-pub fn photo_of(name: &str, width: u32, height: u32, file: &Path) -> Photo {
+fn photo_of(name: &str, width: u32, height: u32, file: &Path) -> Photo {
     let f = f64::from(width);
     let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
     let camera = Pinhole { width, height, fx: f, fy: f, cx: f / 2.0, cy: f64::from(height) / 2.0 };
@@ -94,7 +94,7 @@ fn roll(dice: &mut u32, sides: u32) -> u32 {
 }
 
 /// Writes a stack over a photo.
-pub fn write_stack(project: &Path, plan: &Plan, photo: &Raster) -> Stack {
+fn write_stack(project: &Path, plan: &Plan, photo: &Raster) -> Stack {
     let shapes = shapes(plan);
     let writer = StackStore::new(project).begin(plan.photo).unwrap();
     let mut layers = Vec::new();

@@ -22,7 +22,7 @@ pub struct LayeredDocument<'a> {
     pub height: u32,
     /// Of every layer and of the merged picture.
     pub depth: Depth,
-    /// The colour profile of all pixels; none means that viewers take sRGB.
+    /// The colour profile of all pixels; without one viewers take 8 bits for sRGB, and disagree on 16.
     pub icc: Option<Vec<u8>>,
     /// What the document is known by when it comes back.
     pub key: String,

@@ -11,6 +11,7 @@ pub mod ora;
 pub mod png;
 pub mod psd;
 pub mod raster;
+pub mod srgb;
 
 /// Name of the file in folders and OpenRaster files that holds the document key.
 pub const KEY_FILE: &str = "quadratura-key.txt";

@@ -12,6 +12,7 @@ use crate::document::{Element, ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::png::{read_mask, read_rgba};
+use crate::io::layered::srgb::srgb_profile;
 use crate::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster};
 use crate::task::Task;
 
@@ -85,12 +86,17 @@ impl<'a> Content<'a> {
             width: photo.width,
             height: photo.height,
             depth: self.depth(),
-            icc: self.icc.clone(),
+            icc: self.profile(),
             key: key.to_owned(),
             title: photo.name.clone(),
             nodes,
             merged: Box::new(move || Ok(merged.clone())),
         }
+    }
+
+    /// The photo's own; sRGB for 16 bits without one, which editors would not take for granted.
+    fn profile(&self) -> Option<Vec<u8>> {
+        self.icc.clone().or_else(|| (self.depth() == Depth::Sixteen).then(srgb_profile))
     }
 
     /// Of the photo, and so of all layers.

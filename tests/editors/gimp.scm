@@ -1,0 +1,32 @@
+; What tests/editors.sh has GIMP do. Script-Fu, because Debian's GIMP 2.10 has no Python.
+
+(define (opened file)
+  (car (gimp-file-load RUN-NONINTERACTIVE file file)))
+
+(define (save-psd image file)
+  (gimp-file-save RUN-NONINTERACTIVE image (car (gimp-image-get-active-layer image)) file file))
+
+; Opens a PSD, fills a square of one layer with a colour, and saves the document as another PSD.
+(define (paint-and-save in name out)
+  (let* ((image (opened in))
+         (layer (car (gimp-image-get-layer-by-name image name)))
+         (offsets (gimp-drawable-offsets layer)))
+    (gimp-image-select-rectangle image CHANNEL-OP-REPLACE (+ 3 (car offsets)) (+ 4 (cadr offsets)) 12 11)
+    (gimp-context-set-foreground '(255 0 200))
+    (gimp-drawable-edit-fill layer FILL-FOREGROUND)
+    (gimp-selection-none image)
+    (save-psd image out)
+    (gimp-image-delete image)))
+
+; Opens a PSD and saves it as it is.
+(define (save-again in out)
+  (let ((image (opened in)))
+    (save-psd image out)
+    (gimp-image-delete image)))
+
+; Saves what is to be seen as a PNG.
+(define (save-picture in out)
+  (let* ((image (opened in))
+         (layer (car (gimp-image-merge-visible-layers image CLIP-TO-IMAGE))))
+    (file-png-save RUN-NONINTERACTIVE image layer out out FALSE 1 FALSE FALSE FALSE FALSE FALSE)
+    (gimp-image-delete image)))
