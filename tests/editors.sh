@@ -12,6 +12,14 @@ cd "$(dirname "$0")/.."
 began=$(date +%s)
 step() { printf '%4d s  %s\n' $(($(date +%s) - began)) "$*"; }
 
+# proven WHO COMMAND...: one line of tests/editors/layers.py; anything wrong ends the script.
+proven() {
+    who=$1
+    shift
+    found=$("$python" tests/editors/layers.py "$@") || fail "$who: layers.py $*"
+    step "  $who: $found"
+}
+
 target=${CARGO_TARGET_DIR:-target}
 python=python3
 
@@ -39,8 +47,6 @@ install_psd_tools() {
     "$python" -m pip install --quiet psd-tools numpy Pillow
 }
 
-layers() { "$python" tests/editors/layers.py "$@" || fail "tests/editors/layers.py $*"; }
-
 # gimp EXPRESSION...: each is evaluated after tests/editors/gimp.scm.
 gimp() {
     for expression in "$@"; do
@@ -51,22 +57,23 @@ gimp() {
 }
 
 krita_saves() {
-    HOME=$work/home XDG_RUNTIME_DIR=$work/home timeout 120 xvfb-run -a krita --nosplash --export \
+    HOME=$work/home timeout 120 xvfb-run -a krita --nosplash --export \
         --export-filename "$2" "$1" >"$work/krita.log" 2>&1 </dev/null
     [ -s "$2" ] || { cat "$work/krita.log" && fail "Krita made no $2"; }
 }
 
 # through_gimp PSD PHOTO-FILE: opened, painted on, saved; and saved once more.
 through_gimp() {
-    name=$(layers name "$1")
+    name=$("$python" tests/editors/layers.py name "$1")
     token=${name##*[}
     token=${token%]}
+    rm -f "$work/painted.psd" "$work/again.psd" "$work/picture.png" # GIMP ends well even when a script fails
     gimp "(paint-and-save \"$1\" \"$name\" \"$work/painted.psd\")" \
         "(save-again \"$work/painted.psd\" \"$work/again.psd\")" \
         "(save-picture \"$1\" \"$work/picture.png\")"
-    step "  GIMP, painted on $name: $(layers same "$1" "$work/painted.psd" --painted "$token" --key)"
-    step "  GIMP, saved again: $(layers same "$work/painted.psd" "$work/again.psd" --key)"
-    step "  GIMP: $(layers picture "$work/picture.png" "$2")"
+    proven "GIMP, painted on $name" same "$1" "$work/painted.psd" --painted "$token" --key
+    proven "GIMP, saved again" same "$work/painted.psd" "$work/again.psd" --key
+    proven "GIMP" picture "$work/picture.png" "$2"
 }
 
 # through_krita FILE PSD PHOTO-FILE [--about]: FILE opened and saved as a PSD is PSD; what is seen is the
@@ -74,9 +81,9 @@ through_gimp() {
 through_krita() {
     rm -f "$work/krita.psd" "$work/krita.png"
     krita_saves "$1" "$work/krita.psd"
-    step "  Krita, ${1##*.}: $(layers same "$2" "$work/krita.psd" --cropped)"
+    proven "Krita, ${1##*.}" same "$2" "$work/krita.psd" --cropped
     krita_saves "$1" "$work/krita.png"
-    step "  Krita, ${1##*.}: $(layers picture "$work/krita.png" "$3" ${4:+"$4"})"
+    proven "Krita, ${1##*.}" picture "$work/krita.png" "$3" ${4:+"$4"}
 }
 
 # one_photo TITLE PROJECT PHOTO PHOTO-FILE: built and exported by the program, then through everything.
@@ -85,7 +92,7 @@ one_photo() {
     "$program" -q build "$2" --photo "$3" >/dev/null
     "$program" -q export "$2" --photo "$3" --out "$work/$1" >/dev/null
     psd=$work/$1/$3.psd
-    step "  psd-tools: $(layers stack "$psd" "$2" "$3" "$4")"
+    proven "psd-tools" stack "$psd" "$2" "$3" "$4"
     through_gimp "$psd" "$4"
     through_krita "$psd" "$psd" "$4"
 }
@@ -101,6 +108,7 @@ trap 'rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
 mkdir -p "$work/home"
 chmod 700 "$work/home"
+export XDG_RUNTIME_DIR="$work/home" # libraries grumble without one
 
 profile=/usr/share/color/icc/krita/sRGB-elle-V2-srgbtrc.icc
 [ -e "$profile" ] || profile=
@@ -108,7 +116,7 @@ profile=/usr/share/color/icc/krita/sRGB-elle-V2-srgbtrc.icc
 invented() {
     psd=$work/out/$1.png.psd
     step "invented, $1 bits"
-    step "  psd-tools: $(layers stack "$psd" "$work/project" "$1.png" "$2")"
+    proven "psd-tools" stack "$psd" "$work/project" "$1.png" "$2"
     through_gimp "$psd" "$2"
 }
 file="$work/project/photo 1.png"
@@ -120,7 +128,7 @@ file="$work/project/photo 2.png"
 invented sixteen "$file"
 through_krita "$psd" "$psd" "$file" --about
 step "invented, PSB"
-step "  psd-tools: $(layers stack "$work/out/eight.png.psb" "$work/project" eight.png "$work/project/photo 1.png")"
+proven "psd-tools" stack "$work/out/eight.png.psb" "$work/project" eight.png "$work/project/photo 1.png"
 
 sample=projects/piazza
 photo=$(ls $sample/photos | head -n 1)

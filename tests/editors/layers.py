@@ -31,6 +31,7 @@ from psd_tools.constants import Resource, Tag
 REFERENCE = "photo - reference, do not paint here"
 MARGIN = 8
 LOCK_ALL = 0x80000000
+JPEG = 8  # what two decoders of JPEG may differ by, of 255
 
 
 def require(condition, message):
@@ -190,13 +191,12 @@ def check_reference(document, picture, lossy):
     reference = document.layers[0]
     require((reference.name, reference.locked, reference.groups) == (REFERENCE, True, []), "the reference")
     require(reference.rect == (0, 0, *document.size), f"the reference lies at {reference.rect}")
-    compare(reference.pixels, picture, 4 * lossy, "the reference")
+    compare(reference.pixels, picture, JPEG * lossy, "the reference")
     merged = integers(document.psd.numpy("color"), document.depth)
-    compare(merged, on_white(picture), 4 * lossy, "the merged picture")
+    compare(merged, on_white(picture), JPEG * lossy, "the merged picture")
 
 
 def is_jpeg(file):
-    """Decoders of JPEG may differ in the last bits."""
     return pathlib.Path(file).suffix.lower() in (".jpg", ".jpeg")
 
 
@@ -257,7 +257,7 @@ def check_same(before, after, painted, cropped, key):
 def check_picture(file, photo_file, about):
     found, expected = read_picture(file), read_picture(photo_file)
     visible = expected[..., 3] > 0
-    tolerance = np.iinfo(expected.dtype).max // 1000 if about else 4 * is_jpeg(photo_file)
+    tolerance = np.iinfo(expected.dtype).max // 1000 if about else JPEG * is_jpeg(photo_file)
     compare(found[visible][:, :3], expected[visible][:, :3], tolerance, "the picture")
     return "all visible layers together are the photo"
 
