@@ -12,7 +12,7 @@ mod source;
 
 use rules::{
     FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, noise, packages_out_of_place,
-    too_long, unwraps, wgpu_in_layers,
+    too_long, unused_packages, unwraps, wgpu_in_layers,
 };
 use source::{Source, without_literals};
 
@@ -69,6 +69,12 @@ fn arrows_point_down() {
 #[test]
 fn a_package_that_one_job_needs_is_named_in_one_place() {
     assert_none(sources().iter().flat_map(packages_out_of_place).collect());
+}
+
+#[test]
+fn every_package_has_a_user() {
+    let manifest = fs::read_to_string(root().join("Cargo.toml")).unwrap();
+    assert_none(unused_packages(&manifest, &sources()));
 }
 
 #[test]
@@ -162,6 +168,15 @@ fn a_package_out_of_place_is_found() {
     assert_eq!(complaints_of(rule, "recipe/x.rs", "use zip;"), 1);
     assert_eq!(complaints_of(rule, "gpu/device.rs", "use wgpu::Device;"), 0);
     assert_eq!(complaints_of(rule, "recipe/x.rs", "use crate::io::image::Image; let zip = 1; a.zip(b);"), 0);
+}
+
+#[test]
+fn a_package_without_a_user_is_found() {
+    let manifest =
+        "[package]\n\n[dependencies]\nclap-mangen = \"1\"\nzip = { version = \"9\" }\n\n[x]\ny = 1\n";
+    let sources = [Source::new("io/a.rs", "use zip::write; // clap_mangen::f()")];
+    let complaints = unused_packages(manifest, &sources);
+    assert_eq!(complaints, ["Cargo.toml: no source names the package `clap_mangen`"]);
 }
 
 #[test]

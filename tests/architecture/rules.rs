@@ -28,7 +28,6 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("png", &["io/"]),
     ("zip", &["io/layered/"]),
     ("tempfile", &["io/"]),
-    ("fast_image_resize", &["io/"]),
     ("petgraph", &["layers/"]),
     ("sysinfo", &["recipe/", "cli/"]),
     ("clap", &["cli/"]),
@@ -161,4 +160,19 @@ fn names_folder(line: &str, private: &str) -> bool {
         let before = line[..at].chars().next_back();
         !before.is_some_and(|c| c.is_alphanumeric() || matches!(c, '.' | '-' | '_' | '/' | '}' | '>' | '*'))
     })
+}
+
+/// Packages that `source` and its siblings never name, out of those that `manifest` depends on.
+pub fn unused_packages(manifest: &str, sources: &[Source]) -> Vec<String> {
+    let section = manifest.split("\n[dependencies]\n").nth(1).unwrap_or_default();
+    let section = section.split("\n[").next().unwrap_or_default();
+    // What stands below this line in the manifest says there why it is never named.
+    let named = section.split("# Never named").next().unwrap_or_default();
+    let packages =
+        named.lines().filter(|line| !line.starts_with('#')).filter_map(|line| line.split_once(" = "));
+    packages
+        .map(|(package, _)| package.replace('-', "_"))
+        .filter(|package| sources.iter().all(|source| source.lines_naming_package(package).is_empty()))
+        .map(|package| format!("Cargo.toml: no source names the package `{package}`"))
+        .collect()
 }
