@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use super::cluster::SMALLEST_TILE;
 
+/// Five times the tie of depths: depths in f32 tell no finer tolerance from rounding.
+const LEAST_TOLERANCE: f32 = 1e-5;
+
 /// How the visibility layers are found.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -32,7 +35,8 @@ pub enum BoxShape {
 pub struct Options {
     /// How the visibility layers are found.
     pub method: Method,
-    /// a occludes b where depth_a (1 + tolerance) < depth_b. Relative; 0 < tolerance < 0.1.
+    /// a occludes b where depth_a (1 + tolerance) < depth_b. Relative; 1e-5 <= tolerance < 0.1:
+    /// below, rounding decides ([`super::rasteriser::TIE`]).
     pub tolerance: f32,
     /// A refused edge of at most so many pixels is contact noise.
     pub min_support: u32,
@@ -64,8 +68,11 @@ impl Options {
     /// What is wrong with them, named as in `project.json`; `None` when they can be used.
     pub fn problem(&self) -> Option<String> {
         // Written so that NaN is out of range too.
-        if !(self.tolerance > 0.0 && self.tolerance < 0.1) {
-            return Some(format!("tolerance is {}, expected more than 0 and less than 0.1", self.tolerance));
+        if !(self.tolerance >= LEAST_TOLERANCE && self.tolerance < 0.1) {
+            return Some(format!(
+                "tolerance is {}, expected {LEAST_TOLERANCE} at least and less than 0.1",
+                self.tolerance
+            ));
         }
         if self.margin > LARGEST_MARGIN {
             return Some(format!("margin is {}, expected at most {LARGEST_MARGIN} pixels", self.margin));
