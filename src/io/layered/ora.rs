@@ -1,4 +1,5 @@
-//! OpenRaster, which Krita and MyPaint read and write (GIMP before version 3 does not, on Debian).
+//! OpenRaster, which Krita and MyPaint read and write (GIMP before version 3 does not, on Debian; Krita 5
+//! reads it in 8 bits only: 16-bit photos go by PSD).
 //!
 //! A ZIP archive: `mimetype` first, `stack.xml`, a PNG per layer, the merged picture and a thumbnail.
 //! Nothing is compressed again. (OpenRaster 0.0.6, openraster.org.)

@@ -40,8 +40,8 @@ pub struct Pattern {
 impl Pattern {
     /// For a photo of this size.
     pub fn for_photo(width: u32, height: u32) -> Self {
-        let period = (width.max(height) / 256).max(6) as i32;
-        Self { period, stripe: period / 3, outline: (period / 5).max(1) }
+        let period = (width.max(height) / 160).max(6) as i32;
+        Self { period, stripe: period / 3, outline: (period / 6).max(1) }
     }
 
     /// Opacity at a hidden pixel of the photo.
