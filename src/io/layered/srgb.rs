@@ -93,7 +93,7 @@ mod tests {
         let (x, y, z) =
             (0.43607 + 0.38515 + 0.14307, 0.22249 + 0.71687 + 0.06061, 0.01392 + 0.09708 + 0.71410);
         for (sum, white) in [(x, 0.9642), (y, 1.0), (z, 0.82491)] {
-            assert!((sum - white).abs() < 3e-4_f64, "{sum} {white}");
+            assert!(f64::abs(sum - white) < 3e-4, "{sum} {white}");
         }
     }
 }
