@@ -1,6 +1,7 @@
 //! Camera, lens, plane, polygon, rectangle: pure mathematics in f64, no files, no pixels' colours.
 
 pub mod axes;
+pub mod bvh;
 pub mod camera;
 pub mod lens;
 pub mod lens_range;
@@ -8,6 +9,7 @@ pub mod plane;
 pub mod polygon;
 pub mod rect;
 pub mod similarity;
+pub mod triangle;
 pub mod undistortion;
 
 pub use camera::{Pinhole, Pose};

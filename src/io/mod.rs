@@ -10,6 +10,7 @@ pub mod layer_png;
 pub mod layered;
 pub mod lock;
 pub mod models;
+pub mod overlay;
 pub mod photo;
 pub mod project;
 pub mod stack_files;

@@ -3,6 +3,7 @@
 pub mod assemble;
 pub mod budget;
 pub mod build;
+pub mod check;
 pub mod create;
 pub mod export;
 pub mod inputs;

@@ -1,12 +1,13 @@
 //! A project's folder becomes a site: cameras, photos and model are read and brought together.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::photos::{PhotoImport, import_photos};
 use crate::document::Project;
 use crate::error::{Error, Result};
-use crate::io::cameras::{Cameras, read_cameras};
+use crate::io::cameras::{CameraPhoto, Cameras, read_cameras};
 use crate::io::models::read_model;
 use crate::io::project::{read_project, resolved};
 use crate::scene::{Model, Photo, Site, SparsePoint};
@@ -19,7 +20,8 @@ pub struct Opened {
     pub project: Project,
     /// Photos, cameras and model, in the cameras' world.
     pub site: Site,
-    /// What structure from motion triangulated, in the cameras' world.
+    /// What structure from motion triangulated, in the cameras' world; observations count through
+    /// the site's photos.
     pub points: Vec<SparsePoint>,
     /// Why photos of the cameras' file are not in the site; one each.
     pub problems: Vec<Error>,
@@ -51,7 +53,8 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     };
     let problems = cameras.problems.into_iter().chain(import.problems).collect();
     let site = Site { photos: import.photos, model: Arc::new(model) };
-    Ok(Opened { project, site, points: cameras.points, problems })
+    let points = points_of_photos(cameras.points, &cameras.photos, &site.photos);
+    Ok(Opened { project, site, points, problems })
 }
 
 impl Opened {
@@ -85,6 +88,26 @@ impl Opened {
             _ => Err(Error::Request(format!("{name} could be any of {}", candidates.join(", ")))),
         }
     }
+}
+
+/// The points, with observations that count through `photos` instead of the cameras' file. Those of
+/// photos that are not there are left out.
+fn points_of_photos(
+    mut points: Vec<SparsePoint>,
+    cameras: &[CameraPhoto],
+    photos: &[Photo],
+) -> Vec<SparsePoint> {
+    let index: BTreeMap<&str, u32> = photos.iter().map(|photo| photo.name.as_str()).zip(0..).collect();
+    let renumbered: Vec<Option<u32>> =
+        cameras.iter().map(|photo| index.get(photo.name.as_str()).copied()).collect();
+    for point in &mut points {
+        point.observations.retain_mut(|(photo, _)| {
+            let found = renumbered.get(*photo as usize).copied().flatten();
+            *photo = found.unwrap_or(*photo);
+            found.is_some()
+        });
+    }
+    points
 }
 
 fn is_short_for(name: &str, photo: &str) -> bool {

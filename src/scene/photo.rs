@@ -27,8 +27,8 @@ pub struct Photo {
 pub struct SparsePoint {
     /// In the cameras' world.
     pub position: DVec3,
-    /// `(index in the cameras' list of photos, which may hold more than the site; image position in
-    /// pixels of the photo as taken, that is with its distortion)`.
+    /// `(index of the photo: in the cameras' list while that is read, in [`Site::photos`] once a
+    /// project is open; image position in pixels of the photo as taken, that is with its distortion)`.
     pub observations: Vec<(u32, DVec2)>,
 }
 

@@ -1,0 +1,210 @@
+//! A photo, made smaller, with lines drawn over it.
+
+use std::path::Path;
+
+use glam::DVec2;
+use image::ExtendedColorType;
+use image::codecs::jpeg::JpegEncoder;
+
+use super::atomic::write_atomically;
+use crate::error::{Error, Result};
+use crate::scene::{PhotoPixels, Samples};
+
+/// Half the width of a line in pixels.
+const HALF_WIDTH: f64 = 0.7;
+
+/// How far the dark seam around a line reaches, which keeps it readable on any ground.
+const SEAM: f64 = 1.3;
+
+const SEAM_STRENGTH: f64 = 0.45;
+
+const QUALITY: u8 = 88;
+
+/// The picture, 8 bits RGB, and the lines over it.
+pub struct Overlay {
+    width: u32,
+    height: u32,
+    rgb: Vec<u8>,
+    /// Coverage 0..1 of the line at each pixel, and of its seam.
+    ink: Vec<f32>,
+    seam: Vec<f32>,
+    colors: Vec<[u8; 3]>,
+    /// Pixels of the picture per pixel of the photo, along x and y.
+    scale: DVec2,
+}
+
+impl Overlay {
+    /// The photo with at most `longest_side` pixels a side; never larger than it is.
+    pub fn new(photo: &PhotoPixels, longest_side: u32) -> Self {
+        let longest = photo.width.max(photo.height);
+        let side = |px: u32| (u64::from(px) * u64::from(longest_side) / u64::from(longest)).max(1) as u32;
+        let small = longest > longest_side;
+        let (width, height) =
+            if small { (side(photo.width), side(photo.height)) } else { (photo.width, photo.height) };
+        let pixels = width as usize * height as usize;
+        Self {
+            width,
+            height,
+            rgb: reduced(photo, width, height),
+            ink: vec![0.0; pixels],
+            seam: vec![0.0; pixels],
+            colors: vec![[0; 3]; pixels],
+            scale: DVec2::new(
+                f64::from(width) / f64::from(photo.width),
+                f64::from(height) / f64::from(photo.height),
+            ),
+        }
+    }
+
+    /// Draws a line between two points of the photo (in its pixels), `strength` 0..1. Lines that
+    /// meet do not add up.
+    pub fn line(&mut self, from_px: DVec2, to_px: DVec2, color: [u8; 3], strength: f32) {
+        let (a, b) = (from_px * self.scale, to_px * self.scale);
+        let reach = HALF_WIDTH + SEAM + 1.0;
+        let (low, high) = (a.min(b) - reach, a.max(b) + reach);
+        let clamp = |value: f64, side: u32| value.clamp(0.0, f64::from(side)) as u32;
+        for y in clamp(low.y.floor(), self.height)..clamp(high.y.ceil(), self.height) {
+            for x in self.columns(a, b, y, reach) {
+                let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+                let distance = distance_to_segment(centre, a, b);
+                self.touch(x, y, distance, color, strength);
+            }
+        }
+    }
+
+    /// The columns of row `y` that a line could reach.
+    fn columns(&self, a: DVec2, b: DVec2, y: u32, reach: f64) -> std::ops::Range<u32> {
+        let (top, bottom) = if a.y <= b.y { (a, b) } else { (b, a) };
+        let (mut from, mut to) = (top.x.min(bottom.x), top.x.max(bottom.x));
+        let along = bottom - top;
+        if along.y > 1e-9 {
+            // Where the line passes the row, give or take its width.
+            let at = |row: f64| top.x + along.x * ((row - top.y) / along.y).clamp(0.0, 1.0);
+            let (first, last) = (at(f64::from(y) - reach), at(f64::from(y) + 1.0 + reach));
+            (from, to) = (first.min(last), first.max(last));
+        }
+        let clamp = |value: f64| value.clamp(0.0, f64::from(self.width)) as u32;
+        clamp((from - reach).floor())..clamp((to + reach).ceil())
+    }
+
+    fn touch(&mut self, x: u32, y: u32, distance: f64, color: [u8; 3], strength: f32) {
+        let coverage = |half_width: f64| (half_width + 0.5 - distance).clamp(0.0, 1.0) as f32 * strength;
+        let i = y as usize * self.width as usize + x as usize;
+        let ink = coverage(HALF_WIDTH);
+        if ink > self.ink[i] {
+            (self.ink[i], self.colors[i]) = (ink, color);
+        }
+        self.seam[i] = self.seam[i].max(coverage(HALF_WIDTH + SEAM));
+    }
+
+    /// Writes the picture as JPEG.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn write(mut self, path: &Path) -> Result<()> {
+        for i in 0..self.ink.len() {
+            let (ink, shade) = (f64::from(self.ink[i]), 1.0 - SEAM_STRENGTH * f64::from(self.seam[i]));
+            for channel in 0..3 {
+                let under = f64::from(self.rgb[3 * i + channel]) * shade;
+                let over = f64::from(self.colors[i][channel]);
+                self.rgb[3 * i + channel] = (under + (over - under) * ink).round() as u8;
+            }
+        }
+        let mut bytes = Vec::new();
+        let encoder = JpegEncoder::new_with_quality(&mut bytes, QUALITY);
+        image::ImageEncoder::write_image(
+            encoder,
+            &self.rgb,
+            self.width,
+            self.height,
+            ExtendedColorType::Rgb8,
+        )
+        .map_err(|error| Error::io(path, "encode it")(std::io::Error::other(error)))?;
+        write_atomically(path, &bytes)
+    }
+}
+
+fn distance_to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
+    let along = b - a;
+    let t = if along == DVec2::ZERO {
+        0.0
+    } else {
+        ((point - a).dot(along) / along.length_squared()).clamp(0.0, 1.0)
+    };
+    point.distance(a + along * t)
+}
+
+/// Means over blocks of pixels, 8 bits RGB.
+fn reduced(photo: &PhotoPixels, width: u32, height: u32) -> Vec<u8> {
+    let sample = |i: usize| match &photo.samples {
+        Samples::U8(samples) => u32::from(samples[i]),
+        Samples::U16(samples) => u32::from(samples[i] >> 8),
+    };
+    let block = |i: u32, small: u32, large: u32| {
+        let at = |i: u32| (u64::from(i) * u64::from(large) / u64::from(small)) as u32;
+        at(i)..at(i + 1).max(at(i) + 1)
+    };
+    let mut rgb = Vec::with_capacity(3 * width as usize * height as usize);
+    for y in 0..height {
+        for x in 0..width {
+            let (columns, rows) = (block(x, width, photo.width), block(y, height, photo.height));
+            let mut sums = [0u32; 3];
+            for row in rows.clone() {
+                for column in columns.clone() {
+                    let i = (row as usize * photo.width as usize + column as usize) * photo.channels;
+                    (0..3).for_each(|channel| sums[channel] += sample(i + channel));
+                }
+            }
+            let count = (rows.len() * columns.len()) as u32;
+            rgb.extend(sums.map(|sum| (sum / count) as u8));
+        }
+    }
+    rgb
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grey(width: u32, height: u32) -> PhotoPixels {
+        let samples = Samples::U8(vec![100; 3 * width as usize * height as usize]);
+        PhotoPixels { width, height, channels: 3, samples, icc: None }
+    }
+
+    #[test]
+    fn a_line_covers_its_own_pixels_and_no_others() {
+        let mut overlay = Overlay::new(&grey(40, 20), 2048);
+        overlay.line(DVec2::new(5.0, 10.5), DVec2::new(35.0, 10.5), [255, 0, 0], 1.0);
+        let ink = |x: usize, y: usize| overlay.ink[y * 40 + x];
+        assert_eq!((ink(20, 10), ink(20, 14), ink(1, 10)), (1.0, 0.0, 0.0));
+        assert!((ink(20, 9) - 0.2).abs() < 1e-6 && (ink(20, 11) - 0.2).abs() < 1e-6);
+    }
+
+    #[test]
+    fn lines_in_every_direction_and_far_outside_are_drawn_like_their_distance_says() {
+        let mut overlay = Overlay::new(&grey(60, 60), 30);
+        let segments =
+            [([10.0, 50.0], [50.0, 8.0]), ([30.0, -500.0], [31.0, 900.0]), ([5.0, 5.0], [5.0, 5.0])];
+        for (a, b) in segments {
+            overlay.line(DVec2::from_array(a), DVec2::from_array(b), [1, 2, 3], 1.0);
+        }
+        for y in 0..30 {
+            for x in 0..30 {
+                let centre = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let nearest = segments.map(|(a, b)| {
+                    distance_to_segment(centre, DVec2::from_array(a) / 2.0, DVec2::from_array(b) / 2.0)
+                });
+                let nearest = nearest.into_iter().fold(f64::INFINITY, f64::min);
+                let expected = (HALF_WIDTH + 0.5 - nearest).clamp(0.0, 1.0) as f32;
+                assert!((overlay.ink[y * 30 + x] - expected).abs() < 1e-6, "{x} {y}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_picture_is_smaller_and_keeps_its_grey() {
+        let overlay = Overlay::new(&grey(301, 100), 100);
+        assert_eq!((overlay.width, overlay.height), (100, 33));
+        assert!(overlay.rgb.iter().all(|&v| v == 100));
+    }
+}

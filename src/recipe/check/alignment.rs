@@ -1,0 +1,289 @@
+//! Does the model stand where the photos say? And if not: how would it?
+//!
+//! The judge is the sparse points. A ray from a camera to a point that its photo saw must meet the
+//! model first at that point: a wall in front, or none at all, contradicts. The measure is relative
+//! to the ray's length, so that neither a huge nor a tiny model can please it.
+//!
+//! The search goes through the 24 axis conventions. For each, scale and shift are fitted to the
+//! points by iterating nearest points on the faces, trimmed, from several starts: as it stands,
+//! with the scales between common units, and by the spread of the points against that of the model.
+
+use glam::{DMat3, DMat4, DVec3, DVec4};
+use rayon::prelude::*;
+
+use crate::error::Result;
+use crate::geometry::bvh::Bvh;
+use crate::geometry::{Similarity, axes};
+use crate::task::Task;
+
+/// A camera saw a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Sighting {
+    /// The camera's centre, in the world.
+    pub eye: DVec3,
+    /// The point, in the world.
+    pub point: DVec3,
+}
+
+/// A way to move the model such that more sightings agree with it.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Alignment {
+    /// From the world as the model stands now to where it should stand.
+    pub correction: Similarity,
+    /// Share of sightings that then agree.
+    pub agreement: f64,
+}
+
+/// A sighting agrees when the ray meets the model within this share of its length from the point:
+/// 20 cm at 20 m, what a coarse model leaves out.
+const AGREEMENT: f64 = 0.01;
+
+/// Share of sightings that agree with the model moved by `correction`; 0 when there are none.
+pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
+    let back = correction.inverse();
+    let agrees = |sighting: &&Sighting| {
+        let eye = back.apply(sighting.eye);
+        let ray = back.apply(sighting.point) - eye;
+        tree.first_hit(eye, ray, 1.0 + 2.0 * AGREEMENT).is_some_and(|(t, _)| (t - 1.0).abs() <= AGREEMENT)
+    };
+    sightings.iter().filter(agrees).count() as f64 / sightings.len().max(1) as f64
+}
+
+/// How hard a stage of the search tries: with so many sightings, and so many steps of fitting.
+struct Effort {
+    sightings: usize,
+    steps: usize,
+}
+
+const FIRST: Effort = Effort { sightings: 100, steps: 8 };
+const SECOND: Effort = Effort { sightings: 300, steps: 10 };
+const LAST: Effort = Effort { sightings: 3000, steps: 30 };
+
+/// Starts of a convention that reach the second stage.
+const SEEDED: usize = 8;
+
+/// Conventions that reach the last one.
+const FINALISTS: usize = 4;
+
+/// The best alignment of any axis convention; `None` without sightings or triangles. Deterministic.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`] on request.
+pub fn best_alignment(tree: &Bvh, sightings: &[Sighting], task: &Task) -> Result<Option<Alignment>> {
+    if tree.triangles().is_empty() || sightings.is_empty() {
+        return Ok(None);
+    }
+    let model = Spread::of(tree.triangles().iter().flatten().copied());
+    let rough = axes::conventions().into_par_iter().map(|(_, rotation)| {
+        task.go_on()?;
+        Ok(fit_convention(tree, rotation, sightings, &model))
+    });
+    let mut rough: Vec<Alignment> = rough.collect::<Result<_>>()?;
+    rough.sort_by(|a, b| b.agreement.total_cmp(&a.agreement));
+    rough.truncate(FINALISTS);
+    let many = sample(sightings, LAST.sightings);
+    let polished = rough.into_par_iter().map(|alignment| {
+        task.go_on()?;
+        let start = alignment.correction;
+        let fine = fitted(tree, start, &many, LAST.steps, Scale::Free);
+        let whole = fitted(tree, in_whole_units(&fine, &many), &many, LAST.steps, Scale::Kept);
+        Ok(best(tree, [unmoved_if_near(&fine, &many), whole, fine, start].into_iter(), &many))
+    });
+    let polished: Vec<Alignment> = polished.collect::<Result<_>>()?;
+    Ok(polished.into_iter().reduce(|best, next| if next.agreement > best.agreement { next } else { best }))
+}
+
+/// The best scale and shift for one rotation: a short fit from every start, a longer one from those
+/// that came closest.
+fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Sighting], model: &Spread) -> Alignment {
+    let (few, more) = (sample(sightings, FIRST.sightings), sample(sightings, SECOND.sightings));
+    let short = |start| {
+        let fitted = fitted(tree, start, &few, FIRST.steps, Scale::Free);
+        (closeness(tree, &fitted, &few), start, fitted)
+    };
+    let mut seeded: Vec<_> = starts(rotation, &more, model).into_iter().map(short).collect();
+    seeded.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let seeded = different(seeded, Spread::of(more.iter().map(|s| s.point)));
+    let candidates = seeded.into_iter().flat_map(|(_, start, near)| {
+        // The start itself: a whole number that needs no fit.
+        [start, fitted(tree, near, &more, SECOND.steps, Scale::Free)]
+    });
+    best(tree, candidates, &more)
+}
+
+/// The first seeds that have not run together with an earlier one.
+fn different(
+    seeded: Vec<(f64, Similarity, Similarity)>,
+    spread: Spread,
+) -> Vec<(f64, Similarity, Similarity)> {
+    let mut kept: Vec<(f64, Similarity, Similarity)> = Vec::new();
+    for seed in seeded {
+        let known = kept.iter().any(|(_, _, other)| {
+            let apart = seed.2.apply(other.inverse().apply(spread.middle)).distance(spread.middle);
+            (seed.2.scale / other.scale - 1.0).abs() < 2.0 * NEARLY && apart < 2.0 * NEARLY * spread.size
+        });
+        if !known && kept.len() < SEEDED {
+            kept.push(seed);
+        }
+    }
+    kept
+}
+
+/// How near the points are to the model: 1 when on it, 0 when farther than a twentieth of their rays.
+fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
+    let back = correction.inverse();
+    let of = |sighting: &Sighting| {
+        let (eye, point) = (back.apply(sighting.eye), back.apply(sighting.point));
+        let distance = tree.nearest(point).map_or(f64::INFINITY, |(_, foot)| foot.distance(point));
+        (1.0 - distance / (0.05 * eye.distance(point))).max(0.0)
+    };
+    sightings.iter().map(of).sum()
+}
+
+/// The first of the candidates with the highest agreement; an earlier one wins unless a later one is
+/// clearly better, so that whole numbers are not spoilt by a fit that gains nothing.
+fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[Sighting]) -> Alignment {
+    let judged = |correction| Alignment { correction, agreement: agreement(tree, &correction, sightings) };
+    let clearly = |a: &Alignment, b: &Alignment| b.agreement > a.agreement + 0.01;
+    let best = candidates.map(judged).reduce(|best, next| if clearly(&best, &next) { next } else { best });
+    best.expect("every convention has a start")
+}
+
+/// The same with the scale between two units where it is nearly one: a model in centimetres is
+/// smaller by a hundred, not by 99.8.
+fn in_whole_units(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
+    let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < NEARLY;
+    let Some(scale) = UNITS.into_iter().chain([1.0]).find(near) else { return *fine };
+    let middle = Spread::of(sightings.iter().map(|s| s.point)).middle;
+    let middle_in_model = fine.inverse().apply(middle);
+    Similarity { scale, translation: middle - fine.rotation * (middle_in_model * scale), ..*fine }
+}
+
+/// The rotation alone, where the fitted scale and shift are next to none.
+fn unmoved_if_near(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
+    let bare = Similarity { rotation: fine.rotation, ..Similarity::IDENTITY };
+    let spread = Spread::of(sightings.iter().map(|s| s.point));
+    let moved = bare.inverse().apply(spread.middle).distance(fine.inverse().apply(spread.middle));
+    let near = (fine.scale - 1.0).abs() < NEARLY && moved < NEARLY * spread.size;
+    if near { bare } else { *fine }
+}
+
+/// What a fit to a coarse model may be off, as a share.
+const NEARLY: f64 = 0.01;
+
+/// Every n-th, such that about `count` are left.
+fn sample(sightings: &[Sighting], count: usize) -> Vec<Sighting> {
+    sightings.iter().step_by(sightings.len().div_ceil(count).max(1)).copied().collect()
+}
+
+/// Where most of some points are: robust against a sky dome or a stray point.
+struct Spread {
+    middle: DVec3,
+    /// Between the tenths at both ends, over all axes.
+    size: f64,
+}
+
+impl Spread {
+    fn of(points: impl Iterator<Item = DVec3>) -> Self {
+        let mut points: Vec<DVec3> = points.collect();
+        let (mut middle, mut extent) = (DVec3::ZERO, DVec3::ZERO);
+        for axis in 0..3 {
+            points.sort_unstable_by(|a, b| a[axis].total_cmp(&b[axis]));
+            let at = |share: f64| points[((points.len() - 1) as f64 * share) as usize][axis];
+            middle[axis] = at(0.5);
+            extent[axis] = at(0.9) - at(0.1);
+        }
+        Self { middle, size: extent.length() }
+    }
+}
+
+/// World units per model unit that confused units make: inches, feet, millimetres, centimetres,
+/// metres, kilometres.
+const UNITS: [f64; 8] = [0.001, 0.01, 0.0254, 0.3048, 3.280_84, 39.3701, 100.0, 1000.0];
+
+/// What the spread's guess may be off by, either way.
+const GUESSES: [f64; 9] = [0.4, 0.55, 0.7, 0.85, 1.0, 1.2, 1.45, 1.8, 2.4];
+
+fn starts(rotation: DMat3, sightings: &[Sighting], model: &Spread) -> Vec<Similarity> {
+    let bare = Similarity { rotation, ..Similarity::IDENTITY };
+    let points = Spread::of(sightings.iter().map(|s| s.point));
+    let middles_met = |scale: f64| Similarity {
+        scale,
+        rotation,
+        translation: points.middle - rotation * (model.middle * scale),
+    };
+    let guess = points.size / model.size;
+    let mut starts = vec![bare, middles_met(1.0)];
+    starts.extend(UNITS.map(|scale| Similarity { scale, ..bare }));
+    if guess.is_finite() && guess > 0.0 {
+        starts.extend(GUESSES.map(|factor| middles_met(guess * factor)));
+    }
+    starts
+}
+
+/// Whether a fit changes the scale.
+#[derive(Clone, Copy, PartialEq)]
+enum Scale {
+    Free,
+    Kept,
+}
+
+/// Scale and shift fitted step by step to the points' nearest points on the model, rotation kept.
+fn fitted(tree: &Bvh, start: Similarity, sightings: &[Sighting], steps: usize, scale: Scale) -> Similarity {
+    let mut current = start;
+    let spread = Spread::of(sightings.iter().map(|s| s.point));
+    for _ in 0..steps {
+        let Some(next) = step(tree, &current, sightings, &spread, scale) else { return current };
+        current = next;
+    }
+    current
+}
+
+/// Points farther from the model than this share of their spread count less and less: what is not
+/// modelled (trees, people, the neighbours) must not pull much, but where nothing else holds a
+/// direction it may.
+const NEAR: f64 = 0.005;
+
+/// A step of Gauss and Newton on the distances between the model and the points, taken into its
+/// frame as `u (R^T (x - m)) + s`; unknown are u and s, weights are Cauchy's. `None` where it fails.
+fn step(
+    tree: &Bvh,
+    current: &Similarity,
+    sightings: &[Sighting],
+    spread: &Spread,
+    scale: Scale,
+) -> Option<Similarity> {
+    let back = current.inverse();
+    let residual = |sighting: &Sighting| {
+        let point = back.apply(sighting.point);
+        let (_, foot) = tree.nearest(point)?;
+        let away = point - foot;
+        Some((away.length(), away.normalize_or_zero(), back.rotation * (sighting.point - spread.middle)))
+    };
+    let residuals: Vec<_> = sightings.iter().filter_map(residual).collect();
+    let mut distances: Vec<f64> = residuals.iter().map(|r| r.0).collect();
+    distances.sort_unstable_by(f64::total_cmp);
+    let near = distances.get(distances.len() / 2)?.max(NEAR * spread.size * back.scale);
+    let (mut matrix, mut right) = (DMat4::ZERO, DVec4::ZERO);
+    for (distance, gradient, from_middle) in &residuals {
+        let weight = 1.0 / (1.0 + (distance / near).powi(2));
+        let grows = if scale == Scale::Free { gradient.dot(*from_middle) / spread.size } else { 0.0 };
+        let row = gradient.extend(grows);
+        matrix += DMat4::from_cols(row * row.x, row * row.y, row * row.z, row * row.w) * weight;
+        right -= row * (weight * distance);
+    }
+    // Where no face holds a direction, it stays.
+    let stiffness = DMat4::from_diagonal(DVec4::splat(1e-4 * residuals.len() as f64));
+    let solution = (matrix + stiffness).inverse() * right;
+    let growth = (solution.w / spread.size / back.scale).clamp(-0.3, 0.3);
+    moved(&back, spread.middle, growth, solution.truncate())
+}
+
+/// `back`, grown around the middle and shifted, turned round.
+fn moved(back: &Similarity, middle: DVec3, growth: f64, shift: DVec3) -> Option<Similarity> {
+    let scale = back.scale * (1.0 + growth);
+    let middle_in_model = back.apply(middle) + shift;
+    let translation = middle_in_model - back.rotation * (middle * scale);
+    let moved = Similarity { scale, rotation: back.rotation, translation };
+    (scale.is_finite() && translation.is_finite()).then(|| moved.inverse())
+}

@@ -1,0 +1,138 @@
+//! What is wrong with the model itself, whatever the photos show.
+
+use std::collections::hash_map::Entry;
+use std::ops::ControlFlow;
+
+use glam::DVec3;
+use rustc_hash::{FxHashMap, FxHashSet};
+
+use crate::error::Result;
+use crate::geometry::bvh::Bvh;
+use crate::geometry::polygon::extent;
+use crate::geometry::triangle::{Triangle, area_vector, crossing_depth};
+use crate::scene::{FaceId, Model};
+use crate::task::Task;
+
+/// The model's triangles that have an area, in a tree, each with its face.
+pub struct Surface {
+    /// In world coordinates.
+    pub tree: Bvh,
+    /// The face of each triangle of the tree.
+    pub faces: Vec<FaceId>,
+}
+
+impl Surface {
+    /// Of the whole model.
+    pub fn of(model: &Model) -> Self {
+        let (mut triangles, mut faces) = (Vec::new(), Vec::new());
+        for face in model.face_ids() {
+            for corners in model.face_triangles(face) {
+                let triangle: Triangle = corners.map(|v| model.vertices[v as usize]);
+                if area_vector(&triangle) != DVec3::ZERO {
+                    triangles.push(triangle);
+                    faces.push(face);
+                }
+            }
+        }
+        Self { tree: Bvh::new(triangles), faces }
+    }
+}
+
+/// Faces without triangles.
+pub fn degenerate(model: &Model) -> Vec<FaceId> {
+    model.face_ids().filter(|&face| model.face_triangles(face).is_empty()).collect()
+}
+
+/// Faces that bend.
+pub fn not_planar(model: &Model) -> Vec<FaceId> {
+    model.face_ids().filter(|&face| !model.face(face).planar).collect()
+}
+
+/// Corners nearer to each other than this share of the model's extent are the same.
+const SAME_PLACE: f64 = 1e-7;
+
+/// Faces that lie upon each other, corner by corner.
+#[derive(Default)]
+pub struct Doubled {
+    /// Faces with the same corners in the same order as an earlier one.
+    pub duplicates: Vec<FaceId>,
+    /// Faces with the same corners as another one, the other way round: a wall with two sides.
+    pub two_sided: FxHashSet<FaceId>,
+}
+
+/// Looks for faces with the same corners.
+pub fn doubled(model: &Model) -> Doubled {
+    let Some(&origin) = model.vertices.first() else { return Doubled::default() };
+    let step = (extent(&model.vertices) * SAME_PLACE).max(f64::MIN_POSITIVE);
+    let place = |p: DVec3| ((p - origin) / step).round().to_array().map(|x| x as i64);
+    let mut first: FxHashMap<Vec<[i64; 3]>, FaceId> = FxHashMap::default();
+    let mut doubled = Doubled::default();
+    for face in model.face_ids().filter(|&face| !model.face_triangles(face).is_empty()) {
+        let ring: Vec<[i64; 3]> = model.ring_points(face).map(place).collect();
+        if let Some(&other_side) = first.get(&from_least(ring.iter().rev().copied().collect())) {
+            doubled.two_sided.extend([other_side, face]);
+        }
+        match first.entry(from_least(ring)) {
+            Entry::Occupied(_) => doubled.duplicates.push(face),
+            Entry::Vacant(slot) => {
+                slot.insert(face);
+            }
+        }
+    }
+    doubled
+}
+
+fn from_least(mut ring: Vec<[i64; 3]>) -> Vec<[i64; 3]> {
+    let least = (0..ring.len()).min_by_key(|&i| ring[i]).unwrap_or(0);
+    ring.rotate_left(least);
+    ring
+}
+
+/// Faces cross when they run through each other by more than this share of the smaller one's extent.
+const CROSSING: f64 = 1e-2;
+
+/// Pairs of triangles that are looked at before the search is given up: a million faces upon each
+/// other have more pairs than anybody waits for.
+const MOST_PAIRS: u64 = 50_000_000;
+
+/// Faces that run through each other.
+pub struct Crossings {
+    /// Each pair in model order with how deep it goes, in world units; deepest first.
+    pub pairs: Vec<([FaceId; 2], f64)>,
+    /// The search was given up, and there may be more.
+    pub gave_up: bool,
+}
+
+/// Looks for pairs of faces that cross.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`] on request.
+pub fn crossings(model: &Model, surface: &Surface, task: &Task) -> Result<Crossings> {
+    let extents: Vec<f64> =
+        model.face_ids().map(|face| extent(&model.ring_points(face).collect::<Vec<_>>())).collect();
+    let extent_of = |face: FaceId| extents[face.0 as usize];
+    let triangles = surface.tree.triangles();
+    let mut depths: FxHashMap<[FaceId; 2], f64> = FxHashMap::default();
+    let (mut looked_at, mut stopped) = (0u64, Ok(()));
+    let end = surface.tree.overlapping_pairs(|a, b| {
+        looked_at += 1;
+        if looked_at.is_multiple_of(1 << 16) {
+            stopped = task.go_on();
+        }
+        if looked_at > MOST_PAIRS || stopped.is_err() {
+            return ControlFlow::Break(());
+        }
+        let mut pair = [a, b].map(|t| surface.faces[t as usize]);
+        pair.sort_unstable();
+        let depth = crossing_depth(&triangles[a as usize], &triangles[b as usize]);
+        if pair[0] != pair[1] && depth > CROSSING * extent_of(pair[0]).min(extent_of(pair[1])) {
+            let deepest = depths.entry(pair).or_default();
+            *deepest = deepest.max(depth);
+        }
+        ControlFlow::Continue(())
+    });
+    stopped?;
+    let mut pairs: Vec<_> = depths.into_iter().collect();
+    pairs.sort_unstable_by(|a, b| b.1.total_cmp(&a.1).then(a.0.cmp(&b.0)));
+    Ok(Crossings { pairs, gave_up: end.is_break() })
+}

@@ -1,0 +1,157 @@
+//! The model's edges over a photo: the fastest way to see whether they belong together.
+
+use std::path::Path;
+
+use glam::{DVec2, DVec3};
+use rustc_hash::FxHashSet;
+
+use super::faces::Surface;
+use super::seen::Seen;
+use crate::error::Result;
+use crate::geometry::Pinhole;
+use crate::io::overlay::Overlay;
+use crate::io::photo::read_photo;
+use crate::scene::{FaceId, Model, Photo};
+
+/// Pixels a side of the picture.
+const LONGEST_SIDE: u32 = 2048;
+
+/// Pixels of the picture between two looks whether an edge is hidden.
+const STRIDE: f64 = 6.0;
+
+/// Hidden edges are drawn this strong.
+const FAINT: f32 = 0.22;
+
+/// Something hides an edge when it is nearer by more than this share of the distance.
+const HIDES: f64 = 2e-3;
+
+/// Draws the edges of the faces that the photo sees, each object in a colour of its own, hidden
+/// parts faint, and writes the picture.
+///
+/// # Errors
+/// [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture not
+/// be written.
+pub fn draw(model: &Model, surface: &Surface, photo: &Photo, seen: &Seen, path: &Path) -> Result<()> {
+    let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
+    let mut overlay = Overlay::new(&pixels, LONGEST_SIDE);
+    drop(pixels);
+    let longest = photo.camera.width.max(photo.camera.height);
+    let stride_px = STRIDE * (f64::from(longest) / f64::from(LONGEST_SIDE)).max(1.0);
+    for face in seen.faces.iter().map(|seen| seen.face) {
+        let color = color_of(model.face(face).object.0);
+        for [a, b] in edges(model, face) {
+            let ends = [a, b].map(|v| photo.pose.camera_from_world(model.vertices[v as usize]));
+            let Some(ends) = within_photo(ends, &photo.camera) else { continue };
+            draw_edge(&mut overlay, surface, photo, ends, color, stride_px);
+        }
+    }
+    overlay.write(path)
+}
+
+/// The outline's edges, without the bridges to holes, which it runs along twice.
+fn edges(model: &Model, face: FaceId) -> Vec<[u32; 2]> {
+    let ring = model.ring(face);
+    let all = (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]);
+    let directed: FxHashSet<[u32; 2]> = all.clone().collect();
+    all.filter(|&[a, b]| a != b && !directed.contains(&[b, a])).collect()
+}
+
+/// The part of an edge (camera frame) that projects into the photo.
+fn within_photo([mut a, mut b]: [DVec3; 2], camera: &Pinhole) -> Option<[DVec3; 2]> {
+    let (w, h) = (f64::from(camera.width), f64::from(camera.height));
+    // Half spaces through the camera; together they leave nothing behind it.
+    let sides = [
+        DVec3::new(camera.fx, 0.0, camera.cx),
+        DVec3::new(-camera.fx, 0.0, w - camera.cx),
+        DVec3::new(0.0, camera.fy, camera.cy),
+        DVec3::new(0.0, -camera.fy, h - camera.cy),
+    ];
+    for side in sides {
+        let (da, db) = (side.dot(a), side.dot(b));
+        if da <= 0.0 && db <= 0.0 {
+            return None;
+        }
+        let meets = a + (b - a) * (da / (da - db));
+        if da < 0.0 {
+            a = meets;
+        } else if db < 0.0 {
+            b = meets;
+        }
+    }
+    (a.z > 0.0 && b.z > 0.0).then_some([a, b])
+}
+
+fn draw_edge(
+    overlay: &mut Overlay,
+    surface: &Surface,
+    photo: &Photo,
+    [a, b]: [DVec3; 2],
+    color: [u8; 3],
+    stride_px: f64,
+) {
+    let project = |p: DVec3| photo.camera.image_from_camera(p).unwrap_or(DVec2::NAN);
+    let (a_px, b_px) = (project(a), project(b));
+    let pieces = (a_px.distance(b_px) / stride_px).ceil().max(1.0);
+    if !pieces.is_finite() {
+        return;
+    }
+    let eye = photo.pose.center_in_world();
+    // Equal steps in the image; where a step is in space follows from the inverse depths.
+    let at = |share: f64| {
+        let weight_b = share / b.z;
+        let weight_a = (1.0 - share) / a.z;
+        (a * weight_a + b * weight_b) / (weight_a + weight_b)
+    };
+    let hidden = |share: f64| {
+        let ray = photo.pose.world_from_camera(at(share)) - eye;
+        surface.tree.first_hit(eye, ray, 1.0 - HIDES).is_some()
+    };
+    let mut start = 0.0;
+    let mut was_hidden = hidden(0.5 / pieces);
+    for piece in 1..=pieces as u64 {
+        let here = piece as f64 / pieces;
+        let is_last = piece == pieces as u64;
+        let is_hidden = if is_last { !was_hidden } else { hidden(here + 0.5 / pieces) };
+        if is_hidden != was_hidden {
+            let strength = if was_hidden { FAINT } else { 1.0 };
+            overlay.line(a_px.lerp(b_px, start), a_px.lerp(b_px, here), color, strength);
+            (start, was_hidden) = (here, is_hidden);
+        }
+    }
+}
+
+/// Bright colours, far apart for neighbouring objects: the hue goes round by the golden angle.
+fn color_of(object: u32) -> [u8; 3] {
+    let hue = (f64::from(object) * 0.618_033_988_75).fract() * 6.0;
+    let channel = |shift: f64| {
+        let distance = ((hue + shift) % 6.0 - 3.0).abs() - 1.0;
+        (80.0 + 175.0 * distance.clamp(0.0, 1.0)).round() as u8
+    };
+    [channel(0.0), channel(4.0), channel(2.0)]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::centred;
+
+    #[test]
+    fn an_edge_through_the_camera_plane_is_cut_at_the_photos_border() {
+        let camera = centred(100, 100, 50.0);
+        let [a, b] = within_photo([DVec3::new(0.0, 0.5, -3.0), DVec3::new(0.0, 0.5, 10.0)], &camera).unwrap();
+        let px = |p| camera.image_from_camera(p).unwrap();
+        assert!((px(a) - DVec2::new(50.0, 100.0)).length() < 1e-9);
+        assert!((px(b) - DVec2::new(50.0, 52.5)).length() < 1e-9);
+        assert!(within_photo([DVec3::new(0.0, 0.0, -1.0), DVec3::new(0.0, 0.0, -2.0)], &camera).is_none());
+        assert!(within_photo([DVec3::new(9.0, 0.0, 1.0), DVec3::new(9.0, 5.0, 2.0)], &camera).is_none());
+    }
+
+    #[test]
+    fn neighbouring_objects_get_different_bright_colours() {
+        for object in 0..50 {
+            let (a, b) = (color_of(object), color_of(object + 1));
+            assert!(a.iter().zip(&b).map(|(a, b)| a.abs_diff(*b)).max().unwrap() > 100, "{a:?} {b:?}");
+            assert!(a.iter().max().unwrap() > &200);
+        }
+    }
+}

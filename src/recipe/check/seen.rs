@@ -1,0 +1,109 @@
+//! What the photos see of the model.
+
+use crate::error::Result;
+use crate::geometry::Pinhole;
+use crate::layers::rasteriser::{Band, Presence, VISIBLE};
+use crate::layers::{Fragments, Rasteriser, View};
+use crate::scene::{FaceId, Model, Photo};
+use crate::task::Task;
+
+/// Photos are looked at with at most this many pixels a side: faces smaller than a pixel there are
+/// worth a word to the user.
+const LONGEST_SIDE: u32 = 2048;
+
+/// What one photo sees.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Seen {
+    /// Share of the model's vertices in front of the camera.
+    pub in_front: f64,
+    /// Share of the model's vertices within the photo.
+    pub inside: f64,
+    /// Share of the photo's pixels that the model covers.
+    pub covered: f64,
+    /// Faces that are visible at one pixel at least, in model order.
+    pub faces: Vec<SeenFace>,
+}
+
+/// A face in a photo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct SeenFace {
+    /// The face.
+    pub face: FaceId,
+    /// It is seen from behind.
+    pub back: bool,
+    /// Pixels at which it is visible, in the photo made smaller.
+    pub px: u32,
+}
+
+/// Looks at the model through one photo's camera.
+///
+/// # Errors
+/// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`].
+pub fn look(
+    model: &Model,
+    photo: &Photo,
+    rasteriser: &dyn Rasteriser,
+    tolerance: f32,
+    task: &Task,
+) -> Result<Seen> {
+    let camera = reduced(&photo.camera);
+    let view = View::new(model, &camera, &photo.pose);
+    let fragments = rasteriser.fragments(&view, tolerance, task)?;
+    let (in_front, inside) = vertex_shares(model, photo);
+    let faces = visible_faces(&view, &fragments);
+    Ok(Seen { in_front, inside, covered: covered(&fragments, &camera), faces })
+}
+
+fn visible_faces(view: &View, fragments: &Fragments) -> Vec<SeenFace> {
+    let mut px = vec![0; view.items.len()];
+    let entries = fragments.lists.bands.iter().flat_map(|band| &band.entries);
+    for entry in entries.filter(|&entry| entry & VISIBLE != 0) {
+        px[(entry & !VISIBLE) as usize] += 1;
+    }
+    let items = view.items.iter().zip(&fragments.presence).zip(px);
+    let working = items.filter(|((_, presence), _)| **presence == Presence::Working);
+    let seen = working.map(|((item, _), px)| SeenFace { face: item.face, back: item.back, px });
+    let mut faces: Vec<SeenFace> = seen.collect();
+    // The triangles of a face that bends follow each other.
+    faces.dedup_by(|next, first| {
+        let same = next.face == first.face;
+        first.px += if same { next.px } else { 0 };
+        same
+    });
+    faces
+}
+
+/// The same camera with fewer pixels.
+fn reduced(camera: &Pinhole) -> Pinhole {
+    let longest = camera.width.max(camera.height);
+    if longest <= LONGEST_SIDE {
+        return *camera;
+    }
+    let scale = f64::from(LONGEST_SIDE) / f64::from(longest);
+    let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
+    let (width, height) = (side(camera.width), side(camera.height));
+    let (x, y) = (f64::from(width) / f64::from(camera.width), f64::from(height) / f64::from(camera.height));
+    Pinhole { width, height, fx: camera.fx * x, cx: camera.cx * x, fy: camera.fy * y, cy: camera.cy * y }
+}
+
+fn vertex_shares(model: &Model, photo: &Photo) -> (f64, f64) {
+    let (mut in_front, mut inside) = (0usize, 0usize);
+    let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
+    for &vertex in &model.vertices {
+        if let Some(px) = photo.camera.image_from_camera(photo.pose.camera_from_world(vertex)) {
+            in_front += 1;
+            inside += usize::from(px.x >= 0.0 && px.y >= 0.0 && px.x < width && px.y < height);
+        }
+    }
+    let share = |count: usize| count as f64 / model.vertices.len().max(1) as f64;
+    (share(in_front), share(inside))
+}
+
+fn covered(fragments: &Fragments, camera: &Pinhole) -> f64 {
+    let filled = |band: &Band| {
+        let pixels = band.offsets.windows(2);
+        pixels.filter(|w| band.entries[w[0] as usize..w[1] as usize].iter().any(|e| e & VISIBLE != 0)).count()
+    };
+    let count: usize = fragments.lists.bands.iter().map(filled).sum();
+    count as f64 / (f64::from(camera.width) * f64::from(camera.height))
+}
