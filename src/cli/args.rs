@@ -48,6 +48,8 @@ pub struct Global {
 pub enum Command {
     /// Make a project of photos, their cameras and a model
     New(NewArgs),
+    /// Judge the site before work starts: does the model fit the photos
+    Check(CheckArgs),
     /// Sort the surfaces of every photo by visibility and make its layer stack
     Build(BuildArgs),
     /// Write the stacks as files for an image editor

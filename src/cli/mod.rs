@@ -19,6 +19,7 @@ use crate::task::Task;
 pub mod args;
 mod build;
 mod bytes;
+mod check;
 mod export;
 mod fault;
 mod info;
@@ -70,6 +71,7 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
     match command {
         Command::New(args) => new::run(args, task),
         Command::Info(args) => info::run(args, task),
+        Command::Check(args) => check::run(args, task),
         Command::Build(args) => build::run(args, task),
         Command::Export(args) => export::run(args, task),
         Command::Completions { shell } => Ok(completions(*shell)),

@@ -38,7 +38,7 @@ fn new_refuses_a_folder_that_is_not_empty_and_leaves_it_alone() {
 #[test]
 fn a_folder_without_a_project_and_a_broken_project_are_named() {
     let site = Site::new();
-    for command in ["build nowhere", "info nowhere", "export nowhere --out out"] {
+    for command in ["check nowhere", "build nowhere", "info nowhere", "export nowhere --out out"] {
         let told = stderr_of(&site.run(command).failure().code(1));
         assert!(told.contains("nowhere") && told.contains("quadratura new"), "{told}");
         assert!(!site.path("nowhere").exists());

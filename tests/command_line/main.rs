@@ -42,6 +42,41 @@ fn a_site_becomes_a_project_stacks_and_files_for_an_editor() {
 }
 
 #[test]
+fn check_judges_the_site_and_draws_the_model_over_each_photo() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let checked = stdout_of(&site.run("check project").success());
+    assert!(checked.contains("The model fits the photos") && checked.contains("4 faces:"), "{checked}");
+    assert!(checked.contains("1 seen by no photo: shed[0]"), "{checked}");
+    for picture in ["left.png.jpg", "north%20side%2Ft%C3%BCr%202.png.jpg"] {
+        assert!(image::open(site.path("project/cache/check").join(picture)).is_ok(), "{picture}");
+    }
+    assert_eq!(site.json("check project --json")["report"]["verdict"], "fits");
+}
+
+#[test]
+fn check_fails_on_a_model_that_misses_the_photos_and_offers_a_transform() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    // Turned to z-down, all of this lies behind the cameras.
+    fs::write(site.path("model.obj"), "v -4 -3 9\nv -4 3 9\nv 4 3 9\nv 4 -3 9\nf 4 3 2 1\n").unwrap();
+    let new = "new project --photos photos --cameras sparse --model model.obj --model-transform";
+    site.run(&format!("{new} z-down")).success();
+    let checked = site.run("check project").failure().code(1);
+    let text = stdout_of(&checked);
+    let offered =
+        text.lines().find_map(|line| line.trim().strip_prefix("--model-transform ")).expect("an offer");
+    fs::remove_dir_all(site.project()).unwrap();
+    site.run(&format!("{new}={offered}").replace(" =", "=")).success();
+    site.run("check project").success();
+}
+
+#[test]
 fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
     if gpu_rasteriser().is_none() {
         return;
