@@ -79,7 +79,9 @@ fn ctrl_c_stops_the_build_with_exit_status_130() {
     let site = site();
     let mut build = start_build(&site);
     wait_for_writing(&site, &mut build);
-    let interrupt = Command::new("kill").args(["-INT", &build.id().to_string()]).status().unwrap();
+    // The shell's own `kill`: a small system has no program of that name.
+    let kill = format!("kill -INT {}", build.id());
+    let interrupt = Command::new("sh").args(["-c", &kill]).status().unwrap();
     assert!(interrupt.success());
     let ended = build.wait_with_output().unwrap();
     assert_eq!(ended.status.code(), Some(130), "{}", String::from_utf8_lossy(&ended.stderr));
