@@ -28,8 +28,8 @@ pub struct ModelBuilder {
     by_name: FxHashMap<String, ObjectId>,
 }
 
-/// Faces that are triangulated between two looks at the stop flag.
-const FACES_A_STEP: usize = 1 << 16;
+/// Corners of the faces that are triangulated between two looks at the stop flag.
+const CORNERS_A_STEP: u32 = 1 << 18;
 
 impl ModelBuilder {
     /// An empty model.
@@ -106,19 +106,28 @@ impl ModelBuilder {
     pub fn finish(mut self, task: &Task) -> Result<(Model, Vec<(FaceId, FaceFlaw)>)> {
         let mut flaws = Vec::new();
         let total = self.model.faces.len();
-        for start in (0..total).step_by(FACES_A_STEP) {
+        let mut start = 0;
+        while start < total {
             task.step("triangulate the faces", start as u64, total as u64)?;
-            let ids = start as u32..total.min(start + FACES_A_STEP) as u32;
+            let end = self.end_of_step(start);
+            let ids = start as u32..end as u32;
             let filled: Vec<Filled> =
                 ids.clone().into_par_iter().map(|i| fill(&self.model, FaceId(i))).collect();
-            for (i, face) in ids.zip(filled) {
-                let id = FaceId(i);
+            for (id, face) in ids.map(FaceId).zip(filled) {
                 flaws.extend(face.flaws().map(|flaw| (id, flaw)));
                 self.place(id, face);
             }
+            start = end;
         }
         task.step("triangulate the faces", total as u64, total as u64)?;
         Ok((self.model, flaws))
+    }
+
+    /// The faces from `start` on that have [`CORNERS_A_STEP`] corners together; one at least.
+    fn end_of_step(&self, start: usize) -> usize {
+        let faces = &self.model.faces;
+        let most = faces[start].ring.start.saturating_add(CORNERS_A_STEP);
+        start + faces[start..].partition_point(|face| face.ring.end <= most).max(1)
     }
 
     fn place(&mut self, id: FaceId, filled: Filled) {

@@ -167,17 +167,23 @@ impl Mesh {
         edges.into_iter().map(|(_, h)| h).collect()
     }
 
-    fn pruned(&self, mut tree: Vec<u32>, on_outline: &FxHashSet<(u32, u32)>) -> Vec<u32> {
-        loop {
-            let ends = |h: u32| [self.corner(h), self.corner(self.next[h as usize])];
-            let mut degree: FxHashMap<(u32, u32), u32> = FxHashMap::default();
-            tree.iter().flat_map(|&h| ends(h)).for_each(|corner| *degree.entry(corner).or_default() += 1);
-            let before = tree.len();
-            tree.retain(|&h| ends(h).iter().all(|end| on_outline.contains(end) || degree[end] > 1));
-            if tree.len() == before {
-                return tree;
+    fn pruned(&self, tree: Vec<u32>, on_outline: &FxHashSet<(u32, u32)>) -> Vec<u32> {
+        let ends = |h: u32| [self.corner(h), self.corner(self.next[h as usize])];
+        let mut edges_at: FxHashMap<(u32, u32), Vec<u32>> = FxHashMap::default();
+        for &h in &tree {
+            ends(h).into_iter().for_each(|corner| edges_at.entry(corner).or_default().push(h));
+        }
+        let inner = |corner: &(u32, u32)| !on_outline.contains(corner);
+        let mut tips: Vec<(u32, u32)> = edges_at.keys().copied().filter(inner).collect();
+        let mut cut = FxHashSet::default();
+        while let Some(tip) = tips.pop() {
+            let mut left = edges_at[&tip].iter().filter(|&h| !cut.contains(h));
+            if let (Some(&last), None) = (left.next(), left.next()) {
+                cut.insert(last);
+                tips.extend(ends(last).into_iter().filter(|end| *end != tip && inner(end)));
             }
         }
+        tree.into_iter().filter(|h| !cut.contains(h)).collect()
     }
 
     fn rings(&self) -> Vec<Vec<u32>> {

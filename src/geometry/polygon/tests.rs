@@ -226,6 +226,25 @@ fn squares_side_by_side_get_one_outline_and_points_inside_leave_no_trace() {
     assert_eq!(rings[0].len(), 16 + 8 + 2);
 }
 
+#[test]
+fn a_hole_in_a_fine_grid_is_bridged_once_and_no_branch_is_left() {
+    // 30 x 30 squares without one: the bridge passes points inside, every other branch is taken back.
+    let positions: Vec<DVec3> =
+        (0..961).map(|i| DVec3::new(f64::from(i % 31), f64::from(i / 31), 0.0)).collect();
+    let square = |i: u32| {
+        let at = i / 30 * 31 + i % 30;
+        vec![at, at + 1, at + 32, at + 31]
+    };
+    let squares: Vec<Vec<u32>> = (0..900).filter(|&i| i != 15 * 30 + 4).map(square).collect();
+    let distance = |a: u32, b: u32| positions[a as usize].distance(positions[b as usize]);
+    let rings = outlines(&squares, distance);
+    assert_eq!(rings.len(), 1);
+    let points: Vec<DVec3> = rings[0].iter().map(|&i| positions[i as usize]).collect();
+    assert_eq!(area(&points), 899.0);
+    assert!(points.len() >= 120 + 4 + 2 * 4, "{}", points.len());
+    check_triangles(&points).unwrap();
+}
+
 /// A star-shaped outline around the origin, with star-shaped holes bridged in.
 fn star(radii: &[f64], centre: DVec2, size: f64) -> Vec<DVec3> {
     let corner = |(i, &r): (usize, &f64)| {

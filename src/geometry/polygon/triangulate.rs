@@ -20,7 +20,7 @@ pub enum Flaw {
     NoArea,
     /// It crosses itself; the crossings became points of their own.
     SelfCrossing,
-    /// It crosses itself so often that it was left without triangles.
+    /// It crosses itself so often, or is so long, that it was left without triangles.
     Tangled,
 }
 
@@ -58,8 +58,15 @@ pub fn triangulate(ring: &[DVec3], plane: &Plane) -> Triangulation {
     triangulate_rings(&flat, std::slice::from_ref(&(0..ring.len())))
 }
 
+/// More points than any face has. They are put in one by one, each found by walking from the one
+/// before: a scribble of a million points would take minutes.
+const MOST_POINTS: usize = 100_000;
+
 /// The same for several rings at once (an outer outline and its holes), given as ranges of points.
 pub(super) fn triangulate_rings(flat: &Flat, rings: &[Range<usize>]) -> Triangulation {
+    if flat.points.len() > MOST_POINTS {
+        return Triangulation::flawed(Flaw::Tangled);
+    }
     match without_crossings(&flat.points, rings.iter().flat_map(ring_edges)) {
         Some(triangles) => {
             let flaw = triangles.is_empty().then_some(Flaw::NoArea);

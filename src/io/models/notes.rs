@@ -30,7 +30,9 @@ fn meaning(kind: FaceFlaw) -> &'static str {
         FaceFlaw::Outline(Flaw::SelfCrossing) => {
             "with an outline that crosses itself: taken apart at the crossings"
         }
-        FaceFlaw::Outline(Flaw::Tangled) => "with an outline that crosses itself everywhere: no texture",
+        FaceFlaw::Outline(Flaw::Tangled) => {
+            "with an outline that crosses itself everywhere or has more than 100,000 corners: no texture"
+        }
         FaceFlaw::RepeatedPoint => "with the same corner twice in a row: taken as one corner",
         FaceFlaw::NotPlanar => "not planar: treated triangle by triangle",
     }

@@ -5,12 +5,13 @@ use std::fs;
 use std::path::{Component, Path, PathBuf};
 
 use gltf::json;
+use serde::Deserialize;
+use serde::de::IgnoredAny;
 
 use super::super::limits::{LARGEST_FILE, check_file_size};
 use crate::error::{Error, Result};
 
-/// Values that the JSON part may hold. The largest kind takes some 300 bytes once read, so a small
-/// file of nothing but empty braces could fill the memory.
+/// Values that the JSON part may hold: a list of empty braces takes a hundred times its text once read.
 const MOST_VALUES: usize = 8_000_000;
 
 const EXPORT_AGAIN: &str = "export the model again";
@@ -59,9 +60,59 @@ fn truncated(path: &Path, length: usize) -> Error {
     )
 }
 
+/// Entries of all lists at the top together (nodes, meshes, accessors, ...): each takes some hundred
+/// bytes once read, however short its text is. A hundred thousand objects are 800,000.
+const MOST_ENTRIES: usize = 1_000_000;
+
+/// The lists at the top. Nothing is kept of their entries, so counting takes no memory.
+#[derive(Default, Deserialize)]
+#[serde(rename_all = "camelCase", default)]
+struct Lists {
+    accessors: Vec<IgnoredAny>,
+    animations: Vec<IgnoredAny>,
+    buffers: Vec<IgnoredAny>,
+    buffer_views: Vec<IgnoredAny>,
+    cameras: Vec<IgnoredAny>,
+    images: Vec<IgnoredAny>,
+    materials: Vec<IgnoredAny>,
+    meshes: Vec<IgnoredAny>,
+    nodes: Vec<IgnoredAny>,
+    samplers: Vec<IgnoredAny>,
+    scenes: Vec<IgnoredAny>,
+    skins: Vec<IgnoredAny>,
+    textures: Vec<IgnoredAny>,
+}
+
 /// # Errors
-/// [`Error::Input`] when the JSON part holds absurdly many values.
-pub(super) fn check_value_count(path: &Path, json: &[u8]) -> Result<()> {
+/// [`Error::Input`] when the JSON part is broken or holds absurdly many values or entries.
+pub(super) fn check_counts(path: &Path, json: &[u8]) -> Result<()> {
+    check_value_count(path, json)?;
+    let l: Lists = super::parse(path, json)?;
+    let lists = [
+        (&l.accessors, "accessors"),
+        (&l.animations, "animations"),
+        (&l.buffers, "buffers"),
+        (&l.buffer_views, "bufferViews"),
+        (&l.cameras, "cameras"),
+        (&l.images, "images"),
+        (&l.materials, "materials"),
+        (&l.meshes, "meshes"),
+        (&l.nodes, "nodes"),
+        (&l.samplers, "samplers"),
+        (&l.scenes, "scenes"),
+        (&l.skins, "skins"),
+        (&l.textures, "textures"),
+    ];
+    let total: usize = lists.iter().map(|(list, _)| list.len()).sum();
+    if total > MOST_ENTRIES {
+        let (longest, name) = lists.into_iter().max_by_key(|(list, _)| list.len()).expect("there are lists");
+        let found = format!("{} {name} among {total} entries; {MOST_ENTRIES} are read", longest.len());
+        return Err(Error::input(path, name, found, "export a coarser model, or a part of it"));
+    }
+    Ok(())
+}
+
+fn check_value_count(path: &Path, json: &[u8]) -> Result<()> {
     let (mut inside_string, mut escaped, mut values) = (false, false, 0usize);
     for &byte in json {
         match byte {
@@ -218,5 +269,12 @@ mod tests {
     fn strings_count_as_one_value() {
         assert!(check_value_count(Path::new("a"), br#"{"a":"\",,,,{{{["}"#).is_ok());
         assert!(check_value_count(Path::new("a"), &vec![b'['; MOST_VALUES + 1]).is_err());
+    }
+
+    #[test]
+    fn empty_braces_by_the_million_are_counted_before_they_are_read() {
+        let bomb = format!("{{\"nodes\":[{}{{}}]}}", "{},".repeat(MOST_ENTRIES));
+        let said = check_counts(Path::new("a"), bomb.as_bytes()).unwrap_err().to_string();
+        assert!(said.contains("nodes: 1000001 nodes among"), "{said}");
     }
 }

@@ -38,7 +38,7 @@ use scene::{Frames, Placed};
 /// [`Error::Input`] with line and column or with a JSON path; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> Result<ModelBuilder> {
     let container = container::split(path, bytes)?;
-    container::check_value_count(path, container.json)?;
+    container::check_counts(path, container.json)?;
     let root: Root = parse(path, container.json)?;
     let frames: Frames = parse(path, container.json)?;
     check_extensions(path, &root)?;
