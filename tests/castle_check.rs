@@ -1,6 +1,6 @@
 //! The castle is judged: it fits, and turned into any other axis convention it is found again.
 
-use std::path::Path;
+mod common;
 
 use quadratura::geometry::{Similarity, axes};
 use quadratura::io::cameras::read_cameras;
@@ -11,14 +11,8 @@ use quadratura::recipe::check::{CheckOptions, Surface, Verdict, check_site};
 use quadratura::scene::{Photo, Site, SparsePoint};
 use quadratura::task::Task;
 
-/// The sample site beside the project; left out where it is missing, except in CI.
 fn castle() -> Option<(Site, Vec<SparsePoint>)> {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle");
-    if !folder.exists() {
-        assert_ne!(std::env::var("CI").as_deref(), Ok("true"), "{} is missing", folder.display());
-        eprintln!("left out: {} is missing", folder.display());
-        return None;
-    }
+    let folder = common::castle()?;
     let cameras = read_cameras(&folder.join("sparse"), &Task::silent()).unwrap();
     let (model, _) = read_model(&folder.join("castle.obj"), &Task::silent()).unwrap();
     let photo = |p: quadratura::io::cameras::CameraPhoto| Photo {

@@ -18,8 +18,8 @@ pub fn gpu_rasteriser() -> Option<GpuRasteriser> {
     }
 }
 
-/// The sample site beside the project. Where it is missing the test is left out, and says so; where
-/// `CI=true` it fails.
+/// The castle, beside the project. Where it is missing the test is left out, and says so; in CI it
+/// fails where the folder that it belongs in exists.
 #[allow(dead_code)]
 pub fn castle() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/data/castle");
