@@ -9,6 +9,9 @@ set -eu
 cd "$(dirname "$0")/.."
 . examples/setup.sh
 
+# Names of layers are typed to GIMP in many scripts; a bare machine has no locale for them.
+export LC_ALL=C.UTF-8
+
 began=$(date +%s)
 step() { printf '%4d s  %s\n' $(($(date +%s) - began)) "$*"; }
 
