@@ -29,7 +29,7 @@ pub fn read_project(folder: &Path) -> Result<Project> {
         let found = "there is no project here: this file is missing";
         return Err(Error::input(file, "", found, "give the folder that `quadratura new` made"));
     }
-    refuse_newer(&file)?;
+    refuse_other_versions(&file)?;
     let project: Project = read_json(&file, LARGEST_PROJECT, REMEDY)?;
     match project.options.problem() {
         Some(problem) => Err(Error::input(file, "options", problem, REMEDY)),
@@ -46,14 +46,18 @@ pub fn write_project(folder: &Path, project: &Project) -> Result<()> {
 }
 
 /// A newer file may have fields that we would call misspelt, so its version is looked at first.
-fn refuse_newer(file: &Path) -> Result<()> {
+fn refuse_other_versions(file: &Path) -> Result<()> {
     #[derive(Deserialize)]
     struct Versioned {
         version: u32,
     }
     let Versioned { version } = read_json(file, LARGEST_PROJECT, REMEDY)?;
-    if version <= PROJECT_VERSION {
+    if (1..=PROJECT_VERSION).contains(&version) {
         return Ok(());
+    }
+    if version == 0 {
+        let found = format!("version 0, expected 1 to {PROJECT_VERSION}");
+        return Err(Error::input(file, "version", found, "put it back as the program wrote it"));
     }
     let found = format!("version {version}, this program knows versions up to {PROJECT_VERSION}");
     Err(Error::input(file, "version", found, "open it with the newer program that wrote it"))
@@ -158,6 +162,7 @@ mod tests {
 
     #[test]
     fn a_newer_project_is_refused_even_if_it_has_fields_that_we_do_not_know() {
+        assert!(refused(r#"{"version": 0}"#).contains("expected 1"));
         let message = refused(r#"{"version": 99, "sky": []}"#);
         assert!(message.contains("version 99") && message.contains("newer"), "{message}");
     }
