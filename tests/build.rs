@@ -125,6 +125,8 @@ impl Bench {
             let (_, _, needed) = decode(&self.stack_folder().join(&layer.needed_file));
             assert_eq!((w, h), (layer.rect.w, layer.rect.h));
             assert_eq!(needed.iter().filter(|&&n| n > 0).count() as u64, layer.texels_used);
+            let opaque = rgba.chunks_exact(4).filter(|p| p[3] > 0).count();
+            assert_eq!(opaque as u64, layer.texels_visible);
             for (i, (pixel, needed)) in rgba.chunks_exact(4).zip(needed).enumerate() {
                 let x = layer.rect.x + (i as u32 % w) as i32;
                 let y = layer.rect.y + (i as u32 / w) as i32;

@@ -16,7 +16,7 @@ step() {
 # component NAME: rustup's minimal toolchain comes without rustfmt and clippy.
 component() {
     cargo "$1" --version >/dev/null 2>&1 && return
-    has rustup || fail "cargo $1 is missing; it belongs to the Rust toolchain (package rust-$1 or rustup)"
+    has rustup || fail "cargo $1 is missing; it belongs to the Rust toolchain (package $2 or rust-$2, or rustup)"
     say "set-up: installing the toolchain's component $2"
     rustup component add "$2"
 }

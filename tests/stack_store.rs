@@ -36,6 +36,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         pieces: vec![],
         occlusions: vec![],
         forgiven: vec![],
+        unresolved: Vec::new(),
         image_layers: names.iter().map(layer).collect(),
         texels: 0,
         texels_used: 0,

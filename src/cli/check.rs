@@ -25,6 +25,8 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
     let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
     let mut problems: Vec<_> = opened.problems.iter().map(ToString::to_string).collect();
+    problems
+        .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
     if report.verdict == Verdict::Misses {
         problems.push("the model does not stand where the photos are".into());
     }

@@ -29,6 +29,10 @@ pub struct Stack {
     pub occlusions: Vec<Support>,
     /// Occlusions against the order that were forgiven as contact noise.
     pub forgiven: Vec<Support>,
+    /// Occlusions against the order that are more than noise and could not be cut: the two are in
+    /// separate image layers, and `notes` names them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unresolved: Vec<Support>,
     /// The image layers, by falling nearness: `order` never decreases.
     pub image_layers: Vec<ImageLayer>,
     /// Texels of all rectangles.

@@ -44,6 +44,11 @@ impl AtomicFile {
         self.file.path()
     }
 
+    /// Chooses another place, in the same folder.
+    pub fn redirect(&mut self, target: impl Into<PathBuf>) {
+        self.target = target.into();
+    }
+
     /// Puts the file in its place, over what was there.
     ///
     /// # Errors

@@ -83,6 +83,13 @@ impl Options {
                 self.largest_side
             ));
         }
+        // A tile keeps half of the smallest one beside its margins, within a power of two.
+        if SMALLEST_TILE / 2 + 2 * self.margin > 1 << self.largest_side.ilog2() {
+            return Some(format!(
+                "largest_side is {}, too small for a margin of {} pixels on every side",
+                self.largest_side, self.margin
+            ));
+        }
         None
     }
 }
@@ -102,6 +109,9 @@ mod tests {
         let worse = |options: Options| options.problem().unwrap_or_default();
         assert!(worse(Options { tolerance: f32::NAN, ..Options::default() }).contains("tolerance"));
         assert!(worse(Options { margin: u32::MAX, ..Options::default() }).contains("margin"));
+        assert!(
+            worse(Options { largest_side: 64, margin: 20, ..Options::default() }).contains("margin of 20")
+        );
         assert!(worse(Options { largest_side: 0, ..Options::default() }).contains("largest_side"));
     }
 }

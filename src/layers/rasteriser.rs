@@ -105,7 +105,7 @@ pub struct Fragments {
 pub struct StencilLayers {
     /// The layer of each item that took part; `None` for the others.
     pub layer: Vec<Option<u32>>,
-    /// Drawing passes over the geometry.
+    /// Rounds of drawing the geometry.
     pub passes: u32,
     /// Items that were left when a round emptied the set, put into one last layer.
     pub locked: u32,

@@ -18,7 +18,8 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
     let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
     let elements = elements(model, sorted, &pieces);
     let image_layers = image_layers(model, photo, sorted, &elements);
-    let against = &sorted.layers.against;
+    let (unresolved, forgiven): (Vec<_>, Vec<_>) =
+        sorted.layers.against.iter().partition(|against| against.2 > options.min_support);
     let stencil = options.method == Method::Stencil;
     Stack {
         version: STACK_VERSION,
@@ -32,14 +33,15 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
         camera: camera(&photo.camera, &photo.pose),
         pieces: piece_list(model, &pieces),
         occlusions: supports(&sorted.layers.occlusions.edges),
-        forgiven: if stencil { Vec::new() } else { supports(against) },
+        forgiven: if stencil { Vec::new() } else { supports(&forgiven) },
+        unresolved: if stencil { Vec::new() } else { supports(&unresolved) },
         texels: image_layers.iter().map(|l| l.rect.area()).sum(),
         texels_used: image_layers.iter().map(|l| l.texels_used).sum(),
         texels_unmerged: sorted.clusters.texels_unmerged,
         bytes: 0,
         untextured: untextured(model, sorted),
         notes: notes(model, sorted, options),
-        counts: counts(sorted, stencil),
+        counts: counts(sorted, options),
         image_layers,
         visibility_layers: by_layer(sorted, elements),
     }
@@ -266,7 +268,9 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
     notes
 }
 
-fn counts(sorted: &Sorted, stencil: bool) -> Counts {
+fn counts(sorted: &Sorted, options: &Options) -> Counts {
+    let stencil = options.method == Method::Stencil;
+    let is_noise = |refused: &&(u32, u32, u32)| refused.2 <= options.min_support;
     let layers = &sorted.layers;
     let mut per_object = std::collections::BTreeMap::new();
     layers.elements.iter().for_each(|e| *per_object.entry(e.object).or_insert(0u32) += 1);
@@ -282,7 +286,7 @@ fn counts(sorted: &Sorted, stencil: bool) -> Counts {
         visibility_layers: layers.count(),
         cuts: sorted.cuts,
         free_cuts: sorted.free_cuts,
-        forgiven: if stencil { 0 } else { sorted.refused.len() as u32 },
+        forgiven: if stencil { 0 } else { sorted.refused.iter().filter(is_noise).count() as u32 },
         violations: if stencil { layers.against.len() as u32 } else { 0 },
         violation_px: if stencil { layers.against.iter().map(|a| u64::from(a.2)).sum() } else { 0 },
     }

@@ -141,7 +141,10 @@ impl Job<'_> {
         let mut stack = task.timed("assemble", || assemble(model, photo, &sorted, options, &inputs));
         let pixels =
             task.timed("decode", || read_photo(&photo.file, photo.camera.width, photo.camera.height))?;
-        add_masked(&mut stack, model, &sorted, &pixels);
+        if pixels.has_alpha() {
+            count_valid(&mut stack, &sorted, &pixels);
+            add_masked(&mut stack, model, &sorted, &pixels);
+        }
         let writer = self.store.begin(&photo.name)?;
         stack.bytes = task.timed("write", || write_files(&writer, &stack, &sorted, &pixels, task))?;
         drop(pixels);
@@ -171,11 +174,16 @@ fn write_files(
         .sum()
 }
 
+/// Where the photo is not valid it shows nothing: what covers it there is not visible after all.
+fn count_valid(stack: &mut Stack, sorted: &Sorted, pixels: &PhotoPixels) {
+    for (layer, content) in stack.image_layers.iter_mut().zip(&sorted.contents) {
+        let valid = content.visible.iter().flat_map(|s| (s.x0..s.x1).filter(|&x| pixels.is_valid(x, s.y)));
+        layer.texels_visible = valid.count() as u64;
+    }
+}
+
 /// Faces of the working set that the photo shows only where it is not valid.
 fn add_masked(stack: &mut Stack, model: &Model, sorted: &Sorted, pixels: &PhotoPixels) {
-    if !pixels.has_alpha() {
-        return;
-    }
     let items = &sorted.view.items;
     let mut shown: BTreeSet<FaceId> = BTreeSet::new();
     for (y, run, entries) in sorted.runs.iter() {

@@ -215,6 +215,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         pieces: vec![],
         occlusions: vec![],
         forgiven: vec![],
+        unresolved: Vec::new(),
         texels: image_layers.iter().map(|layer| layer.rect.area()).sum(),
         texels_used: image_layers.iter().map(|layer| layer.texels_used).sum(),
         texels_unmerged: 0,

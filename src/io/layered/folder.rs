@@ -38,6 +38,11 @@ impl NewFolder {
         Ok(Self { folder, target, files: Vec::new() })
     }
 
+    /// Chooses another place, in the same folder.
+    pub fn redirect(&mut self, target: impl Into<PathBuf>) {
+        self.target = target.into();
+    }
+
     /// Where it is until the commit.
     pub fn path(&self) -> &Path {
         self.folder.path()
@@ -94,10 +99,11 @@ impl NewFolder {
         Ok(())
     }
 
-    /// Puts the folder in its place, instead of what was there.
+    /// Puts the folder in its place, instead of what was there. A folder cannot be replaced by one
+    /// rename: a kill between the two leaves the old one beside its place, under `.quadratura-old-`.
     ///
     /// # Errors
-    /// [`Error::Io`] when the system refuses; the old folder stays.
+    /// [`Error::Io`] when the system refuses; the old folder stays, at worst under that name.
     pub fn commit(self) -> Result<()> {
         let Self { folder, target, .. } = self;
         sync_folder(folder.path())?;
@@ -107,7 +113,9 @@ impl NewFolder {
             fs::rename(&target, old.path().join("old")).map_err(Error::io(&target, "move it away"))?;
         }
         if let Err(error) = fs::rename(folder.path(), &target) {
-            let _ = fs::rename(old.path().join("old"), &target);
+            if fs::rename(old.path().join("old"), &target).is_err() {
+                let _kept = old.keep();
+            }
             return Err(Error::io(&target, "put it in place")(error));
         }
         sync_folder(around(&target))

@@ -130,7 +130,7 @@ impl Job<'_> {
             let place = self.place(kind.extension())?;
             let mut file = AtomicFile::create(&place.target)?;
             match psd::write(file.file(), &place.target, document, kind)? {
-                Fit::Whole => return self.finish(file, place),
+                Fit::Whole => return self.finish(file, kind.extension()),
                 Fit::TooLarge => kind = Kind::Psb,
             }
         }
@@ -140,17 +140,18 @@ impl Job<'_> {
         let place = self.place("ora")?;
         let mut file = AtomicFile::create(&place.target)?;
         ora::write(BufWriter::new(file.file()), &place.target, document)?;
-        self.finish(file, place)
+        self.finish(file, "ora")
     }
 
     fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
-        let place = self.place("")?;
-        let mut new = NewFolder::create(&place.target)?;
+        let mut new = NewFolder::create(self.place("")?.target)?;
         folder::fill(&mut new, self.content, document, self.photo_file)?;
         let file = |name: &String| exported_file(new.path(), name);
         let mut files: Vec<_> = new.files().iter().map(file).collect::<Result<_>>()?;
         let sizes = new.files().iter().map(|name| size_of(&new.path().join(name)));
         let bytes = sizes.sum::<Result<u64>>()?;
+        let place = self.place("")?;
+        new.redirect(&place.target);
         let home = name_of(&place.target);
         files.iter_mut().for_each(|file| file.name = format!("{home}/{}", file.name));
         self.record(files)?;
@@ -163,8 +164,11 @@ impl Job<'_> {
         place::find(self.exporter.out, photo, extension, &self.exporter.written)
     }
 
-    /// The record goes first: a file without a record would count as changed for ever.
-    fn finish(&self, file: AtomicFile, place: Place) -> Result<Written> {
+    /// Asks for the place once more, because somebody may have saved there in the seconds that writing
+    /// took. The record goes first: a file without a record would count as changed for ever.
+    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<Written> {
+        let place = self.place(extension)?;
+        file.redirect(&place.target);
         let bytes = size_of(file.path())?;
         let name = name_of(&place.target);
         self.record(vec![ExportedFile { name, hash: hash_file(file.path())? }])?;
