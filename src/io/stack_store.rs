@@ -13,8 +13,8 @@
 //! becomes current by the rename of `stack.json`: the one rename that also replaces, on every
 //! system (a folder that is not empty cannot be replaced by one). Only then is the old version
 //! cleared away: files that are as we wrote them are removed, all others go to `inbox/`. After a
-//! kill at any moment `stack.json` names whole files, old or new; what is left over is cleared by
-//! the next [`StackStore::clean`]. A reader that had read the old `stack.json` finds its files gone,
+//! kill at any moment `stack.json` names whole files, old or new; what is left over here is
+//! cleared by the next [`StackStore::clean`]. A reader that had read the old `stack.json` finds its files gone,
 //! never mixed with new ones, and reads again.
 
 use std::fs;

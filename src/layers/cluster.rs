@@ -106,7 +106,8 @@ fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect 
     };
     let x = place(bounds.x, bounds.w, size.w, photo.w);
     let y = place(bounds.y, bounds.h, size.h, photo.h);
-    // Near the photo's edge the margin may reach outside of it; the bounds themselves never leave.
+    // At the photo's edge there is no margin where the box fits into the photo; the bounds never leave
+    // the box.
     PixelRect { x, y, w: size.w, h: size.h }
 }
 
