@@ -14,8 +14,13 @@ use crate::oracle::Oracle;
 use crate::peeling::check_against_exact_peeling;
 use crate::sorted::Case;
 
-/// Columns: an eighth of the photos' own, where layer counts are much the same.
-const WIDTH: u32 = 384;
+/// Columns: an eighth of the photos' own, which takes seconds. `CASTLE_WIDTH=3072` asks for all of
+/// them, which takes minutes.
+fn width() -> u32 {
+    let asked =
+        std::env::var("CASTLE_WIDTH").map(|w| w.parse().expect("CASTLE_WIDTH is a number of columns"));
+    asked.unwrap_or(384)
+}
 
 /// The castle's photos without their pixels.
 fn photos() -> Option<Vec<Scene>> {
@@ -26,7 +31,7 @@ fn photos() -> Option<Vec<Scene>> {
     let cameras = read_cameras(&folder.join("sparse"), &task).expect("so are its cameras");
     let scene = |photo: quadratura::io::cameras::CameraPhoto| {
         let (name, model, truth) = (photo.name, model.clone(), Truth::Unknown);
-        Scene { name, model, camera: photo.camera, pose: photo.pose, truth }.resized(WIDTH)
+        Scene { name, model, camera: photo.camera, pose: photo.pose, truth }.resized(width())
     };
     Some(cameras.photos.into_iter().map(scene).collect())
 }
