@@ -1,7 +1,6 @@
 //! What every result of the visibility sort must be, on scenes whose answer is known, on hundreds
 //! of random ones, and on the castle.
 
-mod castle;
 #[path = "../common/mod.rs"]
 mod common;
 mod gpu;
@@ -9,6 +8,7 @@ mod image_layers;
 mod oracle;
 mod peeling;
 mod rays;
+mod sites;
 mod sorted;
 
 use oracle::Oracle;

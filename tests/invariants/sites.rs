@@ -1,5 +1,7 @@
-//! The castle: a real site of 19 photos and 600 faces, with everything that real models have.
+//! Whole sites: the castle, a real one of 19 photos and 600 faces with everything that real models
+//! have, and the sample project.
 
+use std::path::Path;
 use std::sync::Arc;
 
 use quadratura::io::cameras::read_cameras;
@@ -14,26 +16,29 @@ use crate::oracle::Oracle;
 use crate::peeling::check_against_exact_peeling;
 use crate::sorted::Case;
 
-/// Columns: an eighth of the photos' own, which takes seconds. `CASTLE_WIDTH=3072` asks for all of
-/// them, which takes minutes.
+/// Columns: an eighth of the photos' own, which takes seconds. `SITE_WIDTH=3072` asks for all of
+/// the castle's, which takes minutes.
 fn width() -> u32 {
-    let asked =
-        std::env::var("CASTLE_WIDTH").map(|w| w.parse().expect("CASTLE_WIDTH is a number of columns"));
+    let asked = std::env::var("SITE_WIDTH").map(|w| w.parse().expect("SITE_WIDTH is a number of columns"));
     asked.unwrap_or(384)
 }
 
 /// The castle's photos without their pixels.
-fn photos() -> Option<Vec<Scene>> {
-    let folder = common::castle()?;
+fn castle() -> Option<Vec<Scene>> {
+    Some(photos(&common::castle()?, "castle.obj"))
+}
+
+/// The photos of a site without their pixels.
+fn photos(folder: &Path, model: &str) -> Vec<Scene> {
     let task = Task::silent();
-    let (model, _) = read_model(&folder.join("castle.obj"), &task).expect("the castle is well-formed");
+    let (model, _) = read_model(&folder.join(model), &task).expect("the model is well-formed");
     let model = Arc::new(model);
     let cameras = read_cameras(&folder.join("sparse"), &task).expect("so are its cameras");
     let scene = |photo: quadratura::io::cameras::CameraPhoto| {
         let (name, model, truth) = (photo.name, model.clone(), Truth::Unknown);
         Scene { name, model, camera: photo.camera, pose: photo.pose, truth }.resized(width())
     };
-    Some(cameras.photos.into_iter().map(scene).collect())
+    cameras.photos.into_iter().map(scene).collect()
 }
 
 fn check(scene: &Scene, rasteriser: &dyn Rasteriser) {
@@ -46,13 +51,21 @@ fn check(scene: &Scene, rasteriser: &dyn Rasteriser) {
 
 #[test]
 fn every_photo_of_the_castle_holds_the_invariants() {
-    let Some(photos) = photos() else { return };
+    let Some(photos) = castle() else { return };
     assert_eq!(photos.len(), 19);
     photos.par_iter().for_each(|scene| check(scene, &SoftwareRasteriser));
 }
 
 #[test]
 fn it_holds_them_on_the_gpu_as_well() {
-    let (Some(photos), Some(rasteriser)) = (photos(), common::gpu_rasteriser()) else { return };
+    let (Some(photos), Some(rasteriser)) = (castle(), common::gpu_rasteriser()) else { return };
     photos.par_iter().step_by(6).for_each(|scene| check(scene, &rasteriser));
+}
+
+#[test]
+fn every_photo_of_the_sample_project_holds_them() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
+    let photos = photos(&folder, "piazza.obj");
+    assert_eq!(photos.len(), 9);
+    photos.par_iter().for_each(|scene| check(scene, &SoftwareRasteriser));
 }
