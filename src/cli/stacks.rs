@@ -6,7 +6,7 @@ use super::bytes::readable_bytes;
 use super::table::Table;
 use crate::document::Stack;
 
-const HEADINGS: [&str; 13] = [
+const HEADINGS: [&str; 14] = [
     "photo",
     "state",
     "faces",
@@ -15,6 +15,7 @@ const HEADINGS: [&str; 13] = [
     "vis. layers",
     "image layers",
     "texels",
+    "apart",
     "used",
     "cuts",
     "free",
@@ -25,7 +26,7 @@ const HEADINGS: [&str; 13] = [
 /// What the columns mean.
 const LEGEND: &str = "
 faces: nearest at one pixel at least; whole: objects in one element; texels, used: of all image layers,
-against the photo's pixels; free: cuts that cost no element
+against the photo's pixels; apart: if every face had a layer of its own; free: cuts that cost no element
 ";
 
 /// Rows of stacks.
@@ -83,6 +84,7 @@ fn cells(photo: &str, state: &str, stack: &Stack) -> Vec<String> {
         count(counts.visibility_layers),
         stack.image_layers.len().to_string(),
         of_photo(stack.texels),
+        of_photo(stack.texels_unmerged),
         of_photo(stack.texels_used),
         count(counts.cuts),
         count(counts.free_cuts),

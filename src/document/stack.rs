@@ -39,7 +39,7 @@ pub struct Stack {
     pub texels: u64,
     /// Texels that some element covers.
     pub texels_used: u64,
-    /// Texels of all elements' own rectangles, without merging.
+    /// Texels if every face and piece had a rectangle of its own.
     pub texels_unmerged: u64,
     /// Bytes of the layer files.
     pub bytes: u64,

@@ -35,8 +35,6 @@ pub struct Cluster {
 pub struct Clusters {
     /// By order, then by first element.
     pub list: Vec<Cluster>,
-    /// Texels if every patch had a rectangle of its own.
-    pub texels_unmerged: u64,
 }
 
 /// Merges the elements' boxes. `bounds` are the elements' outlines in whole pixels.
@@ -58,10 +56,9 @@ pub fn cluster(
         let area = box_size(p.bounds, options).area();
         (Reverse(area), name(p), layers.elements[p.element as usize].nodes[0], p.bounds.y, p.bounds.x)
     });
-    let texels_unmerged = patches.iter().map(|p| box_size(p.bounds, options).area()).sum();
     let mut merging = Merging::new(layers, patches, options);
     (0..merging.patches.len() as u32).for_each(|p| merging.place(p));
-    Clusters { list: merging.finish(photo), texels_unmerged }
+    Clusters { list: merging.finish(photo) }
 }
 
 /// Smaller tiles would be nothing but margin.
@@ -88,7 +85,7 @@ fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
 }
 
 /// The box of some bounds, at the origin: with the margin, and powers of two if so wished.
-fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
+pub(super) fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
     let grown = bounds.grown(options.margin);
     match options.boxes {
         BoxShape::Exact => PixelRect { x: 0, y: 0, ..grown },

@@ -2,7 +2,7 @@
 
 use rayon::prelude::*;
 
-use super::cluster::{Clusters, cluster};
+use super::cluster::{Clusters, box_size, cluster};
 use super::content::{Content, contents};
 use super::cycles::{Resolved, resolve_cycles};
 use super::nodes::Nodes;
@@ -34,6 +34,8 @@ pub struct Sorted {
     pub clusters: Clusters,
     /// What each image layer holds.
     pub contents: Vec<Content>,
+    /// Texels if every face and piece had a rectangle of its own.
+    pub texels_unmerged: u64,
     /// Cuts that were made.
     pub cuts: u32,
     /// Cuts of which one piece was nowhere visible.
@@ -80,13 +82,27 @@ pub fn sort_photo(
     };
     task.go_on()?;
 
-    let bounds = element_bounds(&view, &runs, &resolved.nodes, &layers);
+    let of_nodes = node_bounds(&view, &runs, &resolved.nodes);
+    let texels_unmerged = of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
+    let bounds = element_bounds(&of_nodes, &layers);
     let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
     let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options));
     let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
     let refused = contradicting(&resolved, &layers);
     let Resolved { nodes, cuts, free_cuts, .. } = resolved;
-    Ok(Sorted { view, presence, runs, nodes, layers, clusters, contents, cuts, free_cuts, refused })
+    Ok(Sorted {
+        view,
+        presence,
+        runs,
+        nodes,
+        layers,
+        clusters,
+        contents,
+        texels_unmerged,
+        cuts,
+        free_cuts,
+        refused,
+    })
 }
 
 /// The refused edges that the layers contradict; others turned out to agree with them.
@@ -97,21 +113,28 @@ fn contradicting(resolved: &Resolved, layers: &Layers) -> Vec<(u32, u32, u32)> {
     refused.filter(|&(f, b, _)| !same(f, b) && layer(f) >= layer(b)).collect()
 }
 
-/// The bounding box of every element: of outlines for whole items, of covered pixels for pieces.
-fn element_bounds(view: &View, runs: &Runs, nodes: &Nodes, layers: &Layers) -> Vec<PixelRect> {
-    let of_pieces = piece_bounds(view, runs, nodes);
+/// The bounding box of every element.
+fn element_bounds(of_nodes: &[PixelRect], layers: &Layers) -> Vec<PixelRect> {
     layers
         .elements
         .iter()
         .map(|element| {
-            let bounds = element.nodes.iter().map(|node| {
-                let item = nodes.list[node.0 as usize].item;
-                if nodes.is_cut(item) { of_pieces[node.0 as usize] } else { view.items[item as usize].bounds }
-            });
+            let bounds = element.nodes.iter().map(|node| of_nodes[node.0 as usize]);
             let union = bounds.reduce(|a, b| if a.is_empty() { b } else { a.union(&b) });
             union.expect("an element holds a node at least")
         })
         .collect()
+}
+
+/// The bounding box of every node: of its outline for a whole item, of its pixels for a piece.
+fn node_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
+    let mut bounds = piece_bounds(view, runs, nodes);
+    for (bounds, node) in bounds.iter_mut().zip(&nodes.list) {
+        if !nodes.is_cut(node.item) {
+            *bounds = view.items[node.item as usize].bounds;
+        }
+    }
+    bounds
 }
 
 /// Bounding boxes of the pixels of cut items' nodes; empty for the others.

@@ -37,7 +37,7 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
         unresolved: if stencil { Vec::new() } else { supports(&unresolved) },
         texels: image_layers.iter().map(|l| l.rect.area()).sum(),
         texels_used: image_layers.iter().map(|l| l.texels_used).sum(),
-        texels_unmerged: sorted.clusters.texels_unmerged,
+        texels_unmerged: sorted.texels_unmerged,
         bytes: 0,
         untextured: untextured(model, sorted),
         notes: notes(model, sorted, options),
