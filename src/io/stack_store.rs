@@ -38,7 +38,7 @@ const UNFINISHED: &str = "+new-";
 const LARGEST_STACK: u64 = 1 << 30;
 const REMEDY: &str = "run `quadratura build` to make it again";
 /// Files that desktops strew into folders; nobody's work.
-const LITTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
+pub const LITTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
 /// The stacks of the project in one folder. Reading needs no lock; whoever writes holds the
 /// project's ([`super::lock::ProjectLock`]).

@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::io::exports::WrittenFiles;
+use crate::io::stack_store::LITTER;
 
 /// Where an export goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -52,6 +53,9 @@ fn is_ours(target: &Path, photo: &str, wants_folder: bool, written: &WrittenFile
 fn all_ours(folder: &Path, photo: &str, written: &WrittenFiles) -> Result<bool> {
     for entry in folder.read_dir().map_err(Error::io(folder, "read the folder"))? {
         let entry = entry.map_err(Error::io(folder, "read the folder"))?;
+        if LITTER.iter().any(|litter| entry.file_name() == *litter) {
+            continue;
+        }
         let is_folder = entry.file_type().map_err(Error::io(entry.path(), "look at it"))?.is_dir();
         let ours = if is_folder {
             all_ours(&entry.path(), photo, written)?
@@ -91,6 +95,8 @@ mod tests {
         std::fs::create_dir(out.path().join("1.jpg")).unwrap();
         let target = || find(out.path(), "1.jpg", "", &WrittenFiles::default()).unwrap().target;
         assert_eq!(target(), out.path().join("1.jpg"));
+        std::fs::write(out.path().join("1.jpg/.DS_Store"), "").unwrap();
+        assert_eq!(target(), out.path().join("1.jpg"), "a desktop's litter is nobody's work");
         std::fs::write(out.path().join("1.jpg/mine.kra"), "").unwrap();
         assert_eq!(target(), out.path().join("1.jpg-2"));
     }
