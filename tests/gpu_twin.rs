@@ -161,7 +161,8 @@ fn the_table_of_pairs_is_that_of_the_lists_on_hundreds_of_random_scenes() {
     }
     let share = differing as f64 / all as f64;
     println!("{differing} of {all} covered pixels differ from the twin's: {share:.6}");
-    assert!(share < 0.01, "{differing} of {all} covered pixels differ from the twin's");
+    // llvmpipe was seen to differ at 0.006 %; other hardware may round vertices to another grid.
+    assert!(share < 0.001, "{differing} of {all} covered pixels differ from the twin's");
 }
 
 #[test]

@@ -42,6 +42,8 @@ pub struct Sorted {
     pub free_cuts: u32,
     /// Pairs of nodes whose occlusion was refused and contradicts the layers: `(front, back, px)`.
     pub refused: Vec<(u32, u32, u32)>,
+    /// Items that stencil peeling could not take apart and put into one last layer.
+    pub locked: u32,
 }
 
 /// Sorts what one photo sees of the model (in world coordinates) into image layers.
@@ -64,12 +66,12 @@ pub fn sort_photo(
     let runs = task.timed("runs", || Runs::new(lists));
     let working: Vec<bool> = presence.iter().map(|p| *p == Presence::Working).collect();
 
-    let (resolved, layers) = match options.method {
+    let (resolved, layers, locked) = match options.method {
         Method::Graph => {
             let resolved =
                 task.timed("cycles", || resolve_cycles(&view, &runs, &working, &occlusions, options));
             let layers = task.timed("parts", || gather_parts(model, &view, &resolved, options.min_support));
-            (resolved, layers)
+            (resolved, layers, 0)
         }
         Method::Stencil => {
             let peeled = task
@@ -77,7 +79,7 @@ pub fn sort_photo(
             let nodes = Nodes::whole(&working);
             let items: Vec<u32> = nodes.list.iter().map(|n| n.item).collect();
             let layers = layers_of_stencil(model, &view, &items, &peeled, &occlusions, options.min_support);
-            (Resolved { nodes, ..Resolved::default() }, layers)
+            (Resolved { nodes, ..Resolved::default() }, layers, peeled.locked)
         }
     };
     task.go_on()?;
@@ -102,6 +104,7 @@ pub fn sort_photo(
         cuts,
         free_cuts,
         refused,
+        locked,
     })
 }
 

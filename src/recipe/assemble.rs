@@ -251,10 +251,11 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
     if options.method == Method::Stencil {
         let against = &sorted.layers.against;
         let px: u64 = against.iter().map(|a| u64::from(a.2)).sum();
-        let pairs = against.len();
+        let (pairs, locked) = (against.len(), sorted.locked);
         notes.push(format!(
             "made by stencil peeling as published in 2003: {pairs} pairs of elements are in the wrong order, \
-             at {px} pixels; `--method graph` has none"
+             at {px} pixels, and {locked} faces that hide each other share the last layer; \
+             `--method graph` sorts and cuts them"
         ));
     }
     let strong = sorted.refused.iter().filter(|r| r.2 > options.min_support);
