@@ -10,6 +10,7 @@
 //! | [`error`], [`task`] | whose fault; progress and stop |
 //! | [`geometry`] | camera, lens, plane, polygon, rectangle: pure mathematics |
 //! | [`scene`] | photo, model, site: what was photographed; immutable |
+//! | [`projection`] | novel views: sheared frusta, which image layers serve a face, weights |
 //! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content |
 //! | [`document`] | what is saved: the authored project, the derived stack |
 //! | [`io`], [`gpu`] | files and passes; they do not know each other |
@@ -57,6 +58,8 @@ pub mod task;
 
 pub mod geometry;
 pub mod scene;
+
+pub mod projection;
 
 pub mod layers;
 

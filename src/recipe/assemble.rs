@@ -11,6 +11,7 @@ use crate::layers::pieces::{NodePieces, pieces_of_nodes};
 use crate::layers::rasteriser::Presence;
 use crate::layers::view::Absence;
 use crate::layers::{Method, Options, Sorted};
+use crate::projection::frustum::uv_from_world;
 use crate::scene::{FaceId, Model, Photo};
 
 /// The stack of a photo; `inputs` is the hash of all it was made of. `bytes` is still 0.
@@ -183,24 +184,6 @@ fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> Str
     let key = serde_json::to_vec(&(photo, named, cluster.rect, salt)).expect("plain data is JSON");
     let hash = blake3::hash(&key);
     hash.as_bytes()[..8].iter().map(|b| DIGITS[usize::from(b % 32)] as char).collect()
-}
-
-/// Rows ((fx r1 + (cx - x) r3) / w, (fy r2 + (cy - y) r3) / h, r3) of [R|t]: the sub-frustum of the
-/// rectangle and its bias in one (Reche & Drettakis 2003, section 5, without the detour through a
-/// near plane).
-pub fn uv_from_world(camera: &Pinhole, pose: &Pose, rect: PixelRect) -> [[f64; 4]; 3] {
-    let [r1, r2, r3] = pose.rotation_rows();
-    let t = pose.translation;
-    let row = |r: [f64; 3], t: f64| [r[0], r[1], r[2], t];
-    let (r1, r2, r3) = (row(r1, t.x), row(r2, t.y), row(r3, t.z));
-    let mix = |f: f64, r: [f64; 4], c: f64, size: u32| {
-        std::array::from_fn(|i| (f * r[i] + c * r3[i]) / f64::from(size))
-    };
-    [
-        mix(camera.fx, r1, camera.cx - f64::from(rect.x), rect.w),
-        mix(camera.fy, r2, camera.cy - f64::from(rect.y), rect.h),
-        r3,
-    ]
 }
 
 fn untextured(model: &Model, sorted: &Sorted) -> Vec<Untextured> {

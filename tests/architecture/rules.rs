@@ -9,6 +9,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["task"],
     &["geometry"],
     &["scene"],
+    &["projection"],
     &["layers"],
     &["document"],
     &["io", "gpu"],

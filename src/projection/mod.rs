@@ -1,0 +1,11 @@
+//! Novel views: the edited layers projected back onto the model. What a shot is, which image layers
+//! may serve a face, and how photos are weighed; `gpu` draws it.
+
+pub mod frustum;
+pub mod shot;
+pub mod sources;
+
+pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
+pub use sources::{
+    Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,
+};

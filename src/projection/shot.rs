@@ -1,0 +1,190 @@
+//! One novel view: from where, how photos are blended for it, and what of it is shown.
+
+use std::fmt;
+use std::str::FromStr;
+
+use glam::DVec3;
+
+use super::PhotoId;
+use crate::error::Result;
+use crate::geometry::{Pinhole, Pose};
+use crate::task::Task;
+
+/// How photos are chosen and weighed at a surface point.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Mode {
+    /// The photo of least q alone.
+    Best,
+    /// Angles alone: inverse angle, the nearest photos (Debevec, Yu & Borshukov 1998, section 3).
+    Debevec,
+    /// Unstructured lumigraph (Buehler et al. 2001): `w = max(0, 1 - q/T) / q`.
+    #[default]
+    Lumigraph,
+    /// Franke-Little weights: `w = (max(0, T - q) / (T q))^2`, once continuously differentiable.
+    Smooth,
+}
+
+impl Mode {
+    /// All of them, in the order of the command line's help.
+    pub const ALL: [Self; 4] = [Self::Best, Self::Debevec, Self::Lumigraph, Self::Smooth];
+
+    /// As the command line names it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Best => "best",
+            Self::Debevec => "debevec",
+            Self::Lumigraph => "lumigraph",
+            Self::Smooth => "smooth",
+        }
+    }
+}
+
+impl fmt::Display for Mode {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(self.name())
+    }
+}
+
+impl FromStr for Mode {
+    type Err = String;
+
+    fn from_str(text: &str) -> std::result::Result<Self, String> {
+        Self::ALL.into_iter().find(|mode| mode.name() == text).ok_or_else(|| {
+            format!("{text} is no blending mode; they are {}", Self::ALL.map(Self::name).join(", "))
+        })
+    }
+}
+
+/// How photos are blended.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Blend {
+    /// The formula.
+    pub mode: Mode,
+    /// At most so many photos share a surface point; 1 to [`Blend::MOST`].
+    pub photos: u32,
+    /// Weight of the resolution penalty, in radians per octave of missing resolution.
+    pub lambda: f64,
+}
+
+impl Blend {
+    /// The most photos that may share a point.
+    pub const MOST: u32 = 8;
+}
+
+impl Default for Blend {
+    fn default() -> Self {
+        Self { mode: Mode::default(), photos: 4, lambda: 0.1 }
+    }
+}
+
+/// How well a picture is filtered.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Quality {
+    /// One sample a pixel, trilinear: for moving.
+    Preview,
+    /// Four samples a pixel at edges, anisotropic: for keeping.
+    #[default]
+    Final,
+}
+
+/// What a picture shows of the view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Shown {
+    /// The blended photos.
+    #[default]
+    Colour,
+    /// Each photo's own colour (by number), mixed by its weight.
+    Weights,
+    /// The photo of the largest weight, as its colour.
+    BestPhoto,
+    /// Texels of the best photo per pixel of the picture, in octaves around one.
+    Density,
+    /// The largest confidence among the photos that serve.
+    Confidence,
+    /// The image layer of the best photo, as a colour.
+    Layer,
+    /// The face, as a colour.
+    Item,
+    /// How many photos serve the point.
+    Coverage,
+}
+
+/// Which exposure a picture has.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub enum Exposure {
+    /// The blend of the photos' gains by nearness of the viewpoint: a photo's own camera keeps its own.
+    #[default]
+    Near,
+    /// The exposure that all photos are brought to.
+    Common,
+    /// Photos as they are, differences and all.
+    Raw,
+}
+
+/// One novel view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shot {
+    /// Size and K in pixels.
+    pub camera: Pinhole,
+    /// World to camera.
+    pub pose: Pose,
+    /// How photos are blended.
+    pub blend: Blend,
+    /// How well it is filtered.
+    pub quality: Quality,
+    /// What is shown.
+    pub shown: Shown,
+    /// Its exposure.
+    pub exposure: Exposure,
+    /// Photos that must not take part (those that are to be predicted).
+    pub without: Vec<PhotoId>,
+}
+
+impl Shot {
+    /// The camera's view with everything else at its default.
+    pub fn new(camera: Pinhole, pose: Pose) -> Self {
+        Self {
+            camera,
+            pose,
+            blend: Blend::default(),
+            quality: Quality::default(),
+            shown: Shown::default(),
+            exposure: Exposure::default(),
+            without: Vec::new(),
+        }
+    }
+
+    /// Where it is taken from, in the world.
+    pub fn viewpoint(&self) -> DVec3 {
+        self.pose.center_in_world()
+    }
+}
+
+/// A picture: rows from the top.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Picture {
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// sRGB and alpha, 8 bits each, `width * height * 4`; not premultiplied. Alpha: how much of the
+    /// pixel is textured.
+    pub rgba: Vec<u8>,
+}
+
+/// Who can draw a shot: the GPU, or its plain twin.
+pub trait Renders {
+    /// The picture of a shot.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
+    /// can't be read, [`crate::Error::Cancelled`].
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
+
+    /// The nearest face at each pixel centre, in row order from the top: 1 + its id, 0 where there is
+    /// none. Faces within the visibility tolerance: the last in the model file.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
+}
