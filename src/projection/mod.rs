@@ -4,6 +4,7 @@
 pub mod frustum;
 pub mod shot;
 pub mod sources;
+pub mod weights;
 
 pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
 pub use sources::{

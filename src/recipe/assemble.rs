@@ -4,7 +4,7 @@ use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
     Untextured,
 };
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::geometry::{Pinhole, Pose};
 use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::pieces::{NodePieces, pieces_of_nodes};

@@ -1,0 +1,181 @@
+//! How photos are weighed at a surface point: the plain twin of `shaders/weights.wgsl`.
+//!
+//! Every photo that serves the point gets a penalty q; the k best share the point with weights that
+//! fall to zero where the (k+1)-th takes over, so that nothing pops (Buehler et al. 2001, section 4).
+//! Confidence and border are within q: nothing multiplies a weight after the choice.
+
+use glam::DVec3;
+
+use super::shot::{Blend, Mode};
+use crate::geometry::{Pinhole, Plane};
+
+/// Keeps q of a photo's own camera above zero, in radians.
+pub const LEAST_ANGLE: f64 = 1e-6;
+
+/// The border of a photo counts in full from this share of its shorter side inwards.
+pub const BORDER_SHARE: f64 = 0.05;
+
+/// Added to q, in radians, where a billboard is served by a photo of its other side: any photo of
+/// the right side comes first (angles are at most pi).
+pub const OTHER_SIDE: f64 = 1000.0;
+
+/// One photo's claim to a surface point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Claim {
+    /// Between the rays to the viewpoint and to the photo's camera, in radians.
+    pub angle: f64,
+    /// Octaves of resolution that the photo lacks, see [`octaves_missing`].
+    pub octaves: f64,
+    /// 0 at the photo's outer edge to 1, see [`border`].
+    pub border: f64,
+    /// Of the filtered texel, 0 to 1.
+    pub confidence: f64,
+}
+
+impl Claim {
+    /// The penalty; infinite where the photo does not serve. [`Mode::Debevec`] looks at angles alone.
+    pub fn penalty(&self, blend: &Blend) -> f64 {
+        let trust = self.border * self.confidence;
+        if trust <= 0.0 {
+            return f64::INFINITY;
+        }
+        match blend.mode {
+            Mode::Debevec => self.angle + LEAST_ANGLE,
+            _ => (self.angle + blend.lambda * self.octaves + LEAST_ANGLE) / trust,
+        }
+    }
+}
+
+/// The angle at `point` between the rays to `a` and `b`, in radians, as exact for nearly equal rays
+/// as for nearly opposite ones (Kahan's form: the chord against its complement).
+pub fn angle_at(point: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let (a, b) = ((a - point).normalize(), (b - point).normalize());
+    2.0 * (a - b).length().atan2((a + b).length())
+}
+
+/// Pixels per world unit on a plane at a point: the geometric mean over directions, f sqrt(h / z^3),
+/// with h the distance of the camera from the plane and z the depth of the point.
+pub fn pixels_per_unit(camera: &Pinhole, plane: &Plane, center: DVec3, depth: f64) -> f64 {
+    let height = plane.normal.dot(center - plane.point).abs();
+    (camera.fx * camera.fy * height / (depth * depth * depth)).sqrt()
+}
+
+/// How many octaves of resolution a photo lacks, at a point, of what the view shows of it; 0 when it
+/// has enough. Both as [`pixels_per_unit`].
+pub fn octaves_missing(in_view: f64, in_photo: f64) -> f64 {
+    (in_view / in_photo).log2().max(0.0)
+}
+
+/// 0 at the photo's edge to 1 from [`BORDER_SHARE`] inwards, linear; `px` in photo pixels.
+pub fn border(camera: &Pinhole, px: glam::DVec2) -> f64 {
+    let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+    let inside = px.x.min(width - px.x).min(px.y).min(height - px.y);
+    (inside / (BORDER_SHARE * width.min(height))).clamp(0.0, 1.0)
+}
+
+/// The weights of photos with these penalties: at most `blend.photos` are above zero, they sum to 1.
+/// All are 0 where none serves.
+pub fn weights(penalties: &[f64], blend: &Blend) -> Vec<f64> {
+    let mut rising: Vec<usize> = (0..penalties.len()).filter(|&i| penalties[i].is_finite()).collect();
+    // A stable sort: ties by position.
+    rising.sort_by(|&a, &b| penalties[a].total_cmp(&penalties[b]));
+    let most = if blend.mode == Mode::Best { 1 } else { blend.photos.max(1) as usize };
+    let next = rising.get(most).map_or(f64::INFINITY, |&i| penalties[i]);
+    rising.truncate(most);
+    let mut weights = vec![0.0; penalties.len()];
+    for &i in &rising {
+        weights[i] = raw_weight(penalties[i], next, blend.mode);
+    }
+    let sum: f64 = weights.iter().sum();
+    let ties = rising.len() as f64;
+    for &i in &rising {
+        weights[i] = if sum > 0.0 { weights[i] / sum } else { 1.0 / ties };
+    }
+    weights
+}
+
+fn raw_weight(q: f64, next: f64, mode: Mode) -> f64 {
+    match mode {
+        Mode::Best => 1.0,
+        Mode::Debevec | Mode::Lumigraph => (1.0 - q / next).max(0.0) / q,
+        // (T - q) / (T q) = 1/q - 1/T, which is also right for an infinite T.
+        Mode::Smooth => (1.0 / q - 1.0 / next).max(0.0).powi(2),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::Dice;
+
+    const MODES: [Mode; 3] = [Mode::Debevec, Mode::Lumigraph, Mode::Smooth];
+
+    fn blend(mode: Mode, photos: u32) -> Blend {
+        Blend { mode, photos, ..Blend::default() }
+    }
+
+    #[test]
+    fn weights_sum_to_one_and_at_most_k_are_above_zero() {
+        let mut dice = Dice::new(11);
+        for _ in 0..1000 {
+            let penalties: Vec<f64> = (0..dice.whole(1, 20)).map(|_| dice.between(1e-6, 2.0)).collect();
+            for mode in MODES {
+                let weights = weights(&penalties, &blend(mode, 4));
+                assert!((weights.iter().sum::<f64>() - 1.0).abs() < 1e-12);
+                assert!(weights.iter().filter(|w| **w > 0.0).count() <= 4);
+            }
+        }
+    }
+
+    #[test]
+    fn a_photo_that_joins_the_best_does_so_with_no_weight() {
+        for mode in MODES {
+            let before = weights(&[0.1, 0.2, 0.3, 0.3 + 1e-9], &blend(mode, 3));
+            let after = weights(&[0.1, 0.2, 0.3 + 1e-9, 0.3], &blend(mode, 3));
+            for (a, b) in before.iter().zip(&after) {
+                assert!((a - b).abs() < 1e-6, "{mode}: {before:?} {after:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn photos_that_do_not_serve_have_no_weight_and_ties_share() {
+        for mode in MODES {
+            assert_eq!(weights(&[f64::INFINITY, 0.2], &blend(mode, 4)), [0.0, 1.0]);
+            assert_eq!(weights(&[0.5; 5], &blend(mode, 4)), [0.25, 0.25, 0.25, 0.25, 0.0]);
+            assert_eq!(weights(&[f64::INFINITY; 2], &blend(mode, 4)), [0.0, 0.0]);
+        }
+    }
+
+    #[test]
+    fn a_photos_own_camera_leaves_others_less_than_a_thousandth() {
+        let own = Claim { angle: 0.0, octaves: 0.0, border: 1.0, confidence: 1.0 };
+        let other = Claim { angle: 0.02, octaves: 0.0, border: 1.0, confidence: 1.0 };
+        for mode in MODES {
+            let penalties = [own.penalty(&blend(mode, 4)), other.penalty(&blend(mode, 4))];
+            assert!(weights(&penalties, &blend(mode, 4))[0] > 0.999);
+        }
+    }
+
+    #[test]
+    fn angles_are_exact_from_nothing_to_a_half_turn() {
+        for angle in [0.0, 1e-9, 1e-4, 0.5, 1.5, 3.0, std::f64::consts::PI] {
+            let b = DVec3::new(7.0 * f64::cos(angle), 7.0 * f64::sin(angle), 0.0);
+            assert!((angle_at(DVec3::ZERO, DVec3::X * 3.0, b) - angle).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn pixels_per_unit_is_the_area_of_the_projection() {
+        let camera = Pinhole { width: 100, height: 100, fx: 200.0, fy: 300.0, cx: 50.0, cy: 50.0 };
+        let plane = Plane { normal: DVec3::new(0.6, 0.0, -0.8), point: DVec3::new(0.0, 0.0, 5.0) };
+        let point = plane.point;
+        let (along, up) = (DVec3::new(0.8, 0.0, 0.6), DVec3::Y);
+        let step = 1e-5;
+        let at = |p: DVec3| camera.image_from_camera(p).expect("in front");
+        let (du, dv) = (at(point + along * step) - at(point), at(point + up * step) - at(point));
+        let area = du.perp_dot(dv).abs() / (step * step);
+        let found = pixels_per_unit(&camera, &plane, DVec3::ZERO, point.z);
+        assert!((found * found / area - 1.0).abs() < 1e-4);
+    }
+}
