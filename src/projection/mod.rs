@@ -1,6 +1,9 @@
 //! Novel views: the edited layers projected back onto the model. What a shot is, which image layers
 //! may serve a face, and how photos are weighed; `gpu` draws it.
 
+pub mod cells;
+#[cfg(test)]
+mod cells_tests;
 pub mod frustum;
 pub mod shot;
 pub mod sources;

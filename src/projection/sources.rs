@@ -64,6 +64,21 @@ pub enum Domain {
     Inside(Vec<HalfPlane>),
 }
 
+impl Domain {
+    /// All of the face.
+    pub fn is_whole(&self) -> bool {
+        matches!(self, Self::Whole)
+    }
+
+    /// Whether a point, in photo pixels, is within.
+    pub fn holds(&self, point_px: DVec2) -> bool {
+        match self {
+            Self::Whole => true,
+            Self::Inside(sides) => sides.iter().all(|s| s.normal.dot(point_px) >= s.offset),
+        }
+    }
+}
+
 /// `normal . p >= offset`, p in photo pixels, the normal of length 1.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfPlane {

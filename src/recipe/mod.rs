@@ -10,4 +10,5 @@ pub mod inputs;
 pub mod open;
 mod photo_plan;
 pub mod photos;
+pub mod sources;
 pub mod survey;

@@ -1,0 +1,422 @@
+//! Which photos can matter where: the view's pixels in square cells, and for every face in a cell the
+//! servers that may be among the k best (or be the (k+1)-th) at any of its points, by rising least
+//! penalty. Bounds are proven over a ball around what the cell shows of the face, so that a shader that
+//! stops where the next least penalty exceeds its worst has left out none.
+
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::shot::{Mode, Shot};
+use super::sources::{Server, Sources};
+use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at};
+use crate::geometry::{Pinhole, Plane, Pose};
+use crate::scene::{Face, FaceId, Model};
+
+/// Sides of the blocks that are looked at before a cell, in cells, from coarse to fine: a server that
+/// cannot matter in a block is not asked again in its cells.
+const BLOCKS: [u32; 2] = [8, 2];
+
+/// What is known of confidence without looking at texels.
+pub trait Confidence: Sync {
+    /// A lower bound of the filtered confidence of a server's sheet within `low_px..high_px` (photo
+    /// pixels); 0 where nothing is known.
+    fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64;
+}
+
+/// Nothing is known.
+#[derive(Debug, Clone, Copy)]
+pub struct Unknown;
+
+impl Confidence for Unknown {
+    fn least(&self, _: &Server, _: DVec2, _: DVec2) -> f64 {
+        0.0
+    }
+}
+
+/// One server in one cell.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Candidate {
+    /// Its place in [`Sources::servers`].
+    pub server: u32,
+    /// No point of the cell has a smaller penalty, in radians.
+    pub least: f64,
+}
+
+/// The cells of one face: a rectangle of the view's cells in row order.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct FaceCells {
+    /// The face.
+    pub face: FaceId,
+    /// Column and row of the first cell, in cells.
+    pub corner: [u32; 2],
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Of its first cell, in [`Cells::ranges`].
+    pub first: u32,
+}
+
+/// All cells of a view.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Cells {
+    /// Side of a cell in pixels of the view.
+    pub side_px: u32,
+    /// The faces that the view may show, in model order.
+    pub faces: Vec<FaceCells>,
+    /// For every cell its range in `candidates`.
+    pub ranges: Vec<Range<u32>>,
+    /// By cell, then rising least penalty.
+    pub candidates: Vec<Candidate>,
+    /// Depths of the nearest and the farthest point that the view shows; 0 where it shows none.
+    pub depths: [f64; 2],
+}
+
+/// The near plane is nearer than anything seen by this share, and by this share of the farthest depth
+/// not nearer: depths are f32, whose exponent has room.
+const NEAR: [f64; 2] = [0.5, 1e-9];
+
+impl Cells {
+    /// A near plane's depth that cuts nothing off, in world units.
+    pub fn near(&self) -> f64 {
+        let [nearest, farthest] = self.depths;
+        (NEAR[0] * nearest).max(NEAR[1] * farthest).max(f64::from(f32::MIN_POSITIVE) * 1e6)
+    }
+
+    /// The candidates of a face in the cell with this column and row.
+    pub fn of(&self, face: &FaceCells, column: u32, row: u32) -> &[Candidate] {
+        let (x, y) = (column.wrapping_sub(face.corner[0]), row.wrapping_sub(face.corner[1]));
+        if x >= face.size[0] || y >= face.size[1] {
+            return &[];
+        }
+        let range = &self.ranges[(face.first + y * face.size[0] + x) as usize];
+        &self.candidates[range.start as usize..range.end as usize]
+    }
+}
+
+/// The cells of a shot. `side_px` is a cell's side; `slack` is by how much, in world units, a point
+/// that is looked up may lie off its face.
+pub fn cells(
+    model: &Model,
+    sources: &Sources,
+    shot: &Shot,
+    side_px: u32,
+    slack: f64,
+    confidence: &impl Confidence,
+) -> Cells {
+    let finder = Finder { model, sources, shot, side: f64::from(side_px), slack, confidence };
+    let found: Vec<Found> =
+        model.face_ids().collect::<Vec<_>>().into_par_iter().filter_map(|face| finder.face(face)).collect();
+    let depths = found.iter().map(|f| f.depths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
+    let mut cells = Cells { side_px, depths: depths.unwrap_or_default(), ..Cells::default() };
+    for face in found {
+        let first = cells.ranges.len() as u32;
+        cells.faces.push(FaceCells { face: face.face, corner: face.corner, size: face.size, first });
+        for list in face.lists {
+            let start = cells.candidates.len() as u32;
+            cells.candidates.extend(list);
+            cells.ranges.push(start..cells.candidates.len() as u32);
+        }
+    }
+    cells
+}
+
+/// The cells of one face, before they are put together.
+struct Found {
+    face: FaceId,
+    corner: [u32; 2],
+    size: [u32; 2],
+    depths: [f64; 2],
+    lists: Vec<Vec<Candidate>>,
+}
+
+struct Finder<'a, C> {
+    model: &'a Model,
+    sources: &'a Sources,
+    shot: &'a Shot,
+    side: f64,
+    slack: f64,
+    confidence: &'a C,
+}
+
+/// What a face is to all its cells.
+struct Subject<'a> {
+    face: &'a Face,
+    billboard: bool,
+    /// The view sees it from behind.
+    back: bool,
+}
+
+/// What a block of cells shows of a face.
+struct Patch {
+    /// Corners of the part of the outline that the block shows, in the view's camera frame.
+    polygon: Vec<DVec3>,
+    /// Middle of a ball that holds it, in the view's camera frame and in the world.
+    middle: DVec3,
+    middle_in_world: DVec3,
+    /// The ball's radius, with the slack.
+    radius: f64,
+}
+
+impl<C: Confidence> Finder<'_, C> {
+    fn face(&self, id: FaceId) -> Option<Found> {
+        let face = self.model.face(id);
+        let outline: Vec<DVec3> =
+            self.model.ring_points(id).map(|p| self.shot.pose.camera_from_world(p)).collect();
+        let camera = &self.shot.camera;
+        let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+        let polygon = clipped(&outline, camera, DVec2::ZERO, DVec2::new(width, height));
+        let (low, high) = extent(&polygon, camera)?;
+        let cell = |px: f64, limit: f64| (px.clamp(0.0, limit - 0.5) / self.side) as u32;
+        let corner = [cell(low.x, width), cell(low.y, height)];
+        let size = [cell(high.x, width) - corner[0] + 1, cell(high.y, height) - corner[1] + 1];
+        let object = self.model.object(face.object);
+        let back = face.plane.normal.dot(self.shot.viewpoint() - face.plane.point) < 0.0;
+        let subject = Subject { face, billboard: object.billboard, back };
+        let range = &self.sources.of_face[id.0 as usize];
+        let all: Vec<u32> = range.clone().filter(|&s| self.may_serve(&subject, s)).collect();
+        let mut lists = vec![Vec::new(); (size[0] * size[1]) as usize];
+        self.descend(
+            &subject,
+            &polygon,
+            &all,
+            corner,
+            [0, 0, size[0], size[1]],
+            &BLOCKS,
+            &mut |x, y, list| {
+                lists[(y * size[0] + x) as usize] = list;
+            },
+        );
+        let depths = polygon.iter().fold([f64::INFINITY, 0.0f64], |[a, b], p| [a.min(p.z), b.max(p.z)]);
+        Some(Found { face: id, corner, size, depths, lists })
+    }
+
+    fn may_serve(&self, subject: &Subject, server: u32) -> bool {
+        let server = &self.sources.servers[server as usize];
+        // The triangles of a face that is not planar have sides of their own.
+        let side = server.back == subject.back || subject.billboard || !subject.face.planar;
+        side && !self.shot.without.contains(&server.photo)
+    }
+
+    /// Blocks of `steps[0]` cells of the rectangle `[x0, y0, x1, y1]` (in cells of the face), and what
+    /// is within; single cells at last.
+    #[allow(clippy::too_many_arguments)]
+    fn descend(
+        &self,
+        subject: &Subject,
+        polygon: &[DVec3],
+        servers: &[u32],
+        corner: [u32; 2],
+        [x0, y0, x1, y1]: [u32; 4],
+        steps: &[u32],
+        put: &mut impl FnMut(u32, u32, Vec<Candidate>),
+    ) {
+        let step = steps.first().copied().unwrap_or(1);
+        for y in (y0..y1).step_by(step as usize) {
+            for x in (x0..x1).step_by(step as usize) {
+                let (right, below) = ((x + step).min(x1), (y + step).min(y1));
+                let at = |x: u32, y: u32| {
+                    DVec2::new(f64::from(corner[0] + x), f64::from(corner[1] + y)) * self.side
+                };
+                let part = clipped(polygon, &self.shot.camera, at(x, y), at(right, below));
+                let Some(patch) = self.patch(part) else { continue };
+                let list = self.candidates(subject, &patch, servers);
+                match steps {
+                    [] => put(x, y, list),
+                    _ => {
+                        let left: Vec<u32> = list.iter().map(|c| c.server).collect();
+                        let block = [x, y, right, below];
+                        self.descend(subject, &patch.polygon, &left, corner, block, &steps[1..], put);
+                    }
+                }
+            }
+        }
+    }
+
+    fn patch(&self, polygon: Vec<DVec3>) -> Option<Patch> {
+        if polygon.is_empty() {
+            return None;
+        }
+        let (low, high) = polygon
+            .iter()
+            .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
+        let middle = (low + high) / 2.0;
+        let radius = polygon.iter().map(|p| p.distance(middle)).fold(0.0, f64::max) + self.slack;
+        Some(Patch { middle_in_world: self.shot.pose.world_from_camera(middle), polygon, middle, radius })
+    }
+
+    /// Those of `servers` that may matter in the patch, by rising least penalty.
+    fn candidates(&self, subject: &Subject, patch: &Patch, servers: &[u32]) -> Vec<Candidate> {
+        let mut list = Vec::with_capacity(servers.len());
+        let mut worst = Vec::with_capacity(servers.len());
+        for &server in servers {
+            if let Some((least, most)) = self.bounds(subject, patch, server) {
+                list.push(Candidate { server, least });
+                worst.push(most);
+            }
+        }
+        // The (k+1)-th smallest of the upper bounds: T is nowhere larger.
+        let most = if self.shot.blend.mode == Mode::Best { 1 } else { self.shot.blend.photos.max(1) };
+        if worst.len() > most as usize {
+            let (_, limit, _) = worst.select_nth_unstable_by(most as usize, f64::total_cmp);
+            let limit = *limit;
+            list.retain(|c| c.least <= limit);
+        }
+        list.sort_by(|a, b| a.least.total_cmp(&b.least).then(a.server.cmp(&b.server)));
+        list
+    }
+
+    /// Bounds of the penalty of one server in a patch; `None` where it serves no point of it.
+    fn bounds(&self, subject: &Subject, patch: &Patch, server: u32) -> Option<(f64, f64)> {
+        let server = &self.sources.servers[server as usize];
+        let photo = self.sources.photo(server.photo);
+        let blend = &self.shot.blend;
+        let angle = angles(patch, self.shot.viewpoint(), photo.pose.center_in_world());
+        let seen = self.footprint(patch, server, &photo.camera, &photo.pose)?;
+        let octaves = match blend.mode {
+            Mode::Debevec => 0.0..0.0,
+            _ => self.octaves(subject, patch, &photo.camera, &photo.pose),
+        };
+        let other_side = subject.billboard && server.back != subject.back;
+        let apart = if other_side { OTHER_SIDE } else { 0.0 };
+        let sum = |angle: f64, octaves: f64| angle + apart + blend.lambda * octaves + LEAST_ANGLE;
+        let trust = match blend.mode {
+            Mode::Debevec if seen.trust.start > 0.0 => 1.0..1.0,
+            Mode::Debevec => 0.0..1.0,
+            _ => seen.trust,
+        };
+        let most = sum(angle.end, octaves.end) / trust.start;
+        Some((sum(angle.start, octaves.start) / trust.end, if seen.whole { most } else { f64::INFINITY }))
+    }
+
+    /// Where the photo has the patch, if at all.
+    fn footprint(&self, patch: &Patch, server: &Server, camera: &Pinhole, pose: &Pose) -> Option<Footprint> {
+        let middle = pose.camera_from_world(patch.middle_in_world);
+        if middle.z + patch.radius <= 0.0 {
+            return None;
+        }
+        let (low, high) = projected_ball(middle, patch.radius, camera);
+        let rect = self.sources.sheet(server.sheet).rect;
+        // A texel's filter reaches half a texel further.
+        let edge = DVec2::new(f64::from(rect.x), f64::from(rect.y)) - 1.0;
+        let far_edge = DVec2::new(f64::from(rect.right()), f64::from(rect.bottom())) + 1.0;
+        if high.cmplt(edge).any() || low.cmpgt(far_edge).any() {
+            return None;
+        }
+        let border = borders(camera, low, high);
+        if border.end <= 0.0 {
+            return None;
+        }
+        let least = if border.start > 0.0 { self.confidence.least(server, low, high) } else { 0.0 };
+        let whole = server.domain.is_whole() && middle.z > patch.radius;
+        Some(Footprint { trust: border.start * least..border.end, whole })
+    }
+
+    /// Bounds of the octaves that the photo lacks.
+    fn octaves(&self, subject: &Subject, patch: &Patch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
+        let photo_depth = pose.camera_from_world(patch.middle_in_world).z;
+        let depths = (photo_depth - patch.radius, photo_depth + patch.radius);
+        let view_depths = (patch.middle.z - patch.radius, patch.middle.z + patch.radius);
+        if !subject.face.planar || depths.0 <= 0.0 || view_depths.0 <= 0.0 {
+            return 0.0..f64::INFINITY;
+        }
+        let density = |camera: &Pinhole, height: f64, depth: f64| {
+            (camera.fx * camera.fy * height / (depth * depth * depth)).sqrt()
+        };
+        let plane = &subject.face.plane;
+        let (view, photo) = (&self.shot.camera, self.shot.viewpoint());
+        let (in_view, in_photo) = (height(plane, photo), height(plane, pose.center_in_world()));
+        let octaves = |of_view: f64, of_photo: f64| {
+            (density(view, in_view, of_view) / density(camera, in_photo, of_photo)).log2().max(0.0)
+        };
+        octaves(view_depths.1, depths.0)..octaves(view_depths.0, depths.1)
+    }
+}
+
+/// Where a photo has a patch.
+struct Footprint {
+    /// Bounds of border times confidence.
+    trust: Range<f64>,
+    /// The server serves all of it.
+    whole: bool,
+}
+
+fn height(plane: &Plane, point: DVec3) -> f64 {
+    plane.normal.dot(point - plane.point).abs()
+}
+
+/// Bounds of the angle under which `a` and `b` appear from points of the patch. From a point at
+/// distances x and y it changes by at most |a - b| / (x y) per unit of the way: its level sets are the
+/// circles through both (inscribed angles).
+fn angles(patch: &Patch, a: DVec3, b: DVec3) -> Range<f64> {
+    let middle = patch.middle_in_world;
+    let (x, y) = (middle.distance(a) - patch.radius, middle.distance(b) - patch.radius);
+    if x <= 0.0 || y <= 0.0 {
+        return 0.0..std::f64::consts::PI;
+    }
+    let angle = angle_at(middle, a, b);
+    let change = patch.radius * a.distance(b) / (x * y);
+    (angle - change).max(0.0)..(angle + change).min(std::f64::consts::PI)
+}
+
+/// A box in photo pixels that holds the projection of a ball (camera frame); all of the plane where
+/// the ball reaches behind the camera.
+fn projected_ball(middle: DVec3, radius: f64, camera: &Pinhole) -> (DVec2, DVec2) {
+    if middle.z <= radius {
+        return (DVec2::NEG_INFINITY, DVec2::INFINITY);
+    }
+    // x/z over the box around the ball: each bound is taken at the depth that makes it extreme.
+    let depths = (middle.z - radius, middle.z + radius);
+    let bounds = |m: f64, f: f64, c: f64| {
+        let (low, high) = (m - radius, m + radius);
+        let low = if low < 0.0 { low / depths.0 } else { low / depths.1 };
+        let high = if high > 0.0 { high / depths.0 } else { high / depths.1 };
+        (f * low + c, f * high + c)
+    };
+    let (x0, x1) = bounds(middle.x, camera.fx, camera.cx);
+    let (y0, y1) = bounds(middle.y, camera.fy, camera.cy);
+    (DVec2::new(x0, y0), DVec2::new(x1, y1))
+}
+
+/// Bounds of [`super::weights::border`] in a box.
+fn borders(camera: &Pinhole, low: DVec2, high: DVec2) -> Range<f64> {
+    let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+    let ramp = BORDER_SHARE * size.min_element();
+    let least = low.min(size - high).min_element();
+    let most = high.min(size - low).min_element();
+    (least / ramp).clamp(0.0, 1.0)..(most / ramp).clamp(0.0, 1.0)
+}
+
+/// The part of a polygon (camera frame) that projects into `low..high` (pixels). For a concave outline
+/// parts may hang together by edges along the box; all that is used of it is what it spans.
+fn clipped(polygon: &[DVec3], camera: &Pinhole, low: DVec2, high: DVec2) -> Vec<DVec3> {
+    let sides = [
+        DVec3::new(camera.fx, 0.0, camera.cx - low.x),
+        DVec3::new(-camera.fx, 0.0, high.x - camera.cx),
+        DVec3::new(0.0, camera.fy, camera.cy - low.y),
+        DVec3::new(0.0, -camera.fy, high.y - camera.cy),
+    ];
+    sides.iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
+}
+
+fn clipped_by(polygon: &[DVec3], side: DVec3) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (dp, dq) = (side.dot(p), side.dot(q));
+        if dp >= 0.0 {
+            kept.push(p);
+        }
+        if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+            kept.push(p + (q - p) * (dp / (dp - dq)));
+        }
+    }
+    kept
+}
+
+/// The box of a clipped polygon, in pixels; `None` where nothing is left.
+fn extent(polygon: &[DVec3], camera: &Pinhole) -> Option<(DVec2, DVec2)> {
+    let mut px = polygon.iter().filter_map(|p| camera.image_from_camera(*p)).filter(|p| p.is_finite());
+    let first = px.next()?;
+    Some(px.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
+}

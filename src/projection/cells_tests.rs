@@ -1,0 +1,155 @@
+//! The candidates of a cell hold every photo that matters at any of its points.
+
+use glam::{DVec2, DVec3, dvec3};
+
+use super::cells::{Cells, Confidence, Unknown, cells};
+use super::shot::{Blend, Mode, Shot};
+use super::sources::{Domain, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use super::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit, weights};
+use crate::geometry::{PixelRect, Plane};
+use crate::scene::Model;
+use crate::scene::synthetic::{Dice, centred, look_at, random};
+
+/// Every photo is sure of itself to one degree everywhere.
+struct Even;
+
+impl Even {
+    fn of(photo: PhotoId) -> f64 {
+        0.25 + 0.75 * (f64::from(photo.0) * 0.618).fract()
+    }
+}
+
+impl Confidence for Even {
+    fn least(&self, server: &Server, _: DVec2, _: DVec2) -> f64 {
+        Self::of(server.photo)
+    }
+}
+
+/// Cameras around the scene, each of which serves the side of every face that it sees.
+fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
+    let mut sources = Sources::default();
+    for i in 0..count {
+        let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
+        let eye = dvec3(9.0 * turn.cos(), 9.0 * turn.sin(), dice.between(0.5, 4.0)) + center(model);
+        let camera = centred(640, 480, dice.between(300.0, 900.0));
+        let pose = look_at(eye, center(model) + dvec3(dice.between(-1.0, 1.0), 0.0, 0.0));
+        sources.photos.push(Projector { name: format!("{i}"), camera, pose });
+        let rect = PixelRect { x: -32, y: -16, w: 1024, h: 512 };
+        sources.sheets.push(Sheet { photo: PhotoId(i), id: format!("s{i}"), rect });
+    }
+    for face in model.face_ids() {
+        let plane = model.face(face).plane;
+        let start = sources.servers.len() as u32;
+        for photo in 0..count {
+            let eye = sources.photos[photo as usize].pose.center_in_world();
+            let back = plane.signed_distance(eye) < 0.0;
+            let (sheet, photo) = (SheetId(photo), PhotoId(photo));
+            sources.servers.push(Server { sheet, photo, back, domain: Domain::Whole });
+        }
+        sources.of_face.push(start..sources.servers.len() as u32);
+    }
+    sources
+}
+
+fn center(model: &Model) -> DVec3 {
+    model.vertices.iter().sum::<DVec3>() / model.vertices.len() as f64
+}
+
+/// The penalty of a server at a point, by the definition.
+fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DVec3) -> f64 {
+    let photo = sources.photo(server.photo);
+    let in_photo = photo.pose.camera_from_world(p);
+    let Some(px) = photo.camera.image_from_camera(in_photo) else { return f64::INFINITY };
+    if server.back != (plane.signed_distance(shot.viewpoint()) < 0.0) {
+        return f64::INFINITY;
+    }
+    let density = |camera, center, depth| pixels_per_unit(camera, plane, center, depth);
+    let eye = photo.pose.center_in_world();
+    let in_view = density(&shot.camera, shot.viewpoint(), shot.pose.camera_from_world(p).z);
+    let claim = Claim {
+        angle: angle_at(p, shot.viewpoint(), eye),
+        octaves: octaves_missing(in_view, density(&photo.camera, eye, in_photo.z)),
+        border: border(&photo.camera, px),
+        confidence: Even::of(server.photo),
+    };
+    claim.penalty(&shot.blend)
+}
+
+/// Compares, at pixels of the shot, the weights of the cell's candidates with those of all servers.
+/// Returns how many points were looked at and how many candidates they had in all.
+fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Dice) -> (u32, usize) {
+    let (mut points, mut candidates) = (0, 0);
+    for found in &cells.faces {
+        let plane = model.face(found.face).plane;
+        let corners: Vec<DVec3> = model.ring_points(found.face).collect();
+        for _ in 0..40 {
+            let shares: Vec<f64> = corners.iter().map(|_| dice.unit()).collect();
+            let sum: f64 = shares.iter().sum();
+            let p = corners.iter().zip(&shares).map(|(c, s)| *c * (s / sum)).sum::<DVec3>();
+            let Some(px) = shot.camera.image_from_camera(shot.pose.camera_from_world(p)) else { continue };
+            let (width, height) = (f64::from(shot.camera.width), f64::from(shot.camera.height));
+            if px.min_element() < 0.0 || px.x >= width || px.y >= height {
+                continue;
+            }
+            let list = cells.of(found, px.x as u32 / cells.side_px, px.y as u32 / cells.side_px);
+            let all = sources.of_face[found.face.0 as usize].clone();
+            let of = |s: u32| penalty(sources, shot, &plane, &sources.servers[s as usize], p);
+            let everybody: Vec<f64> = all.clone().map(of).collect();
+            let truth = weights(&everybody, &shot.blend);
+            let listed: Vec<f64> = list.iter().map(|c| of(c.server)).collect();
+            let found_weights = weights(&listed, &shot.blend);
+            for (server, truth) in all.zip(&truth) {
+                let place = list.iter().position(|c| c.server == server);
+                let weight = place.map_or(0.0, |i| found_weights[i]);
+                assert!((weight - truth).abs() < 1e-9, "{}: {weight} for {truth}", shot.blend.mode);
+            }
+            for (candidate, q) in list.iter().zip(&listed) {
+                assert!(candidate.least <= q * (1.0 + 1e-12), "{} > {q}", candidate.least);
+            }
+            assert!(list.is_sorted_by(|a, b| a.least <= b.least));
+            points += 1;
+            candidates += list.len();
+        }
+    }
+    (points, candidates)
+}
+
+#[test]
+fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
+    let mut dice = Dice::new(21);
+    for seed in 0..6 {
+        let model = random::boxes(seed, 5).model;
+        let sources = ring_of_photos(&mut dice, &model, 24);
+        for mode in Mode::ALL {
+            let eye = center(&model) + dvec3(dice.between(-8.0, 8.0), dice.between(5.0, 9.0), 2.0);
+            let mut shot = Shot::new(centred(400, 300, 350.0), look_at(eye, center(&model)));
+            shot.blend = Blend { mode, photos: 4, lambda: 0.1 };
+            for known in [false, true] {
+                let found = match known {
+                    true => cells(&model, &sources, &shot, 32, 0.0, &Even),
+                    false => cells(&model, &sources, &shot, 32, 0.0, &Unknown),
+                };
+                let (points, candidates) = compare(&model, &sources, &shot, &found, &mut dice);
+                assert!(points > 100, "seed {seed}: {points} points");
+                // Where confidence is known, lists are short: 24 photos serve every side.
+                if known && mode == Mode::Lumigraph {
+                    assert!(candidates < 16 * points as usize, "{candidates} at {points} points");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn a_photo_that_must_not_take_part_is_no_candidate() {
+    let mut dice = Dice::new(22);
+    let model = random::boxes(3, 4).model;
+    let sources = ring_of_photos(&mut dice, &model, 6);
+    let photo = sources.photo(PhotoId(2)).clone();
+    let mut shot = Shot::new(photo.camera, photo.pose);
+    shot.without = vec![PhotoId(2)];
+    let found = cells(&model, &sources, &shot, 32, 0.0, &Unknown);
+    assert!(!found.candidates.is_empty());
+    let photos = found.candidates.iter().map(|c| sources.servers[c.server as usize].photo);
+    assert!(photos.into_iter().all(|p| p != PhotoId(2)));
+}

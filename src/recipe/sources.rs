@@ -1,0 +1,241 @@
+//! From stacks to what serves which face: `document::Stack` becomes `projection::Sources`.
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use glam::{DVec2, DVec3};
+
+use crate::document::Stack;
+use crate::document::stack::ImageLayer;
+use crate::geometry::polygon::{fit_plane, triangulate};
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::projection::{Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use crate::scene::{FaceId, Model, Photo, Site};
+
+/// A piece's cut edges count as inside up to so many pixels beyond, so that a point on a cut is served
+/// by one side at least.
+const CUT_SLACK_PX: f64 = 0.01;
+
+/// Two points that are nearer to each other than this share of the face's size are one: pieces are cut
+/// in f64 from the face's own corners.
+const SAME_PLACE: f64 = 1e-9;
+
+/// The sources of a site; photos without a stack (`None`) serve nothing. Stacks in the site's order.
+pub fn sources(site: &Site, stacks: &[Option<Stack>]) -> Sources {
+    let faces = FaceIndex::new(&site.model);
+    let mut sources = Sources::default();
+    let mut servers: Vec<(FaceId, Server)> = Vec::new();
+    for (id, (photo, stack)) in (0..).map(PhotoId).zip(site.photos.iter().zip(stacks)) {
+        let (name, camera, pose) = (photo.name.clone(), photo.camera, photo.pose);
+        sources.photos.push(Projector { name, camera, pose });
+        if let Some(stack) = stack {
+            let mut reader = StackReader { model: &site.model, faces: &faces, photo, id, stack };
+            reader.read(&mut sources.sheets, &mut servers);
+        }
+    }
+    // Stable: within a face by photo, then sheet.
+    servers.sort_by_key(|(face, _)| *face);
+    let mut at = 0;
+    for face in site.model.face_ids() {
+        let count = servers[at as usize..].iter().take_while(|(f, _)| *f == face).count() as u32;
+        sources.of_face.push(Range { start: at, end: at + count });
+        at += count;
+    }
+    sources.servers = servers.into_iter().map(|(_, server)| server).collect();
+    sources
+}
+
+/// Faces by object name and index.
+struct FaceIndex<'a>(BTreeMap<&'a str, &'a [FaceId]>);
+
+impl<'a> FaceIndex<'a> {
+    fn new(model: &'a Model) -> Self {
+        Self(model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect())
+    }
+
+    /// A face of an older model may be gone: then the stack serves it no more.
+    fn get(&self, object: &str, index: u32) -> Option<FaceId> {
+        self.0.get(object)?.get(index as usize).copied()
+    }
+}
+
+struct StackReader<'a> {
+    model: &'a Model,
+    faces: &'a FaceIndex<'a>,
+    photo: &'a Photo,
+    id: PhotoId,
+    stack: &'a Stack,
+}
+
+impl StackReader<'_> {
+    fn read(&mut self, sheets: &mut Vec<Sheet>, servers: &mut Vec<(FaceId, Server)>) {
+        let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
+        let mut sheets_of = vec![0u32; elements.len()];
+        let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
+        all.for_each(|&e| sheets_of[e as usize] += 1);
+        for layer in &self.stack.image_layers {
+            let sheet = SheetId(sheets.len() as u32);
+            sheets.push(Sheet { photo: self.id, id: layer.id.clone(), rect: layer.rect });
+            for &e in &layer.elements {
+                let element = elements[e as usize];
+                let shared = sheets_of[e as usize] > 1;
+                let mut serve = |index: u32, domain: Domain| {
+                    if let Some(face) = self.faces.get(&element.object, index) {
+                        let back = element.back.contains(&index);
+                        let domain = if shared { within(domain, layer) } else { domain };
+                        servers.push((face, Server { sheet, photo: self.id, back, domain }));
+                    }
+                };
+                element.faces.iter().for_each(|&index| serve(index, Domain::Whole));
+                for &[index, piece] in &element.pieces {
+                    for domain in self.piece(&element.object, index, piece) {
+                        serve(index, domain);
+                    }
+                }
+            }
+        }
+    }
+
+    /// The convex parts of a piece.
+    fn piece(&self, object: &str, index: u32, piece: u32) -> Vec<Domain> {
+        let same =
+            |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
+        let Some(found) = self.stack.pieces.iter().find(same) else { return Vec::new() };
+        let Some(face) = self.faces.get(object, index) else { return Vec::new() };
+        let ring: Vec<DVec3> = found.polygon.iter().map(|&p| DVec3::from(p)).collect();
+        let outline: Vec<DVec3> = self.model.ring_points(face).collect();
+        let Some(plane) = fit_plane(&ring) else { return Vec::new() };
+        let parts: Vec<Vec<DVec3>> = if is_convex(&ring, plane.normal) {
+            vec![ring]
+        } else {
+            let found = triangulate(&ring, &plane);
+            let points: Vec<DVec3> = ring.into_iter().chain(found.crossings).collect();
+            found.triangles.iter().map(|t| t.map(|i| points[i as usize]).to_vec()).collect()
+        };
+        let planar = self.model.face(face).planar;
+        let outline = if planar { &outline[..] } else { &[] };
+        parts.iter().map(|part| inside(part, outline, &self.photo.camera, &self.photo.pose)).collect()
+    }
+}
+
+fn is_convex(ring: &[DVec3], normal: DVec3) -> bool {
+    (0..ring.len()).all(|i| {
+        let [a, b, c] = [0, 1, 2].map(|j| ring[(i + j) % ring.len()]);
+        let turn = (b - a).cross(c - b);
+        turn.dot(normal) >= -SAME_PLACE * turn.length().max((b - a).length() * (c - b).length())
+    })
+}
+
+/// The half planes, in photo pixels, of those edges of a convex polygon that are no edges of the face:
+/// at its own outline a face ends by being drawn no further.
+fn inside(polygon: &[DVec3], outline: &[DVec3], camera: &Pinhole, pose: &Pose) -> Domain {
+    let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
+    let middle = pose.camera_from_world(middle);
+    let mut sides = Vec::new();
+    for (i, &a) in polygon.iter().enumerate() {
+        let b = polygon[(i + 1) % polygon.len()];
+        if !is_on_outline(a, b, outline) {
+            sides.extend(half_plane(pose.camera_from_world(a), pose.camera_from_world(b), middle, camera));
+        }
+    }
+    if sides.is_empty() { Domain::Whole } else { Domain::Inside(sides) }
+}
+
+/// The half plane, in pixels, on the middle's side of the line through two points (camera frame).
+/// It is right wherever the points lie, behind the camera too: the plane through the camera and both
+/// is what divides.
+fn half_plane(a: DVec3, b: DVec3, middle: DVec3, camera: &Pinhole) -> Option<HalfPlane> {
+    let through = a.cross(b);
+    let through = if through.dot(middle) < 0.0 { -through } else { through };
+    // through . ((x - cx) / fx, (y - cy) / fy, 1) >= 0
+    let normal = DVec2::new(through.x / camera.fx, through.y / camera.fy);
+    let offset = normal.x * camera.cx + normal.y * camera.cy - through.z;
+    let length = normal.length();
+    (length > 0.0).then(|| HalfPlane { normal: normal / length, offset: offset / length - CUT_SLACK_PX })
+}
+
+fn is_on_outline(a: DVec3, b: DVec3, outline: &[DVec3]) -> bool {
+    let size = outline.iter().map(|p| p.distance(outline[0])).fold(0.0, f64::max);
+    (0..outline.len()).any(|i| {
+        let (from, to) = (outline[i], outline[(i + 1) % outline.len()]);
+        [a, b].iter().all(|&p| distance_to_segment(p, from, to) <= SAME_PLACE * size)
+    })
+}
+
+fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
+    let along = b - a;
+    let share = ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
+    if share.is_finite() { p.distance(a + along * share) } else { p.distance(a) }
+}
+
+/// The domain within what the layer needs: of an element that is too large for one layer, every layer
+/// has its share.
+fn within(domain: Domain, layer: &ImageLayer) -> Domain {
+    let mut sides = match domain {
+        Domain::Whole => Vec::new(),
+        Domain::Inside(sides) => sides,
+    };
+    sides.extend(sides_of(layer.needed_rect));
+    Domain::Inside(sides)
+}
+
+fn sides_of(rect: PixelRect) -> [HalfPlane; 4] {
+    let side = |x: f64, y: f64, at: i32| HalfPlane {
+        normal: DVec2::new(x, y),
+        offset: (x + y) * f64::from(at) - CUT_SLACK_PX,
+    };
+    [
+        side(1.0, 0.0, rect.x),
+        side(-1.0, 0.0, rect.right()),
+        side(0.0, 1.0, rect.y),
+        side(0.0, -1.0, rect.bottom()),
+    ]
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DMat3;
+
+    use super::*;
+
+    fn camera() -> (Pinhole, Pose) {
+        let camera = Pinhole { width: 200, height: 100, fx: 100.0, fy: 100.0, cx: 100.0, cy: 50.0 };
+        (camera, Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO })
+    }
+
+    #[test]
+    fn a_piece_is_bounded_by_its_cut_and_not_by_the_faces_own_outline() {
+        let (camera, pose) = camera();
+        let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+        let face = [at(-1.0, -0.5), at(1.0, -0.5), at(1.0, 0.5), at(-1.0, 0.5)];
+        let left = [at(-1.0, -0.5), at(0.2, -0.5), at(0.2, 0.5), at(-1.0, 0.5)];
+        let domain = inside(&left, &face, &camera, &pose);
+        let Domain::Inside(sides) = &domain else { unreachable!("it is cut") };
+        assert_eq!(sides.len(), 1);
+        // The cut is at x = 100 * 0.2 / 2 + 100.
+        assert!(domain.holds(DVec2::new(109.99, 0.0)) && domain.holds(DVec2::new(-50.0, 500.0)));
+        assert!(!domain.holds(DVec2::new(110.02, 50.0)));
+    }
+
+    #[test]
+    fn a_cut_that_passes_behind_the_camera_divides_the_photo_rightly() {
+        let (camera, pose) = camera();
+        // A floor below the camera, cut along x = 0.1; one end of the cut lies behind the camera.
+        let at = |x: f64, z: f64| DVec3::new(x, 1.0, z);
+        let face = [at(-3.0, -5.0), at(3.0, -5.0), at(3.0, 9.0), at(-3.0, 9.0)];
+        let right = [at(0.1, -5.0), at(3.0, -5.0), at(3.0, 9.0), at(0.1, 9.0)];
+        let domain = inside(&right, &face, &camera, &pose);
+        for z in [0.5, 1.0, 4.0] {
+            let px = |x: f64| camera.image_from_camera(at(x, z)).expect("in front");
+            assert!(domain.holds(px(0.15)) && !domain.holds(px(0.05)), "at depth {z}");
+        }
+    }
+
+    #[test]
+    fn a_concave_piece_has_a_convex_ring_no_more() {
+        let at = |x: f64, y: f64| DVec3::new(x, y, 2.0);
+        let square = [at(0.0, 0.0), at(1.0, 0.0), at(1.0, 1.0), at(0.0, 1.0)];
+        let arrow = [at(0.0, 0.0), at(1.0, 0.0), at(0.2, 0.2), at(0.0, 1.0)];
+        assert!(is_convex(&square, DVec3::Z) && !is_convex(&arrow, DVec3::Z));
+    }
+}
