@@ -8,6 +8,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use super::relief::STEEPEST;
 use super::shot::{Mode, Shot};
 use super::sources::{Server, Sources};
 use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at};
@@ -94,17 +95,17 @@ impl Cells {
     }
 }
 
-/// The cells of a shot. `side_px` is a cell's side; `slack` is by how much, in world units, a point
-/// that is looked up may lie off its face.
+/// The cells of a shot. `side_px` is a cell's side; `heights` says by face how far, in world units, its
+/// relief stands off its plane at most (faces beyond the list: not at all).
 pub fn cells(
     model: &Model,
     sources: &Sources,
     shot: &Shot,
     side_px: u32,
-    slack: f64,
+    heights: &[f64],
     confidence: &impl Confidence,
 ) -> Cells {
-    let finder = Finder { model, sources, shot, side: f64::from(side_px), slack, confidence };
+    let finder = Finder { model, sources, shot, side: f64::from(side_px), heights, confidence };
     let found: Vec<Found> =
         model.face_ids().collect::<Vec<_>>().into_par_iter().filter_map(|face| finder.face(face)).collect();
     let depths = found.iter().map(|f| f.depths).reduce(|a, b| [a[0].min(b[0]), a[1].max(b[1])]);
@@ -135,7 +136,7 @@ struct Finder<'a, C> {
     sources: &'a Sources,
     shot: &'a Shot,
     side: f64,
-    slack: f64,
+    heights: &'a [f64],
     confidence: &'a C,
 }
 
@@ -145,6 +146,10 @@ struct Subject<'a> {
     billboard: bool,
     /// The view sees it from behind.
     back: bool,
+    /// Its relief's largest height.
+    height: f64,
+    /// Distance of the viewpoint from its plane.
+    clearance: f64,
 }
 
 /// What a block of cells shows of a face.
@@ -154,7 +159,7 @@ struct Patch {
     /// Middle of a ball that holds it, in the view's camera frame and in the world.
     middle: DVec3,
     middle_in_world: DVec3,
-    /// The ball's radius, with the slack.
+    /// The ball's radius, with what the relief adds.
     radius: f64,
 }
 
@@ -172,7 +177,13 @@ impl<C: Confidence> Finder<'_, C> {
         let size = [cell(high.x, width) - corner[0] + 1, cell(high.y, height) - corner[1] + 1];
         let object = self.model.object(face.object);
         let back = face.plane.normal.dot(self.shot.viewpoint() - face.plane.point) < 0.0;
-        let subject = Subject { face, billboard: object.billboard, back };
+        let subject = Subject {
+            face,
+            billboard: object.billboard,
+            back,
+            height: self.heights.get(id.0 as usize).copied().unwrap_or(0.0),
+            clearance: height(&face.plane, self.shot.viewpoint()),
+        };
         let range = &self.sources.of_face[id.0 as usize];
         let all: Vec<u32> = range.clone().filter(|&s| self.may_serve(&subject, s)).collect();
         let mut lists = vec![Vec::new(); (size[0] * size[1]) as usize];
@@ -219,7 +230,7 @@ impl<C: Confidence> Finder<'_, C> {
                     DVec2::new(f64::from(corner[0] + x), f64::from(corner[1] + y)) * self.side
                 };
                 let part = clipped(polygon, &self.shot.camera, at(x, y), at(right, below));
-                let Some(patch) = self.patch(part) else { continue };
+                let Some(patch) = self.patch(subject, part) else { continue };
                 let list = self.candidates(subject, &patch, servers);
                 match steps {
                     [] => put(x, y, list),
@@ -233,7 +244,7 @@ impl<C: Confidence> Finder<'_, C> {
         }
     }
 
-    fn patch(&self, polygon: Vec<DVec3>) -> Option<Patch> {
+    fn patch(&self, subject: &Subject, polygon: Vec<DVec3>) -> Option<Patch> {
         if polygon.is_empty() {
             return None;
         }
@@ -241,7 +252,10 @@ impl<C: Confidence> Finder<'_, C> {
             .iter()
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
         let middle = (low + high) / 2.0;
-        let radius = polygon.iter().map(|p| p.distance(middle)).fold(0.0, f64::max) + self.slack;
+        let radius = polygon.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
+        // The relief moves a point along its ray, by height / cosine at most.
+        let facing = (subject.clearance / (middle.length() + radius)).max(STEEPEST);
+        let radius = radius + subject.height / facing;
         Some(Patch { middle_in_world: self.shot.pose.world_from_camera(middle), polygon, middle, radius })
     }
 

@@ -5,6 +5,7 @@ pub mod cells;
 #[cfg(test)]
 mod cells_tests;
 pub mod frustum;
+pub mod relief;
 pub mod shot;
 pub mod sources;
 pub mod weights;

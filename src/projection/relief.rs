@@ -1,0 +1,76 @@
+//! Relief: how far the true surface stands off a coarse face, as heights over its plane. It is derived
+//! from the photos and used for display alone: the model stays as it was drawn.
+//!
+//! Photos that are projected onto a coarse face disagree where the true surface stands off it. Floating
+//! Textures (Eisemann et al. 2008) warp them into register for each view; as the cameras are known far
+//! better than the surface, one height per surface point explains all these warps, and holds for any
+//! viewpoint. A point moves along its viewing ray, so that a photo's own camera sees its own pixels
+//! whatever the relief.
+
+use glam::{DVec2, DVec3};
+
+use crate::geometry::polygon::PlaneFrame;
+
+/// The heights of one face: a grid in its plane.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FaceRelief {
+    /// Flat coordinates in the face's plane, in world units.
+    pub frame: PlaneFrame,
+    /// Flat coordinates of the grid's low corner.
+    pub low: DVec2,
+    /// Side of a cell, in world units.
+    pub cell: f64,
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// Heights over the plane, along the face's normal, in world units, at the cells' centres, row by row
+    /// from the low corner; `size[0] * size[1]` many.
+    pub heights: Vec<f32>,
+}
+
+impl FaceRelief {
+    /// The height at a point of the plane: bilinear between cells' centres, constant beyond the outer
+    /// ones.
+    pub fn height(&self, point_in_world: DVec3) -> f64 {
+        let at = (self.frame.flat(point_in_world) - self.low) / self.cell - 0.5;
+        let (x, y) = (at.x.max(0.0), at.y.max(0.0));
+        let last = [self.size[0] - 1, self.size[1] - 1];
+        let (x0, y0) = ((x as u32).min(last[0]), (y as u32).min(last[1]));
+        let (x1, y1) = ((x0 + 1).min(last[0]), (y0 + 1).min(last[1]));
+        let (sx, sy) = ((x - f64::from(x0)).min(1.0), (y - f64::from(y0)).min(1.0));
+        let value = |x: u32, y: u32| f64::from(self.heights[(y * self.size[0] + x) as usize]);
+        let row = |y: u32| value(x0, y) * (1.0 - sx) + value(x1, y) * sx;
+        row(y0) * (1.0 - sy) + row(y1) * sy
+    }
+
+    /// The largest height, up or down.
+    pub fn largest(&self) -> f64 {
+        self.heights.iter().fold(0.0, |most, h| most.max(f64::from(h.abs())))
+    }
+
+    /// Where the ray from `eye` through a point of the plane meets the relief, by the same two steps as
+    /// the shader (`on_relief`).
+    pub fn meet(&self, eye: DVec3, point_in_world: DVec3, normal: DVec3) -> DVec3 {
+        let ray = (point_in_world - eye).normalize();
+        let facing = normal.dot(ray);
+        let slope = if facing < 0.0 { facing.min(-STEEPEST) } else { facing.max(STEEPEST) };
+        let near = point_in_world + ray * (self.height(point_in_world) / slope);
+        point_in_world + ray * (self.height(near) / slope)
+    }
+}
+
+/// A face seen more edge-on than this is not moved further: cosine of the angle to the normal.
+pub const STEEPEST: f64 = 0.1;
+
+/// The heights of all faces that have any.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Relief {
+    /// By face id; `None`, and all beyond the list: flat.
+    pub of_face: Vec<Option<FaceRelief>>,
+}
+
+impl Relief {
+    /// The heights of a face.
+    pub fn of(&self, face: crate::scene::FaceId) -> Option<&FaceRelief> {
+        self.of_face.get(face.0 as usize)?.as_ref()
+    }
+}
