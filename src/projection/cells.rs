@@ -182,7 +182,7 @@ impl<C: Confidence> Finder<'_, C> {
             billboard: object.billboard,
             back,
             height: self.heights.get(id.0 as usize).copied().unwrap_or(0.0),
-            clearance: height(&face.plane, self.shot.viewpoint()),
+            clearance: distance(&face.plane, self.shot.viewpoint()),
         };
         let range = &self.sources.of_face[id.0 as usize];
         let all: Vec<u32> = range.clone().filter(|&s| self.may_serve(&subject, s)).collect();
@@ -339,7 +339,7 @@ impl<C: Confidence> Finder<'_, C> {
         };
         let plane = &subject.face.plane;
         let (view, photo) = (&self.shot.camera, self.shot.viewpoint());
-        let (in_view, in_photo) = (height(plane, photo), height(plane, pose.center_in_world()));
+        let (in_view, in_photo) = (distance(plane, photo), distance(plane, pose.center_in_world()));
         let octaves = |of_view: f64, of_photo: f64| {
             (density(view, in_view, of_view) / density(camera, in_photo, of_photo)).log2().max(0.0)
         };
@@ -355,7 +355,7 @@ struct Footprint {
     whole: bool,
 }
 
-fn height(plane: &Plane, point: DVec3) -> f64 {
+fn distance(plane: &Plane, point: DVec3) -> f64 {
     plane.normal.dot(point - plane.point).abs()
 }
 
