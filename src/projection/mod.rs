@@ -4,12 +4,15 @@
 pub mod cells;
 #[cfg(test)]
 mod cells_tests;
+pub mod exposure;
 pub mod frustum;
 pub mod relief;
 pub mod shot;
 pub mod sources;
+pub mod surface;
 pub mod weights;
 
+pub use exposure::{Gains, view_gain};
 pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
 pub use sources::{
     Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,

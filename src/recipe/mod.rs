@@ -6,6 +6,7 @@ pub mod build;
 pub mod check;
 pub mod create;
 pub mod export;
+pub mod gains;
 pub mod inputs;
 pub mod open;
 mod photo_plan;

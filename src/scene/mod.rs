@@ -1,6 +1,7 @@
 //! What was photographed: photos with their cameras, and the model. Immutable and shared.
 
 pub mod builder;
+pub mod light;
 pub mod model;
 pub mod photo;
 pub mod pixels;

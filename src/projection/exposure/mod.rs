@@ -1,0 +1,160 @@
+//! Exposure: how much brighter each photo is than the exposure that all are brought to.
+//!
+//! Photos of one site differ by shutter, aperture and white balance: per channel a factor in linear
+//! light, here kept as its natural logarithm, the *gain*. It is estimated from what the photos have in
+//! common: small patches around surface points that two photos or more show ([`points`]), the ratios
+//! of their mean colours ([`ratios`]), and the gains that explain those best, robustly ([`solve`]).
+//! What the photos do *not* tell is how bright the site was: gains are relative, 0 on average.
+//!
+//! A view has an exposure, too: a blend of the photos' gains by nearness ([`near`]), so that a photo's
+//! own camera shows the photo as it is.
+//!
+//! Panoramas are evened out in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
+//! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
+
+pub mod near;
+pub mod patch;
+pub mod points;
+pub mod ratios;
+pub mod solve;
+
+pub use near::view_gain;
+pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
+pub use ratios::{Ratio, pairwise_ratios};
+pub use solve::{Fit, solve_gains};
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::{PhotoId, Projector};
+use crate::error::Result;
+use crate::task::Task;
+
+/// The photos' gains.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Gains {
+    /// By photo, as [`super::Sources::photos`]: natural logarithm of photo / common exposure in linear
+    /// light, per channel R, G, B.
+    pub of_photo: Vec<[f64; 3]>,
+    /// How far from their cameras surfaces typically are, in world units: what a step of the camera is
+    /// measured by ([`view_gain`]).
+    pub reach: f64,
+}
+
+impl Gains {
+    /// All photos as they are.
+    pub fn none(photos: usize) -> Self {
+        Self { of_photo: vec![[0.0; 3]; photos], reach: 1.0 }
+    }
+}
+
+/// How gains are estimated.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct ExposureOptions {
+    /// Surface points looked for in a photo, on a regular grid.
+    pub points_per_photo: u32,
+    /// Half the side of the square that a colour is the mean of, in pixels of the photo.
+    pub half_patch_px: f64,
+    /// The surface around a patch has to be visible so much further: a coarse model's edges are off by
+    /// a few pixels, and lenses and noise filters smear.
+    pub border_px: f64,
+}
+
+impl Default for ExposureOptions {
+    fn default() -> Self {
+        Self { points_per_photo: 384, half_patch_px: 6.0, border_px: 6.0 }
+    }
+}
+
+/// What came of an estimate.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Estimate {
+    /// The gains.
+    pub gains: Gains,
+    /// Surface points that two photos or more show, with usable colours.
+    pub points: usize,
+    /// Pairs of photos at points.
+    pub pairs: usize,
+    /// Photos that share no point with another one have no gain to speak of: it is 0.
+    pub alone: Vec<PhotoId>,
+    /// Groups of photos that share points, not counting those alone.
+    pub components: usize,
+    /// Median of the absolute log ratios, R, G, B, photos as they are.
+    pub before: [f64; 3],
+    /// The same once the gains are taken out: what is left are textures out of register, reflections,
+    /// light that has changed.
+    pub after: [f64; 3],
+}
+
+/// The mean colour of a patch in linear light, R, G, B, full range 1; none where it is not usable.
+pub type PatchColour = Option<[f64; 3]>;
+
+/// Estimates the gains of `photos`. `colours` measures patches of one photo, given their centres in
+/// its pixels, in the same order; it is called once a photo, several at a time. The result does not
+/// depend on the number of threads.
+///
+/// # Errors
+/// What `colours` fails with, and [`crate::Error::Cancelled`].
+pub fn estimate_gains(
+    photos: &[Projector],
+    visibility: &impl Visibility,
+    colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
+    options: &ExposureOptions,
+    task: &Task,
+) -> Result<Estimate> {
+    let points = spread_points(photos, visibility, options, task)?;
+    let measured = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
+    task.go_on()?;
+    let ratios = pairwise_ratios(&points, &measured);
+    let fit = solve_gains(photos.len(), &ratios);
+    let shared = measured.iter().filter(|colours| colours.iter().flatten().count() >= 2).count();
+    Ok(Estimate {
+        gains: Gains { of_photo: fit.of_photo, reach: typical_distance(&points) },
+        points: shared,
+        pairs: ratios.len(),
+        alone: fit.alone,
+        components: fit.components,
+        before: fit.before,
+        after: fit.after,
+    })
+}
+
+/// For each point the colours of its patches.
+fn measure(
+    photos: usize,
+    points: &[SharedPoint],
+    colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
+) -> Result<Vec<Vec<PatchColour>>> {
+    // Photo by photo, so that each is read once: (point, place among its patches, centre).
+    let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photos];
+    for (p, point) in points.iter().enumerate() {
+        for (k, patch) in point.patches.iter().enumerate() {
+            wanted[patch.photo.0 as usize].push((p, k, patch.center_px));
+        }
+    }
+    let of_photo = |(photo, wanted): (usize, &Vec<(usize, usize, DVec2)>)| {
+        let centers: Vec<DVec2> = wanted.iter().map(|(_, _, center)| *center).collect();
+        if centers.is_empty() { Ok(Vec::new()) } else { colours(PhotoId(photo as u32), &centers) }
+    };
+    let found: Vec<Vec<PatchColour>> = wanted.par_iter().enumerate().map(of_photo).collect::<Result<_>>()?;
+    let mut measured: Vec<Vec<PatchColour>> = points.iter().map(|p| vec![None; p.patches.len()]).collect();
+    for (wanted, found) in wanted.iter().zip(found) {
+        for ((p, k, _), colour) in wanted.iter().zip(found) {
+            measured[*p][*k] = colour;
+        }
+    }
+    Ok(measured)
+}
+
+/// The median distance between a point and the cameras that see it; 1 without any.
+fn typical_distance(points: &[SharedPoint]) -> f64 {
+    let mut distances: Vec<f64> = points.iter().flat_map(|p| &p.patches).map(|p| p.distance).collect();
+    if distances.is_empty() {
+        return 1.0;
+    }
+    let middle = distances.len() / 2;
+    *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,76 @@
+//! The mean colour of a patch of a photo.
+
+use glam::DVec2;
+
+use super::PatchColour;
+use crate::scene::PhotoPixels;
+use crate::scene::light::LINEAR_OF_BYTE;
+
+/// Stored values, of 255, that are as good as black or white: sensors, film curves and JPEG bend there,
+/// and a ratio of them is none of exposures.
+const USABLE: std::ops::RangeInclusive<u16> = 9..=249;
+
+/// The mean, in linear light, over the pixels whose centres are within `half_px` of a point (a square).
+/// None where the square leaves the photo or has a pixel that is not valid, near black or clipped.
+pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> PatchColour {
+    let from = (center_px - half_px - 0.5).ceil().as_ivec2();
+    let to = (center_px + half_px - 0.5).floor().as_ivec2();
+    let (width, height) = (pixels.width as i32, pixels.height as i32);
+    if from.min_element() < 0 || to.x >= width || to.y >= height || to.cmplt(from).any() {
+        return None;
+    }
+    let mut sum = [0.0; 3];
+    for y in from.y..=to.y {
+        for x in from.x..=to.x {
+            let light = usable_light(pixels, x as u32, y as u32)?;
+            (0..3).for_each(|c| sum[c] += light[c]);
+        }
+    }
+    let count = f64::from((to.x - from.x + 1) * (to.y - from.y + 1));
+    Some(sum.map(|s| s / count))
+}
+
+fn usable_light(pixels: &PhotoPixels, x: u32, y: u32) -> Option<[f64; 3]> {
+    let [r, g, b, _] = pixels.rgba16(x, y);
+    // 16 bits are measured in 8: finer than what patches differ by.
+    let bytes = [r, g, b].map(|sample| sample >> 8);
+    let usable = bytes.iter().all(|byte| USABLE.contains(byte)) && pixels.is_valid(x, y);
+    usable.then(|| bytes.map(|byte| f64::from(LINEAR_OF_BYTE[usize::from(byte)])))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Samples;
+
+    /// Grey, with one pixel of another colour.
+    fn grey(alpha: u8, odd: Option<(u32, u32, u8)>) -> PhotoPixels {
+        let mut samples = [188, 188, 188, alpha].repeat(16 * 16);
+        if let Some((x, y, value)) = odd {
+            samples[(y as usize * 16 + x as usize) * 4] = value;
+        }
+        PhotoPixels { width: 16, height: 16, channels: 4, samples: Samples::U8(samples), icc: None }
+    }
+
+    #[test]
+    fn the_mean_is_of_light_and_not_of_bytes() {
+        let middle = DVec2::splat(8.0);
+        let colour = patch_colour(&grey(255, Some((5, 8, 100))), middle, 3.0).unwrap();
+        let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_OF_BYTE[byte]));
+        assert!((colour[0] - (35.0 * high + low) / 36.0).abs() < 1e-6 && (colour[1] - high).abs() < 1e-6);
+        // One pixel further out it is not in the patch: 5.5 is less than 9 - 3.
+        let beside = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap();
+        assert!((beside[0] - high).abs() < 1e-6);
+    }
+
+    #[test]
+    fn clipped_black_invalid_and_missing_pixels_make_it_unusable() {
+        let middle = DVec2::splat(8.0);
+        for value in [255, 250, 8, 0] {
+            assert_eq!(patch_colour(&grey(255, Some((6, 6, value))), middle, 3.0), None);
+        }
+        assert_eq!(patch_colour(&grey(254, None), middle, 3.0), None);
+        assert_eq!(patch_colour(&grey(255, None), DVec2::new(2.0, 8.0), 3.0), None);
+        assert!(patch_colour(&grey(255, None), DVec2::new(3.0, 13.0), 3.0).is_some());
+    }
+}

@@ -1,0 +1,81 @@
+//! Log ratios between photos at the points that they share.
+
+use rayon::prelude::*;
+
+use super::{Patch, PatchColour, SharedPoint};
+use crate::projection::PhotoId;
+
+/// Two photos compared at one point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ratio {
+    /// One photo.
+    pub a: PhotoId,
+    /// The other one.
+    pub b: PhotoId,
+    /// `ln(colour in a / colour in b)`, R, G, B: the difference of the two gains, and noise.
+    pub log: [f32; 3],
+    /// How much it says, in 0..1.
+    pub weight: f32,
+}
+
+/// The ratios at all points, in their order. A point that n photos show gives at most n log2(n)
+/// pairs: each photo is compared with those 1, 2, 4, ... places further around, which keeps chains of
+/// comparisons short without looking at every pair.
+pub fn pairwise_ratios(points: &[SharedPoint], colours: &[Vec<PatchColour>]) -> Vec<Ratio> {
+    points.par_iter().zip(colours).flat_map_iter(|(point, colours)| ratios_at(point, colours)).collect()
+}
+
+fn ratios_at(point: &SharedPoint, colours: &[PatchColour]) -> Vec<Ratio> {
+    let usable: Vec<(&Patch, [f64; 3])> =
+        point.patches.iter().zip(colours).filter_map(|(patch, colour)| Some((patch, (*colour)?))).collect();
+    let pairs = pairs_of(usable.len());
+    let compare = |(i, j): (usize, usize)| {
+        let ((a, in_a), (b, in_b)) = (&usable[i], &usable[j]);
+        let log = [0, 1, 2].map(|c| (in_a[c] / in_b[c]).ln() as f32);
+        Ratio { a: a.photo, b: b.photo, log, weight: likeness(a, b) as f32 }
+    };
+    pairs.into_iter().map(compare).filter(|ratio| ratio.weight > 0.0).collect()
+}
+
+/// Each of n with those 1, 2, 4, ... places further around, each pair once.
+fn pairs_of(n: usize) -> Vec<(usize, usize)> {
+    let mut pairs = Vec::new();
+    let mut apart = 1;
+    while 2 * apart <= n {
+        // Half around, i meets i + n/2 and is met by it: one of the two is enough.
+        let starts = if 2 * apart == n { apart } else { n };
+        pairs.extend((0..starts).map(|i| (i, (i + apart) % n)));
+        apart *= 2;
+    }
+    pairs
+}
+
+/// How alike two photos see a point: the cosine between their rays (surfaces shine), times the ratio
+/// of their resolutions (patches of the same size in pixels then show the same piece of the surface).
+fn likeness(a: &Patch, b: &Patch) -> f64 {
+    let resolution = (a.px_per_unit / b.px_per_unit).min(b.px_per_unit / a.px_per_unit);
+    a.towards_camera.dot(b.towards_camera).max(0.0) * resolution
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn few_photos_are_compared_each_with_each_and_many_with_some() {
+        for n in 0..5 {
+            let mut pairs: Vec<_> = pairs_of(n).into_iter().map(|(i, j)| (i.min(j), i.max(j))).collect();
+            pairs.sort_unstable();
+            let all: Vec<_> = (0..n).flat_map(|i| (i + 1..n).map(move |j| (i, j))).collect();
+            assert_eq!(pairs, all, "{n} photos");
+        }
+        for n in 5..200 {
+            let mut pairs: Vec<_> = pairs_of(n).into_iter().map(|(i, j)| (i.min(j), i.max(j))).collect();
+            assert!(pairs.len() <= n * n.ilog2() as usize, "{n} photos: {} pairs", pairs.len());
+            let count = pairs.len();
+            pairs.sort_unstable();
+            pairs.dedup();
+            assert_eq!(pairs.len(), count, "{n} photos: a pair came twice");
+        }
+    }
+}

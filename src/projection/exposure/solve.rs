@@ -1,0 +1,217 @@
+//! The gains that explain the ratios best: least squares made robust by Huber's weights.
+
+use rayon::prelude::*;
+
+use super::Ratio;
+use crate::projection::PhotoId;
+
+/// What fits the ratios.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Fit {
+    /// By photo, R, G, B: log gain; 0 on average in each component.
+    pub of_photo: Vec<[f64; 3]>,
+    /// Photos without any ratio.
+    pub alone: Vec<PhotoId>,
+    /// Groups of photos connected by ratios.
+    pub components: usize,
+    /// Median absolute ratio, R, G, B.
+    pub before: [f64; 3],
+    /// Median absolute residual, R, G, B.
+    pub after: [f64; 3],
+}
+
+/// What a gain is likely to be when nothing is known of it, as a standard deviation: 0.7 EV.
+const PRIOR: f64 = 0.5;
+
+/// Ratios at neighbouring points err together: so many of them count as one against the prior.
+const CORRELATED: f64 = 10.0;
+
+/// Residuals beyond so many standard deviations count by their sign rather than by their size; 95 %
+/// as good as least squares where nothing is wrong (Huber 1981).
+const HUBER: f64 = 1.345;
+
+/// The median of the absolute value of a normal variable, inverted.
+const SIGMA_PER_MEDIAN: f64 = 1.4826;
+
+/// Ratios of 8-bit values are not better than this, nor need gains be.
+const LEAST_SIGMA: f64 = 1e-3;
+
+const MOST_ROUNDS: u32 = 50;
+const GOOD_ENOUGH: f64 = 1e-7;
+
+/// Gains `g` of `photos` such that each ratio's `log` is about `g[a] - g[b]`: minimises Huber's loss
+/// by reweighted least squares, each channel alone. A weak prior pulls gains towards 0, which only
+/// photos with a handful of ratios notice; then each component is shifted to mean 0.
+pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
+    let component = components(photos, ratios);
+    let channels: Vec<Channel> =
+        (0..3).into_par_iter().map(|channel| solve_channel(photos, ratios, channel, &component)).collect();
+    let of_photo = (0..photos).map(|photo| [0, 1, 2].map(|c| channels[c].gains[photo])).collect();
+    let mut sizes = vec![0u32; photos];
+    component.iter().for_each(|root| sizes[*root] += 1);
+    let alone = (0..photos).filter(|photo| sizes[component[*photo]] == 1);
+    Fit {
+        of_photo,
+        alone: alone.map(|photo| PhotoId(photo as u32)).collect(),
+        components: sizes.iter().filter(|size| **size > 1).count(),
+        before: [0, 1, 2].map(|c| channels[c].before),
+        after: [0, 1, 2].map(|c| channels[c].after),
+    }
+}
+
+struct Channel {
+    gains: Vec<f64>,
+    before: f64,
+    after: f64,
+}
+
+fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[usize]) -> Channel {
+    let mut gains = vec![0.0; photos];
+    let before = median_residual(ratios, channel, &gains);
+    let mut median = before;
+    for _ in 0..MOST_ROUNDS {
+        let sigma = (SIGMA_PER_MEDIAN * median).max(LEAST_SIGMA);
+        let next = reweighted(ratios, channel, &gains, sigma);
+        let moved = gains.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        gains = next;
+        median = median_residual(ratios, channel, &gains);
+        if moved < GOOD_ENOUGH {
+            break;
+        }
+    }
+    centre(&mut gains, component);
+    Channel { after: median_residual(ratios, channel, &gains), gains, before }
+}
+
+/// One round: the minimum of the quadratic that touches Huber's loss at `gains`.
+fn reweighted(ratios: &[Ratio], channel: usize, gains: &[f64], sigma: f64) -> Vec<f64> {
+    let n = gains.len();
+    let mut normal = vec![0.0; n * n];
+    let mut right = vec![0.0; n];
+    for ratio in ratios {
+        let (a, b) = (ratio.a.0 as usize, ratio.b.0 as usize);
+        let log = f64::from(ratio.log[channel]);
+        let off = (log - (gains[a] - gains[b])).abs();
+        let weight = f64::from(ratio.weight) * (HUBER * sigma / off).min(1.0);
+        normal[a * n + a] += weight;
+        normal[b * n + b] += weight;
+        normal[a * n + b] -= weight;
+        normal[b * n + a] -= weight;
+        right[a] += weight * log;
+        right[b] -= weight * log;
+    }
+    let prior = CORRELATED * (sigma / PRIOR).powi(2);
+    (0..n).for_each(|i| normal[i * n + i] += prior);
+    cholesky_solve(normal, right)
+}
+
+/// Solves `a x = b` for a symmetric positive definite `a` (n x n, rows), in place.
+fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
+    let n = b.len();
+    for j in 0..n {
+        let (above, below) = a.split_at_mut((j + 1) * n);
+        let row = &mut above[j * n..];
+        let pivot = (row[j] - row[..j].iter().map(|l| l * l).sum::<f64>()).sqrt();
+        row[j] = pivot;
+        for lower in below.chunks_exact_mut(n) {
+            let known: f64 = lower[..j].iter().zip(&row[..j]).map(|(x, y)| x * y).sum();
+            lower[j] = (lower[j] - known) / pivot;
+        }
+    }
+    for i in 0..n {
+        let known: f64 = (0..i).map(|k| a[i * n + k] * b[k]).sum();
+        b[i] = (b[i] - known) / a[i * n + i];
+    }
+    for i in (0..n).rev() {
+        let known: f64 = (i + 1..n).map(|k| a[k * n + i] * b[k]).sum();
+        b[i] = (b[i] - known) / a[i * n + i];
+    }
+    b
+}
+
+/// 0 without ratios.
+fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -> f64 {
+    let off = |r: &Ratio| (f64::from(r.log[channel]) - (gains[r.a.0 as usize] - gains[r.b.0 as usize])).abs();
+    let mut residuals: Vec<f64> = ratios.iter().map(off).collect();
+    if residuals.is_empty() {
+        return 0.0;
+    }
+    let middle = residuals.len() / 2;
+    *residuals.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// For each photo the first photo of its component.
+fn components(photos: usize, ratios: &[Ratio]) -> Vec<usize> {
+    let mut parent: Vec<usize> = (0..photos).collect();
+    fn root(parent: &mut [usize], mut at: usize) -> usize {
+        while parent[at] != at {
+            parent[at] = parent[parent[at]];
+            at = parent[at];
+        }
+        at
+    }
+    for ratio in ratios {
+        let (a, b) = (root(&mut parent, ratio.a.0 as usize), root(&mut parent, ratio.b.0 as usize));
+        parent[a.max(b)] = a.min(b);
+    }
+    (0..photos).map(|photo| root(&mut parent, photo)).collect()
+}
+
+/// Shifts each component to mean 0.
+fn centre(gains: &mut [f64], component: &[usize]) {
+    let mut sums = vec![(0.0, 0u32); gains.len()];
+    for (gain, root) in gains.iter().zip(component) {
+        sums[*root].0 += gain;
+        sums[*root].1 += 1;
+    }
+    for (gain, root) in gains.iter_mut().zip(component) {
+        *gain -= sums[*root].0 / f64::from(sums[*root].1);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::Dice;
+
+    #[test]
+    fn a_positive_definite_system_is_solved() {
+        let mut dice = Dice::new(1);
+        let n = 9;
+        let m: Vec<f64> = (0..n * n).map(|_| dice.between(-1.0, 1.0)).collect();
+        let row = |i: usize| &m[i * n..(i + 1) * n];
+        let product = |i: usize, j: usize| -> f64 { row(i).iter().zip(row(j)).map(|(x, y)| x * y).sum() };
+        let a: Vec<f64> =
+            (0..n * n).map(|k| product(k / n, k % n) + f64::from(u8::from(k / n == k % n))).collect();
+        let x: Vec<f64> = (0..n).map(|i| i as f64 - 4.0).collect();
+        let b: Vec<f64> = (0..n).map(|i| (0..n).map(|j| a[i * n + j] * x[j]).sum()).collect();
+        let found = cholesky_solve(a, b);
+        assert!(found.iter().zip(&x).all(|(f, x)| (f - x).abs() < 1e-9), "{found:?}");
+    }
+
+    fn ratio(a: u32, b: u32, log: f32) -> Ratio {
+        Ratio { a: PhotoId(a), b: PhotoId(b), log: [log; 3], weight: 1.0 }
+    }
+
+    #[test]
+    fn a_single_doubtful_ratio_moves_a_photo_less_than_many() {
+        let noisy = |k: u32| 0.05 * f64::from(k).sin() as f32;
+        let known: Vec<Ratio> = (0..500).map(|k| ratio(0, 1, 0.2 + noisy(k))).collect();
+        let many: Vec<Ratio> = (0..500).map(|k| ratio(2, 0, 0.4 + noisy(k))).collect();
+        let step = |weak: &[Ratio]| {
+            let fit = solve_gains(3, &[&known, weak].concat());
+            fit.of_photo[2][0] - fit.of_photo[0][0]
+        };
+        assert!((step(&many) - 0.4).abs() < 0.005, "{}", step(&many));
+        let single = step(&[ratio(2, 0, 0.4)]);
+        assert!(single > 0.1 && single < 0.39, "{single}");
+    }
+
+    #[test]
+    fn without_ratios_there_are_no_gains() {
+        let fit = solve_gains(3, &[]);
+        assert_eq!(fit.of_photo, [[0.0; 3]; 3]);
+        assert_eq!((fit.alone.len(), fit.components), (3, 0));
+        assert_eq!(solve_gains(0, &[]).of_photo, Vec::<[f64; 3]>::new());
+    }
+}

@@ -1,0 +1,148 @@
+//! Photos of an invented court whose exposures are known.
+
+use std::f64::consts::TAU;
+use std::sync::Arc;
+
+use glam::{DMat3, DVec3};
+
+use super::*;
+use crate::scene::Model;
+use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
+
+/// A floor with four boxes on it, `at` in the world.
+fn court(at: DVec3) -> Arc<Model> {
+    let mut m = Modeller::new();
+    m.object("floor").quad(at + DVec3::new(-8.0, -8.0, 0.0), DVec3::X * 16.0, DVec3::Y * 16.0);
+    for (k, angle) in [0.3, 1.9, 3.3, 4.9].into_iter().enumerate() {
+        let centre = at + DVec3::new(4.0 * f64::cos(angle), 4.0 * f64::sin(angle), 1.0);
+        m.object(format!("box {k}")).cuboid(centre, DVec3::ONE, DMat3::from_rotation_z(angle));
+    }
+    m.finish()
+}
+
+/// Photos in a ring around `at`, looking inwards.
+fn ring(at: DVec3, count: u32) -> Vec<Projector> {
+    let photo = |k: u32| {
+        let angle = TAU * f64::from(k) / f64::from(count);
+        let eye = at + DVec3::new(9.0 * angle.cos(), 9.0 * angle.sin(), 4.0);
+        let pose = look_at(eye, at + DVec3::new(0.0, 0.1, 0.5));
+        Projector { name: format!("{k}"), camera: centred(600, 400, 420.0), pose }
+    };
+    (0..count).map(photo).collect()
+}
+
+/// Some photos, what is true of them, and what is wrong with them.
+struct Shoot {
+    model: Arc<Model>,
+    photos: Vec<Projector>,
+    gains: Vec<[f64; 3]>,
+    /// Standard deviation, about, of a patch's log colour.
+    noise: f64,
+    /// In these photos somebody in white stands in columns 200 to 240.
+    visited: Vec<u32>,
+}
+
+impl Shoot {
+    fn new(model: Arc<Model>, photos: Vec<Projector>) -> Self {
+        let mut dice = Dice::new(7);
+        let gains = photos.iter().map(|_| [0; 3].map(|_: i32| dice.between(-0.4, 0.4))).collect();
+        Self { model, photos, gains, noise: 0.02, visited: Vec::new() }
+    }
+
+    fn estimate(&self) -> Estimate {
+        let visibility = RayVisibility::new(&self.model, &self.photos);
+        let colours = |photo: PhotoId, centers: &[DVec2]| {
+            let mut dice = Dice::new(u64::from(photo.0));
+            let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut dice);
+            Ok(centers.iter().map(colour).collect())
+        };
+        let options = ExposureOptions::default();
+        estimate_gains(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap()
+    }
+
+    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Dice) -> PatchColour {
+        if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
+            return Some([0.9; 3]);
+        }
+        let (_, p) = seen.surface_at(photo, px)?;
+        let gain = self.gains[photo.0 as usize];
+        let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
+        let noise = (dice.unit() + dice.unit() + dice.unit() - 1.5) * 2.0 * self.noise;
+        Some([0, 1, 2].map(|c| pattern(1.0 + c as f64) * (gain[c] + noise).exp()))
+    }
+
+    /// The largest error of a gain among `photos`, their mean taken out.
+    fn worst(&self, found: &Gains, photos: std::ops::Range<usize>) -> f64 {
+        let mut worst: f64 = 0.0;
+        for c in 0..3 {
+            let truth = || self.gains[photos.clone()].iter().map(|gain| gain[c]);
+            let mean = truth().sum::<f64>() / photos.len() as f64;
+            let found = found.of_photo[photos.clone()].iter().map(|gain| gain[c]);
+            worst = found.zip(truth()).map(|(f, t)| (f - (t - mean)).abs()).fold(worst, f64::max);
+        }
+        worst
+    }
+}
+
+#[test]
+fn known_exposures_are_found_to_one_percent() {
+    let shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let found = shoot.estimate();
+    assert!(shoot.worst(&found.gains, 0..10) < 0.01, "{found:?}");
+    assert!(found.after[0] < 0.04 && found.before[0] > 0.1, "{found:?}");
+    assert_eq!((found.alone.len(), found.components), (0, 1));
+    assert!((8.0..12.0).contains(&found.gains.reach), "{}", found.gains.reach);
+}
+
+#[test]
+fn somebody_in_white_in_two_photos_does_not_disturb() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    shoot.visited = vec![2, 7];
+    let found = shoot.estimate();
+    assert!(shoot.worst(&found.gains, 0..10) < 0.01, "{found:?}");
+}
+
+#[test]
+fn far_from_the_origin_nothing_changes() {
+    let at = DVec3::new(5e6, -3e6, 100.0);
+    let shoot = Shoot::new(court(at), ring(at, 6));
+    assert!(shoot.worst(&shoot.estimate().gains, 0..6) < 0.01);
+}
+
+#[test]
+fn two_courts_that_do_not_see_each_other_are_two_components() {
+    let (here, there) = (DVec3::ZERO, DVec3::new(0.0, 500.0, 0.0));
+    let mut photos = ring(here, 8);
+    photos.extend(ring(there, 5));
+    // One photo looks at nothing.
+    let away = look_at(DVec3::new(100.0, 0.0, 2.0), DVec3::new(200.0, 1.0, 2.0));
+    photos.push(Projector { pose: away, ..photos[0].clone() });
+    let model = joined(&court(here), &court(there));
+    let shoot = Shoot::new(model, photos);
+    let found = shoot.estimate();
+    assert_eq!((found.components, &found.alone[..]), (2, &[PhotoId(13)][..]));
+    assert!(shoot.worst(&found.gains, 0..8) < 0.01 && shoot.worst(&found.gains, 8..13) < 0.01);
+    assert_eq!(found.gains.of_photo[13], [0.0; 3]);
+}
+
+/// Both, faces of the first before those of the second.
+fn joined(first: &Model, second: &Model) -> Arc<Model> {
+    let mut m = Modeller::new();
+    for (place, model) in [("here", first), ("there", second)] {
+        for face in model.face_ids() {
+            let corners: Vec<DVec3> = model.ring_points(face).collect();
+            m.object(format!("{} {place}", model.object(model.face(face).object).name)).polygon(&corners);
+        }
+    }
+    m.finish()
+}
+
+#[test]
+fn the_number_of_threads_changes_no_bit() {
+    let shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 5));
+    let with = |threads| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        pool.install(|| shoot.estimate())
+    };
+    assert_eq!(with(1), with(4));
+}

@@ -1,0 +1,137 @@
+//! The photos' exposure gains: estimated once from the photos themselves, then kept in `cache/`.
+
+use std::path::Path;
+
+use glam::DVec2;
+use serde::{Deserialize, Serialize};
+
+use super::budget::Budget;
+use crate::document::Stack;
+use crate::error::{Error, Result};
+use crate::io::atomic::write_atomically;
+use crate::io::hash::hash_bytes;
+use crate::io::json::{read_json, to_json};
+use crate::io::photo::read_photo;
+use crate::projection::exposure::patch::patch_colour;
+use crate::projection::exposure::{Estimate, ExposureOptions, PatchColour, RayVisibility, estimate_gains};
+use crate::projection::{Gains, PhotoId, Projector};
+use crate::scene::{Photo, Site};
+use crate::task::Task;
+
+/// `cache/gains.json`.
+#[derive(Debug, Serialize, Deserialize)]
+struct Kept {
+    version: u32,
+    /// Hash of all that they were made of.
+    inputs: String,
+    /// World units.
+    reach: f64,
+    photos: Vec<KeptPhoto>,
+}
+
+#[derive(Debug, Serialize, Deserialize)]
+struct KeptPhoto {
+    photo: String,
+    /// R, G, B, natural logarithm.
+    log_gain: [f64; 3],
+}
+
+const VERSION: u32 = 1;
+const LARGEST: u64 = 64 << 20;
+
+/// The gains of a project's photos, in the site's order: those in `cache/` if they were made of the
+/// same stacks, else new ones, which are put there. `stacks` as in the site; only what they were made
+/// of is looked at. A photo that cannot be read is noted and gets gain 0. `memory`: bytes that photos
+/// decoded at the same time may take.
+///
+/// # Errors
+/// [`Error::Cancelled`]. A cache that cannot be written is a note.
+pub fn photo_gains(
+    site: &Site,
+    stacks: &[Option<Stack>],
+    folder: &Path,
+    memory: u64,
+    task: &Task,
+) -> Result<Gains> {
+    let file = folder.join("cache/gains.json");
+    let inputs = inputs(site, stacks);
+    if let Some(kept) = kept_gains(&file, &inputs, site) {
+        return Ok(kept);
+    }
+    let estimate = estimate_of_photos(site, memory, task)?;
+    if let Err(error) = keep(&file, inputs, site, &estimate.gains) {
+        task.note(format!("the gains are not kept: {error}"));
+    }
+    Ok(estimate.gains)
+}
+
+/// The estimate from the photos' files, whatever is in the cache.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn estimate_of_photos(site: &Site, memory: u64, task: &Task) -> Result<Estimate> {
+    let projector =
+        |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
+    let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
+    let options = ExposureOptions::default();
+    let budget = Budget::new(memory);
+    let colours = |photo: PhotoId, centers: &[DVec2]| {
+        let photo = &site.photos[photo.0 as usize];
+        let measured = budget.with(decoded_bytes(photo), || colours_of(photo, centers, &options, task));
+        measured.or_else(|error| unmeasured(photo, centers, &error, task))
+    };
+    let visibility = RayVisibility::new(&site.model, &projectors);
+    estimate_gains(&projectors, &visibility, &colours, &options, task)
+}
+
+/// What a decoder holds at once: input, samples, and a copy while they are turned.
+fn decoded_bytes(photo: &Photo) -> u64 {
+    u64::from(photo.camera.width) * u64::from(photo.camera.height) * 8
+}
+
+fn colours_of(
+    photo: &Photo,
+    centers: &[DVec2],
+    options: &ExposureOptions,
+    task: &Task,
+) -> Result<Vec<PatchColour>> {
+    task.go_on()?;
+    let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
+    Ok(centers.iter().map(|center| patch_colour(&pixels, *center, options.half_patch_px)).collect())
+}
+
+fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
+    task.go_on()?;
+    task.of(&photo.name).note(format!("its exposure is not known: {error}"));
+    Ok(vec![None; centers.len()])
+}
+
+/// Stacks know what they were made of: pixels, camera, model, program. Photos without one are told by
+/// their camera alone; once they have a stack the gains are made anew.
+fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
+    let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
+        let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
+        let pose = (photo.pose.rotation_rows(), photo.pose.translation);
+        (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.inputs.clone()))
+    };
+    let photos: Vec<_> = site.photos.iter().zip(stacks).map(of_photo).collect();
+    let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), VERSION, photos)).expect("plain data is JSON");
+    hash_bytes(&text)
+}
+
+/// A cache that is missing, broken or of something else is no cache.
+fn kept_gains(file: &Path, inputs: &str, site: &Site) -> Option<Gains> {
+    let kept: Kept = read_json(file, LARGEST, "it is made again").ok()?;
+    let fits = kept.version == VERSION && kept.inputs == inputs && kept.photos.len() == site.photos.len();
+    let of_photo = kept.photos.iter().map(|photo| photo.log_gain).collect();
+    fits.then_some(Gains { of_photo, reach: kept.reach })
+}
+
+fn keep(file: &Path, inputs: String, site: &Site, gains: &Gains) -> Result<()> {
+    let folder = file.parent().expect("it lies in cache/");
+    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+    let of_photo = site.photos.iter().zip(&gains.of_photo);
+    let photos =
+        of_photo.map(|(photo, gain)| KeptPhoto { photo: photo.name.clone(), log_gain: *gain }).collect();
+    write_atomically(file, &to_json(&Kept { version: VERSION, inputs, reach: gains.reach, photos }))
+}

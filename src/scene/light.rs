@@ -1,0 +1,33 @@
+//! From stored values to light and back: the sRGB curve (IEC 61966-2-1).
+
+use std::sync::LazyLock;
+
+/// Light, 0 to 1, of a stored value 0 to 1.
+pub fn linear_of_srgb(value: f64) -> f64 {
+    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
+}
+
+/// The stored value, 0 to 1, of light 0 to 1.
+pub fn srgb_of_linear(light: f64) -> f64 {
+    if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
+}
+
+/// [`linear_of_srgb`] of the 256 bytes.
+pub static LINEAR_OF_BYTE: LazyLock<[f32; 256]> =
+    LazyLock::new(|| std::array::from_fn(|byte| linear_of_srgb(byte as f64 / 255.0) as f32));
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_byte_comes_back() {
+        for byte in 0..=255u8 {
+            let light = f64::from(LINEAR_OF_BYTE[usize::from(byte)]);
+            assert_eq!((srgb_of_linear(light) * 255.0).round() as u8, byte);
+        }
+        assert_eq!((linear_of_srgb(0.0), linear_of_srgb(1.0)), (0.0, 1.0));
+        // A grey card: 18 % of the light is stored as 46 %.
+        assert!((srgb_of_linear(0.18) - 0.4613).abs() < 1e-4);
+    }
+}

@@ -1,0 +1,146 @@
+//! Exposure gains of real photos, and their cache.
+
+mod common;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use quadratura::projection::{Gains, PhotoId, Projector, view_gain};
+use quadratura::recipe::gains::{estimate_of_photos, photo_gains};
+use quadratura::scene::{Photo, Site};
+use quadratura::task::{Event, Task};
+
+const MEMORY: u64 = 1 << 30;
+
+fn piazza() -> (PathBuf, Site) {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
+    let site = common::site(&folder, "photos", "piazza.obj");
+    (folder, site)
+}
+
+/// The exposures, in EV, that `make/cameras.py` says the photos were developed with.
+fn true_exposures(folder: &Path) -> Vec<(String, f64)> {
+    let text = fs::read_to_string(folder.join("make/cameras.py")).unwrap();
+    let photos = text.lines().filter_map(|line| line.trim().strip_prefix("Camera(\""));
+    photos
+        .map(|line| {
+            let name = line.split('"').next().unwrap().to_owned();
+            let after = line.split("exposure_ev=").nth(1);
+            // 08_portrait gives it by position, as the last number.
+            let last = line.trim_end_matches("),").rsplit(", ").next().unwrap();
+            let text = after.map(|rest| rest.trim_end_matches("),"));
+            let by_position = (line.split(", ").count() > 8).then_some(last);
+            (name, text.or(by_position).map_or(0.0, |ev| ev.parse().unwrap()))
+        })
+        .collect()
+}
+
+fn correlation(pairs: &[(f64, f64)]) -> f64 {
+    let n = pairs.len() as f64;
+    let mean = pairs.iter().fold((0.0, 0.0), |sum, p| (sum.0 + p.0 / n, sum.1 + p.1 / n));
+    let product =
+        |f: &dyn Fn(f64, f64) -> f64| -> f64 { pairs.iter().map(|p| f(p.0 - mean.0, p.1 - mean.1)).sum() };
+    product(&|x, y| x * y) / (product(&|x, _| x * x) * product(&|_, y| y * y)).sqrt()
+}
+
+/// Root mean square, over photos and channels, of the gains, and of the errors with which each photo's
+/// is predicted from the others.
+fn left_out(site: &Site, gains: &Gains) -> (f64, f64) {
+    let projector = |p: &Photo| Projector { name: p.name.clone(), camera: p.camera, pose: p.pose };
+    let photos: Vec<Projector> = site.photos.iter().map(projector).collect();
+    let (mut known, mut missed) = (0.0, 0.0);
+    for (i, gain) in gains.of_photo.iter().enumerate() {
+        let predicted = view_gain(&photos[i].pose, gains, &photos, &[PhotoId(i as u32)]);
+        for c in 0..3 {
+            known += gain[c] * gain[c];
+            missed += (predicted[c] - gain[c]).powi(2);
+        }
+    }
+    let count = 3.0 * photos.len() as f64;
+    ((known / count).sqrt(), (missed / count).sqrt())
+}
+
+fn print(site: &Site, gains: &Gains) {
+    for (photo, [r, g, b]) in site.photos.iter().zip(&gains.of_photo) {
+        println!("{:24} {r:+.4} {g:+.4} {b:+.4}", photo.name);
+    }
+    let (known, missed) = left_out(site, gains);
+    println!("gains {known:.4} rms, predicted from the others with {missed:.4} rms error");
+}
+
+#[test]
+fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
+    let (folder, site) = piazza();
+    let found = estimate_of_photos(&site, MEMORY, &Task::silent()).unwrap();
+    println!(
+        "{} points, {} pairs, {:.4?} before, {:.4?} after",
+        found.points, found.pairs, found.before, found.after
+    );
+    print(&site, &found.gains);
+    let truth = true_exposures(&folder);
+    let of = |name: &str| truth.iter().find(|(photo, _)| photo == name).unwrap().1;
+    for c in 0..3 {
+        let pairs: Vec<_> =
+            site.photos.iter().zip(&found.gains.of_photo).map(|(p, gain)| (of(&p.name), gain[c])).collect();
+        // Not the same: between exposure and pixels is a film curve, flatter in the light and flattest
+        // where it desaturates.
+        assert!(correlation(&pairs) > 0.95, "channel {c}: {pairs:?}");
+    }
+    assert!((0..3).all(|c| found.after[c] < 0.75 * found.before[c]), "{found:?}");
+    assert!(found.alone.is_empty() && found.components == 1, "{found:?}");
+    let (known, missed) = left_out(&site, &found.gains);
+    assert!(missed < known, "the nearest photos say less than none: {missed} of {known}");
+}
+
+#[test]
+fn the_castles_exposures_follow_the_view_and_are_predicted() {
+    let Some(folder) = common::castle() else { return };
+    let site = common::site(&folder, "images", "castle.obj");
+    let found = estimate_of_photos(&site, MEMORY, &Task::silent()).unwrap();
+    println!(
+        "{} points, {} pairs, {:.4?} before, {:.4?} after",
+        found.points, found.pairs, found.before, found.after
+    );
+    print(&site, &found.gains);
+    assert!((0..3).all(|c| found.after[c] < 0.6 * found.before[c]), "{found:?}");
+    let (known, missed) = left_out(&site, &found.gains);
+    assert!(missed < 0.5 * known, "{missed} of {known}");
+}
+
+#[test]
+fn gains_are_kept_until_something_changes_and_broken_photos_do_without() {
+    let (_, mut site) = piazza();
+    site.photos.truncate(3);
+    let folder = tempfile::tempdir().unwrap();
+    let broken = folder.path().join("broken.jpg");
+    fs::write(&broken, "no photo").unwrap();
+    site.photos[2].file = broken;
+    let notes: Arc<Mutex<Vec<String>>> = Arc::default();
+    let task = {
+        let notes = notes.clone();
+        Task::new(move |event| {
+            if let Event::Note { subject, .. } = event {
+                notes.lock().unwrap().push(subject);
+            }
+        })
+    };
+    let stacks = [None, None, None];
+    let gains = |site: &Site| photo_gains(site, &stacks, folder.path(), MEMORY, &task).unwrap();
+    let first = gains(&site);
+    assert_eq!(*notes.lock().unwrap(), [site.photos[2].name.clone()]);
+    assert!(first.of_photo[0] != [0.0; 3] && first.of_photo[2] == [0.0; 3], "{first:?}");
+
+    // From the cache: nobody looks at the broken photo.
+    assert_eq!(gains(&site), first);
+    assert_eq!(notes.lock().unwrap().len(), 1);
+
+    let file = folder.path().join("cache/gains.json");
+    fs::write(&file, "{").unwrap();
+    assert_eq!(gains(&site), first);
+    assert_eq!(notes.lock().unwrap().len(), 2);
+
+    site.photos[1].camera.cx += 40.0;
+    assert_ne!(gains(&site), first);
+    assert_eq!(notes.lock().unwrap().len(), 3);
+}
