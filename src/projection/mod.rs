@@ -4,12 +4,19 @@
 pub mod cells;
 #[cfg(test)]
 mod cells_tests;
+pub mod confidence;
 pub mod exposure;
 pub mod frustum;
+pub mod halving;
+pub mod pyramid;
 pub mod relief;
+pub mod residency;
 pub mod shot;
 pub mod sources;
+pub mod spans;
+pub mod srgb;
 pub mod surface;
+pub mod tiles;
 pub mod weights;
 
 pub use exposure::{Gains, view_gain};

@@ -1,0 +1,186 @@
+//! How far a texel can be trusted near the border of what the photo shows (design, section 3): poses and
+//! models err by a pixel or two, and there the photo may show the neighbour.
+
+use super::spans::Spans;
+use crate::geometry::PixelRect;
+
+/// Where confidence falls, and how slowly.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ramp {
+    /// From 0 to 1 within so many texels of the border, at most 32.
+    pub width_px: f32,
+    /// Also towards the outside of outlines, where another surface or nothing follows; else only towards
+    /// texels that are needed and hidden.
+    pub at_outlines: bool,
+}
+
+impl Default for Ramp {
+    fn default() -> Self {
+        Self { width_px: 8.0, at_outlines: true }
+    }
+}
+
+impl Ramp {
+    /// Texels from the border inwards in which it is below 1.
+    fn reach(&self) -> i32 {
+        (self.width_px.clamp(0.0, 32.0) + 0.5).ceil() as i32
+    }
+
+    /// Of a texel whose centre is `distance` away from the centre of the nearest texel beyond the border.
+    /// Never 0: a surface that only this photo shows must still be served.
+    fn value(&self, distance: f32) -> f32 {
+        if self.width_px <= 0.0 { 1.0 } else { ((distance - 0.5) / self.width_px).clamp(1.0 / 255.0, 1.0) }
+    }
+
+    /// What confidence falls towards: the texels that are `needed` and no `content`, or all that are not.
+    fn border(&self, content: &Spans, needed: &Spans) -> Spans {
+        if self.at_outlines {
+            let around = content.bounds().grown(self.reach() as u32 + 1);
+            content.complement(around)
+        } else {
+            needed.minus(content)
+        }
+    }
+
+    /// Calls `put(x, y, confidence)` for every texel of `content` whose confidence may be below 1, by the
+    /// exact Euclidean distance. `needed`: what faces cover.
+    pub fn each(&self, content: &Spans, needed: &Spans, mut put: impl FnMut(i32, i32, f32)) {
+        let border = self.border(content, needed);
+        let reach = self.reach();
+        let near = content.intersection(&border.grown(reach));
+        let values: Vec<f32> =
+            (0..=far(reach)).map(|square| self.value(f32::from(square as u16).sqrt())).collect();
+        let mut distances = Distances::new(&border, near.bounds(), reach);
+        let mut least = Vec::new();
+        for y in near.rows() {
+            for run in near.row(y) {
+                distances.least(y, run.start, run.len(), &mut least);
+                for (x, &square) in run.clone().zip(&least) {
+                    put(x, y, values[square as usize]);
+                }
+            }
+        }
+    }
+}
+
+/// A squared distance beyond the reach.
+fn far(reach: i32) -> i16 {
+    ((reach + 1) * (reach + 1)) as i16
+}
+
+/// Squared distances along rows, for the rows about the one that is asked for.
+struct Distances<'a> {
+    border: &'a Spans,
+    reach: i32,
+    left: i32,
+    width: usize,
+    /// `2 reach + 1` rows, row y at `y mod (2 reach + 1)`.
+    rows: Vec<i16>,
+    /// The first row that is not there yet.
+    next: i32,
+}
+
+impl<'a> Distances<'a> {
+    fn new(border: &'a Spans, bounds: PixelRect, reach: i32) -> Self {
+        let width = bounds.w as usize;
+        let rows = vec![0; width * (2 * reach + 1) as usize];
+        Self { border, reach, left: bounds.x, width, rows, next: i32::MIN }
+    }
+
+    /// The least squared distance for `count` texels from column `x` of row `y`. Rows must not fall.
+    fn least(&mut self, y: i32, x: i32, count: usize, least: &mut Vec<i16>) {
+        for row in self.next.max(y - self.reach)..=y + self.reach {
+            self.fill(row);
+        }
+        self.next = self.next.max(y + self.reach + 1);
+        least.clear();
+        least.resize(count, far(self.reach));
+        for dy in -self.reach..=self.reach {
+            let at = self.place(y + dy) + (x - self.left) as usize;
+            let down = (dy * dy) as i16;
+            for (least, along) in least.iter_mut().zip(&self.rows[at..at + count]) {
+                *least = (*least).min(along + down);
+            }
+        }
+    }
+
+    fn place(&self, y: i32) -> usize {
+        y.rem_euclid(2 * self.reach + 1) as usize * self.width
+    }
+
+    /// Row y: the squared distance to the row's nearest border texel.
+    fn fill(&mut self, y: i32) {
+        let (reach, left, at) = (self.reach, self.left, self.place(y));
+        let row = &mut self.rows[at..at + self.width];
+        row.fill(far(reach));
+        let mut lower = |x: i32, away: i32| {
+            let cell = usize::try_from(x - left).ok().and_then(|x| row.get_mut(x));
+            cell.into_iter().for_each(|cell| *cell = (*cell).min((away * away) as i16));
+        };
+        for run in self.border.row(y) {
+            (1..=reach).for_each(|away| lower(run.start - away, away));
+            (1..=reach).for_each(|away| lower(run.end - 1 + away, away));
+        }
+        for run in self.border.row(y) {
+            let within = |x: i32| ((x - left).max(0) as usize).min(row.len());
+            let inside = within(run.start)..within(run.end);
+            row[inside].fill(0);
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::Dice;
+
+    fn blob(dice: &mut Dice, side: i32) -> Spans {
+        Spans::of_rows(0..side, |y, out| {
+            let (a, b) = (dice.between(0.0, 12.0) as i32, dice.between(20.0, f64::from(side)) as i32);
+            out.push(a..(a + b) / 2);
+            if y % 9 != 0 {
+                out.push((a + b) / 2 + (y % 2)..b);
+            }
+        })
+    }
+
+    fn holds(spans: &Spans, x: i32, y: i32) -> bool {
+        spans.row(y).iter().any(|run| run.contains(&x))
+    }
+
+    #[test]
+    fn confidence_is_the_exact_distance_to_the_border() {
+        let mut dice = Dice::new(5);
+        for case in 0..20 {
+            let ramp = Ramp { width_px: [8.0, 3.0][case % 2], at_outlines: case % 4 < 2 };
+            let needed = blob(&mut dice, 40);
+            let content = needed.minus(&blob(&mut dice, 14));
+            let mut found = std::collections::HashMap::new();
+            ramp.each(&content, &needed, |x, y, confidence| {
+                assert!(found.insert((x, y), confidence).is_none(), "twice at {x}, {y}");
+            });
+            for y in -2..42 {
+                for x in -2..42 {
+                    let is_border =
+                        |x, y| !holds(&content, x, y) && (ramp.at_outlines || holds(&needed, x, y));
+                    let mut distance = f32::INFINITY;
+                    for (bx, by) in (-12..52).flat_map(|by| (-12..52).map(move |bx| (bx, by))) {
+                        if is_border(bx, by) {
+                            distance = distance.min(((bx - x) as f32).hypot((by - y) as f32));
+                        }
+                    }
+                    let known = found.get(&(x, y)).copied().unwrap_or(1.0);
+                    let expected = if holds(&content, x, y) { ramp.value(distance) } else { 1.0 };
+                    assert!((known - expected).abs() < 1e-6, "case {case}: {known} at {x}, {y}: {expected}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn a_border_of_no_width_trusts_everything() {
+        let ramp = Ramp { width_px: 0.0, at_outlines: true };
+        let content = Spans::of_rows(0..3, |_, out| out.push(0..3));
+        ramp.each(&content, &content, |x, y, confidence| assert_eq!(confidence, 1.0, "{x}, {y}"));
+    }
+}

@@ -1,0 +1,208 @@
+//! How sheets are cut for the GPU: levels, tiles, slots, and the tail that small levels share.
+//!
+//! A sheet of `w x h` texels (powers of two) has levels `0, 1, ...` of `max(1, w >> l) x max(1, h >> l)`,
+//! down to one texel. A level is cut into tiles of 64 x 64 from the sheet's own corner. A tile fills a
+//! *slot* of 68 x 68: itself and two texels of its neighbours on every side, so that filtering never
+//! leaves the slot. Levels of at most 32 texels lie in one slot together, the sheet's *tail*.
+
+use super::SheetId;
+use super::pyramid::{Level, Pyramid};
+use crate::geometry::PixelRect;
+
+/// Side of a tile, in texels.
+pub const TILE: u32 = 64;
+/// Texels of the neighbours on each side of a slot.
+pub const GUTTER: u32 = 2;
+/// Side of a slot, in texels: a multiple of 4, as compressed blocks are.
+pub const SLOT: u32 = TILE + 2 * GUTTER;
+/// Levels whose longer side is at most this lie in the tail.
+pub const TAIL: u32 = 32;
+/// The most levels: sheets of up to 32768 texels a side.
+pub const MOST_LEVELS: usize = 16;
+
+/// Where a level of the tail lies in its slot, gutters included: by the binary logarithm of the level's
+/// longer side.
+pub const TAIL_SPOTS: [[u32; 2]; 6] = [[36, 32], [56, 20], [48, 20], [36, 20], [36, 0], [0, 0]];
+
+/// A tile, or the tail, which is the tile 0, 0 of the first level in it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct TileKey {
+    /// Of which sheet.
+    pub sheet: SheetId,
+    /// 0 is the sheet itself.
+    pub level: u32,
+    /// From the left.
+    pub x: u32,
+    /// From the top.
+    pub y: u32,
+}
+
+/// A sheet's size, and all that follows from it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shape {
+    /// Binary logarithms of width and height.
+    pub log: [u32; 2],
+}
+
+impl Shape {
+    /// Of a rectangle; sides that are no powers of two are rounded up to one.
+    pub fn of(rect: PixelRect) -> Self {
+        let log = |side: u32| (side.max(1).next_power_of_two().ilog2()).min(MOST_LEVELS as u32 - 1);
+        Self { log: [log(rect.w), log(rect.h)] }
+    }
+
+    /// How many levels there are.
+    pub fn levels(&self) -> u32 {
+        self.log[0].max(self.log[1]) + 1
+    }
+
+    /// Size of a level in texels.
+    pub fn size(&self, level: u32) -> [u32; 2] {
+        self.log.map(|log| 1 << log.saturating_sub(level))
+    }
+
+    /// Tiles of a level in columns and rows.
+    pub fn tiles(&self, level: u32) -> [u32; 2] {
+        self.size(level).map(|side| side.div_ceil(TILE))
+    }
+
+    /// The first level in the tail; there is always one.
+    pub fn tail(&self) -> u32 {
+        self.levels() - 1 - (TAIL.ilog2()).min(self.levels() - 1)
+    }
+
+    /// Entries of its page table: the tiles of all levels.
+    pub fn entries(&self) -> u32 {
+        (0..self.levels()).map(|level| self.tiles(level)).map(|[x, y]| x * y).sum()
+    }
+
+    /// In which directions the level after this one is smaller.
+    pub fn halves(&self, level: u32) -> [bool; 2] {
+        self.log.map(|log| log > level)
+    }
+}
+
+/// Which tiles of a sheet hold anything.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Occupancy {
+    shape: Shape,
+    /// For each level before the tail its tiles in row order.
+    tiles: Vec<Vec<bool>>,
+    /// The tail, and so the sheet, holds anything.
+    any: bool,
+}
+
+impl Occupancy {
+    /// A tile is occupied when content lies in it or next to it, where a filtered lookup reaches it.
+    pub fn of(pyramid: &Pyramid) -> Self {
+        let shape = pyramid.shape;
+        let paged = pyramid.levels.iter().zip(0..shape.tail());
+        let tiles = paged.map(|(level, l)| occupied(level, shape.tiles(l))).collect();
+        Self { shape, tiles, any: pyramid.levels.first().is_some_and(|level| !level.content.is_empty()) }
+    }
+
+    /// Whether the tile (or the tail) holds anything.
+    pub fn holds(&self, level: u32, x: u32, y: u32) -> bool {
+        match self.tiles.get(level as usize) {
+            Some(tiles) => tiles[(y * self.shape.tiles(level)[0] + x) as usize],
+            None => self.any,
+        }
+    }
+
+    /// Occupied tiles of a level that is not in the tail.
+    pub fn tiles(&self, level: u32) -> impl Iterator<Item = [u32; 2]> {
+        let columns = self.shape.tiles(level)[0];
+        let tiles = self.tiles.get(level as usize).map_or(&[][..], Vec::as_slice);
+        (0u32..).zip(tiles).filter(|(_, held)| **held).map(move |(i, _)| [i % columns, i / columns])
+    }
+
+    /// How many tiles of a level are occupied; of the tail 1 or 0.
+    pub fn count(&self, level: u32) -> u64 {
+        match self.tiles.get(level as usize) {
+            Some(tiles) => tiles.iter().filter(|held| **held).count() as u64,
+            None => u64::from(self.any && level == self.shape.tail()),
+        }
+    }
+}
+
+fn occupied(level: &Level, [columns, rows]: [u32; 2]) -> Vec<bool> {
+    let mut held = vec![false; (columns * rows) as usize];
+    let tile = TILE as i32;
+    for (y, run) in level.content.iter() {
+        let across = ((run.start - 1).div_euclid(tile)).max(0)..=(run.end / tile).min(columns as i32 - 1);
+        let down = ((y - 1).div_euclid(tile)).max(0)..=((y + 1) / tile).min(rows as i32 - 1);
+        for row in down {
+            for column in across.clone() {
+                held[(row as u32 * columns + column as u32) as usize] = true;
+            }
+        }
+    }
+    held
+}
+
+impl Pyramid {
+    /// Writes the slot of a tile or of the tail: 68 rows of 68 texels, 4 bytes each, `row_bytes` apart.
+    /// Texels that the sheet does not have are 0.
+    pub fn cut(&self, key: TileKey, slot: &mut [u8], row_bytes: usize) {
+        if key.level < self.shape.tail() {
+            let corner = [key.x, key.y].map(|tile| (tile * TILE) as i32 - GUTTER as i32);
+            copy(&self.levels[key.level as usize], corner, [SLOT; 2], slot, row_bytes);
+            return;
+        }
+        for row in slot.chunks_mut(row_bytes).take(SLOT as usize) {
+            row[..SLOT as usize * 4].fill(0);
+        }
+        for (level, l) in self.levels.iter().zip(0..).skip(self.shape.tail() as usize) {
+            let size = self.shape.size(l);
+            let [x, y] = TAIL_SPOTS[size[0].max(size[1]).ilog2() as usize];
+            let place = &mut slot[y as usize * row_bytes + x as usize * 4..];
+            copy(level, [-(GUTTER as i32); 2], size.map(|side| side + 2 * GUTTER), place, row_bytes);
+        }
+    }
+
+    /// Whether the slot of a tile (or of the tail) would be the same cut from `other`, a pyramid of the same
+    /// sheet.
+    pub fn same_tile(&self, other: &Self, key: TileKey) -> bool {
+        let tail = self.shape.tail();
+        if key.level < tail {
+            let level = key.level as usize;
+            let corner = [key.x, key.y].map(|tile| (tile * TILE) as i32 - GUTTER as i32);
+            return same(&self.levels[level], &other.levels[level], corner, [SLOT; 2]);
+        }
+        let mut levels = self.levels.iter().zip(&other.levels).zip(0..).skip(tail as usize);
+        levels.all(|((a, b), level)| {
+            let size = self.shape.size(level).map(|side| side + 2 * GUTTER);
+            same(a, b, [-(GUTTER as i32); 2], size)
+        })
+    }
+}
+
+/// Two levels are alike over `size` texels from `corner` on.
+fn same(a: &Level, b: &Level, corner: [i32; 2], size: [u32; 2]) -> bool {
+    let bytes = 4 * size[0] as usize;
+    let mut rows = [vec![0; bytes], vec![0; bytes]];
+    (corner[1]..corner[1] + size[1] as i32).all(|y| {
+        copy(a, [corner[0], y], [size[0], 1], &mut rows[0], bytes);
+        copy(b, [corner[0], y], [size[0], 1], &mut rows[1], bytes);
+        rows[0] == rows[1]
+    })
+}
+
+/// Copies `size` texels of a level from `corner` on; outside of what it holds, zeros.
+fn copy(level: &Level, corner: [i32; 2], size: [u32; 2], to: &mut [u8], row_bytes: usize) {
+    let wanted = PixelRect { x: corner[0], y: corner[1], w: size[0], h: size[1] };
+    let there = wanted.intersection(&level.rect);
+    let before = 4 * (there.x - wanted.x) as usize;
+    let bytes = 4 * there.w as usize;
+    for (y, row) in (wanted.y..wanted.bottom()).zip(to.chunks_mut(row_bytes)) {
+        let row = &mut row[..4 * size[0] as usize];
+        if there.is_empty() || !(there.y..there.bottom()).contains(&y) {
+            row.fill(0);
+            continue;
+        }
+        let from = level.index(there.x, y);
+        row[..before].fill(0);
+        row[before..before + bytes].copy_from_slice(&level.rgba[from..from + bytes]);
+        row[before + bytes..].fill(0);
+    }
+}
