@@ -7,6 +7,7 @@ pub mod hash;
 pub mod inbox;
 pub mod json;
 pub mod layer_png;
+pub mod layer_reader;
 pub mod layered;
 pub mod lock;
 pub mod models;

@@ -11,5 +11,6 @@ pub mod inputs;
 pub mod open;
 mod photo_plan;
 pub mod photos;
+pub mod sheets;
 pub mod sources;
 pub mod survey;
