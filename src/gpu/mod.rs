@@ -12,6 +12,7 @@
 //! [`GpuRasteriser`] holds the pipelines and runs the passes in this order. Photos are drawn in
 //! bands of whole rows, so that textures and buffers keep to what an adapter can bind.
 
+mod atlas;
 mod bindings;
 mod count;
 mod device;
@@ -24,15 +25,21 @@ mod mark;
 mod nearest;
 mod pairs;
 mod presence;
+mod pyramid_cache;
 mod rasteriser;
 mod readback;
 mod run;
 mod scan;
 mod stencil;
+mod texture_statistics;
+mod tile_store;
 mod workspace;
 
+pub use atlas::SOURCE as ATLAS_WGSL;
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
+pub use texture_statistics::TextureStatistics;
+pub use tile_store::{Loaded, TextureOptions, TileStore};
 
 #[cfg(test)]
 mod tests;

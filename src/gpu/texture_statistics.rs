@@ -1,0 +1,68 @@
+//! What texture memory costs, against what it shows.
+
+use std::fmt;
+
+use crate::geometry::PixelRect;
+use crate::projection::tiles::{Occupancy, SLOT, Shape, TILE};
+
+/// Texels, of the sheets that were decoded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct TextureStatistics {
+    /// Faces cover them.
+    pub covered: u64,
+    /// They hold something: they are visible, filled or painted.
+    pub content: u64,
+    /// Occupied tiles of level 0, without gutters.
+    pub level_0: u64,
+    /// The same with gutters.
+    pub level_0_slots: u64,
+    /// Occupied tiles of all levels and the tails, with gutters.
+    pub all_slots: u64,
+    /// The sheets' rectangles with all levels: what textures of their size would take.
+    pub rectangles: u64,
+    /// Tiles that are on the device.
+    pub resident_tiles: u64,
+    /// Bytes of the pages on the device.
+    pub bytes: u64,
+}
+
+impl TextureStatistics {
+    /// Adds a sheet.
+    pub(super) fn add(
+        &mut self,
+        rect: &PixelRect,
+        shape: &Shape,
+        occupancy: &Occupancy,
+        [covered, content]: [u64; 2],
+    ) {
+        let (tile, slot) = (u64::from(TILE * TILE), u64::from(SLOT * SLOT));
+        let in_tail = shape.tail() == 0;
+        self.covered += covered;
+        self.content += content;
+        self.level_0 += if in_tail { rect.area() } else { occupancy.count(0) * tile };
+        self.level_0_slots += occupancy.count(0) * slot;
+        self.all_slots += (0..=shape.tail()).map(|level| occupancy.count(level) * slot).sum::<u64>();
+        let of_level = |level| shape.size(level).map(u64::from).iter().product::<u64>();
+        self.rectangles += (0..shape.levels()).map(of_level).sum::<u64>();
+    }
+}
+
+impl fmt::Display for TextureStatistics {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let mega = |texels: u64| texels as f64 / 1e6;
+        let share = |texels: u64| texels as f64 / self.content.max(1) as f64;
+        write!(
+            f,
+            "{:.1} M texels with content of {:.1} M covered; tiles {:.2} x content, with gutters {:.2} x, with \
+             all levels {:.2} x (rectangles {:.2} x); {} tiles resident in {:.0} MiB",
+            mega(self.content),
+            mega(self.covered),
+            share(self.level_0),
+            share(self.level_0_slots),
+            share(self.all_slots),
+            share(self.rectangles),
+            self.resident_tiles,
+            self.bytes as f64 / f64::from(1 << 20),
+        )
+    }
+}

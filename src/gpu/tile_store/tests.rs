@@ -1,0 +1,309 @@
+//! Texture memory on a device: lookups against the pyramids that the tiles were cut from.
+
+use std::sync::{Arc, Mutex};
+
+use wgpu::{BufferUsages, SamplerDescriptor};
+
+use super::{TextureOptions, TileStore};
+use crate::error::Result;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::gpu::device::Gpu;
+use crate::gpu::{atlas, bindings, readback};
+use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
+use crate::projection::residency::Want;
+use crate::projection::srgb::Srgb;
+use crate::projection::{PhotoId, Projector, Sheet, SheetId, SheetPixels, Sources, Texels};
+use crate::scene::synthetic::Dice;
+use crate::task::Task;
+
+/// What the including shader has to declare, and one lookup per thread.
+pub const LOOKUPS: &str = "
+@group(0) @binding(0) var<storage, read> sheets: array<Sheet>;
+@group(0) @binding(1) var<storage, read> pages: array<u32>;
+@group(0) @binding(2) var atlas: texture_2d_array<f32>;
+@group(0) @binding(3) var atlas_sampler: sampler;
+@group(0) @binding(4) var<storage, read> asked: array<Asked>;
+@group(0) @binding(5) var<storage, read_write> found: array<Found>;
+struct Asked { uv: vec2f, sheet: u32, level: u32 }
+struct Found { texel: vec4f, page: i32, level: u32 }
+@compute @workgroup_size(64)
+fn look(@builtin(global_invocation_id) id: vec3u) {
+    if id.x >= arrayLength(&asked) { return; }
+    let ask = asked[id.x];
+    let at = spot(ask.sheet, ask.level, ask.uv);
+    found[id.x] = Found(sheet_texel(ask.sheet, ask.level, ask.uv), at.page, at.level);
+}";
+
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Asked {
+    uv: [f32; 2],
+    sheet: u32,
+    level: u32,
+}
+
+#[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
+#[repr(C)]
+struct Found {
+    texel: [f32; 4],
+    page: i32,
+    level: u32,
+    _pad: [u32; 2],
+}
+
+/// Sheets of a test's own; how often each was read.
+struct Made {
+    sheets: Mutex<Vec<SheetPixels>>,
+    reads: Mutex<Vec<u32>>,
+}
+
+impl Texels for Made {
+    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+        self.reads.lock().unwrap()[sheet.0 as usize] += 1;
+        Ok(self.sheets.lock().unwrap()[sheet.0 as usize].clone())
+    }
+}
+
+/// Content in blots, so that most sheets have empty tiles.
+fn painted(rect: PixelRect, dice: &mut Dice) -> SheetPixels {
+    let blots: Vec<[f64; 3]> = (0..3)
+        .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(2.0, 50.0)])
+        .collect();
+    let waves = [dice.between(0.02, 0.2), dice.between(0.02, 0.2), dice.between(0.0, 6.0)];
+    let mut pixels = SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
+        let inside = blots.iter().any(|[bx, by, r]| (x - bx).abs() < *r && (y - by).abs() < 0.7 * r);
+        let value =
+            |phase: f64| (127.0 + 120.0 * (waves[0] * x + waves[1] * y + waves[2] + phase).sin()) as u8;
+        let texel = if inside { [value(0.0), value(1.0), value(2.0), 255] } else { [0; 4] };
+        pixels.rgba.extend(texel);
+        pixels.needed.push(u8::from(inside));
+    }
+    pixels
+}
+
+struct Scene {
+    sources: Sources,
+    made: Arc<Made>,
+    pyramids: Vec<Pyramid>,
+}
+
+fn scene(seed: u64, sizes: &[[u32; 2]]) -> Scene {
+    let mut dice = Dice::new(seed);
+    let rects = sizes.iter().map(|&[w, h]| PixelRect { x: dice.whole(0, 90) as i32 - 50, y: -7, w, h });
+    let rects: Vec<_> = rects.collect();
+    let sheets: Vec<_> = rects.iter().map(|rect| painted(*rect, &mut dice)).collect();
+    let make =
+        |(rect, pixels): (&PixelRect, &SheetPixels)| pyramid(*rect, pixels, &PyramidOptions::default());
+    let pyramids = rects.iter().zip(&sheets).map(make).collect();
+    let photo = Projector {
+        name: "a".into(),
+        camera: Pinhole { width: 64, height: 64, fx: 64.0, fy: 64.0, cx: 32.0, cy: 32.0 },
+        pose: Pose { rotation: glam::DMat3::IDENTITY, translation: glam::DVec3::ZERO },
+    };
+    let sheet = |(i, rect): (usize, &PixelRect)| Sheet { photo: PhotoId(0), id: i.to_string(), rect: *rect };
+    let sources = Sources {
+        photos: vec![photo],
+        sheets: rects.iter().enumerate().map(sheet).collect(),
+        ..Sources::default()
+    };
+    let made = Made { reads: Mutex::new(vec![0; sheets.len()]), sheets: Mutex::new(sheets) };
+    Scene { sources, made: Arc::new(made), pyramids }
+}
+
+const SIZES: [[u32; 2]; 8] =
+    [[256, 256], [512, 64], [64, 128], [32, 32], [8, 2], [1, 1], [16, 256], [1024, 512]];
+
+/// `None` on a desk without an adapter.
+fn gpu() -> Option<Gpu> {
+    let gpu = Gpu::headless();
+    if let Err(error) = &gpu {
+        assert!(std::env::var_os("CI").is_none(), "{error}");
+        eprintln!("left out: {error}");
+    }
+    gpu.ok()
+}
+
+fn store(gpu: &Gpu, scene: &Scene, slots: u64) -> TileStore {
+    let options = TextureOptions {
+        budget_bytes: slots * atlas::SLOT_BYTES,
+        cache_bytes: 1 << 18,
+        ..TextureOptions::default()
+    };
+    TileStore::new(gpu, &scene.sources, scene.made.clone(), options).unwrap()
+}
+
+fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<Found> {
+    let source = [LOOKUPS, atlas::SOURCE].concat();
+    let module = bindings::shader(gpu, "look", &source);
+    let pipeline = gpu.device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+        label: Some("look"),
+        layout: None,
+        module: &module,
+        entry_point: Some("look"),
+        compilation_options: Default::default(),
+        cache: None,
+    });
+    let linear = wgpu::FilterMode::Linear;
+    let sampler = SamplerDescriptor { mag_filter: linear, min_filter: linear, ..Default::default() };
+    let sampler = gpu.device.create_sampler(&sampler);
+    let asked_buffer = bindings::filled(gpu, "asked", asked, BufferUsages::STORAGE);
+    let words = (asked.len() * size_of::<Found>() / 4) as u64;
+    let found = bindings::storage(gpu, "found", words, true);
+    let group = bindings::bind(
+        gpu,
+        "look",
+        &pipeline.get_bind_group_layout(0),
+        &[
+            store.sheets().as_entire_binding(),
+            store.pages().as_entire_binding(),
+            wgpu::BindingResource::TextureView(store.atlas()),
+            wgpu::BindingResource::Sampler(&sampler),
+            asked_buffer.as_entire_binding(),
+            found.as_entire_binding(),
+        ],
+    );
+    let mut encoder = gpu.device.create_command_encoder(&Default::default());
+    let mut pass = encoder.begin_compute_pass(&Default::default());
+    pass.set_pipeline(&pipeline);
+    pass.set_bind_group(0, &group, &[]);
+    pass.dispatch_workgroups((asked.len() as u32).div_ceil(64), 1, 1);
+    drop(pass);
+    gpu.queue.submit([encoder.finish()]);
+    let [words] = readback::read(gpu, [(&found, 0..words)]).unwrap();
+    bytemuck::cast_slice(&words).to_vec()
+}
+
+/// The plain twin of `sheet_texel`.
+fn expected(pyramid: &Pyramid, level: u32, uv: [f32; 2]) -> [f32; 4] {
+    let held = &pyramid.levels[level as usize];
+    let size = pyramid.shape.size(level);
+    let at = [0, 1].map(|i| uv[i] * size[i] as f32 - 0.5);
+    let mut sum = [0.0; 4];
+    for corner in 0..4 {
+        let step = [corner % 2, corner / 2];
+        let texel = [0, 1].map(|i| at[i].floor() as i32 + step[i]);
+        let weight = |i: usize| 1.0 - (at[i] - texel[i] as f32).abs();
+        let rect = held.rect;
+        let inside =
+            (rect.x..rect.right()).contains(&texel[0]) && (rect.y..rect.bottom()).contains(&texel[1]);
+        if inside {
+            let from = held.index(texel[0], texel[1]);
+            let [r, g, b, a]: [u8; 4] = held.rgba[from..from + 4].try_into().unwrap();
+            let values = [r, g, b].map(|value| Srgb::tables().linear(value));
+            let values = [values[0], values[1], values[2], f32::from(a) / 255.0];
+            (0..4).for_each(|c| sum[c] += weight(0) * weight(1) * values[c]);
+        }
+    }
+    sum
+}
+
+/// Lookups about content, where renderers look: within half a texel of it.
+fn ask(scene: &Scene, dice: &mut Dice, level: impl Fn(&Pyramid, &mut Dice) -> u32) -> Vec<Asked> {
+    let mut asked = Vec::new();
+    for (sheet, pyramid) in (0..).zip(&scene.pyramids) {
+        let texels: Vec<(i32, i32)> =
+            pyramid.levels[0].content.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y))).collect();
+        for _ in 0..texels.len().min(400) {
+            let (x, y) = texels[dice.whole(0, texels.len() as u32 - 1) as usize];
+            let size = pyramid.shape.size(0);
+            let uv =
+                [(x, size[0]), (y, size[1])].map(|(at, side)| (at as f64 + dice.unit()) / f64::from(side));
+            asked.push(Asked { uv: uv.map(|at| at as f32), sheet, level: level(pyramid, dice) });
+        }
+    }
+    asked
+}
+
+/// A sampler's fractions have 8 bits, and colours here go from 0 to 1.
+const TOLERANCE: f32 = 2.5 / 256.0;
+
+fn check(scene: &Scene, asked: &[Asked], found: &[Found]) {
+    for (ask, found) in asked.iter().zip(found) {
+        assert!(found.page >= 0, "{ask:?} is served by nothing");
+        let expected = expected(&scene.pyramids[ask.sheet as usize], found.level, ask.uv);
+        let error = (0..4).map(|c| (expected[c] - found.texel[c]).abs()).fold(0.0, f32::max);
+        assert!(error <= TOLERANCE, "{error} at {ask:?}: {found:?}, {expected:?}");
+    }
+}
+
+fn any_level(pyramid: &Pyramid, dice: &mut Dice) -> u32 {
+    dice.whole(0, pyramid.shape.levels() - 1)
+}
+
+#[test]
+fn lookups_find_every_sheets_own_texels_at_every_level() {
+    let Some(gpu) = gpu() else { return };
+    for seed in 0..3 {
+        let scene = scene(seed, &SIZES);
+        let mut store = store(&gpu, &scene, 4000);
+        let loaded = store.load_all(&Task::silent()).unwrap();
+        assert_eq!((loaded.sheets, loaded.left_out), (SIZES.len(), 0));
+        let asked = ask(&scene, &mut Dice::new(seed + 50), any_level);
+        let found = look(&gpu, &store, &asked);
+        check(&scene, &asked, &found);
+        assert!(asked.iter().zip(&found).all(|(ask, found)| ask.level == found.level));
+    }
+}
+
+#[test]
+fn under_a_tiny_budget_every_lookup_is_served_by_some_level() {
+    let Some(gpu) = gpu() else { return };
+    let scene = scene(7, &SIZES);
+    for slots in [9, 20, 45] {
+        let mut store = store(&gpu, &scene, slots);
+        let loaded = store.load_all(&Task::silent()).unwrap();
+        assert!(loaded.left_out > 0 && store.statistics().resident_tiles <= slots);
+        let asked = ask(&scene, &mut Dice::new(slots), |_, _| 0);
+        let found = look(&gpu, &store, &asked);
+        check(&scene, &asked, &found);
+        // Now the view needs one sheet alone, which gets finer.
+        store.load(&[Want::all(SheetId(0))], &Task::silent()).unwrap();
+        let finest = |found: &[Found]| {
+            let levels =
+                asked.iter().zip(found).filter(|(ask, _)| ask.sheet == 0).map(|(_, found)| found.level);
+            levels.sum::<u32>()
+        };
+        let again = look(&gpu, &store, &asked);
+        assert!(finest(&again) <= finest(&found), "{slots} slots");
+        let own: Vec<_> = asked.iter().zip(&again).filter(|(ask, _)| ask.sheet == 0).collect();
+        check(
+            &scene,
+            &own.iter().map(|(a, _)| **a).collect::<Vec<_>>(),
+            &own.iter().map(|(_, f)| **f).collect::<Vec<_>>(),
+        );
+    }
+}
+
+#[test]
+fn a_changed_sheet_writes_only_its_changed_tiles() {
+    let Some(gpu) = gpu() else { return };
+    let mut scene = scene(3, &[[512, 512], [64, 64]]);
+    let mut store = store(&gpu, &scene, 4000);
+    // The small one first: the cache keeps what came last.
+    store.load(&[Want::all(SheetId(1))], &Task::silent()).unwrap();
+    store.load(&[Want::all(SheetId(0))], &Task::silent()).unwrap();
+    let mut pixels = scene.made.sheet(SheetId(0)).unwrap();
+    let unchanged = store.replace_sheet(SheetId(0), &pixels).unwrap();
+    assert_eq!(unchanged.tiles, 0);
+    let painted = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
+    pixels.rgba[4 * painted] ^= 0x80;
+    let changed = store.replace_sheet(SheetId(0), &pixels).unwrap();
+    // One texel: at each of the levels 0 to 3 its tile and at most three that have it in their gutter; the tail.
+    assert!((5..=17).contains(&changed.tiles), "{changed:?}");
+    scene.pyramids[0] = pyramid(scene.sources.sheets[0].rect, &pixels, &PyramidOptions::default());
+    let asked = ask(&scene, &mut Dice::new(9), any_level);
+    check(&scene, &asked, &look(&gpu, &store, &asked));
+}
+
+#[test]
+fn what_lies_on_the_device_is_not_read_again() {
+    let scene = scene(5, &SIZES);
+    let mut store = store(&Gpu::noop(), &scene, 4000);
+    let task = Task::silent();
+    assert_eq!(store.load(&[Want::from_level(SheetId(7), 2)], &task).unwrap().sheets, 1);
+    store.load_all(&task).unwrap();
+    let again = store.load_all(&task).unwrap();
+    assert_eq!((again.tiles, again.sheets), (0, 0));
+    assert!(scene.made.reads.lock().unwrap().iter().all(|reads| (1..=2).contains(reads)));
+}
