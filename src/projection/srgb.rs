@@ -1,15 +1,14 @@
-//! sRGB, 8 bits, to linear light and back (IEC 61966-2-1), by table.
+//! sRGB, 8 bits, to linear light and back, by table: for many texels.
 
 use std::sync::LazyLock;
+
+use crate::scene::light::{LINEAR_OF_BYTE, srgb_of_linear};
 
 /// Steps of the way back: fine enough that every 8-bit value comes back as it was.
 const STEPS: usize = 1 << 16;
 
-static LINEAR: LazyLock<[f32; 256]> =
-    LazyLock::new(|| std::array::from_fn(|i| decoded(i as f64 / 255.0) as f32));
-
 static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let step = |i: usize| (encoded(i as f64 / (STEPS - 1) as f64) * 255.0).round() as u8;
+    let step = |i: usize| (srgb_of_linear(i as f64 / (STEPS - 1) as f64) * 255.0).round() as u8;
     (0..STEPS).map(step).collect()
 });
 
@@ -23,7 +22,7 @@ pub struct Srgb {
 impl Srgb {
     /// The tables; made at the first call.
     pub fn tables() -> Self {
-        Self { linear: &LINEAR, encoded: &ENCODED }
+        Self { linear: &LINEAR_OF_BYTE, encoded: &ENCODED }
     }
 
     /// Linear light, 0..1, of an 8-bit value.
@@ -35,14 +34,6 @@ impl Srgb {
     pub fn encoded(&self, linear: f32) -> u8 {
         self.encoded[((linear.clamp(0.0, 1.0) * (STEPS - 1) as f32) + 0.5) as usize]
     }
-}
-
-fn decoded(value: f64) -> f64 {
-    if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
-}
-
-fn encoded(linear: f64) -> f64 {
-    if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
 #[cfg(test)]
