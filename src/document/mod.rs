@@ -1,5 +1,6 @@
 //! What is saved: the authored project and the derived stacks.
 
+pub mod camera_path;
 pub mod export_record;
 pub mod names;
 pub mod project;

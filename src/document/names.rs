@@ -1,5 +1,7 @@
 //! Photos' names as file names: stacks, exports and renders are named by this one rule.
 
+use std::collections::BTreeSet;
+
 /// A name for a file or folder that stands for `photo`: every byte outside `A-Za-z0-9._-` becomes
 /// `%XX` (upper-case hexadecimal). Different photos get different names, and [`photo_of_file_name`]
 /// leads back. The result never contains `/`, `\`, `+` or `~`, so a caller may put its own suffix
@@ -23,6 +25,28 @@ pub fn file_name_of_photo(photo: &str) -> String {
         }
     }
     name
+}
+
+/// Names for the pictures of photos, without extensions and all different: that of `nord/1.jpg` is
+/// `nord%2F1`. Where photos differ in their extensions only, these stay in: `1.jpg` and `1.png`.
+pub fn picture_names(photos: &[&str]) -> Vec<String> {
+    let short: Vec<String> = photos.iter().map(|photo| file_name_of_photo(without_extension(photo))).collect();
+    let full: Vec<String> = photos.iter().map(|photo| file_name_of_photo(photo)).collect();
+    let mixed: Vec<String> = short
+        .iter()
+        .zip(&full)
+        .map(|(name, full)| if short.iter().filter(|other| *other == name).count() > 1 { full } else { name })
+        .cloned()
+        .collect();
+    let distinct: BTreeSet<&String> = mixed.iter().collect();
+    if distinct.len() == mixed.len() { mixed } else { full }
+}
+
+fn without_extension(photo: &str) -> &str {
+    match photo.rsplit_once('.') {
+        Some((stem, extension)) if !stem.is_empty() && !stem.ends_with('/') && !extension.contains('/') => stem,
+        _ => photo,
+    }
 }
 
 /// The photo that `name` stands for; `None` for a name that [`file_name_of_photo`] does not make.
@@ -56,6 +80,14 @@ mod tests {
     #[test]
     fn a_plain_name_stays_as_it_is() {
         assert_eq!(file_name_of_photo("IMG_0001-b.JPG"), "IMG_0001-b.JPG");
+    }
+
+    #[test]
+    fn pictures_have_no_extensions_unless_these_tell_photos_apart() {
+        assert_eq!(picture_names(&["0001.jpg", "a/b.c/d"]), ["0001", "a%2Fb.c%2Fd"]);
+        assert_eq!(picture_names(&["1.jpg", "1.png", "2.jpg"]), ["1.jpg", "1.png", "2"]);
+        assert_eq!(picture_names(&["1.jpg", "1.png", "1.jpg.tif"]), ["1.jpg", "1.png", "1.jpg.tif"]);
+        assert_eq!(picture_names(&["a/.jpg"]), ["a%2F.jpg"]);
     }
 
     #[test]

@@ -1,8 +1,10 @@
 //! Files: cameras, models, photos, layered images. One file per format.
 
 pub mod atomic;
+pub mod camera_path;
 pub mod cameras;
 pub mod exports;
+pub mod film;
 pub mod hash;
 pub mod inbox;
 pub mod json;
@@ -13,6 +15,9 @@ pub mod lock;
 pub mod models;
 pub mod overlay;
 pub mod photo;
+pub mod photo_list;
+pub mod picture_png;
 pub mod project;
+pub mod reference;
 pub mod stack_files;
 pub mod stack_store;

@@ -172,6 +172,21 @@ pub struct Picture {
     pub rgba: Vec<u8>,
 }
 
+impl Picture {
+    /// RGB, 8 bits, `width * height * 3`: laid over a plain colour, in gamma.
+    pub fn over(&self, background: [u8; 3]) -> Vec<u8> {
+        let laid = |pixel: &[u8; 4]| {
+            let alpha = u32::from(pixel[3]);
+            let mix = |above: u8, below: u8| {
+                ((u32::from(above) * alpha + u32::from(below) * (255 - alpha) + 127) / 255) as u8
+            };
+            std::array::from_fn::<u8, 3, _>(|channel| mix(pixel[channel], background[channel]))
+        };
+        let (pixels, _) = self.rgba.as_chunks::<4>();
+        pixels.iter().flat_map(laid).collect()
+    }
+}
+
 /// Who can draw a shot: the GPU, or its plain twin.
 pub trait Renders {
     /// The picture of a shot.
@@ -187,4 +202,16 @@ pub trait Renders {
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_over_a_colour_is_itself_where_opaque_and_the_colour_where_empty() {
+        let rgba = vec![10, 20, 30, 255, 10, 20, 30, 0, 0, 100, 200, 51];
+        let picture = Picture { width: 3, height: 1, rgba };
+        assert_eq!(picture.over([250, 0, 100]), [10, 20, 30, 250, 0, 100, 200, 20, 120]);
+    }
 }

@@ -1,0 +1,236 @@
+//! A camera path: keyframes that a flight goes through (see `docs/formats.md`).
+
+use glam::{DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::{Pinhole, Pose};
+use crate::projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
+
+/// The version this program writes; it reads no other.
+pub const PATH_VERSION: u32 = 1;
+
+/// The longest side of a frame in pixels, and the most frames: beyond any film.
+const LONGEST_SIDE: u32 = 16_384;
+const MOST_FRAMES: f64 = 100_000.0;
+
+/// What is wrong: where, and what was found.
+pub type Flaw = (String, String);
+
+/// The file.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct CameraPath {
+    /// [`PATH_VERSION`].
+    pub version: u32,
+    /// Width and height of a frame in pixels.
+    pub size: [u32; 2],
+    /// Frames a second.
+    #[serde(default = "usual_fps")]
+    pub fps: f64,
+    /// How fast the flight goes.
+    #[serde(default)]
+    pub speed: PathSpeed,
+    /// A direction of the world that is upwards in the pictures of keyframes with `look_at`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub up: Option<[f64; 3]>,
+    /// In the order of their times.
+    pub keyframes: Vec<PathKeyframe>,
+}
+
+/// How fast a flight goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum PathSpeed {
+    /// It passes each keyframe at its time.
+    #[default]
+    Timed,
+    /// At one speed from the first time to the last one.
+    Constant,
+    /// The same with a soft start and a soft end.
+    Eased,
+}
+
+/// Where the camera is at one time. Of `look_at` and `rotation`, and of `fov` and `K`, one each.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+#[allow(non_snake_case)]
+pub struct PathKeyframe {
+    /// Seconds.
+    pub t: f64,
+    /// Of the camera's centre, in the world.
+    pub position: [f64; 3],
+    /// A point of the world in the middle of the picture.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub look_at: Option<[f64; 3]>,
+    /// World to camera, as COLMAP writes it: w, x, y, z.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub rotation: Option<[f64; 4]>,
+    /// Vertical field of view in degrees.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fov: Option<f64>,
+    /// In pixels of `size`; 3 x 3.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub K: Option<[[f64; 3]; 3]>,
+}
+
+fn usual_fps() -> f64 {
+    25.0
+}
+
+impl CameraPath {
+    /// Through these cameras, `seconds` from one to the next, with frames of `size`. The first and the
+    /// last one are where the flight rests.
+    pub fn through(cameras: &[(Pinhole, Pose)], size: [u32; 2], seconds: f64) -> Self {
+        let keyframe = |(i, (camera, pose)): (usize, &(Pinhole, Pose))| {
+            let turn = DQuat::from_mat3(&pose.rotation);
+            PathKeyframe {
+                t: i as f64 * seconds,
+                position: pose.center_in_world().to_array(),
+                look_at: None,
+                rotation: Some([turn.w, turn.x, turn.y, turn.z]),
+                fov: None,
+                K: Some(FrameLens::of(camera).camera(size[0], size[1]).matrix_rows()),
+            }
+        };
+        Self {
+            version: PATH_VERSION,
+            size,
+            fps: usual_fps(),
+            speed: PathSpeed::Eased,
+            up: None,
+            keyframes: cameras.iter().enumerate().map(keyframe).collect(),
+        }
+    }
+
+    /// The flight that it describes. `up` holds where the file says none.
+    ///
+    /// # Errors
+    /// The first thing that is wrong with it.
+    pub fn flight(&self, up: DVec3) -> Result<Flight, Flaw> {
+        self.judge()?;
+        let of_keyframe = |i: usize| format!("keyframe {}", i + 1);
+        let keyframe = |(i, frame): (usize, &PathKeyframe)| {
+            self.keyframe(frame).map_err(|found| (of_keyframe(i), found))
+        };
+        let keyframes = self.keyframes.iter().enumerate().map(keyframe).collect::<Result<Vec<_>, _>>()?;
+        let speed = match self.speed {
+            PathSpeed::Timed => Speed::Timed,
+            PathSpeed::Constant => Speed::Constant,
+            PathSpeed::Eased => Speed::Eased,
+        };
+        let up = self.up.map_or(up, DVec3::from_array);
+        Flight::new(&keyframes, self.size, speed, up).map_err(|(i, found)| (of_keyframe(i), found))
+    }
+
+    /// What concerns all keyframes.
+    fn judge(&self) -> Result<(), Flaw> {
+        let flaw = |place: &str, found: String| Err((place.to_owned(), found));
+        if self.version != PATH_VERSION {
+            return flaw("version", format!("version {}, this program reads {PATH_VERSION}", self.version));
+        }
+        if self.size.iter().any(|side| !(1..=LONGEST_SIDE).contains(side)) {
+            let [w, h] = self.size;
+            return flaw("size", format!("{w} x {h} pixels; sides are 1 to {LONGEST_SIDE}"));
+        }
+        if !(self.fps > 0.0 && self.fps <= 1000.0) {
+            return flaw("fps", format!("{} frames a second; expected above 0, at most 1000", self.fps));
+        }
+        if self.up.is_some_and(|up| !(1e-6..1e6).contains(&DVec3::from_array(up).length())) {
+            return flaw("up", "no direction; write one such as [0, 0, 1]".into());
+        }
+        let times = self.keyframes.first().zip(self.keyframes.last());
+        let seconds = times.map_or(0.0, |(first, last)| last.t - first.t);
+        // Also true for what is not a number.
+        if !(seconds * self.fps <= MOST_FRAMES) {
+            return flaw("keyframes", format!("{seconds} s make more than {MOST_FRAMES} frames"));
+        }
+        Ok(())
+    }
+
+    fn keyframe(&self, frame: &PathKeyframe) -> Result<Keyframe, String> {
+        let numbers = frame.position.iter().chain(frame.look_at.iter().flatten()).chain([&frame.t]);
+        if numbers.into_iter().any(|number| !(number.abs() <= 1e15)) {
+            return Err("a number that is not within 1e15 of 0".into());
+        }
+        let aim = match (frame.look_at, frame.rotation) {
+            (Some(point), None) => Aim::At(point.into()),
+            (None, Some(turn)) => Aim::Rotation(rotation(turn)?.conjugate()),
+            _ => return Err("expected one of look_at and rotation".into()),
+        };
+        let lens = match (frame.fov, frame.K) {
+            (Some(fov), None) if fov > 0.1 && fov < 179.0 => FrameLens::with_field_of_view(fov.to_radians()),
+            (Some(fov), None) => return Err(format!("a field of view of {fov} degrees; 0.1 to 179 is possible")),
+            (None, Some(matrix)) => lens(matrix, self.size)?,
+            _ => return Err("expected one of fov and K".into()),
+        };
+        Ok(Keyframe { time_s: frame.t, position: frame.position.into(), aim, lens })
+    }
+}
+
+fn rotation([w, x, y, z]: [f64; 4]) -> Result<DQuat, String> {
+    let turn = DQuat::from_xyzw(x, y, z, w);
+    let length = turn.length();
+    if length > 1e-6 && length < 1e6 {
+        Ok(turn.normalize())
+    } else {
+        Err(format!("the rotation {:?} is no quaternion w, x, y, z", [w, x, y, z]))
+    }
+}
+
+fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, String> {
+    let [[fx, skew, cx], [zero, fy, cy], last] = matrix;
+    let is_camera = skew == 0.0 && zero == 0.0 && last == [0.0, 0.0, 1.0];
+    let side = f64::from(width.max(height));
+    let possible = |f: f64| f > 1e-3 * side && f < 1e4 * side;
+    if !is_camera || !possible(fx) || !possible(fy) || !(cx.abs().max(cy.abs()) <= 100.0 * side) {
+        return Err("K is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
+    }
+    Ok(FrameLens::of(&Pinhole { width, height, fx, fy, cx, cy }))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn path(keyframe: &str) -> Result<Flight, Flaw> {
+        let text = format!(r#"{{"version": 1, "size": [64, 48], "keyframes": [{keyframe}]}}"#);
+        serde_json::from_str::<CameraPath>(&text).unwrap().flight(DVec3::Z)
+    }
+
+    #[test]
+    fn a_path_through_cameras_passes_through_them() {
+        let camera = Pinhole { width: 640, height: 480, fx: 500.0, fy: 505.0, cx: 300.0, cy: 250.0 };
+        let pose = |angle: f64| {
+            let rotation = glam::DMat3::from_rotation_y(angle);
+            Pose { rotation, translation: DVec3::new(angle, 2.0, 3.0) }
+        };
+        let cameras = [0.0, 0.4, 0.9].map(|angle| (camera, pose(angle)));
+        let written = serde_json::to_string(&CameraPath::through(&cameras, [320, 240], 2.0)).unwrap();
+        let read: CameraPath = serde_json::from_str(&written).unwrap();
+        let frames = read.flight(DVec3::Z).unwrap().frames(read.fps);
+        assert_eq!(frames.len(), 101);
+        for (frame, expected) in [(&frames[0], &cameras[0]), (&frames[100], &cameras[2])] {
+            assert!((frame.1.center_in_world() - expected.1.center_in_world()).length() < 1e-9);
+            assert!((frame.1.rotation.x_axis - expected.1.rotation.x_axis).length() < 1e-9);
+            assert!((frame.0.fx - 250.0).abs() < 1e-9 && (frame.0.cx - 150.0).abs() < 1e-9, "{:?}", frame.0);
+        }
+    }
+
+    #[test]
+    fn each_flaw_is_told_with_its_keyframe() {
+        let fine = r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0], "fov": 50}"#;
+        assert!(path(fine).is_ok());
+        for (keyframe, place, told) in [
+            ("", "keyframe 1", "no keyframe"),
+            (r#"{"t": 0, "position": [0, 0, 0], "fov": 50}"#, "keyframe 1", "look_at and rotation"),
+            (r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0]}"#, "keyframe 1", "fov and K"),
+            (r#"{"t": 0, "position": [0, 0, 0], "rotation": [0, 0, 0, 0], "fov": 9}"#, "keyframe 1", "quaternion"),
+            (r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0], "fov": 180}"#, "keyframe 1", "180"),
+            (&format!("{fine}, {fine}"), "keyframe 2", "after"),
+            (&format!("{fine}, {}", fine.replace("\"t\": 0", "\"t\": 1e9")), "keyframes", "frames"),
+        ] {
+            let (at, found) = path(keyframe).unwrap_err();
+            assert!(at == place && found.contains(told), "{keyframe}: {at}: {found}");
+        }
+    }
+}

@@ -1,0 +1,158 @@
+//! Films by ffmpeg, which reads frames from its standard input.
+
+use std::io::{ErrorKind, Read, Seek, Write};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+
+use super::Reel;
+use crate::error::{Error, Result};
+use crate::io::atomic::AtomicFile;
+
+/// How each kind is encoded: small, and playable everywhere.
+const ENCODERS: [(&str, &[&str]); 4] = [
+    // Colours of 4:2:0 need even sides.
+    ("mp4", &["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]),
+    ("webm", &["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "24", "-b:v", "0"]),
+    ("gif", &["-filter_complex", "split[a][b];[a]palettegen[p];[b][p]paletteuse", "-loop", "0"]),
+    ("webp", &["-c:v", "libwebp_anim", "-quality", "80", "-loop", "0"]),
+];
+const EVEN: &str = "crop=trunc(iw/2)*2:trunc(ih/2)*2";
+
+/// So much of what ffmpeg says is told.
+const LONGEST_WORDS: usize = 1000;
+
+/// ffmpeg at work.
+#[derive(Debug)]
+pub(super) struct Ffmpeg {
+    child: Child,
+    /// Its file until it is done; then none.
+    file: Option<AtomicFile>,
+    /// What it says. A file, because a pipe that nobody reads would stop it.
+    said: std::fs::File,
+    target: PathBuf,
+}
+
+impl Ffmpeg {
+    /// Starts it.
+    ///
+    /// # Errors
+    /// [`Error::Request`] when it is not installed; [`Error::Io`].
+    pub fn start(target: &Path, kind: &str, reel: Reel) -> Result<Self> {
+        let file = AtomicFile::create(target)?;
+        let said = tempfile::tempfile().map_err(Error::io(target, "write what ffmpeg says"))?;
+        let errors = said.try_clone().map_err(Error::io(target, "write what ffmpeg says"))?;
+        let mut command = command(file.path(), kind, reel);
+        let child = command.stderr(errors).spawn().map_err(|error| not_started(target, error))?;
+        Ok(Self { child, file: Some(file), said, target: target.to_path_buf() })
+    }
+
+    /// Adds a frame.
+    pub fn add(&mut self, rgb: &[u8]) -> Result<()> {
+        let pipe = self.child.stdin.as_mut().expect("it was started with a pipe, which finish() takes");
+        // A broken pipe means that it has ended: its own words say more.
+        pipe.write_all(rgb).map_err(|_| self.refused())
+    }
+
+    /// Waits until it is done and puts the file in its place.
+    pub fn finish(mut self) -> Result<()> {
+        drop(self.child.stdin.take());
+        let status = self.child.wait().map_err(Error::io(&self.target, "wait for ffmpeg"))?;
+        if !status.success() {
+            return Err(self.refused());
+        }
+        // ffmpeg has written into the file that we made: its name is still ours.
+        self.file.take().expect("only this takes it, and takes self").commit()
+    }
+
+    /// What it said, as an error.
+    fn refused(&mut self) -> Error {
+        // The end of its words is there once it has ended.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+        let mut words = String::new();
+        let read = self.said.rewind().and_then(|()| self.said.read_to_string(&mut words));
+        let words = if read.is_ok() { words.trim() } else { "" };
+        let from = words.len().saturating_sub(LONGEST_WORDS);
+        let end = words.get(from..).unwrap_or(words);
+        Error::Request(format!("{}: ffmpeg could not write the film: {end}", self.target.display()))
+    }
+}
+
+impl Drop for Ffmpeg {
+    fn drop(&mut self) {
+        // It may have ended long ago, which is no error.
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+fn command(file: &Path, kind: &str, reel: Reel) -> Command {
+    let mut command = Command::new("ffmpeg");
+    let size = format!("{}x{}", reel.width, reel.height);
+    command
+        .args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"])
+        .args(["-video_size", &size, "-framerate", &reel.fps.to_string(), "-i", "-"]);
+    for (_, options) in ENCODERS.iter().filter(|(name, _)| *name == kind) {
+        command.args(*options);
+    }
+    command.args(["-f", kind]).arg(file).stdin(Stdio::piped()).stdout(Stdio::null());
+    command
+}
+
+fn not_started(target: &Path, error: std::io::Error) -> Error {
+    if error.kind() != ErrorKind::NotFound {
+        return Error::io(target, "start ffmpeg for it")(error);
+    }
+    Error::Request(format!(
+        "{}: ffmpeg is needed for this kind of film and is not installed; install it, or name the film .apng, \
+         which needs nothing",
+        target.display()
+    ))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const REEL: Reel = Reel { width: 33, height: 17, fps: 10.0, frames: 3 };
+
+    /// Where ffmpeg is not installed, the one thing to test is what is said about it.
+    fn film(folder: &Path, kind: &str) -> Option<Ffmpeg> {
+        match Ffmpeg::start(&folder.join(format!("flight.{kind}")), kind, REEL) {
+            Ok(film) => Some(film),
+            Err(error) => {
+                assert!(error.to_string().contains(".apng"), "{error}");
+                None
+            }
+        }
+    }
+
+    #[test]
+    fn films_of_every_kind_are_whole_or_not_there() {
+        for (kind, begin) in [("mp4", &b"ftyp"[..]), ("gif", b"GIF8"), ("webp", b"RIFF"), ("webm", b"\x1a\x45")] {
+            let folder = tempfile::tempdir().unwrap();
+            let Some(mut film) = film(folder.path(), kind) else { return };
+            for shade in 0..3u8 {
+                film.add(&[shade * 60; 33 * 17 * 3]).unwrap();
+            }
+            match film.finish() {
+                Ok(()) => {
+                    let bytes = std::fs::read(folder.path().join(format!("flight.{kind}"))).unwrap();
+                    assert!(bytes[..12].windows(begin.len()).any(|w| w == begin), "{kind}: {:?}", &bytes[..12]);
+                }
+                // An ffmpeg without this encoder says so.
+                Err(error) => assert!(error.to_string().contains("ncoder"), "{kind}: {error}"),
+            }
+            assert!(std::fs::read_dir(folder.path()).unwrap().count() <= 1, "nothing else is left");
+        }
+    }
+
+    #[test]
+    fn a_film_that_is_given_up_leaves_nothing() {
+        let folder = tempfile::tempdir().unwrap();
+        let Some(mut film) = film(folder.path(), "mp4") else { return };
+        film.add(&[0; 33 * 17 * 3]).unwrap();
+        drop(film);
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 0);
+    }
+}

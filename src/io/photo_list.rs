@@ -1,0 +1,51 @@
+//! A list of photos: a text file with one name a line.
+
+use std::path::Path;
+
+use crate::error::{Error, Result};
+
+const LARGEST_LIST: u64 = 16 << 20;
+
+/// The names in `file` with their lines, counted from 1. Empty lines and those that begin with `#` are
+/// left out.
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] when it is no text, much too large, or names nothing.
+pub fn read_photo_list(file: &Path) -> Result<Vec<(usize, String)>> {
+    let remedy = "write one photo's name a line";
+    let size = std::fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
+    if size > LARGEST_LIST {
+        return Err(Error::input(file, "", format!("{size} bytes, too many for a list of photos"), remedy));
+    }
+    let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
+    let text = String::from_utf8(bytes).map_err(|_| Error::input(file, "", "it is not UTF-8 text", remedy))?;
+    let lines = text.lines().map(str::trim).zip(1..);
+    let names: Vec<_> = lines
+        .filter(|(line, _)| !line.is_empty() && !line.starts_with('#'))
+        .map(|(line, number)| (number, line.to_owned()))
+        .collect();
+    if names.is_empty() { Err(Error::input(file, "", "it names no photo", remedy)) } else { Ok(names) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(bytes: &[u8]) -> Result<Vec<(usize, String)>> {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), bytes).unwrap();
+        read_photo_list(file.path())
+    }
+
+    #[test]
+    fn names_come_with_their_lines_and_comments_are_left_out() {
+        let names = read(b"# north\na b.jpg\r\n\n  c.png\n").unwrap();
+        assert_eq!(names, [(2, "a b.jpg".to_owned()), (4, "c.png".to_owned())]);
+    }
+
+    #[test]
+    fn an_empty_list_and_a_picture_are_refused() {
+        assert!(read(b"# nothing\n").unwrap_err().to_string().contains("names no photo"));
+        assert!(read(&[0xff, 0xd8, 0xff]).unwrap_err().to_string().contains("UTF-8"));
+    }
+}

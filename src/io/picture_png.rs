@@ -1,0 +1,132 @@
+//! Pictures that the program makes, as PNG files that say of themselves whether somebody changed
+//! them: a text chunk holds the hash of the pixels.
+
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::path::{Path, PathBuf};
+
+use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
+
+use super::atomic::write_atomically_with;
+use super::hash::hash_bytes;
+use crate::error::{Error, Result};
+
+/// Keyword of the text chunk.
+const MADE_BY: &str = "quadratura";
+/// Larger ones are no pictures of ours.
+const MOST_BYTES: usize = 1 << 32;
+
+/// Where a picture was put.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Placed {
+    /// The file.
+    pub path: PathBuf,
+    /// What stands where it would have gone, and is no unchanged picture of ours.
+    pub spared: Vec<PathBuf>,
+}
+
+/// Writes a picture of 8 bits a channel, RGB or RGBA (not premultiplied), as `folder/STEM.png`; where
+/// that is a file that somebody made or changed, as `STEM-2.png` and so on.
+///
+/// `pixels` has `width * height * channels` bytes, rows from the top, channels interleaved, sRGB.
+///
+/// # Errors
+/// [`Error::Io`]; an old file stays.
+pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]) -> Result<Placed> {
+    let channels = pixels.len() / (size_px[0] as usize * size_px[1] as usize);
+    let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
+    let placed = place(folder, stem);
+    write_atomically_with(&placed.path, |out| encode(out, size_px, color, pixels))?;
+    Ok(placed)
+}
+
+fn encode(out: impl Write, [width, height]: [u32; 2], color: ColorType, pixels: &[u8]) -> std::io::Result<()> {
+    let mut encoder = Encoder::new(out, width, height);
+    encoder.set_color(color);
+    encoder.set_depth(BitDepth::Eight);
+    encoder.set_compression(Compression::Fast);
+    encoder.add_text_chunk(MADE_BY.into(), hash_bytes(pixels))?;
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(pixels)?;
+    writer.finish()?;
+    Ok(())
+}
+
+fn place(folder: &Path, stem: &str) -> Placed {
+    let mut spared = Vec::new();
+    let mut number = 1u64;
+    loop {
+        let suffix = if number == 1 { String::new() } else { format!("-{number}") };
+        let path = folder.join(format!("{stem}{suffix}.png"));
+        if !path.exists() || is_unchanged(&path).unwrap_or(false) {
+            return Placed { path, spared };
+        }
+        spared.push(path);
+        number += 1;
+    }
+}
+
+/// Whether a file is a picture that this program wrote, pixel for pixel. `None`: it can't be told.
+fn is_unchanged(path: &Path) -> Option<bool> {
+    let file = BufReader::with_capacity(1 << 16, File::open(path).ok()?);
+    let mut reader = Decoder::new(file).read_info().ok()?;
+    let chunks = &reader.info().uncompressed_latin1_text;
+    let hash = chunks.iter().find(|chunk| chunk.keyword == MADE_BY)?.text.clone();
+    let size = reader.output_buffer_size().filter(|size| *size <= MOST_BYTES)?;
+    let mut pixels = vec![0; size];
+    reader.next_frame(&mut pixels).ok()?;
+    Some(hash_bytes(&pixels) == hash)
+}
+
+/// Creates the folder that pictures go to.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn make_folder(folder: &Path) -> Result<()> {
+    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn write(folder: &Path, shade: u8) -> Placed {
+        write_picture(folder, "0001", [3, 2], &[shade; 24]).unwrap()
+    }
+
+    fn shade(path: &Path) -> u8 {
+        image::open(path).unwrap().to_rgba8().get_pixel(2, 1).0[0]
+    }
+
+    #[test]
+    fn a_picture_of_ours_is_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        write(folder.path(), 1);
+        let again = write(folder.path(), 2);
+        assert_eq!((shade(&again.path), again.spared.len()), (2, 0));
+        assert_eq!(std::fs::read_dir(folder.path()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn one_that_was_painted_on_stays_with_and_without_its_text() {
+        let folder = tempfile::tempdir().unwrap();
+        let first = write(folder.path(), 1).path;
+        image::RgbaImage::from_pixel(3, 2, image::Rgba([9; 4])).save(&first).unwrap();
+        let second = write(folder.path(), 2);
+        assert_eq!((second.path.clone(), second.spared), (folder.path().join("0001-2.png"), vec![first]));
+        // An editor that keeps the text chunk but not the pixels.
+        let mut file = File::create(&second.path).unwrap();
+        let mut encoder = Encoder::new(&mut file, 3, 2);
+        encoder.set_color(ColorType::Rgba);
+        encoder.add_text_chunk(MADE_BY.into(), hash_bytes(&[2; 24])).unwrap();
+        encoder.write_header().unwrap().write_image_data(&[7; 24]).unwrap();
+        assert_eq!(write(folder.path(), 3).path, folder.path().join("0001-3.png"));
+    }
+
+    #[test]
+    fn rgb_pictures_are_written_too() {
+        let folder = tempfile::tempdir().unwrap();
+        let placed = write_picture(folder.path(), "pair", [2, 2], &[5; 12]).unwrap();
+        assert_eq!(image::open(placed.path).unwrap().color(), image::ColorType::Rgb8);
+    }
+}

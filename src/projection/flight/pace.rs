@@ -1,0 +1,136 @@
+//! When a flight is where: at its keyframes' times, or at an even speed.
+
+use glam::{DQuat, DVec3};
+
+use super::Flight;
+use super::spline::Spline;
+
+/// How fast a flight goes.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
+pub enum Speed {
+    /// It passes each keyframe at its time.
+    #[default]
+    Timed,
+    /// It moves and turns at one speed from the first keyframe's time to the last one's.
+    Constant,
+    /// The same, with a soft start and a soft end.
+    Eased,
+}
+
+/// Steps in which a segment is measured; between them the way is interpolated smoothly.
+const STEPS: usize = 64;
+
+/// The knots of the splines: the times, or numbers that rise with the way between keyframes.
+pub(super) fn knots(times: &[f64], positions: &[DVec3], rotations: &[DQuat], speed: Speed) -> Vec<f64> {
+    if speed == Speed::Timed {
+        return times.to_vec();
+    }
+    let way = Way::of(positions, rotations);
+    let mut knots = vec![0.0];
+    for (i, positions) in positions.windows(2).enumerate() {
+        let length = way.between((positions[0], rotations[i]), (positions[1], rotations[i + 1]));
+        // Centripetal: the root keeps the curve from loops and cusps (Yuksel, Schaefer & Keyser, *On
+        // the Parameterization of Catmull-Rom Curves*, 2009). Keyframes that are alike stay apart.
+        knots.push(knots[i] + length.max(1e-6).sqrt());
+    }
+    knots
+}
+
+/// How long a way is that moves and turns: either counts as much in the whole flight.
+#[derive(Debug, Clone, Copy)]
+struct Way {
+    /// Lengths of the whole way, in world units and in radians; one where it has none.
+    distance: f64,
+    angle_rad: f64,
+}
+
+impl Way {
+    fn of(positions: &[DVec3], rotations: &[DQuat]) -> Self {
+        let distance: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
+        let angle_rad: f64 = rotations.windows(2).map(|r| angle(r[0], r[1])).sum();
+        let or_one = |length: f64, least: f64| if length > least { length } else { 1.0 };
+        // Less than this is rounding, which must not count as much as a real way.
+        let reach = positions.iter().map(|p| p.length()).fold(0.0, f64::max);
+        Self { distance: or_one(distance, 1e-9 * reach), angle_rad: or_one(angle_rad, 1e-6) }
+    }
+
+    fn between(&self, (p, q): (DVec3, DQuat), (r, s): (DVec3, DQuat)) -> f64 {
+        p.distance(r) / self.distance + angle(q, s) / self.angle_rad
+    }
+}
+
+fn angle(a: DQuat, b: DQuat) -> f64 {
+    let turn = a.conjugate() * b;
+    2.0 * turn.xyz().length().atan2(turn.w.abs())
+}
+
+/// Which knot belongs to which second.
+#[derive(Debug, Clone)]
+pub(super) struct Pace {
+    span_s: [f64; 2],
+    eased: bool,
+    /// Knots by the share of the way that is done, 0..1.
+    knots: Spline<1>,
+}
+
+impl Pace {
+    /// The knots are the seconds, or in proportion to them.
+    pub fn even(knots: &[f64], times: &[f64]) -> Self {
+        let ends = vec![[knots[0]], [knots[knots.len() - 1]]];
+        Self {
+            span_s: [times[0], times[times.len() - 1]],
+            eased: false,
+            knots: Spline::new(&[0.0, 1.0], ends),
+        }
+    }
+
+    /// In equal times equal parts of the way that `flight` goes.
+    pub fn measured(flight: &Flight, knots: &[f64], times: &[f64], eased: bool) -> Self {
+        let even = Self::even(knots, times);
+        let steps = (knots.len() - 1) * STEPS;
+        if steps == 0 {
+            return even;
+        }
+        let knot = |step: usize| {
+            let (i, part) = (step / STEPS, (step % STEPS) as f64 / STEPS as f64);
+            if part == 0.0 { knots[i] } else { knots[i] + part * (knots[i + 1] - knots[i]) }
+        };
+        let places: Vec<(DVec3, DQuat)> = (0..=steps).map(|step| place(flight, knot(step))).collect();
+        let (positions, rotations): (Vec<_>, Vec<_>) = places.iter().copied().unzip();
+        let way = Way::of(&positions, &rotations);
+        let (mut done, mut marks) = (vec![0.0], vec![[knots[0]]]);
+        for (step, pair) in places.windows(2).enumerate() {
+            let length = way.between(pair[0], pair[1]);
+            // Where nothing moves, no time is spent: the mark is the later one.
+            if length > 0.0 {
+                done.push(done[done.len() - 1] + length);
+                marks.push([knot(step + 1)]);
+            }
+        }
+        let whole = done[done.len() - 1];
+        if whole <= 0.0 {
+            return even;
+        }
+        done.iter_mut().for_each(|way| *way /= whole);
+        Self { eased, knots: Spline::new(&done, marks), ..even }
+    }
+
+    /// First and last second.
+    pub fn span_s(&self) -> [f64; 2] {
+        self.span_s
+    }
+
+    /// The knot at a second, clamped to the ends.
+    pub fn knot_at(&self, time_s: f64) -> f64 {
+        let [start, end] = self.span_s;
+        let share = if end > start { ((time_s - start) / (end - start)).clamp(0.0, 1.0) } else { 0.0 };
+        // Smoothstep: it starts and ends at rest.
+        let way = if self.eased { share * share * (3.0 - 2.0 * share) } else { share };
+        self.knots.at(way)[0]
+    }
+}
+
+fn place(flight: &Flight, knot: f64) -> (DVec3, DQuat) {
+    let pose = flight.pose(knot);
+    (pose.center_in_world(), DQuat::from_mat3(&pose.rotation.transpose()))
+}
