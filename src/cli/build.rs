@@ -32,7 +32,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let (opened, rasteriser) = (opened?, rasteriser?);
     let options = BuildOptions {
         layers: options,
-        photos: opened.photos_named(&args.photos.names)?.iter().map(|photo| photo.name.clone()).collect(),
+        photos: args.photos.names.clone(),
         memory: args.memory.unwrap_or_else(default_memory),
         threads: rayon::current_num_threads(),
         force: args.force,

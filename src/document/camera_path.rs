@@ -159,7 +159,9 @@ impl CameraPath {
         };
         let lens = match (frame.fov, frame.K) {
             (Some(fov), None) if fov > 0.1 && fov < 179.0 => FrameLens::with_field_of_view(fov.to_radians()),
-            (Some(fov), None) => return Err(format!("a field of view of {fov} degrees; 0.1 to 179 is possible")),
+            (Some(fov), None) => {
+                return Err(format!("a field of view of {fov} degrees; 0.1 to 179 is possible"));
+            }
             (None, Some(matrix)) => lens(matrix, self.size)?,
             _ => return Err("expected one of fov and K".into()),
         };
@@ -224,7 +226,11 @@ mod tests {
             ("", "keyframe 1", "no keyframe"),
             (r#"{"t": 0, "position": [0, 0, 0], "fov": 50}"#, "keyframe 1", "look_at and rotation"),
             (r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0]}"#, "keyframe 1", "fov and K"),
-            (r#"{"t": 0, "position": [0, 0, 0], "rotation": [0, 0, 0, 0], "fov": 9}"#, "keyframe 1", "quaternion"),
+            (
+                r#"{"t": 0, "position": [0, 0, 0], "rotation": [0, 0, 0, 0], "fov": 9}"#,
+                "keyframe 1",
+                "quaternion",
+            ),
             (r#"{"t": 0, "position": [0, 0, 0], "look_at": [1, 0, 0], "fov": 180}"#, "keyframe 1", "180"),
             (&format!("{fine}, {fine}"), "keyframe 2", "after"),
             (&format!("{fine}, {}", fine.replace("\"t\": 0", "\"t\": 1e9")), "keyframes", "frames"),

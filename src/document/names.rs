@@ -30,7 +30,8 @@ pub fn file_name_of_photo(photo: &str) -> String {
 /// Names for the pictures of photos, without extensions and all different: that of `nord/1.jpg` is
 /// `nord%2F1`. Where photos differ in their extensions only, these stay in: `1.jpg` and `1.png`.
 pub fn picture_names(photos: &[&str]) -> Vec<String> {
-    let short: Vec<String> = photos.iter().map(|photo| file_name_of_photo(without_extension(photo))).collect();
+    let short: Vec<String> =
+        photos.iter().map(|photo| file_name_of_photo(without_extension(photo))).collect();
     let full: Vec<String> = photos.iter().map(|photo| file_name_of_photo(photo)).collect();
     let mixed: Vec<String> = short
         .iter()
@@ -44,7 +45,9 @@ pub fn picture_names(photos: &[&str]) -> Vec<String> {
 
 fn without_extension(photo: &str) -> &str {
     match photo.rsplit_once('.') {
-        Some((stem, extension)) if !stem.is_empty() && !stem.ends_with('/') && !extension.contains('/') => stem,
+        Some((stem, extension)) if !stem.is_empty() && !stem.ends_with('/') && !extension.contains('/') => {
+            stem
+        }
         _ => photo,
     }
 }

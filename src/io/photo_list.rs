@@ -18,7 +18,8 @@ pub fn read_photo_list(file: &Path) -> Result<Vec<(usize, String)>> {
         return Err(Error::input(file, "", format!("{size} bytes, too many for a list of photos"), remedy));
     }
     let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
-    let text = String::from_utf8(bytes).map_err(|_| Error::input(file, "", "it is not UTF-8 text", remedy))?;
+    let text =
+        String::from_utf8(bytes).map_err(|_| Error::input(file, "", "it is not UTF-8 text", remedy))?;
     let lines = text.lines().map(str::trim).zip(1..);
     let names: Vec<_> = lines
         .filter(|(line, _)| !line.is_empty() && !line.starts_with('#'))

@@ -40,7 +40,12 @@ pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]
     Ok(placed)
 }
 
-fn encode(out: impl Write, [width, height]: [u32; 2], color: ColorType, pixels: &[u8]) -> std::io::Result<()> {
+fn encode(
+    out: impl Write,
+    [width, height]: [u32; 2],
+    color: ColorType,
+    pixels: &[u8],
+) -> std::io::Result<()> {
     let mut encoder = Encoder::new(out, width, height);
     encoder.set_color(color);
     encoder.set_depth(BitDepth::Eight);

@@ -44,8 +44,8 @@ where
     if (photo.width, photo.height) == (width, height) {
         return rgb;
     }
-    let picture: ImageBuffer<Rgb<T>, Vec<T>> = ImageBuffer::from_raw(photo.width, photo.height, rgb)
-        .expect("three samples a pixel were taken");
+    let picture: ImageBuffer<Rgb<T>, Vec<T>> =
+        ImageBuffer::from_raw(photo.width, photo.height, rgb).expect("three samples a pixel were taken");
     resize(&picture, width, height, FilterType::Lanczos3).into_raw()
 }
 

@@ -35,7 +35,8 @@ mod tests {
 
     use super::*;
 
-    const CAMERA: Pinhole = Pinhole { width: 3072, height: 2048, fx: 2760.0, fy: 2764.0, cx: 1521.19, cy: 1007.31 };
+    const CAMERA: Pinhole =
+        Pinhole { width: 3072, height: 2048, fx: 2760.0, fy: 2764.0, cx: 1521.19, cy: 1007.31 };
 
     #[test]
     fn a_point_keeps_its_place_in_the_picture_when_the_proportion_is_kept() {

@@ -10,8 +10,9 @@ use rayon::prelude::*;
 use super::assemble::assemble;
 use super::budget::Budget;
 use super::inputs::Inputs;
+use super::named::photos_named;
 use crate::document::stack::{Reason, Stack, Untextured};
-use crate::error::{Error, Result};
+use crate::error::Result;
 use crate::io::layer_png::{write_layer, write_mask};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::{StackStore, StackWriter};
@@ -60,7 +61,7 @@ pub fn build(
     options: &BuildOptions,
     task: &Task,
 ) -> Result<Vec<Built>> {
-    let photos = chosen(site, &options.photos)?;
+    let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers);
     let job = Job { site, store, rasteriser, options, inputs };
     task.step("photos", 0, photos.len() as u64)?;
@@ -90,17 +91,6 @@ pub fn build(
     let mut results = results.into_inner().expect("no holder of this lock panics");
     results.sort_by_key(|(i, _)| *i);
     Ok(results.into_iter().map(|(_, built)| built).collect())
-}
-
-fn chosen<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Photo>> {
-    let unknown = names.iter().find(|n| !site.photos.iter().any(|p| p.name == **n));
-    if let Some(name) = unknown {
-        let known: Vec<&str> = site.photos.iter().take(8).map(|p| p.name.as_str()).collect();
-        let known = known.join(", ");
-        return Err(Error::Request(format!("no photo is named {name:?}; there are {known}, ...")));
-    }
-    let wanted: BTreeSet<&String> = names.iter().collect();
-    Ok(site.photos.iter().filter(|p| wanted.is_empty() || wanted.contains(&p.name)).collect())
 }
 
 /// What one photo takes at its peak: pixels, fragment lists and runs, layers being written.

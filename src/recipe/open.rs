@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::named::photos_named;
 use super::photos::{PhotoImport, import_photos};
 use crate::document::Project;
 use crate::error::{Error, Result};
@@ -58,35 +59,12 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
 }
 
 impl Opened {
-    /// The photos that `names` ask for, in the site's order; all of them when it asks for none. A
-    /// name may leave out the folder and the extension where that leaves no doubt.
+    /// The photos that `names` ask for: [`photos_named`].
     ///
     /// # Errors
-    /// [`Error::Request`] for a name that no photo or more than one answers to; all such names at once.
+    /// [`Error::Request`].
     pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
-        if names.is_empty() {
-            return Ok(self.site.photos.iter().collect());
-        }
-        let (found, errors) = partition(names.iter().map(|name| self.photo_named(name)));
-        match Error::of_all(errors) {
-            Some(error) => Err(error),
-            None => {
-                Ok(self.site.photos.iter().filter(|photo| found.contains(&photo.name.as_str())).collect())
-            }
-        }
-    }
-
-    fn photo_named(&self, name: &str) -> Result<&str> {
-        let photos = || self.site.photos.iter().map(|photo| photo.name.as_str());
-        if let Some(photo) = photos().find(|photo| *photo == name) {
-            return Ok(photo);
-        }
-        let candidates: Vec<_> = photos().filter(|photo| is_short_for(name, photo)).collect();
-        match candidates[..] {
-            [photo] => Ok(photo),
-            [] => Err(Error::Request(format!("no photo is called {name}; `quadratura info` lists them"))),
-            _ => Err(Error::Request(format!("{name} could be any of {}", candidates.join(", ")))),
-        }
+        photos_named(&self.site, names)
     }
 }
 
@@ -108,24 +86,6 @@ fn points_of_photos(
         });
     }
     points
-}
-
-fn is_short_for(name: &str, photo: &str) -> bool {
-    let file = photo.rsplit('/').next().unwrap_or(photo);
-    let without_extension =
-        |path: &str| path.rsplit_once('.').map_or(path.to_owned(), |(stem, _)| stem.to_owned());
-    name == file || name == without_extension(file) || name == without_extension(photo)
-}
-
-fn partition<T>(results: impl Iterator<Item = Result<T>>) -> (Vec<T>, Vec<Error>) {
-    let (mut done, mut errors) = (Vec::new(), Vec::new());
-    for result in results {
-        match result {
-            Ok(value) => done.push(value),
-            Err(error) => errors.push(error),
-        }
-    }
-    (done, errors)
 }
 
 fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Cameras, PhotoImport)> {

@@ -89,9 +89,14 @@ impl Drop for Ffmpeg {
 fn command(file: &Path, kind: &str, reel: Reel) -> Command {
     let mut command = Command::new("ffmpeg");
     let size = format!("{}x{}", reel.width, reel.height);
-    command
-        .args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"])
-        .args(["-video_size", &size, "-framerate", &reel.fps.to_string(), "-i", "-"]);
+    command.args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]).args([
+        "-video_size",
+        &size,
+        "-framerate",
+        &reel.fps.to_string(),
+        "-i",
+        "-",
+    ]);
     for (_, options) in ENCODERS.iter().filter(|(name, _)| *name == kind) {
         command.args(*options);
     }
@@ -129,7 +134,9 @@ mod tests {
 
     #[test]
     fn films_of_every_kind_are_whole_or_not_there() {
-        for (kind, begin) in [("mp4", &b"ftyp"[..]), ("gif", b"GIF8"), ("webp", b"RIFF"), ("webm", b"\x1a\x45")] {
+        for (kind, begin) in
+            [("mp4", &b"ftyp"[..]), ("gif", b"GIF8"), ("webp", b"RIFF"), ("webm", b"\x1a\x45")]
+        {
             let folder = tempfile::tempdir().unwrap();
             let Some(mut film) = film(folder.path(), kind) else { return };
             for shade in 0..3u8 {
@@ -138,7 +145,11 @@ mod tests {
             match film.finish() {
                 Ok(()) => {
                     let bytes = std::fs::read(folder.path().join(format!("flight.{kind}"))).unwrap();
-                    assert!(bytes[..12].windows(begin.len()).any(|w| w == begin), "{kind}: {:?}", &bytes[..12]);
+                    assert!(
+                        bytes[..12].windows(begin.len()).any(|w| w == begin),
+                        "{kind}: {:?}",
+                        &bytes[..12]
+                    );
                 }
                 // An ffmpeg without this encoder says so.
                 Err(error) => assert!(error.to_string().contains("ncoder"), "{kind}: {error}"),

@@ -41,9 +41,8 @@ struct Moments {
 /// number.
 fn row(compared: &Compared, counted: &[bool], top: usize) -> (f64, u64) {
     let width = compared.width as usize;
-    let whole: Vec<bool> = (0..width)
-        .map(|column| (top..top + SIDE).all(|row| counted[row * width + column]))
-        .collect();
+    let whole: Vec<bool> =
+        (0..width).map(|column| (top..top + SIDE).all(|row| counted[row * width + column])).collect();
     let starts: Vec<usize> =
         (0..=width - SIDE).filter(|&start| whole[start..start + SIDE].iter().all(|w| *w)).collect();
     let mut sum = 0.0;

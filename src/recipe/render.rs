@@ -1,0 +1,330 @@
+//! `render`: pictures of views, and films of flights.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
+
+use serde::Serialize;
+
+use super::views::View;
+use crate::error::{Error, Result};
+use crate::io::film::{Film, Reel};
+use crate::io::picture_png::{make_folder, write_picture};
+use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Renders, Shot, Shown};
+use crate::task::Task;
+
+/// The stages that are reported: of each view, and of all.
+pub const STAGE_DRAW: &str = "draw";
+/// See [`STAGE_DRAW`].
+pub const STAGE_WRITE: &str = "write picture";
+/// See [`STAGE_DRAW`].
+pub const STAGE: &str = "render";
+
+/// Pictures that wait for being written; drawing goes on meanwhile.
+const WAITING: usize = 2;
+
+/// How views look: all of a [`Shot`] but where it is taken from.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Look {
+    /// How photos are blended.
+    pub blend: Blend,
+    /// How well pictures are filtered.
+    pub quality: Quality,
+    /// What is shown.
+    pub shown: Shown,
+    /// The exposure of pictures.
+    pub exposure: Exposure,
+    /// Photos that must not take part.
+    pub without: Vec<PhotoId>,
+}
+
+impl Look {
+    /// The shot of a view.
+    pub fn shot(&self, view: &View) -> Shot {
+        Shot {
+            blend: self.blend,
+            quality: self.quality,
+            shown: self.shown,
+            exposure: self.exposure,
+            without: self.without.clone(),
+            ..Shot::new(view.camera, view.pose)
+        }
+    }
+}
+
+/// What `render` is asked to do.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct RenderOptions {
+    /// How views look.
+    pub look: Look,
+    /// The folder for the pictures; made where it is not there.
+    pub out: PathBuf,
+    /// With a film of all of them.
+    pub film: Option<FilmOptions>,
+}
+
+/// A film.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FilmOptions {
+    /// Its extension says the kind.
+    pub file: PathBuf,
+    /// Frames a second.
+    pub fps: f64,
+    /// Behind what is not textured, sRGB.
+    pub background: [u8; 3],
+}
+
+/// What became of one view.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct Rendered {
+    /// Name of the view.
+    pub view: String,
+    /// Its picture.
+    pub path: PathBuf,
+    /// Files that were left alone because somebody made or changed them.
+    pub spared: Vec<PathBuf>,
+    /// Pixels.
+    pub width: u32,
+    /// Pixels.
+    pub height: u32,
+    /// Share of the picture that is textured, 0..1.
+    pub textured: f64,
+}
+
+/// What became of all of them, in their order.
+#[derive(Debug, Default)]
+pub struct RenderReport {
+    /// Those that were written.
+    pub done: Vec<Rendered>,
+    /// Those that were not, with the reason.
+    pub failed: Vec<(String, Error)>,
+    /// The film, where one was asked for and could be made.
+    pub film: Option<PathBuf>,
+}
+
+/// Draws `views` one after the other and writes them as RGBA PNG, alpha the share of a pixel that is
+/// textured. A fault in one view is in [`RenderReport::failed`], the others go on.
+///
+/// # Errors
+/// [`Error::Request`] for a film of pictures of different sizes or of a kind that cannot be made;
+/// [`Error::Io`] when the folder cannot be made; [`Error::Cancelled`].
+pub fn render(
+    views: &[View],
+    renders: &mut dyn Renders,
+    options: &RenderOptions,
+    task: &Task,
+) -> Result<RenderReport> {
+    let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
+    make_folder(&options.out)?;
+    let writer = Writer { options, film, report: RenderReport::default(), task };
+    std::thread::scope(|scope| {
+        let (sender, receiver) = sync_channel(WAITING);
+        let written = scope.spawn(move || writer.run(&receiver));
+        let drawn = draw(views, renders, options, &sender, task);
+        drop(sender);
+        let report = written.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+        drawn.and(report)
+    })
+}
+
+type Drawn<'a> = (&'a View, Result<Picture>);
+
+fn draw<'a>(
+    views: &'a [View],
+    renders: &mut dyn Renders,
+    options: &RenderOptions,
+    sender: &SyncSender<Drawn<'a>>,
+    task: &Task,
+) -> Result<()> {
+    for (done, view) in (0..).zip(views) {
+        task.step(STAGE, done, views.len() as u64)?;
+        let of_view = task.of(&view.name);
+        let shot = options.look.shot(view);
+        let picture = of_view.timed(STAGE_DRAW, || renders.picture(&shot, &of_view));
+        if let Err(Error::Cancelled) = picture {
+            return Err(Error::Cancelled);
+        }
+        // Nobody listens any more where writing was stopped, which says why itself.
+        if sender.send((view, picture)).is_err() {
+            break;
+        }
+    }
+    task.step(STAGE, views.len() as u64, views.len() as u64)
+}
+
+fn started(film: &FilmOptions, views: &[View]) -> Result<Film> {
+    let size = |view: &View| (view.camera.width, view.camera.height);
+    let Some((width, height)) = views.first().map(size) else {
+        return Err(Error::Request("there is nothing to make a film of".into()));
+    };
+    if let Some(other) = views.iter().find(|view| size(view) != (width, height)) {
+        let (w, h) = size(other);
+        return Err(Error::Request(format!(
+            "a film has one size, but {} is {width} x {height} and {} is {w} x {h}; give --size",
+            views[0].name, other.name
+        )));
+    }
+    Film::create(&film.file, Reel { width, height, fps: film.fps, frames: views.len() as u32 })
+}
+
+/// Takes pictures from the one who draws.
+struct Writer<'a> {
+    options: &'a RenderOptions,
+    /// None once it has failed.
+    film: Option<Film>,
+    report: RenderReport,
+    task: &'a Task,
+}
+
+impl Writer<'_> {
+    fn run(mut self, pictures: &Receiver<Drawn>) -> Result<RenderReport> {
+        while let Ok((view, picture)) = pictures.recv() {
+            self.task.go_on()?;
+            let written = picture.and_then(|picture| {
+                self.project(&picture);
+                self.task.of(&view.name).timed(STAGE_WRITE, || write(&self.options.out, view, &picture))
+            });
+            match written {
+                Ok(rendered) => {
+                    tell_spared(&rendered, &self.task.of(&view.name));
+                    self.report.done.push(rendered);
+                }
+                Err(error) => self.report.failed.push((view.name.clone(), error)),
+            }
+        }
+        self.finish()
+    }
+
+    fn project(&mut self, picture: &Picture) {
+        let (Some(film), Some(options)) = (&mut self.film, &self.options.film) else { return };
+        if let Err(error) = film.add(&picture.over(options.background)) {
+            self.report.failed.push(("film".into(), error));
+            self.film = None;
+        }
+    }
+
+    /// A film that lacks frames is none.
+    fn finish(mut self) -> Result<RenderReport> {
+        self.task.go_on()?;
+        if let (Some(film), Some(options)) = (self.film.take(), &self.options.film) {
+            let whole = self.report.failed.is_empty();
+            match if whole { film.finish() } else { Err(unfinished(&options.file)) } {
+                Ok(()) => self.report.film = Some(options.file.clone()),
+                Err(error) => self.report.failed.push(("film".into(), error)),
+            }
+        }
+        Ok(self.report)
+    }
+}
+
+fn unfinished(file: &Path) -> Error {
+    Error::Request(format!("{}: not written, because frames of it are missing", file.display()))
+}
+
+fn write(folder: &Path, view: &View, picture: &Picture) -> Result<Rendered> {
+    let Picture { width, height, rgba } = picture;
+    let placed = write_picture(folder, &view.name, [*width, *height], rgba)?;
+    let (pixels, _) = rgba.as_chunks::<4>();
+    let textured = pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum::<f64>() / pixels.len() as f64;
+    Ok(Rendered {
+        view: view.name.clone(),
+        path: placed.path,
+        spared: placed.spared,
+        width: *width,
+        height: *height,
+        textured,
+    })
+}
+
+fn tell_spared(rendered: &Rendered, task: &Task) {
+    for file in &rendered.spared {
+        let (old, new) = (file.display(), rendered.path.display());
+        task.note(format!("{old} is not as this program wrote it and stays; this picture is {new}"));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::{DMat3, DVec3};
+
+    use super::*;
+    use crate::geometry::Pose;
+    use crate::scene::synthetic::centred;
+
+    /// Each shot in one shade, which counts the shots; the `broken`th cannot be drawn.
+    struct Shades {
+        drawn: u8,
+        broken: Option<u8>,
+    }
+
+    impl Renders for Shades {
+        fn picture(&mut self, shot: &Shot, _: &Task) -> Result<Picture> {
+            self.drawn += 1;
+            if self.broken == Some(self.drawn) {
+                return Err(Error::Gpu("out of memory".into()));
+            }
+            let (width, height) = (shot.camera.width, shot.camera.height);
+            let pixel = [self.drawn, self.drawn, self.drawn, 51];
+            Ok(Picture { width, height, rgba: pixel.repeat((width * height) as usize) })
+        }
+
+        fn faces(&mut self, shot: &Shot, _: &Task) -> Result<Vec<u32>> {
+            Ok(vec![0; (shot.camera.width * shot.camera.height) as usize])
+        }
+    }
+
+    fn view(name: &str, width: u32) -> View {
+        let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
+        View { name: name.into(), camera: centred(width, 6, 7.0), pose }
+    }
+
+    fn rendered(views: &[View], broken: Option<u8>, film: bool) -> (tempfile::TempDir, Result<RenderReport>) {
+        let folder = tempfile::tempdir().unwrap();
+        let out = folder.path().join("out");
+        let file = folder.path().join("film.apng");
+        let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
+        let options = RenderOptions { out, film, ..RenderOptions::default() };
+        let report = render(views, &mut Shades { drawn: 0, broken }, &options, &Task::silent());
+        (folder, report)
+    }
+
+    #[test]
+    fn every_view_becomes_a_picture_and_all_of_them_a_film() {
+        let (folder, report) = rendered(&[view("a", 8), view("b", 8)], None, true);
+        let report = report.unwrap();
+        assert_eq!(report.done.iter().map(|done| done.view.as_str()).collect::<Vec<_>>(), ["a", "b"]);
+        assert!((report.done[0].textured - 0.2).abs() < 1e-12);
+        let second = image::open(folder.path().join("out/b.png")).unwrap().to_rgba8();
+        assert_eq!((second.dimensions(), second.get_pixel(0, 0).0), ((8, 6), [2, 2, 2, 51]));
+        assert_eq!(report.film, Some(folder.path().join("film.apng")));
+        let first = image::open(report.film.unwrap()).unwrap().to_rgb8();
+        assert_eq!(first.get_pixel(0, 0).0, [80; 3], "a fifth of 1 over four fifths of 100");
+    }
+
+    #[test]
+    fn a_view_that_fails_is_told_and_the_others_go_on_but_a_film_needs_all() {
+        let (folder, report) = rendered(&[view("a", 8), view("b", 8), view("c", 8)], Some(2), true);
+        let report = report.unwrap();
+        assert_eq!(report.done.len(), 2);
+        let failed: Vec<_> = report.failed.iter().map(|(name, _)| name.as_str()).collect();
+        assert_eq!(failed, ["b", "film"]);
+        assert!(!folder.path().join("film.apng").exists() && folder.path().join("out/c.png").exists());
+    }
+
+    #[test]
+    fn a_film_of_two_sizes_is_refused_before_anything_is_drawn() {
+        let (folder, report) = rendered(&[view("a", 8), view("b", 9)], None, true);
+        let told = report.unwrap_err().to_string();
+        assert!(told.contains("--size") && told.contains("9 x 6"), "{told}");
+        assert!(!folder.path().join("out").exists());
+    }
+
+    #[test]
+    fn whoever_asks_to_stop_gets_no_film() {
+        let folder = tempfile::tempdir().unwrap();
+        let task = Task::silent();
+        task.stop_flag().store(true, std::sync::atomic::Ordering::Relaxed);
+        let options = RenderOptions { out: folder.path().join("out"), ..RenderOptions::default() };
+        let stopped = render(&[view("a", 8)], &mut Shades { drawn: 0, broken: None }, &options, &task);
+        assert!(matches!(stopped, Err(Error::Cancelled)));
+    }
+}

@@ -1,0 +1,138 @@
+//! One photo predicted and compared.
+
+use super::picture::{self, Panels};
+use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
+use crate::error::{Error, Result};
+use crate::io::photo::read_photo;
+use crate::io::reference::{Reference, reference};
+use crate::projection::likeness::{Compared, Likeness, Tally};
+use crate::projection::{Picture, Renders, Shot, Shown};
+use crate::recipe::views::View;
+use crate::scene::{FaceId, Model};
+use crate::task::Task;
+
+/// What all photos of a score share.
+pub(super) struct Scorer<'a> {
+    pub model: &'a Model,
+    pub options: &'a ScoreOptions,
+    /// By object, and last the background.
+    pub ignored: Vec<bool>,
+}
+
+/// The pixels of one comparison.
+pub(super) struct Pixels {
+    pub reference: Reference,
+    pub picture: Picture,
+    /// The picture's colours where anything was predicted.
+    pub predicted: Vec<u8>,
+    /// The picture over black.
+    pub over_black: Vec<u8>,
+    /// For each pixel its object, the number of objects where there is none.
+    pub objects: Vec<u32>,
+    /// Not ignored, and valid in the photo.
+    pub asked: Vec<bool>,
+    /// Asked, and predicted.
+    pub covered: Vec<bool>,
+}
+
+impl Scorer<'_> {
+    /// The score of one photo, its picture `STEM.png` where pictures are wanted; and tallies by object,
+    /// the last one of the background.
+    ///
+    /// # Errors
+    /// What drawing says, and reading the photo; [`Error::Request`] when no pixel is left to compare.
+    pub fn score(
+        &self,
+        question: &Question,
+        stem: &str,
+        renders: &mut dyn Renders,
+        task: &Task,
+    ) -> Result<(ViewScore, Vec<Tally>)> {
+        let pixels = self.pixels(question, renders, task)?;
+        task.timed(STAGE_COMPARE, || {
+            let mut score = view_score(&question.photo.name, &pixels)?;
+            if let Some(folder) = &self.options.pictures {
+                score.picture = Some(picture::write(folder, stem, &Panels::of(&pixels), task)?);
+            }
+            Ok((score, self.tallies(&pixels)))
+        })
+    }
+
+    fn shot(&self, question: &Question) -> Shot {
+        let photo = &question.photo;
+        let camera = self.options.size.of(&photo.camera);
+        let mut shot = self.options.look.shot(&View { name: String::new(), camera, pose: photo.pose });
+        shot.without.extend(&question.without);
+        shot.shown = Shown::Colour;
+        shot
+    }
+
+    /// Draws while the photo is read.
+    fn pixels(&self, question: &Question, renders: &mut dyn Renders, task: &Task) -> Result<Pixels> {
+        let (shot, photo) = (self.shot(question), &question.photo);
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        let read = || {
+            let photo = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
+            Ok(reference(&photo, width, height))
+        };
+        let (reference, picture, faces) = std::thread::scope(|scope| {
+            let reference = scope.spawn(|| task.timed(STAGE_READ, read));
+            let drawn = task.timed(STAGE_DRAW, || {
+                let picture = renders.picture(&shot, task)?;
+                Ok((picture, renders.faces(&shot, task)?))
+            });
+            let reference = reference.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
+            drawn.and_then(|(picture, faces)| Ok((reference?, picture, faces)))
+        })?;
+        Ok(self.sorted_out(reference, picture, &faces))
+    }
+
+    fn sorted_out(&self, reference: Reference, picture: Picture, faces: &[u32]) -> Pixels {
+        let nothing = self.model.objects.len() as u32;
+        let object =
+            |&face: &u32| face.checked_sub(1).map_or(nothing, |id| self.model.face(FaceId(id)).object.0);
+        let objects: Vec<u32> = faces.iter().map(object).collect();
+        let asked: Vec<bool> = objects
+            .iter()
+            .zip(&reference.valid)
+            .map(|(&o, valid)| *valid && !self.ignored[o as usize])
+            .collect();
+        let (rgba, _) = picture.rgba.as_chunks::<4>();
+        let covered = rgba.iter().zip(&asked).map(|(pixel, asked)| *asked && pixel[3] > 0).collect();
+        let predicted = rgba.iter().flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
+        Pixels { over_black: picture.over([0; 3]), reference, picture, predicted, objects, asked, covered }
+    }
+
+    fn tallies(&self, pixels: &Pixels) -> Vec<Tally> {
+        let mut tallies = vec![Tally::default(); self.ignored.len()];
+        let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
+        let (predicted, _) = pixels.predicted.as_chunks::<3>();
+        for (i, _) in pixels.asked.iter().enumerate().filter(|(_, asked)| **asked) {
+            let tally = &mut tallies[pixels.objects[i] as usize];
+            if pixels.covered[i] {
+                tally.add(truth[i], predicted[i]);
+            } else {
+                tally.holes += 1;
+            }
+        }
+        tallies
+    }
+}
+
+fn view_score(photo: &str, pixels: &Pixels) -> Result<ViewScore> {
+    let Picture { width, height, .. } = pixels.picture;
+    let compared = |predicted| Compared { width, height, truth: &pixels.reference.rgb, predicted };
+    let covered = Likeness::of(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);
+    let with_holes = Likeness::of(&compared(&pixels.over_black), &pixels.asked, &pixels.covered);
+    let with_holes = with_holes
+        .ok_or_else(|| Error::Request("no pixel of it is left to compare: all are ignored".into()))?;
+    Ok(ViewScore {
+        photo: photo.to_owned(),
+        width,
+        height,
+        coverage: covered.map_or(0, |likeness| likeness.pixels) as f64 / with_holes.pixels as f64,
+        covered,
+        with_holes,
+        picture: None,
+    })
+}

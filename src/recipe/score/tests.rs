@@ -1,0 +1,157 @@
+//! Scores of photos that were made up, predicted by a renderer that was made up, too.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::*;
+use crate::projection::{PhotoId, Picture, Shot};
+use crate::scene::synthetic::closed_form::two_quads;
+use crate::scene::{Photo, Site};
+
+/// Draws every shot in one shade, nothing in the top row; the left half shows the first face, the right
+/// one nothing.
+struct Flat {
+    shade: u8,
+    shots: Vec<Shot>,
+}
+
+impl Renders for Flat {
+    fn picture(&mut self, shot: &Shot, _: &Task) -> Result<Picture> {
+        self.shots.push(shot.clone());
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        let mut rgba = vec![self.shade; (width * height * 4) as usize];
+        for (i, pixel) in rgba.chunks_exact_mut(4).enumerate() {
+            pixel[3] = if i < width as usize { 0 } else { 255 };
+        }
+        Ok(Picture { width, height, rgba })
+    }
+
+    fn faces(&mut self, shot: &Shot, _: &Task) -> Result<Vec<u32>> {
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        Ok((0..width * height).map(|i| u32::from(i % width < width / 2)).collect())
+    }
+}
+
+/// Two photos of 20 x 10 in one shade of 100; the second one's file is missing.
+fn site(folder: &Path) -> Site {
+    let scene = two_quads().resized(20);
+    let (width, height) = (scene.camera.width, scene.camera.height);
+    image::RgbImage::from_pixel(width, height, image::Rgb([100; 3])).save(folder.join("a.png")).unwrap();
+    let photo = |name: &str| Photo {
+        name: name.into(),
+        camera: scene.camera,
+        pose: scene.pose,
+        file: folder.join(name),
+    };
+    Site { photos: vec![photo("a.png"), photo("b.png")], model: Arc::clone(&scene.model) }
+}
+
+fn options() -> ScoreOptions {
+    ScoreOptions {
+        look: Look::default(),
+        size: Size::Own,
+        ignored: Vec::new(),
+        ignore_background: false,
+        pictures: None,
+    }
+}
+
+fn scored(site: &Site, options: &ScoreOptions) -> (ScoreReport, Flat) {
+    let mut flat = Flat { shade: 110, shots: Vec::new() };
+    let report = score(&site.model, &leave_one_out(site), &mut flat, options, &Task::silent()).unwrap();
+    (report, flat)
+}
+
+/// In dB, of a constant error.
+fn db(error: f64) -> f64 {
+    20.0 * (255.0 / error).log10()
+}
+
+#[test]
+fn covered_pixels_and_holes_are_counted_apart() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let (report, flat) = scored(&site, &options());
+    assert_eq!(report.failed.len(), 1, "the photo that is missing");
+    let view = &report.views[0];
+    let rows = f64::from(view.height);
+    assert!((view.coverage - (rows - 1.0) / rows).abs() < 1e-12);
+    let covered = view.covered.unwrap();
+    assert!((covered.psnr - db(10.0)).abs() < 1e-9, "{covered:?}");
+    assert_eq!(covered.psnr_fitted, crate::projection::likeness::HIGHEST_DB, "an offset of ten");
+    let mean_squared = (10.0 * 10.0 * (rows - 1.0) + 100.0 * 100.0) / rows;
+    assert!((view.with_holes.psnr - db(mean_squared.sqrt())).abs() < 1e-9, "{view:?}");
+    assert_eq!(report.mean.unwrap().with_holes.psnr, view.with_holes.psnr);
+    assert_eq!(flat.shots[0].without, [PhotoId(0)], "a photo does not predict itself");
+}
+
+#[test]
+fn errors_are_told_by_object_and_the_background_has_no_name() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let (report, _) = scored(&site, &options());
+    let pixels = u64::from(report.views[0].width) * u64::from(report.views[0].height);
+    assert_eq!(report.objects.len(), 2);
+    for object in &report.objects {
+        assert_eq!(object.pixels + object.holes, pixels / 2);
+        assert!((object.error_share - 0.5).abs() < 1e-12 && (object.psnr.unwrap() - db(10.0)).abs() < 1e-9);
+    }
+    let first = &site.model.objects[site.model.faces[0].object.0 as usize].name;
+    assert!(report.objects.iter().any(|object| object.object.as_ref() == Some(first)));
+    assert!(report.objects.iter().any(|object| object.object.is_none()));
+}
+
+#[test]
+fn ignored_objects_and_the_background_are_left_out_of_every_count() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let first = site.model.objects[site.model.faces[0].object.0 as usize].name.clone();
+    let (report, _) = scored(&site, &ScoreOptions { ignored: vec![first], ..options() });
+    let pixels = u64::from(report.views[0].width) * u64::from(report.views[0].height);
+    assert_eq!(report.views[0].with_holes.pixels, pixels / 2);
+    assert_eq!(report.objects.len(), 1);
+    let all = ScoreOptions { ignored: vec!["*".into()], ignore_background: true, ..options() };
+    let (report, _) = scored(&site, &all);
+    assert!(report.views.is_empty() && report.mean.is_none());
+    let unknown = ScoreOptions { ignored: vec!["sky".into()], ..options() };
+    let mut flat = Flat { shade: 0, shots: Vec::new() };
+    let told = score(&site.model, &[], &mut flat, &unknown, &Task::silent()).unwrap_err();
+    assert!(told.to_string().contains("\"sky\""), "{told}");
+}
+
+#[test]
+fn pictures_show_photo_prediction_and_difference_side_by_side() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let pictures = folder.path().join("differences");
+    let (report, _) = scored(&site, &ScoreOptions { pictures: Some(pictures.clone()), ..options() });
+    assert_eq!(report.views[0].picture, Some(pictures.join("a.png")));
+    let picture = image::open(pictures.join("a.png")).unwrap().to_rgb8();
+    let (width, height) = (report.views[0].width, report.views[0].height);
+    assert_eq!(picture.dimensions(), (3 * width + 16, height));
+    let at = |panel: u32, y: u32| picture.get_pixel(panel * (width + 8) + 3, y).0;
+    assert_eq!((at(0, 5), at(1, 5), at(2, 5)), ([100; 3], [110; 3], [40; 3]));
+    assert_eq!((at(1, 0), at(2, 0)), ([0; 3], [0, 40, 140]), "a hole");
+}
+
+#[test]
+fn photos_are_compared_at_the_size_that_was_asked_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path());
+    let (report, flat) = scored(&site, &ScoreOptions { size: Size::Scaled(0.5), ..options() });
+    assert_eq!((report.views[0].width, flat.shots[0].camera.width), (10, 10));
+}
+
+#[test]
+fn held_out_photos_are_imported_with_their_own_cameras() {
+    let folder = tempfile::tempdir().unwrap();
+    let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+    write("cameras.txt", "1 SIMPLE_RADIAL 20 10 15 10 5 -0.1\n");
+    write("images.txt", "1 1 0 0 0 0 0 0 1 a.png\n\n2 1 0 0 0 0 0 0 1 gone.png\n\n");
+    image::RgbImage::new(20, 10).save(folder.path().join("a.png")).unwrap();
+    let cache = folder.path().join("cache");
+    let (questions, problems) = held_out(folder.path(), folder.path(), &cache, &Task::silent()).unwrap();
+    assert_eq!((questions.len(), problems.len()), (1, 1));
+    assert!(questions[0].without.is_empty());
+    assert!(questions[0].photo.file.starts_with(&cache) && questions[0].photo.file.exists());
+}

@@ -1,0 +1,322 @@
+//! Which views are asked for: cameras of COLMAP's, photos of the project, or a flight.
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+
+use super::named::place_of_photo;
+use super::open::Opened;
+use crate::document::camera_path::CameraPath;
+use crate::document::names::picture_names;
+use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Pose};
+use crate::io::camera_path::read_camera_path;
+use crate::io::cameras::read_cameras;
+use crate::io::photo_list::read_photo_list;
+use crate::projection::flight::Flight;
+use crate::projection::framing::{resized, scaled};
+use crate::scene::{Photo, Site};
+use crate::task::Task;
+
+/// Seconds from photo to photo in a flight through photos.
+const SECONDS_A_LEG: f64 = 2.0;
+
+/// Where the views come from.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum ViewSource {
+    /// All photos of the project.
+    Photos,
+    /// A file or folder: COLMAP's cameras, a list of photos (`.txt`) or a camera path (`.json`).
+    At(PathBuf),
+    /// A flight through these photos of the project, in this order.
+    Through(Vec<String>),
+}
+
+/// Which views, and how large.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Asked {
+    /// Where they come from.
+    pub source: ViewSource,
+    /// Of the pictures.
+    pub size: Size,
+    /// Frames a second of a flight; none: as its path says.
+    pub fps: Option<f64>,
+}
+
+/// How large pictures are.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Size {
+    /// As the camera's.
+    Own,
+    /// So many pixels along x and y ([`resized`]).
+    Exactly(u32, u32),
+    /// So many times the camera's along each side.
+    Scaled(f64),
+}
+
+impl Size {
+    /// `camera` with pictures of this size.
+    pub fn of(self, camera: &Pinhole) -> Pinhole {
+        match self {
+            Self::Own => *camera,
+            Self::Exactly(width, height) => resized(camera, width, height),
+            Self::Scaled(scale) => scaled(camera, scale),
+        }
+    }
+}
+
+/// One view.
+#[derive(Debug, Clone, PartialEq)]
+pub struct View {
+    /// Name of its picture, without an extension; all views have different ones.
+    pub name: String,
+    /// Size and K in pixels.
+    pub camera: Pinhole,
+    /// World to camera.
+    pub pose: Pose,
+}
+
+/// What was asked for.
+#[derive(Debug, Default)]
+pub struct Views {
+    /// In the order of the file, or of time.
+    pub list: Vec<View>,
+    /// Of a flight.
+    pub path: Option<CameraPath>,
+    /// What cannot be shown, and why.
+    pub problems: Vec<Error>,
+}
+
+/// The views that were asked for. What is wrong with one camera leaves out that one.
+///
+/// # Errors
+/// [`Error::Input`] and [`Error::Io`] for what concerns all of them; [`Error::Request`] for photos of
+/// a flight that are not there.
+pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
+    let Asked { size, fps, .. } = *asked;
+    match &asked.source {
+        ViewSource::Photos => Ok(of_photos(site.photos.iter(), size)),
+        ViewSource::Through(names) => through(site, names, size, fps),
+        ViewSource::At(path) => match Kind::of(path) {
+            Kind::Colmap => of_cameras(path, size, task),
+            Kind::List => listed(site, path, size),
+            Kind::Path => {
+                let (path, flight) = read_camera_path(path, up(&site.photos))?;
+                Ok(of_flight(path, &flight, size, fps))
+            }
+        },
+    }
+}
+
+impl Opened {
+    /// [`views`] of the opened site.
+    ///
+    /// # Errors
+    /// As [`views`].
+    pub fn views(&self, asked: &Asked, task: &Task) -> Result<Views> {
+        views(&self.site, asked, task)
+    }
+}
+
+enum Kind {
+    Colmap,
+    List,
+    Path,
+}
+
+impl Kind {
+    /// By its name; COLMAP's files are always called the same.
+    fn of(path: &Path) -> Self {
+        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
+        let is_colmap = matches!(name.as_str(), "cameras.txt" | "images.txt" | "points3d.txt");
+        match path.extension().unwrap_or_default().to_string_lossy().to_lowercase().as_str() {
+            "json" if path.is_file() => Self::Path,
+            "txt" if path.is_file() && !is_colmap => Self::List,
+            _ => Self::Colmap,
+        }
+    }
+}
+
+fn of_photos<'a>(photos: impl Iterator<Item = &'a Photo>, size: Size) -> Views {
+    let photos: Vec<&Photo> = photos.collect();
+    let names: Vec<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
+    let view =
+        |(photo, name): (&&Photo, String)| View { name, camera: size.of(&photo.camera), pose: photo.pose };
+    let list = photos.iter().zip(picture_names(&names)).map(view).collect();
+    Views { list, ..Views::default() }
+}
+
+fn listed(site: &Site, file: &Path, size: Size) -> Result<Views> {
+    let (mut places, mut problems) = (Vec::new(), Vec::new());
+    for (line, name) in read_photo_list(file)? {
+        match place_of_photo(site, &name) {
+            Ok(place) if places.contains(&place) => (),
+            Ok(place) => places.push(place),
+            Err(error) => {
+                let remedy = "write the name of a photo of the project";
+                problems.push(Error::input(file, format!("line {line}"), error.to_string(), remedy));
+            }
+        }
+    }
+    Ok(Views { problems, ..of_photos(places.iter().map(|&place| &site.photos[place]), size) })
+}
+
+/// COLMAP's cameras. Pictures have no lens distortion, whatever the cameras have.
+fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
+    let cameras = read_cameras(path, task)?;
+    cameras.notes.iter().for_each(|note| task.note(note));
+    let distorted = cameras.photos.iter().filter(|photo| !photo.lens.is_none()).count();
+    if distorted > 0 {
+        let (of, count) = (cameras.file.display(), cameras.photos.len());
+        task.note(format!(
+            "{of}: {distorted} of {count} cameras have a lens with distortion; their pictures are without, at the \
+             same size and K"
+        ));
+    }
+    let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
+    let named = cameras.photos.iter().zip(picture_names(&names));
+    let list =
+        named.map(|(photo, name)| View { name, camera: size.of(&photo.camera), pose: photo.pose }).collect();
+    Ok(Views { list, path: None, problems: cameras.problems })
+}
+
+fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Result<Views> {
+    let (mut cameras, mut errors) = (Vec::new(), Vec::new());
+    for name in names {
+        match place_of_photo(site, name) {
+            Ok(place) => cameras.push((site.photos[place].camera, site.photos[place].pose)),
+            Err(error) => errors.push(error),
+        }
+    }
+    if let Some(error) = Error::of_all(errors) {
+        return Err(error);
+    }
+    let Some((first, _)) = cameras.first() else {
+        return Err(Error::Request("a flight needs a photo to begin at".into()));
+    };
+    let frame = size.of(first);
+    let path = CameraPath::through(&cameras, [frame.width, frame.height], SECONDS_A_LEG);
+    let flight = path
+        .flight(up(&site.photos))
+        .map_err(|(place, found)| Error::Request(format!("{place}: {found}")))?;
+    Ok(of_flight(path, &flight, Size::Own, fps))
+}
+
+/// Its frames, numbered from 1.
+fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Views {
+    path.fps = fps.unwrap_or(path.fps);
+    let frames = flight.frames(path.fps).into_iter().zip(1..);
+    let view = |((camera, pose), number): ((Pinhole, Pose), u32)| View {
+        name: format!("frame-{number:05}"),
+        camera: size.of(&camera),
+        pose,
+    };
+    Views { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() }
+}
+
+/// What is up in the photos, on average: people hold cameras level more often than not.
+fn up(photos: &[Photo]) -> DVec3 {
+    let up_of = |photo: &Photo| -(photo.pose.rotation.transpose() * DVec3::Y);
+    photos.iter().map(up_of).sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Arc;
+
+    use super::*;
+    use crate::scene::Model;
+    use crate::scene::synthetic::{centred, look_at};
+
+    fn site() -> Site {
+        let photo = |(name, x): (&str, f64)| Photo {
+            name: name.into(),
+            camera: centred(64, 48, 50.0),
+            pose: look_at(DVec3::new(x, -5.0, 1.0), DVec3::ZERO),
+            file: "nowhere".into(),
+        };
+        let photos = [("a.jpg", -1.0), ("b.jpg", 0.0), ("c.jpg", 2.0)].map(photo).into();
+        Site { photos, model: Arc::new(Model::default()) }
+    }
+
+    fn asked(source: ViewSource, size: Size) -> Result<Views> {
+        views(&site(), &Asked { source, size, fps: None }, &Task::silent())
+    }
+
+    fn file(name: &str, text: &str) -> (tempfile::TempDir, ViewSource) {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join(name);
+        std::fs::write(&path, text).unwrap();
+        (folder, ViewSource::At(path))
+    }
+
+    fn names(views: &Views) -> Vec<&str> {
+        views.list.iter().map(|view| view.name.as_str()).collect()
+    }
+
+    #[test]
+    fn all_photos_are_views_named_without_extension() {
+        let views = asked(ViewSource::Photos, Size::Scaled(0.5)).unwrap();
+        assert_eq!(names(&views), ["a", "b", "c"]);
+        assert_eq!(views.list[1].camera, centred(32, 24, 25.0));
+        assert_eq!(views.list[1].pose, site().photos[1].pose);
+    }
+
+    #[test]
+    fn a_list_of_photos_keeps_its_order_and_a_wrong_line_is_left_out() {
+        let (_folder, source) = file("list.txt", "c\na.jpg\nz.jpg\nc.jpg\n");
+        let views = asked(source, Size::Own).unwrap();
+        assert_eq!(names(&views), ["c", "a"]);
+        let told: Vec<_> = views.problems.iter().map(ToString::to_string).collect();
+        assert!(told.len() == 1 && told[0].contains("line 3") && told[0].contains("z.jpg"), "{told:?}");
+    }
+
+    #[test]
+    fn cameras_with_distortion_are_rendered_without_and_a_bad_one_is_left_out() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |name: &str, text: &str| std::fs::write(folder.path().join(name), text).unwrap();
+        write("cameras.txt", "1 SIMPLE_RADIAL 64 48 50 32 24 -0.1\n2 PINHOLE 0 0 1 1 1 1\n");
+        write("images.txt", "1 1 0 0 0 0 0 0 1 x/0001.jpg\n\n2 1 0 0 0 0 0 0 2 0002.jpg\n\n");
+        let noted = Arc::new(std::sync::Mutex::new(Vec::new()));
+        let sink = noted.clone();
+        let task = Task::new(move |event| sink.lock().unwrap().push(format!("{event:?}")));
+        let source = ViewSource::At(folder.path().to_path_buf());
+        let asked = Asked { source, size: Size::Exactly(128, 96), fps: None };
+        let views = views(&site(), &asked, &task).unwrap();
+        assert_eq!((names(&views), views.problems.len()), (vec!["x%2F0001"], 2));
+        assert_eq!(views.list[0].camera, centred(128, 96, 100.0));
+        assert!(
+            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have a lens")),
+            "{noted:?}"
+        );
+    }
+
+    #[test]
+    fn a_flight_through_photos_begins_and_ends_at_them_and_its_frames_are_numbered() {
+        let photos = ["c", "a"].map(String::from).to_vec();
+        let views = asked(ViewSource::Through(photos), Size::Exactly(32, 24)).unwrap();
+        let path = views.path.as_ref().unwrap();
+        assert_eq!((views.list.len(), path.keyframes.len(), path.size), (51, 2, [32, 24]));
+        assert_eq!((names(&views)[0], names(&views)[50]), ("frame-00001", "frame-00051"));
+        let center = |view: &View| view.pose.center_in_world();
+        assert!(center(&views.list[0]).distance(DVec3::new(2.0, -5.0, 1.0)) < 1e-9);
+        assert!(center(&views.list[50]).distance(DVec3::new(-1.0, -5.0, 1.0)) < 1e-9);
+        assert!((views.list[25].camera.fx - 25.0).abs() < 1e-9);
+        assert!(asked(ViewSource::Through(vec!["z".into()]), Size::Own).is_err());
+    }
+
+    #[test]
+    fn a_camera_path_looks_up_as_the_photos_do_and_takes_another_size() {
+        let keyframe = r#"{"t": 0, "position": [0, -5, 1], "look_at": [0, 0, 0], "fov": 60}"#;
+        let text = format!(r#"{{"version": 1, "size": [64, 48], "keyframes": [{keyframe}]}}"#);
+        let (_folder, source) = file("path.json", &text);
+        let views = asked(source, Size::Exactly(32, 24)).unwrap();
+        let expected = look_at(DVec3::new(0.0, -5.0, 1.0), DVec3::ZERO);
+        let forward = |pose: &Pose| pose.rotation.transpose() * DVec3::Z;
+        assert!(forward(&views.list[0].pose).distance(forward(&expected)) < 1e-9);
+        // The photos look up as their mean does, which is not quite the world's z.
+        let right = views.list[0].pose.rotation.transpose() * DVec3::X;
+        assert!(right.distance(DVec3::X) < 0.02, "{right}");
+        assert_eq!((views.list.len(), views.list[0].camera.height), (1, 24));
+    }
+}
