@@ -140,16 +140,17 @@ impl CameraPath {
         }
         let times = self.keyframes.first().zip(self.keyframes.last());
         let seconds = times.map_or(0.0, |(first, last)| last.t - first.t);
-        // Also true for what is not a number.
-        if !(seconds * self.fps <= MOST_FRAMES) {
+        // False, too, for what is not a number; so are the other comparisons here.
+        let is_possible = seconds * self.fps <= MOST_FRAMES;
+        if !is_possible {
             return flaw("keyframes", format!("{seconds} s make more than {MOST_FRAMES} frames"));
         }
         Ok(())
     }
 
     fn keyframe(&self, frame: &PathKeyframe) -> Result<Keyframe, String> {
-        let numbers = frame.position.iter().chain(frame.look_at.iter().flatten()).chain([&frame.t]);
-        if numbers.into_iter().any(|number| !(number.abs() <= 1e15)) {
+        let mut numbers = frame.position.iter().chain(frame.look_at.iter().flatten()).chain([&frame.t]);
+        if !numbers.all(|number| number.abs() <= 1e15) {
             return Err("a number that is not within 1e15 of 0".into());
         }
         let aim = match (frame.look_at, frame.rotation) {
@@ -184,7 +185,8 @@ fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, S
     let is_camera = skew == 0.0 && zero == 0.0 && last == [0.0, 0.0, 1.0];
     let side = f64::from(width.max(height));
     let possible = |f: f64| f > 1e-3 * side && f < 1e4 * side;
-    if !is_camera || !possible(fx) || !possible(fy) || !(cx.abs().max(cy.abs()) <= 100.0 * side) {
+    let is_near = |c: f64| c.abs() <= 100.0 * side;
+    if !(is_camera && possible(fx) && possible(fy) && is_near(cx) && is_near(cy)) {
         return Err("K is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
     }
     Ok(FrameLens::of(&Pinhole { width, height, fx, fy, cx, cy }))

@@ -180,8 +180,9 @@ fn judged(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, Strin
         return Err((0, "there is no keyframe".into()));
     }
     for (i, pair) in keyframes.windows(2).enumerate() {
-        // Also wrong for what is not a number.
-        if !(pair[1].time_s > pair[0].time_s) {
+        // False, too, for what is not a number.
+        let rises = pair[1].time_s > pair[0].time_s;
+        if !rises {
             return Err((i + 1, format!("{} s does not come after {} s", pair[1].time_s, pair[0].time_s)));
         }
     }
