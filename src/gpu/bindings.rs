@@ -2,7 +2,7 @@
 
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType};
-use wgpu::{BufferUsages, ShaderStages, TextureSampleType, TextureViewDimension};
+use wgpu::{BufferUsages, SamplerBindingType, ShaderStages, TextureSampleType, TextureViewDimension};
 
 use super::device::Gpu;
 
@@ -19,22 +19,33 @@ pub enum Kind {
     Depth,
     /// `texture_2d<u32>`
     Ids,
+    /// `texture_2d<f32>`
+    Filtered,
+    /// `texture_2d_array<f32>`
+    FilteredArray,
+    /// `sampler`
+    Sampler,
 }
 
 impl Kind {
     fn binding_type(self) -> BindingType {
         let buffer = |ty| BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None };
-        let texture = |sample_type| BindingType::Texture {
+        let seen_as = |sample_type, view_dimension| BindingType::Texture {
             sample_type,
-            view_dimension: TextureViewDimension::D2,
+            view_dimension,
             multisampled: false,
         };
+        let texture = |sample_type| seen_as(sample_type, TextureViewDimension::D2);
+        let filtered = TextureSampleType::Float { filterable: true };
         match self {
             Self::Uniform => buffer(BufferBindingType::Uniform),
             Self::Read => buffer(BufferBindingType::Storage { read_only: true }),
             Self::Write => buffer(BufferBindingType::Storage { read_only: false }),
             Self::Depth => texture(TextureSampleType::Depth),
             Self::Ids => texture(TextureSampleType::Uint),
+            Self::Filtered => texture(filtered),
+            Self::FilteredArray => seen_as(filtered, TextureViewDimension::D2Array),
+            Self::Sampler => BindingType::Sampler(SamplerBindingType::Filtering),
         }
     }
 }

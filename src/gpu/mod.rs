@@ -28,6 +28,7 @@ mod presence;
 mod pyramid_cache;
 mod rasteriser;
 mod readback;
+mod renderer;
 mod run;
 mod scan;
 mod stencil;
@@ -38,6 +39,7 @@ mod workspace;
 pub use atlas::SOURCE as ATLAS_WGSL;
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
+pub use renderer::Renderer;
 pub use texture_statistics::TextureStatistics;
 pub use tile_store::{Loaded, TextureOptions, TileStore};
 

@@ -9,10 +9,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use super::relief::STEEPEST;
-use super::shot::{Mode, Shot};
+use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Server, Sources};
 use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at};
-use crate::geometry::{Pinhole, Plane, Pose};
+use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::scene::{Face, FaceId, Model};
 
 /// Sides of the blocks that are looked at before a cell, in cells, from coarse to fine: a server that
@@ -43,6 +43,10 @@ pub struct Candidate {
     pub server: u32,
     /// No point of the cell has a smaller penalty, in radians.
     pub least: f64,
+    /// Photo pixels that the cell may look up there, within the sheet's rectangle.
+    pub rect: PixelRect,
+    /// The finest level that it may look up: texels of 2^-level per pixel at most.
+    pub finest: u32,
 }
 
 /// The cells of one face: a rectangle of the view's cells in row order.
@@ -264,8 +268,8 @@ impl<C: Confidence> Finder<'_, C> {
         let mut list = Vec::with_capacity(servers.len());
         let mut worst = Vec::with_capacity(servers.len());
         for &server in servers {
-            if let Some((least, most)) = self.bounds(subject, patch, server) {
-                list.push(Candidate { server, least });
+            if let Some((candidate, most)) = self.bounds(subject, patch, server) {
+                list.push(candidate);
                 worst.push(most);
             }
         }
@@ -280,16 +284,17 @@ impl<C: Confidence> Finder<'_, C> {
         list
     }
 
-    /// Bounds of the penalty of one server in a patch; `None` where it serves no point of it.
-    fn bounds(&self, subject: &Subject, patch: &Patch, server: u32) -> Option<(f64, f64)> {
-        let server = &self.sources.servers[server as usize];
+    /// One server in a patch, with the upper bound of its penalty; `None` where it serves no point of it.
+    fn bounds(&self, subject: &Subject, patch: &Patch, id: u32) -> Option<(Candidate, f64)> {
+        let server = &self.sources.servers[id as usize];
         let photo = self.sources.photo(server.photo);
         let blend = &self.shot.blend;
         let angle = angles(patch, self.shot.viewpoint(), photo.pose.center_in_world());
         let seen = self.footprint(patch, server, &photo.camera, &photo.pose)?;
+        let density = self.octaves(subject, patch, &photo.camera, &photo.pose);
         let octaves = match blend.mode {
             Mode::Debevec => 0.0..0.0,
-            _ => self.octaves(subject, patch, &photo.camera, &photo.pose),
+            _ => density.start.max(0.0)..density.end.max(0.0),
         };
         let other_side = subject.billboard && server.back != subject.back;
         let apart = if other_side { OTHER_SIDE } else { 0.0 };
@@ -299,8 +304,13 @@ impl<C: Confidence> Finder<'_, C> {
             Mode::Debevec => 0.0..1.0,
             _ => seen.trust,
         };
-        let most = sum(angle.end, octaves.end) / trust.start;
-        Some((sum(angle.start, octaves.start) / trust.end, if seen.whole { most } else { f64::INFINITY }))
+        let most = if seen.whole { sum(angle.end, octaves.end) / trust.start } else { f64::INFINITY };
+        let least = sum(angle.start, octaves.start) / trust.end;
+        // Anisotropic lookups take the shorter axis of the footprint: at most so much finer than the
+        // mean of the two.
+        let finer = if self.shot.quality == Quality::Final { MOST_TAPS.log2() / 2.0 } else { 0.0 };
+        let finest = (-density.end - finer).max(0.0) as u32;
+        Some((Candidate { server: id, least, rect: seen.rect, finest }, most))
     }
 
     /// Where the photo has the patch, if at all.
@@ -317,22 +327,28 @@ impl<C: Confidence> Finder<'_, C> {
         if high.cmplt(edge).any() || low.cmpgt(far_edge).any() {
             return None;
         }
+        let pixels = PixelRect::from_edges(
+            low.x.max(edge.x) as i32 - 1,
+            low.y.max(edge.y) as i32 - 1,
+            high.x.min(far_edge.x) as i32 + 2,
+            high.y.min(far_edge.y) as i32 + 2,
+        );
         let border = borders(camera, low, high);
         if border.end <= 0.0 {
             return None;
         }
         let least = if border.start > 0.0 { self.confidence.least(server, low, high) } else { 0.0 };
         let whole = server.domain.is_whole() && middle.z > patch.radius;
-        Some(Footprint { trust: border.start * least..border.end, whole })
+        Some(Footprint { trust: border.start * least..border.end, whole, rect: pixels.intersection(&rect) })
     }
 
-    /// Bounds of the octaves that the photo lacks.
+    /// Bounds of the octaves that the photo lacks; below 0, of those that it has to spare.
     fn octaves(&self, subject: &Subject, patch: &Patch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
         let photo_depth = pose.camera_from_world(patch.middle_in_world).z;
         let depths = (photo_depth - patch.radius, photo_depth + patch.radius);
         let view_depths = (patch.middle.z - patch.radius, patch.middle.z + patch.radius);
         if !subject.face.planar || depths.0 <= 0.0 || view_depths.0 <= 0.0 {
-            return 0.0..f64::INFINITY;
+            return f64::NEG_INFINITY..f64::INFINITY;
         }
         let density = |camera: &Pinhole, height: f64, depth: f64| {
             (camera.fx * camera.fy * height / (depth * depth * depth)).sqrt()
@@ -341,7 +357,7 @@ impl<C: Confidence> Finder<'_, C> {
         let (view, photo) = (&self.shot.camera, self.shot.viewpoint());
         let (in_view, in_photo) = (distance(plane, photo), distance(plane, pose.center_in_world()));
         let octaves = |of_view: f64, of_photo: f64| {
-            (density(view, in_view, of_view) / density(camera, in_photo, of_photo)).log2().max(0.0)
+            (density(view, in_view, of_view) / density(camera, in_photo, of_photo)).log2()
         };
         octaves(view_depths.1, depths.0)..octaves(view_depths.0, depths.1)
     }
@@ -353,6 +369,8 @@ struct Footprint {
     trust: Range<f64>,
     /// The server serves all of it.
     whole: bool,
+    /// In photo pixels, within the sheet.
+    rect: PixelRect,
 }
 
 fn distance(plane: &Plane, point: DVec3) -> f64 {

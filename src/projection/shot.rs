@@ -18,9 +18,10 @@ pub enum Mode {
     /// Angles alone: inverse angle, the nearest photos (Debevec, Yu & Borshukov 1998, section 3).
     Debevec,
     /// Unstructured lumigraph (Buehler et al. 2001): `w = max(0, 1 - q/T) / q`.
-    #[default]
     Lumigraph,
-    /// Franke-Little weights: `w = (max(0, T - q) / (T q))^2`, once continuously differentiable.
+    /// Franke-Little weights: `w = (max(0, T - q) / (T q))^2`, once continuously differentiable. Predicts
+    /// photos best (`docs/quality.md`).
+    #[default]
     Smooth,
 }
 
@@ -86,6 +87,9 @@ pub enum Quality {
     #[default]
     Final,
 }
+
+/// Lookups along the longer axis of a pixel's footprint, at most, in *final* quality.
+pub const MOST_TAPS: f64 = 8.0;
 
 /// What a picture shows of the view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]

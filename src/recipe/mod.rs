@@ -12,6 +12,7 @@ pub mod named;
 pub mod open;
 mod photo_plan;
 pub mod photos;
+pub mod preview;
 pub mod render;
 pub mod score;
 pub mod sheets;

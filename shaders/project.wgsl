@@ -1,0 +1,232 @@
+// Pass project: the photos' sheets, projected onto the model and blended for the viewpoint.
+// Rust: gpu/renderer/passes.rs (pipelines, generated constants), gpu/renderer/tables.rs (tables).
+//
+// Generated before this text: K, MODE, SHOWN, ANISOTROPIC, struct Best with its slots, and
+// `fn join(best, q, color)`, which keeps the K best and the next q.
+
+struct Photo {
+    // Rows: photo pixels (times depth) and depth, from positions relative to the viewpoint.
+    row_x: vec4f,
+    row_y: vec4f,
+    row_z: vec4f,
+    // The camera's centre relative to the viewpoint, and fx * fy.
+    center: vec3f,
+    density: f32,
+    // Size in pixels, one over the width of the border, and unused.
+    size: vec2f,
+    per_border: f32,
+    pad0: f32,
+    // What its colours are multiplied with.
+    gain: vec4f,
+}
+
+@group(0) @binding(3) var<PHOTO_SPACE> photos: array<Photo, PHOTO_COUNT>;
+// Where each cell's candidates begin, and one more.
+@group(0) @binding(4) var<storage, read> cells: array<u32>;
+// x: least penalty; y: photo, log2 of the sheet's sides, flags; z: the sheet; w: its corner.
+// Followed by its half planes, if any: normal and offset.
+@group(0) @binding(5) var<storage, read> candidates: array<vec4u>;
+
+const FLAG_BACK: u32 = 1u << 24u;
+const SIDES_SHIFT: u32 = 25u;
+
+// Heights of faces over their planes, in world units: the relief, packed side by side.
+@group(0) @binding(6) var heights: texture_2d<f32>;
+@group(0) @binding(7) var<storage, read> reliefs: array<Relief>;
+
+// A face's heights: from positions relative to the site's origin to cells (rows: direction, offset as a
+// sum of two f32), and where they lie in `heights`. A width of 0: the face has none.
+struct Relief {
+    across: vec3f,
+    across_high: f32,
+    up: vec3f,
+    up_high: f32,
+    across_low: f32,
+    up_low: f32,
+    corner: vec2f,
+    size: vec2f,
+    pad0: vec2f,
+}
+
+// A face seen more edge-on than this is not moved further: cosine of the angle to the normal.
+const STEEPEST: f32 = 0.1;
+
+struct Drawn {
+    @builtin(position) position: vec4f,
+    // The plane: normal and distance from the viewpoint along it.
+    @location(0) @interpolate(flat) plane: vec4f,
+    // Face, its cells' corner, size, first.
+    @location(1) @interpolate(flat) cells: vec4u,
+    @location(2) @interpolate(flat) flags: u32,
+    // From positions relative to the viewpoint to cells of the relief; its corner and size.
+    @location(3) @interpolate(flat) across: vec4f,
+    @location(4) @interpolate(flat) up: vec4f,
+    @location(5) @interpolate(flat) relief: vec4f,
+}
+
+@vertex
+fn drawn(corner: Corner) -> Drawn {
+    let surface = surfaces[corner.surface];
+    let of_face = face_cells[surface.face];
+    let relief = reliefs[surface.face];
+    let distance = (surface.distance_high - dot(surface.normal, frame.eye_high))
+        + (surface.distance_low - dot(surface.normal, frame.eye_low));
+    return Drawn(
+        clip_from_corner(corner, frame.reach),
+        vec4f(surface.normal, distance),
+        vec4u(surface.face, of_face.corner, of_face.size, of_face.first),
+        surface.flags,
+        vec4f(relief.across, cells_at_eye(relief.across, relief.across_high, relief.across_low)),
+        vec4f(relief.up, cells_at_eye(relief.up, relief.up_high, relief.up_low)),
+        vec4f(relief.corner, relief.size),
+    );
+}
+
+fn cells_at_eye(direction: vec3f, high: f32, low: f32) -> f32 {
+    return (dot(direction, frame.eye_high) + high) + (dot(direction, frame.eye_low) + low);
+}
+
+// The height over the face's plane at a position relative to the viewpoint.
+fn height_at(drawn: Drawn, p: vec3f) -> f32 {
+    let cell = vec2f(dot(drawn.across.xyz, p) + drawn.across.w, dot(drawn.up.xyz, p) + drawn.up.w);
+    let at = clamp(cell, vec2f(0.5), drawn.relief.zw - 0.5) + drawn.relief.xy;
+    return textureSampleLevel(heights, bilinear, at / vec2f(textureDimensions(heights)), 0.0).x;
+}
+
+// Where the ray through a point of the plane meets the relief: two steps of a fixed-point search. The
+// point stays on its ray, so that a photo's own camera sees its own pixels whatever the relief.
+fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
+    let ray = normalize(p);
+    let facing = dot(drawn.plane.xyz, ray);
+    let slope = select(-1.0, 1.0, facing >= 0.0) * max(abs(facing), STEEPEST);
+    let near = p + ray * (height_at(drawn, p) / slope);
+    return p + ray * (height_at(drawn, near) / slope);
+}
+
+// The sheet's texel at a photo position.
+fn sheet_texel(place: SheetPlace, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
+    let at = px - place.corner;
+    if ANISOTROPIC {
+        return anisotropic(place, photo, at, px, z, dx, dy);
+    }
+    // Sharp while the footprint is below 1.1 texels.
+    return texel_at(place, at, max(0.0, -octaves - 0.1375));
+}
+
+// Taps along the footprint's longer axis, each of the shorter axis' width.
+fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx: vec3f, dy: vec3f) -> vec4f {
+    let a = (vec2f(dot(photo.row_x.xyz, dx), dot(photo.row_y.xyz, dx)) - px * dot(photo.row_z.xyz, dx)) / z;
+    let b = (vec2f(dot(photo.row_x.xyz, dy), dot(photo.row_y.xyz, dy)) - px * dot(photo.row_z.xyz, dy)) / z;
+    // Axes of the ellipse that (a, b) makes of the unit circle.
+    let sum = 0.5 * (dot(a, a) + dot(b, b));
+    let difference = 0.5 * (dot(a, a) - dot(b, b));
+    let mixed = dot(a, b);
+    let root = sqrt(difference * difference + mixed * mixed);
+    let longer = sqrt(sum + root);
+    let shorter = max(sqrt(max(sum - root, 0.0)), longer / MOST_TAPS);
+    let angle = 0.5 * atan2(mixed, difference);
+    let axis = a * cos(angle) + b * sin(angle);
+    let taps = select(clamp(ceil(longer / max(shorter, 1.0) - 0.1), 1.0, MOST_TAPS), 1.0, longer < 1.1);
+    let level = max(0.0, log2(max(shorter, longer / MOST_TAPS)) - 0.1375);
+    var color = vec3f(0.0);
+    var confidence = 0.0;
+    var present = 0.0;
+    for (var tap = 0.0; tap < taps; tap += 1.0) {
+        let texel = texel_at(place, at + axis * ((tap + 0.5) / taps - 0.5), level);
+        let share = select(0.0, 1.0, texel.w >= 0.0);
+        color += texel.rgb * share;
+        confidence += max(texel.w, 0.0);
+        present += share;
+    }
+    return vec4f(color / max(present, 1.0), select(confidence / taps, -1.0, present == 0.0));
+}
+
+@fragment
+fn project(drawn: Drawn) -> @location(0) vec4f {
+    let ray = ray_through(drawn.position.xy);
+    let normal = drawn.plane.xyz;
+    let facing = dot(normal, ray);
+    let depth = drawn.plane.w / facing;
+    let on_plane = ray * depth;
+    // How the point moves when the pixel does.
+    let ray_x = frame.right / frame.focal_x;
+    let ray_y = frame.down / frame.focal_y;
+    let dx = depth * (ray_x - ray * (dot(normal, ray_x) / facing));
+    let dy = depth * (ray_y - ray * (dot(normal, ray_y) / facing));
+    let in_view = frame.density * abs(drawn.plane.w) / (depth * depth * depth);
+    let seen_from_behind = drawn.plane.w > 0.0;
+
+    var best = no_best();
+    var most_confident = 0.0;
+    var served = 0.0;
+    var at = 0u;
+    var end = 0u;
+    let extent = vec2u(drawn.cells.z & 0xffffu, drawn.cells.z >> 16u);
+    // A pixel that a face covers in part may have its centre beyond the face's cells.
+    let corner_cell = vec2i(vec2u(drawn.cells.y & 0xffffu, drawn.cells.y >> 16u));
+    let column_row = vec2i(drawn.position.xy) / i32(frame.cell_px) - corner_cell;
+    let cell = vec2u(clamp(column_row, vec2i(0), vec2i(max(extent, vec2u(1u))) - 1));
+    if depth > 0.0 && extent.x > 0u {
+        let range = drawn.cells.w + cell.y * extent.x + cell.x;
+        at = cells[range];
+        end = cells[range + 1u];
+    }
+    let begin = at;
+    var p = on_plane;
+    if drawn.relief.z > 0.0 {
+        p = on_relief(drawn, on_plane);
+    }
+    var again = drawn.relief.z > 0.0;
+    loop {
+        // Where no photo serves the relief, one may serve the plane.
+        if at >= end && again && served == 0.0 {
+            again = false;
+            p = on_plane;
+            at = begin;
+        }
+        if at >= end {
+            break;
+        }
+        let candidate = candidates[at];
+        if bitcast<f32>(candidate.x) >= next_of(best) && !COUNTS_ALL {
+            break;
+        }
+        let photo = photos[candidate.y & 0xffffu];
+        let z = dot(photo.row_z.xyz, p) + photo.row_z.w;
+        let px = vec2f(dot(photo.row_x.xyz, p) + photo.row_x.w, dot(photo.row_y.xyz, p) + photo.row_y.w) / z;
+        var inside = z > 0.0;
+        let sides = candidate.y >> SIDES_SHIFT;
+        for (var side = 1u; side <= sides; side += 1u) {
+            let half_plane = bitcast<vec4f>(candidates[at + side]);
+            inside = inside && dot(half_plane.xy, px) >= half_plane.z;
+        }
+        at += 1u + sides;
+        let other_side = ((candidate.y & FLAG_BACK) != 0u) != seen_from_behind;
+        inside = inside && (!other_side || drawn.flags == 1u);
+        let edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
+        let border = clamp(edge * photo.per_border, 0.0, 1.0);
+        let height = abs(dot(normal, photo.center) - drawn.plane.w);
+        let in_photo = photo.density * height / (z * z * z);
+        let octaves = 0.5 * log2(in_view / in_photo);
+        let corner = vec2f(f32(i32(candidate.w << 16u) >> 16u), f32(i32(candidate.w) >> 16u));
+        let log_size = vec2u((candidate.y >> 16u) & 15u, (candidate.y >> 20u) & 15u);
+        let place = SheetPlace(candidate.z, corner, log_size);
+        let texel = sheet_texel(place, photo, px, z, octaves, dx, dy);
+        let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
+        let trust = border * texel.w;
+        // Half a step of 8 bits: what rounds to nothing is nothing.
+        if inside && within && border > 0.0 && texel.w > 0.002 {
+            var q = angle_between(photo.center - p, -p);
+            if MODE != DEBEVEC {
+                q = (q + frame.lambda * max(octaves, 0.0) + LEAST_ANGLE + select(0.0, OTHER_SIDE, other_side)) / trust;
+            } else {
+                q += LEAST_ANGLE + select(0.0, OTHER_SIDE, other_side);
+            }
+            served += 1.0;
+            most_confident = max(most_confident, texel.w);
+            best = join(best, q, shown_color(texel.rgb * photo.gain.rgb, candidate, octaves));
+        }
+    }
+    let color = blended(best);
+    return finished(color, served, most_confident, drawn.cells.x);
+}

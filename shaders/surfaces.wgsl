@@ -1,0 +1,80 @@
+// The model's triangles, seen from the shot's camera: what all passes of the renderer share.
+// Rust: gpu/renderer/frame.rs (Frame, Surface), gpu/renderer/surfaces.rs (corners).
+//
+// Positions are relative to the viewpoint, in world axes. A corner comes as the sum of two f32, so that
+// the difference to the viewpoint is exact to f32 wherever the site lies.
+
+struct Frame {
+    // Rows of the rotation, world to camera.
+    right: vec3f,
+    focal_x: f32,
+    down: vec3f,
+    focal_y: f32,
+    forward: vec3f,
+    // Depth of the near plane, in world units: nearer than anything that is seen.
+    near: f32,
+    // Principal point and size, in pixels.
+    center: vec2f,
+    size: vec2f,
+    // The viewpoint, as a sum of two f32, relative to the site's origin.
+    eye_high: vec3f,
+    // fx * fy of the shot.
+    density: f32,
+    eye_low: vec3f,
+    // Weight of a missing octave, in radians.
+    lambda: f32,
+    // Side of a cell, in pixels.
+    cell_px: u32,
+    // 1 + tolerance: how much nearer a face that is drawn later may be thought.
+    reach: f32,
+    pad0: u32,
+    pad1: u32,
+}
+
+// A planar part of a face: all of it, or a triangle of a face that is not planar.
+struct Surface {
+    // The plane's normal, of length 1, and its distance from the site's origin along it, as a sum of two
+    // f32.
+    normal: vec3f,
+    distance_high: f32,
+    distance_low: f32,
+    // Index of its face.
+    face: u32,
+    // 1: billboard.
+    flags: u32,
+    pad0: u32,
+}
+
+// The cells of a face: corner and size as (low 16 bits: x, high 16 bits: y), and the first range.
+struct FaceCells {
+    corner: u32,
+    size: u32,
+    first: u32,
+    pad0: u32,
+}
+
+struct Corner {
+    @location(0) high: vec3f,
+    @location(1) low: vec3f,
+    @location(2) surface: u32,
+}
+
+@group(0) @binding(0) var<uniform> frame: Frame;
+@group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
+@group(0) @binding(2) var<storage, read> face_cells: array<FaceCells>;
+
+// Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the
+// picture. `reach` brings the surface nearer by the visibility tolerance.
+fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
+    let p = (corner.high - frame.eye_high) + (corner.low - frame.eye_low);
+    let camera = vec3f(dot(frame.right, p), dot(frame.down, p), dot(frame.forward, p));
+    let x = 2.0 * (frame.focal_x * camera.x + frame.center.x * camera.z) / frame.size.x - camera.z;
+    let y = camera.z - 2.0 * (frame.focal_y * camera.y + frame.center.y * camera.z) / frame.size.y;
+    return vec4f(x, y, frame.near * reach, camera.z);
+}
+
+// The ray through a pixel position, in world axes, of depth 1.
+fn ray_through(px: vec2f) -> vec3f {
+    let in_camera = (px - frame.center) / vec2f(frame.focal_x, frame.focal_y);
+    return frame.right * in_camera.x + frame.down * in_camera.y + frame.forward;
+}

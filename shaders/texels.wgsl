@@ -1,0 +1,97 @@
+// Texels of sheets, out of tiles. Rust: gpu/tiles.rs; the plain twin of filtering: projection/twin.
+
+@group(1) @binding(0) var atlas: texture_2d_array<f32>;
+@group(1) @binding(1) var bilinear: sampler;
+// Per sheet and level the grid of tiles: slot, and how many levels coarser what is resident is.
+@group(1) @binding(2) var<storage, read> pages: array<u32>;
+// Per sheet SHEET_WORDS words, of which the last 16 say where each level's grid begins in `pages`.
+@group(1) @binding(3) var<storage, read> sheets: array<u32>;
+
+const TILE: f32 = 64.0;
+const GUTTER: f32 = 2.0;
+const SLOT: f32 = 68.0;
+const NOTHING: u32 = 0xffffffffu;
+const SLOT_BITS: u32 = 24u;
+const SHEET_WORDS: u32 = 20u;
+const FIRST_OFFSET: u32 = 4u;
+// Levels whose longer side is at most 2^TAIL_LOG share one slot.
+const TAIL_LOG: u32 = 5u;
+
+// Of a texel's width, on either side of its centre: here the texel is taken as it is. Positions are
+// exact to a few ten-thousandths of a pixel; bilinear weights of 8 bits are not.
+const DEAD: f32 = 0.02;
+
+// A sheet as the shader knows it: its number, the corner of its rectangle in photo pixels, log2 of its
+// sides.
+struct SheetPlace {
+    sheet: u32,
+    corner: vec2f,
+    log_size: vec2u,
+}
+
+// Where a level of the tail lies in its slot, by log2 of its longer side.
+fn tail_spot(log_side: u32) -> vec2f {
+    switch log_side {
+        case 0u: { return vec2f(36.0, 32.0); }
+        case 1u: { return vec2f(56.0, 20.0); }
+        case 2u: { return vec2f(48.0, 20.0); }
+        case 3u: { return vec2f(36.0, 20.0); }
+        case 4u: { return vec2f(36.0, 0.0); }
+        default: { return vec2f(0.0, 0.0); }
+    }
+}
+
+fn floor_to_center(at: vec2f) -> vec2f {
+    let base = floor(at - 0.5);
+    let share = (at - 0.5) - base;
+    return base + 0.5 + clamp((share - DEAD) / (1.0 - 2.0 * DEAD), vec2f(0.0), vec2f(1.0));
+}
+
+// Linear colour and confidence at `at`, in texels of the sheet's level 0, from one level. w < 0: there
+// is nothing.
+fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
+    let size = max(vec2u(1u), (vec2u(1u) << sheet.log_size) >> vec2u(level));
+    let grid_width = (size.x + 63u) >> 6u;
+    let position = clamp(at * exp2(-f32(level)), vec2f(0.0), vec2f(size));
+    let tile = min(vec2u(position / TILE), (size - 1u) >> vec2u(6u));
+    let grid = sheets[sheet.sheet * SHEET_WORDS + FIRST_OFFSET + level];
+    let entry = pages[grid + tile.y * grid_width + tile.x];
+    if entry == NOTHING {
+        return vec4f(0.0, 0.0, 0.0, -1.0);
+    }
+    // The resident tile may be an ancestor.
+    let up = entry >> SLOT_BITS;
+    let longer = max(sheet.log_size.x, sheet.log_size.y);
+    var corner = vec2f((tile >> vec2u(up)) << vec2u(6u));
+    if level + up + TAIL_LOG >= longer {
+        corner = -tail_spot(longer - min(longer, level + up));
+    }
+    let local = floor_to_center(position * exp2(-f32(up))) - corner + GUTTER;
+    let slot = vec2f(f32(entry & 31u), f32((entry >> 5u) & 31u)) * SLOT;
+    let uv = (slot + local) / vec2f(textureDimensions(atlas));
+    return textureSampleLevel(atlas, bilinear, uv, i32((entry & 0xffffffu) >> 10u), 0.0);
+}
+
+// The same between two levels. Where one has nothing, the other's colour is taken.
+fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
+    let highest = f32(max(sheet.log_size.x, sheet.log_size.y));
+    let lower = floor(min(level, highest));
+    let share = min(level, highest) - lower;
+    var texel = texel_at_level(sheet, at, u32(lower));
+    // A loop that turns once at most: where no neighbour needs the second level, it is not fetched.
+    var more = share > 0.0;
+    loop {
+        if !more {
+            break;
+        }
+        let coarse = texel_at_level(sheet, at, u32(lower) + 1u);
+        let fine_share = select(0.0, 1.0 - share, texel.w >= 0.0);
+        let coarse_share = select(0.0, share, coarse.w >= 0.0);
+        let sum = max(fine_share + coarse_share, 1e-6);
+        let color = (texel.rgb * fine_share + coarse.rgb * coarse_share) / sum;
+        let confidence = max(texel.w, 0.0) * (1.0 - share) + max(coarse.w, 0.0) * share;
+        texel = vec4f(color, confidence);
+        more = false;
+    }
+    return texel;
+}

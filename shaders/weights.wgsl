@@ -1,0 +1,33 @@
+// How photos are weighed. The plain twin: projection/weights.rs.
+
+const LEAST_ANGLE: f32 = 1e-6;
+const OTHER_SIDE: f32 = 1000.0;
+const INFINITE: f32 = 3e38;
+
+// atan of 0..1: odd minimax polynomial, off by at most 2e-6 (Abramowitz & Stegun 4.4.49, its form).
+fn atan_of_unit(x: f32) -> f32 {
+    let s = x * x;
+    let odd = ((((0.0208351 * s - 0.0851330) * s + 0.1801410) * s - 0.3302995) * s + 0.9998660);
+    return x * odd;
+}
+
+// The angle between two directions, in radians, from the chord against its complement.
+fn angle_between(a: vec3f, b: vec3f) -> f32 {
+    let u = normalize(a);
+    let v = normalize(b);
+    let chord = length(u - v);
+    let rest = length(u + v);
+    let half = atan_of_unit(min(chord, rest) / max(chord, rest));
+    return 2.0 * select(half, 1.5707963 - half, chord > rest);
+}
+
+fn raw_weight(q: f32, next: f32) -> f32 {
+    if MODE == SMOOTH {
+        let w = max(0.0, 1.0 / q - 1.0 / next);
+        return w * w;
+    }
+    if MODE == BEST {
+        return 1.0;
+    }
+    return max(0.0, 1.0 - q / next) / q;
+}

@@ -1,0 +1,54 @@
+//! What a shot is to the shaders (`Frame` of `shaders/surfaces.wgsl`).
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+
+use super::surfaces::split;
+use crate::projection::Shot;
+
+/// `Frame` of the shaders.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct FrameUniform {
+    pub right: [f32; 3],
+    pub focal_x: f32,
+    pub down: [f32; 3],
+    pub focal_y: f32,
+    pub forward: [f32; 3],
+    pub near: f32,
+    pub center: [f32; 2],
+    pub size: [f32; 2],
+    pub eye_high: [f32; 3],
+    pub density: f32,
+    pub eye_low: [f32; 3],
+    pub lambda: f32,
+    pub cell_px: u32,
+    pub reach: f32,
+    pub pad: [u32; 2],
+}
+
+impl FrameUniform {
+    /// `origin` is what positions are relative to; `near` the depth of the near plane.
+    pub fn new(shot: &Shot, origin: DVec3, near: f64, cell_px: u32, tolerance: f32) -> Self {
+        let [right, down, forward] = shot.pose.rotation_rows().map(|row| row.map(|v| v as f32));
+        let (eye_high, eye_low) = split(shot.viewpoint() - origin);
+        let camera = &shot.camera;
+        Self {
+            right,
+            focal_x: camera.fx as f32,
+            down,
+            focal_y: camera.fy as f32,
+            forward,
+            near: near as f32,
+            center: [camera.cx as f32, camera.cy as f32],
+            size: [camera.width as f32, camera.height as f32],
+            eye_high,
+            density: (camera.fx * camera.fy) as f32,
+            eye_low,
+            lambda: shot.blend.lambda as f32,
+            cell_px,
+            reach: 1.0 + tolerance,
+            pad: [0; 2],
+        }
+    }
+}

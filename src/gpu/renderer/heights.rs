@@ -1,0 +1,131 @@
+//! The relief on the device: all faces' heights side by side in one texture, and where each lies
+//! (`Relief` of `shaders/project.wgsl`).
+
+use bytemuck::{Pod, Zeroable};
+use glam::{DVec2, DVec3};
+use half::f16;
+use wgpu::util::{DeviceExt, TextureDataOrder};
+use wgpu::{Buffer, BufferUsages, TextureFormat, TextureView};
+
+use crate::gpu::bindings;
+use crate::gpu::device::Gpu;
+use crate::projection::relief::{FaceRelief, Relief};
+use crate::scene::{FaceId, Model};
+
+/// Width of the texture, in cells, where no face is wider.
+const WIDTH: u32 = 2048;
+
+/// `Relief` of the shader.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct ReliefWords {
+    across: [f32; 3],
+    across_high: f32,
+    up: [f32; 3],
+    up_high: f32,
+    across_low: f32,
+    up_low: f32,
+    corner: [f32; 2],
+    size: [f32; 2],
+    pad0: [f32; 2],
+}
+
+/// The relief's texture and table.
+#[derive(Debug)]
+pub struct Heights {
+    pub texture: TextureView,
+    pub places: Buffer,
+    /// By face, the largest height.
+    pub largest: Vec<f64>,
+}
+
+impl Heights {
+    /// `origin`: what positions are relative to.
+    pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
+        let shelf = Shelf::of(model, relief);
+        let mut cells = vec![f16::ZERO; (shelf.size[0] * shelf.size[1]) as usize];
+        let mut places = vec![ReliefWords::zeroed(); model.faces.len().max(1)];
+        let mut largest = vec![0.0; model.faces.len()];
+        for (face, corner) in shelf.places {
+            let Some(heights) = relief.of(face) else { continue };
+            places[face.0 as usize] = words(heights, corner, origin);
+            largest[face.0 as usize] = heights.largest();
+            for (row, line) in heights.heights.chunks_exact(heights.size[0] as usize).enumerate() {
+                let first = ((corner[1] + row as u32) * shelf.size[0] + corner[0]) as usize;
+                let target = &mut cells[first..first + line.len()];
+                target.iter_mut().zip(line).for_each(|(t, h)| *t = f16::from_f32(*h));
+            }
+        }
+        let descriptor = wgpu::TextureDescriptor {
+            label: Some("heights"),
+            size: wgpu::Extent3d { width: shelf.size[0], height: shelf.size[1], depth_or_array_layers: 1 },
+            mip_level_count: 1,
+            sample_count: 1,
+            dimension: wgpu::TextureDimension::D2,
+            format: TextureFormat::R16Float,
+            usage: wgpu::TextureUsages::TEXTURE_BINDING,
+            view_formats: &[],
+        };
+        let bytes: Vec<u8> = cells.iter().flat_map(|h| h.to_le_bytes()).collect();
+        let texture = gpu.device.create_texture_with_data(
+            &gpu.queue,
+            &descriptor,
+            TextureDataOrder::LayerMajor,
+            &bytes,
+        );
+        Self {
+            texture: texture.create_view(&Default::default()),
+            places: bindings::filled(gpu, "reliefs", &places, BufferUsages::STORAGE),
+            largest,
+        }
+    }
+}
+
+fn words(face: &FaceRelief, corner: [u32; 2], origin: DVec3) -> ReliefWords {
+    // Flat coordinates are affine: their directions are what a step along each world axis adds.
+    let zero = face.frame.flat(origin);
+    let step = |axis: DVec3| face.frame.flat(origin + axis) - zero;
+    let (x, y, z) = (step(DVec3::X), step(DVec3::Y), step(DVec3::Z));
+    let scale = 1.0 / face.cell;
+    let offset: DVec2 = (zero - face.low) * scale;
+    let split = |v: f64| (v as f32, (v - f64::from(v as f32)) as f32);
+    let (across_high, across_low) = split(offset.x);
+    let (up_high, up_low) = split(offset.y);
+    ReliefWords {
+        across: (DVec3::new(x.x, y.x, z.x) * scale).as_vec3().to_array(),
+        across_high,
+        up: (DVec3::new(x.y, y.y, z.y) * scale).as_vec3().to_array(),
+        up_high,
+        across_low,
+        up_low,
+        corner: corner.map(|v| v as f32),
+        size: face.size.map(|v| v as f32),
+        pad0: [0.0; 2],
+    }
+}
+
+/// Faces' grids in rows of falling height.
+struct Shelf {
+    size: [u32; 2],
+    places: Vec<(FaceId, [u32; 2])>,
+}
+
+impl Shelf {
+    fn of(model: &Model, relief: &Relief) -> Self {
+        let sizes = model.face_ids().filter_map(|f| relief.of(f).map(|r| (f, r.size)));
+        let mut sizes: Vec<(FaceId, [u32; 2])> = sizes.collect();
+        sizes.sort_by_key(|(face, [_, height])| (std::cmp::Reverse(*height), *face));
+        let width = sizes.iter().map(|(_, [w, _])| *w).max().unwrap_or(1).max(WIDTH);
+        let (mut x, mut y, mut row_height) = (0, 0, 0);
+        let mut places = Vec::with_capacity(sizes.len());
+        for (face, [w, h]) in sizes {
+            if x + w > width {
+                (x, y, row_height) = (0, y + row_height, 0);
+            }
+            places.push((face, [x, y]));
+            x += w;
+            row_height = row_height.max(h);
+        }
+        Self { size: [width, (y + row_height).max(1)], places }
+    }
+}

@@ -1,0 +1,194 @@
+//! The renderer: one pass over the model, in which every pixel asks the sheets that may serve it.
+//!
+//! A shot is drawn in three steps: cells with their candidates (on the CPU, [`crate::projection::cells`]),
+//! the tiles that they need, and the passes: *nearness* (depth), then *project* (colour) or *faces*.
+
+mod frame;
+mod heights;
+mod passes;
+mod program;
+mod surfaces;
+mod table;
+mod tables;
+mod target;
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use heights::Heights;
+use passes::{Pass, Passes};
+use program::Program;
+use surfaces::Surfaces;
+use tables::Tables;
+use target::Target;
+
+use super::TileStore;
+use super::device::Gpu;
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::projection::cells::{Cells, Confidence, Unknown, cells};
+use crate::projection::exposure::view_gain;
+use crate::projection::relief::Relief;
+use crate::projection::residency::Want;
+use crate::projection::{Exposure, Gains, Picture, Quality, Renders, SheetId, Shot, Sources};
+use crate::scene::Model;
+use crate::task::Task;
+
+/// Pictures up to this width have cells of 32 pixels, larger ones in proportion: what a cell spans as
+/// an angle is what makes its list of candidates short.
+const CELL_PX: u32 = 32;
+const CELLS_ACROSS: u32 = 64;
+
+/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
+const TOLERANCE: f32 = 1e-4;
+
+/// Draws shots of one site. Long-lived: textures, tables and pipelines stay from shot to shot.
+pub struct Renderer {
+    gpu: Gpu,
+    model: Arc<Model>,
+    sources: Arc<Sources>,
+    gains: Gains,
+    tiles: TileStore,
+    surfaces: Surfaces,
+    heights: Heights,
+    tables: Tables,
+    passes: Passes,
+    targets: BTreeMap<(u32, u32, bool), Target>,
+}
+
+impl Renderer {
+    /// A renderer for the model's faces and what serves them.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`].
+    pub fn new(
+        gpu: &Gpu,
+        model: Arc<Model>,
+        sources: Arc<Sources>,
+        gains: Gains,
+        relief: &Relief,
+        tiles: TileStore,
+    ) -> Result<Self> {
+        gpu.guarded("preparing the renderer", || {
+            let surfaces = Surfaces::new(gpu, &model, &sources);
+            Ok(Self {
+                heights: Heights::new(gpu, &model, relief, surfaces.origin()),
+                surfaces,
+                tables: Tables::new(gpu, &model, &sources),
+                passes: Passes::new(gpu, &sources),
+                targets: BTreeMap::new(),
+                gpu: gpu.clone(),
+                model,
+                sources,
+                gains,
+                tiles,
+            })
+        })
+    }
+
+    /// The sheets' texels on the device.
+    pub fn tiles(&self) -> &TileStore {
+        &self.tiles
+    }
+
+    /// The same, to change them.
+    pub fn tiles_mut(&mut self) -> &mut TileStore {
+        &mut self.tiles
+    }
+
+    /// Per photo and channel, what its linear colours are multiplied with in this shot.
+    fn factors(&self, shot: &Shot) -> Vec<[f32; 3]> {
+        let view = match shot.exposure {
+            Exposure::Near => view_gain(&shot.pose, &self.gains, &self.sources.photos, &shot.without),
+            Exposure::Common | Exposure::Raw => [0.0; 3],
+        };
+        let of_photo = |log: &[f64; 3]| match shot.exposure {
+            Exposure::Raw => [1.0; 3],
+            _ => [0, 1, 2].map(|c| (view[c] - log[c]).exp() as f32),
+        };
+        self.gains.of_photo.iter().map(of_photo).collect()
+    }
+
+    fn cells(&self, shot: &Shot, confidence: &impl Confidence) -> Cells {
+        let side = CELL_PX.max(shot.camera.width.div_ceil(CELLS_ACROSS));
+        cells(&self.model, &self.sources, shot, side, &self.heights.largest, confidence)
+    }
+
+    /// Brings tables and tiles up to the shot.
+    fn prepare(&mut self, shot: &Shot, task: &Task) -> Result<()> {
+        let cells = task.timed("cells", || self.cells(shot, &Unknown));
+        task.go_on()?;
+        let wanted = wants(&cells, &self.sources);
+        task.timed("tiles", || self.tiles.load(&wanted, task))?;
+        let factors = self.factors(shot);
+        let origin = self.surfaces.origin();
+        self.tables.write(&self.gpu, &self.sources, shot, &cells, &factors, origin, TOLERANCE);
+        Ok(())
+    }
+
+    fn draw(&mut self, shot: &Shot, program: Program) -> Result<()> {
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        let multisampled = shot.quality == Quality::Final && program != Program::Faces;
+        let key = (width, height, multisampled);
+        let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
+        let pass = Pass {
+            gpu: &self.gpu,
+            surfaces: &self.surfaces,
+            heights: &self.heights,
+            tables: &self.tables,
+            tiles: &self.tiles,
+            target,
+        };
+        self.passes.draw(&pass, program);
+        Ok(())
+    }
+}
+
+impl Renders for Renderer {
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        let gpu = self.gpu.clone();
+        gpu.guarded("drawing a picture", || {
+            self.prepare(shot, task)?;
+            task.timed("draw", || {
+                self.draw(shot, Program::of(shot))?;
+                self.target(shot, shot.quality == Quality::Final).picture(&gpu)
+            })
+        })
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        let gpu = self.gpu.clone();
+        gpu.guarded("drawing faces", || {
+            let cells = Cells { side_px: CELL_PX, ..Cells::default() };
+            let factors = self.factors(shot);
+            let origin = self.surfaces.origin();
+            self.tables.write(&gpu, &self.sources, shot, &cells, &factors, origin, TOLERANCE);
+            task.go_on()?;
+            self.draw(shot, Program::Faces)?;
+            self.target(shot, false).faces(&gpu)
+        })
+    }
+}
+
+impl Renderer {
+    fn target(&self, shot: &Shot, multisampled: bool) -> &Target {
+        &self.targets[&(shot.camera.width, shot.camera.height, multisampled)]
+    }
+}
+
+/// What the cells may look up: per sheet and finest level one rectangle.
+fn wants(cells: &Cells, sources: &Sources) -> Vec<Want> {
+    let mut wanted: BTreeMap<(SheetId, u32), PixelRect> = BTreeMap::new();
+    for candidate in &cells.candidates {
+        let sheet = sources.servers[candidate.server as usize].sheet;
+        let rect = wanted.entry((sheet, candidate.finest)).or_insert(candidate.rect);
+        *rect = rect.union(&candidate.rect);
+    }
+    let want = |((sheet, finest), rect): ((SheetId, u32), PixelRect)| {
+        let corner = sources.sheet(sheet).rect;
+        // The next level, of which the lookup takes a share, has a filter twice as wide.
+        let rect = PixelRect { x: rect.x - corner.x, y: rect.y - corner.y, ..rect };
+        Want { sheet, finest, rect: rect.grown(2 << finest) }
+    };
+    wanted.into_iter().map(want).collect()
+}

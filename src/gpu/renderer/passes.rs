@@ -1,0 +1,250 @@
+//! The renderer's pipelines and how they are recorded: *nearness*, then *project* or *faces*.
+
+use rustc_hash::FxHashMap;
+
+use wgpu::{BindGroup, BindGroupLayout, CompareFunction, RenderPipeline, ShaderStages, TextureFormat};
+
+use super::heights::Heights;
+use super::program::{self, Program};
+use super::surfaces::{Corner, Surfaces};
+use super::tables::{PhotoWords, Tables};
+use super::target::{COLOR, FACES, FLAT_LINEAR, SAMPLES, Target};
+use crate::gpu::TileStore;
+use crate::gpu::bindings::{self, Kind};
+use crate::gpu::device::Gpu;
+use crate::gpu::drawing::DEPTH;
+use crate::projection::{Quality, Sources};
+
+const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
+const NEARNESS: &str = include_str!("../../../shaders/nearness.wgsl");
+const FACES_PASS: &str = include_str!("../../../shaders/faces.wgsl");
+const TEXELS: &str = include_str!("../../../shaders/texels.wgsl");
+const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
+const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
+
+/// What one drawing needs.
+pub struct Pass<'a> {
+    pub gpu: &'a Gpu,
+    pub surfaces: &'a Surfaces,
+    pub heights: &'a Heights,
+    pub tables: &'a Tables,
+    pub tiles: &'a TileStore,
+    pub target: &'a Target,
+}
+
+/// The pipelines made so far.
+#[derive(Debug)]
+pub struct Passes {
+    shot: BindGroupLayout,
+    texels: BindGroupLayout,
+    bilinear: wgpu::Sampler,
+    /// Photos are looked up in a uniform buffer where they fit into one: on software adapters that is a
+    /// quarter faster.
+    photos: PhotoTable,
+    nearness: FxHashMap<u32, RenderPipeline>,
+    programs: FxHashMap<Program, RenderPipeline>,
+}
+
+/// How the shader declares the photos.
+#[derive(Debug)]
+struct PhotoTable {
+    kind: Kind,
+    space: &'static str,
+    count: String,
+}
+
+impl PhotoTable {
+    fn new(gpu: &Gpu, sources: &Sources) -> Self {
+        let count = sources.photos.len().max(1);
+        let bytes = (count * size_of::<PhotoWords>()) as u64;
+        if bytes <= gpu.device.limits().max_uniform_buffer_binding_size {
+            Self { kind: Kind::Uniform, space: "uniform", count: format!("{count}u") }
+        } else {
+            Self { kind: Kind::Read, space: "storage, read", count: format!("{count}u") }
+        }
+    }
+}
+
+impl Passes {
+    pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
+        let photos = PhotoTable::new(gpu, sources);
+        let kinds = [
+            Kind::Uniform,
+            Kind::Read,
+            Kind::Read,
+            photos.kind,
+            Kind::Read,
+            Kind::Read,
+            Kind::Filtered,
+            Kind::Read,
+        ];
+        let stages = ShaderStages::VERTEX_FRAGMENT;
+        let of_texels = [Kind::FilteredArray, Kind::Sampler, Kind::Read, Kind::Read];
+        Self {
+            shot: bindings::layout(gpu, "shot", stages, &kinds),
+            texels: bindings::layout(gpu, "texels", stages, &of_texels),
+            bilinear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("bilinear"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+            photos,
+            nearness: FxHashMap::default(),
+            programs: FxHashMap::default(),
+        }
+    }
+
+    /// Draws into the target and submits.
+    pub fn draw(&mut self, pass: &Pass, program: Program) {
+        self.make(pass.gpu, program, pass.target.samples);
+        let tables = pass.tables;
+        let resources = [
+            tables.frame.binding(),
+            pass.surfaces.planes.as_entire_binding(),
+            tables.face_cells.binding(),
+            tables.photos.binding(),
+            tables.cells.binding(),
+            tables.candidates.binding(),
+            wgpu::BindingResource::TextureView(&pass.heights.texture),
+            pass.heights.places.as_entire_binding(),
+        ];
+        let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
+        let resources = [
+            wgpu::BindingResource::TextureView(pass.tiles.atlas()),
+            wgpu::BindingResource::Sampler(&self.bilinear),
+            pass.tiles.pages().as_entire_binding(),
+            pass.tiles.sheets().as_entire_binding(),
+        ];
+        let texels = bindings::bind(pass.gpu, "texels", &self.texels, &resources);
+        let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
+        self.record(&mut encoder, pass, program, &shot, &texels);
+        pass.gpu.queue.submit([encoder.finish()]);
+    }
+
+    fn record(
+        &self,
+        encoder: &mut wgpu::CommandEncoder,
+        pass: &Pass,
+        program: Program,
+        shot: &BindGroup,
+        texels: &BindGroup,
+    ) {
+        let mut draw = |pipeline: &RenderPipeline, color: Option<wgpu::RenderPassColorAttachment>, clears| {
+            let load = if clears { wgpu::LoadOp::Clear(0.0) } else { wgpu::LoadOp::Load };
+            let color = color.map(Some);
+            let mut drawing = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some("shot"),
+                color_attachments: color.as_slice(),
+                depth_stencil_attachment: Some(wgpu::RenderPassDepthStencilAttachment {
+                    view: &pass.target.depth,
+                    depth_ops: Some(wgpu::Operations { load, store: wgpu::StoreOp::Store }),
+                    stencil_ops: None,
+                }),
+                ..Default::default()
+            });
+            drawing.set_pipeline(pipeline);
+            drawing.set_bind_group(0, shot, &[]);
+            if !clears {
+                drawing.set_bind_group(1, texels, &[]);
+            }
+            drawing.set_vertex_buffer(0, pass.surfaces.corners.slice(..));
+            drawing.draw(0..pass.surfaces.count, 0..1);
+        };
+        draw(&self.nearness[&pass.target.samples], None, true);
+        draw(&self.programs[&program], Some(attachment(pass.target, program)), false);
+    }
+
+    fn make(&mut self, gpu: &Gpu, program: Program, samples: u32) {
+        let Self { shot, texels, photos, nearness, programs, .. } = self;
+        nearness.entry(samples).or_insert_with(|| {
+            let source = [SURFACES, NEARNESS].concat();
+            Draft { vertex: "nearness", fragment: None, groups: &[shot], samples }.pipeline(gpu, &source)
+        });
+        programs.entry(program).or_insert_with(|| match program {
+            Program::Faces => {
+                let source = [SURFACES, FACES_PASS].concat();
+                let fragment = Some(("faces", FACES));
+                Draft { vertex: "owner", fragment, groups: &[shot, texels], samples }.pipeline(gpu, &source)
+            }
+            Program::Picture { mode, photos: k, shown, quality } => {
+                let source = picture_source(program::generated(mode, k, shown, quality), photos);
+                let fragment = Some(("project", COLOR));
+                let samples = if quality == Quality::Final { SAMPLES } else { 1 };
+                Draft { vertex: "drawn", fragment, groups: &[shot, texels], samples }.pipeline(gpu, &source)
+            }
+        });
+    }
+}
+
+fn picture_source(generated: String, photos: &PhotoTable) -> String {
+    let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
+    [SURFACES, TEXELS, WEIGHTS, &program::preamble(), &generated, &project].concat()
+}
+
+fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachment<'_> {
+    let flat = wgpu::Color { r: FLAT_LINEAR, g: FLAT_LINEAR, b: FLAT_LINEAR, a: 0.0 };
+    let (view, resolve_target, clear) = match (program, &target.samples_view) {
+        (Program::Faces, _) => {
+            let view = target.faces_view.as_ref().expect("faces are drawn without samples");
+            (view, None, wgpu::Color::TRANSPARENT)
+        }
+        (_, Some(samples)) => (samples, Some(&target.color_view), flat),
+        (_, None) => (&target.color_view, None, flat),
+    };
+    wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target,
+        ops: wgpu::Operations { load: wgpu::LoadOp::Clear(clear), store: wgpu::StoreOp::Store },
+    }
+}
+
+/// A pipeline that draws the corners.
+struct Draft<'a> {
+    vertex: &'a str,
+    fragment: Option<(&'a str, TextureFormat)>,
+    groups: &'a [&'a BindGroupLayout],
+    samples: u32,
+}
+
+impl Draft<'_> {
+    fn pipeline(&self, gpu: &Gpu, source: &str) -> RenderPipeline {
+        let module = bindings::shader(gpu, self.vertex, source);
+        let corner = wgpu::VertexBufferLayout {
+            array_stride: size_of::<Corner>() as u64,
+            step_mode: wgpu::VertexStepMode::Vertex,
+            attributes: &wgpu::vertex_attr_array![0 => Float32x3, 1 => Float32x3, 2 => Uint32],
+        };
+        let targets = [self.fragment.map(|(_, format)| wgpu::ColorTargetState::from(format))];
+        let first = self.fragment.is_none();
+        gpu.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(self.vertex),
+            layout: Some(&bindings::pipeline_layout(gpu, self.vertex, self.groups)),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some(self.vertex),
+                compilation_options: Default::default(),
+                buffers: &[Some(corner)],
+            },
+            // Faces are seen from both sides.
+            primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
+            depth_stencil: Some(wgpu::DepthStencilState {
+                format: DEPTH,
+                depth_write_enabled: Some(first),
+                depth_compare: Some(CompareFunction::GreaterEqual),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: wgpu::MultisampleState { count: self.samples, ..Default::default() },
+            fragment: self.fragment.map(|(entry, _)| wgpu::FragmentState {
+                module: &module,
+                entry_point: Some(entry),
+                compilation_options: Default::default(),
+                targets: &targets,
+            }),
+            multiview_mask: None,
+            cache: None,
+        })
+    }
+}

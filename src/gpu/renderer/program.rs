@@ -1,0 +1,147 @@
+//! Which shader a shot needs: the constants and the slots that are generated before `project.wgsl`.
+
+use std::fmt::Write;
+
+use crate::projection::shot::MOST_TAPS;
+use crate::projection::{Blend, Mode, Quality, Shot, Shown};
+
+/// What is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub enum Program {
+    /// The owners of pixels.
+    Faces,
+    /// A picture.
+    Picture {
+        /// Blending.
+        mode: Mode,
+        /// Photos that share a point.
+        photos: u32,
+        /// What is shown.
+        shown: Shown,
+        /// Filtering and samples.
+        quality: Quality,
+    },
+}
+
+impl Program {
+    /// The one that draws a shot's picture.
+    pub fn of(shot: &Shot) -> Self {
+        let single = matches!(shot.shown, Shown::BestPhoto | Shown::Layer | Shown::Density);
+        let mode = if single { Mode::Best } else { shot.blend.mode };
+        let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
+        Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality }
+    }
+}
+
+/// WGSL before `weights.wgsl` and `project.wgsl`.
+pub fn generated(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> String {
+    let mut text = String::new();
+    let _ = write!(
+        text,
+        "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
+         const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n",
+        mode as u32,
+        quality == Quality::Final,
+        // Counts and the largest confidence are over all that serve, not over the best.
+        matches!(shown, Shown::Coverage | Shown::Confidence),
+    );
+    text.push_str(&slots(photos));
+    text.push_str(shown_color(shown));
+    text.push_str(finished(shown));
+    text
+}
+
+/// `Best`: the k best penalties with their colours, rising, and the next penalty. Written out slot by
+/// slot, so that all of it stays in registers.
+fn slots(k: u32) -> String {
+    let mut text = String::from("struct Best {\n");
+    for i in 0..k {
+        let _ = writeln!(text, "    q{i}: f32, c{i}: vec3f,");
+    }
+    text.push_str("    next: f32,\n}\n");
+    let empty: String = (0..k).map(|_| "INFINITE, vec3f(0.0), ").collect();
+    let _ = writeln!(text, "fn no_best() -> Best {{ return Best({empty}INFINITE); }}");
+    text.push_str("fn next_of(best: Best) -> f32 { return best.next; }\n");
+    text.push_str("fn join(best: Best, q_in: f32, color_in: vec3f) -> Best {\n");
+    text.push_str(
+        "    var b = best; var q = q_in; var c = color_in; var before = false; var t = 0.0; var u = c;\n",
+    );
+    for i in 0..k {
+        let _ = writeln!(
+            text,
+            "    before = q < b.q{i}; t = b.q{i}; u = b.c{i}; \
+             b.q{i} = select(t, q, before); b.c{i} = select(u, c, before); \
+             q = select(q, t, before); c = select(c, u, before);"
+        );
+    }
+    text.push_str("    b.next = min(b.next, q);\n    return b;\n}\n");
+    text.push_str(
+        "fn blended(b: Best) -> vec3f {\n    var sum = vec3f(0.0); var weight = 0.0; var w = 0.0;\n",
+    );
+    text.push_str("    var ties = 0.0; var even = vec3f(0.0);\n");
+    for i in 0..k {
+        let _ = writeln!(
+            text,
+            "    if b.q{i} < INFINITE {{ w = raw_weight(b.q{i}, b.next); sum += w * b.c{i}; weight += w; \
+             even += b.c{i}; ties += 1.0; }}"
+        );
+    }
+    text.push_str("    if weight > 0.0 { return sum / weight; }\n    return even / max(ties, 1.0);\n}\n");
+    text
+}
+
+/// A colour for a number: hues a golden angle apart.
+const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
+     let hue = fract(f32(number) * 0.61803399);\n\
+     let wheel = abs(fract(vec3f(hue) + vec3f(0.0, 0.6666667, 0.3333333)) * 6.0 - 3.0) - 1.0;\n\
+     let light = 0.55 + 0.35 * fract(f32(number) * 0.41421356);\n\
+     return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), 0.8) * light + 0.04;\n}\n";
+
+fn shown_color(shown: Shown) -> &'static str {
+    match shown {
+        Shown::Colour | Shown::Confidence | Shown::Coverage | Shown::Item => {
+            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f { return color; }\n"
+        }
+        Shown::Weights | Shown::BestPhoto => {
+            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f { return palette(candidate.y & 0xffffu); }\n"
+        }
+        Shown::Layer => {
+            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f { return palette(candidate.z); }\n"
+        }
+        // Blue: more texels than pixels; white: as many; red: fewer; full at three octaves.
+        Shown::Density => {
+            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {\n\
+             let lack = clamp(octaves / 3.0, -1.0, 1.0);\n\
+             return select(mix(vec3f(0.9), vec3f(0.02, 0.1, 0.8), -lack), mix(vec3f(0.9), vec3f(0.8, 0.03, 0.02), lack), lack > 0.0);\n}\n"
+        }
+    }
+}
+
+fn finished(shown: Shown) -> &'static str {
+    match shown {
+        Shown::Item => {
+            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f { return vec4f(palette(face), 1.0); }\n"
+        }
+        Shown::Confidence => {
+            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {\n\
+             return select(UNSERVED, vec4f(vec3f(confident * confident), 1.0), served > 0.0);\n}\n"
+        }
+        // Dark red: one photo; to white: eight and more.
+        Shown::Coverage => {
+            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {\n\
+             let share = clamp(log2(max(served, 1.0)) / 3.0, 0.0, 1.0);\n\
+             let ramp = clamp(vec3f(0.15, 0.0, 0.0) + share * vec3f(2.5, 1.2, 0.6) - vec3f(0.0, 0.25, 0.3), vec3f(0.0), vec3f(1.0));\n\
+             return select(UNSERVED, vec4f(ramp, 1.0), served > 0.0);\n}\n"
+        }
+        _ => {
+            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {\n\
+             return select(UNSERVED, vec4f(color, 1.0), served > 0.0);\n}\n"
+        }
+    }
+}
+
+/// What stands before all of it.
+pub fn preamble() -> String {
+    let flat = super::target::FLAT_LINEAR;
+    format!("const UNSERVED = vec4f({flat}, {flat}, {flat}, 0.0);\n{PALETTE}")
+}

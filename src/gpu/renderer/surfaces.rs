@@ -1,0 +1,115 @@
+//! The model's triangles on the device (`shaders/surfaces.wgsl`), in f64 split into two f32.
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use wgpu::{Buffer, BufferUsages};
+
+use crate::geometry::Plane;
+use crate::geometry::polygon::fit_plane;
+use crate::gpu::bindings;
+use crate::gpu::device::Gpu;
+use crate::projection::Sources;
+use crate::scene::{FaceId, Model};
+
+/// `Corner` of the shader.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct Corner {
+    high: [f32; 3],
+    low: [f32; 3],
+    surface: u32,
+}
+
+/// `Surface` of the shader.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct SurfaceWords {
+    normal: [f32; 3],
+    distance_high: f32,
+    distance_low: f32,
+    face: u32,
+    flags: u32,
+    pad0: u32,
+}
+
+/// What does not change from shot to shot.
+#[derive(Debug)]
+pub struct Surfaces {
+    /// World point that positions are relative to.
+    origin: DVec3,
+    pub corners: Buffer,
+    pub count: u32,
+    pub planes: Buffer,
+}
+
+impl Surfaces {
+    /// All faces in model order, so that of faces at one depth the last is drawn last.
+    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
+        let origin = origin(model, sources);
+        let (mut corners, mut surfaces) = (Vec::new(), Vec::new());
+        for face in model.face_ids() {
+            for (plane, triangles) in parts(model, face) {
+                let surface = surfaces.len() as u32;
+                surfaces.push(words(model, face, &plane, origin));
+                let points = triangles.iter().flatten().map(|&v| model.vertices[v as usize] - origin);
+                corners.extend(points.map(|p| {
+                    let (high, low) = split(p);
+                    Corner { high, low, surface }
+                }));
+            }
+        }
+        let count = corners.len() as u32;
+        // An empty model has a buffer, too: no binding may be empty.
+        if surfaces.is_empty() {
+            surfaces.push(SurfaceWords::zeroed());
+            corners.push(Corner::zeroed());
+        }
+        Self {
+            origin,
+            corners: bindings::filled(gpu, "corners", &corners, BufferUsages::VERTEX),
+            count,
+            planes: bindings::filled(gpu, "surfaces", &surfaces, BufferUsages::STORAGE),
+        }
+    }
+
+    pub fn origin(&self) -> DVec3 {
+        self.origin
+    }
+}
+
+/// A whole point near the cameras.
+fn origin(model: &Model, sources: &Sources) -> DVec3 {
+    let centers: Vec<DVec3> = sources.photos.iter().map(|p| p.pose.center_in_world()).collect();
+    let points = if centers.is_empty() { &model.vertices } else { &centers };
+    let sum: DVec3 = points.iter().sum();
+    (sum / points.len().max(1) as f64).round()
+}
+
+/// A planar face with its triangles; of one that is not planar each triangle.
+fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
+    let triangles = model.face_triangles(face);
+    if model.face(face).planar {
+        return vec![(model.face(face).plane, triangles.to_vec())];
+    }
+    let plane_of = |t: &[u32; 3]| fit_plane(&t.map(|v| model.vertices[v as usize]));
+    triangles.iter().filter_map(|t| Some((plane_of(t)?, vec![*t]))).collect()
+}
+
+fn words(model: &Model, face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
+    let distance = plane.normal.dot(plane.point - origin);
+    let distance_high = distance as f32;
+    SurfaceWords {
+        normal: plane.normal.as_vec3().to_array(),
+        distance_high,
+        distance_low: (distance - f64::from(distance_high)) as f32,
+        face: face.0,
+        flags: u32::from(model.object(model.face(face).object).billboard),
+        pad0: 0,
+    }
+}
+
+/// A point as the sum of two.
+pub fn split(p: DVec3) -> ([f32; 3], [f32; 3]) {
+    let high = p.as_vec3();
+    (high.to_array(), (p - high.as_dvec3()).as_vec3().to_array())
+}

@@ -1,0 +1,165 @@
+//! The tables of a shot: the frame, the photos as seen from its viewpoint, the cells and their candidates
+//! (`shaders/project.wgsl`).
+
+use bytemuck::{Pod, Zeroable};
+use glam::DVec3;
+use wgpu::BufferUsages;
+
+use super::frame::FrameUniform;
+use super::table::Table;
+use crate::geometry::PixelRect;
+use crate::gpu::device::Gpu;
+use crate::projection::cells::Cells;
+use crate::projection::frustum::uv_from_rebased;
+use crate::projection::sources::Projector;
+use crate::projection::weights::BORDER_SHARE;
+use crate::projection::{Domain, Server, Shot, Sources};
+use crate::scene::Model;
+
+/// `Photo` of the shader.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+pub struct PhotoWords {
+    rows: [[f32; 4]; 3],
+    center: [f32; 3],
+    density: f32,
+    size: [f32; 2],
+    per_border: f32,
+    pad0: f32,
+    gain: [f32; 4],
+}
+
+/// `FaceCells` of the shader.
+#[derive(Debug, Clone, Copy, Pod, Zeroable)]
+#[repr(C)]
+struct FaceCellsWords {
+    corner: u32,
+    size: u32,
+    first: u32,
+    pad0: u32,
+}
+
+/// The tables.
+#[derive(Debug)]
+pub struct Tables {
+    pub frame: Table,
+    pub photos: Table,
+    pub face_cells: Table,
+    pub cells: Table,
+    pub candidates: Table,
+    faces: usize,
+}
+
+impl Tables {
+    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
+        let mut photos = Table::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
+        photos.write(gpu, &vec![PhotoWords::zeroed(); sources.photos.len().max(1)]);
+        Self {
+            frame: Table::new(gpu, "frame", BufferUsages::UNIFORM),
+            photos,
+            face_cells: Table::new(gpu, "cells of faces", BufferUsages::STORAGE),
+            cells: Table::new(gpu, "cells", BufferUsages::STORAGE),
+            candidates: Table::new(gpu, "candidates", BufferUsages::STORAGE),
+            faces: model.faces.len(),
+        }
+    }
+
+    #[allow(clippy::too_many_arguments)]
+    pub fn write(
+        &mut self,
+        gpu: &Gpu,
+        sources: &Sources,
+        shot: &Shot,
+        cells: &Cells,
+        factors: &[[f32; 3]],
+        origin: DVec3,
+        tolerance: f32,
+    ) {
+        let near = cells.near();
+        self.frame.write(gpu, &[FrameUniform::new(shot, origin, near, cells.side_px, tolerance)]);
+        let photos: Vec<PhotoWords> = sources
+            .photos
+            .iter()
+            .zip(factors)
+            .map(|(photo, gain)| photo_words(photo, *gain, shot.viewpoint()))
+            .collect();
+        if !photos.is_empty() {
+            self.photos.write(gpu, &photos);
+        }
+        self.face_cells.write(gpu, &self.face_words(cells));
+        let (ranges, candidates) = candidate_words(sources, cells);
+        self.cells.write(gpu, &ranges);
+        self.candidates.write(gpu, &candidates);
+    }
+
+    fn face_words(&self, cells: &Cells) -> Vec<FaceCellsWords> {
+        let pack = |[x, y]: [u32; 2]| x | y << 16;
+        let mut words = vec![FaceCellsWords::zeroed(); self.faces.max(1)];
+        for face in &cells.faces {
+            words[face.face.0 as usize] = FaceCellsWords {
+                corner: pack(face.corner),
+                size: pack(face.size),
+                first: face.first,
+                pad0: 0,
+            };
+        }
+        words
+    }
+}
+
+fn photo_words(photo: &Projector, gain: [f32; 3], viewpoint: DVec3) -> PhotoWords {
+    let camera = &photo.camera;
+    // A rectangle of one pixel: u and v are photo pixels.
+    let pixel = PixelRect { x: 0, y: 0, w: 1, h: 1 };
+    let rows = uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
+    let center = (photo.pose.center_in_world() - viewpoint).as_vec3();
+    let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+    PhotoWords {
+        rows,
+        center: center.to_array(),
+        density: (camera.fx * camera.fy) as f32,
+        size: [width as f32, height as f32],
+        per_border: (1.0 / (BORDER_SHARE * width.min(height))) as f32,
+        pad0: 0.0,
+        gain: [gain[0], gain[1], gain[2], 1.0],
+    }
+}
+
+/// Where each cell's words begin, and the words: candidates with their half planes behind them.
+fn candidate_words(sources: &Sources, cells: &Cells) -> (Vec<u32>, Vec<[u32; 4]>) {
+    let mut begins = Vec::with_capacity(cells.ranges.len() + 1);
+    let mut words = Vec::with_capacity(cells.candidates.len() + 1);
+    for range in &cells.ranges {
+        begins.push(words.len() as u32);
+        for candidate in &cells.candidates[range.start as usize..range.end as usize] {
+            let server = &sources.servers[candidate.server as usize];
+            push_words(&mut words, sources, server, candidate.least);
+        }
+    }
+    begins.push(words.len() as u32);
+    // No binding may be empty.
+    words.push([0; 4]);
+    (begins, words)
+}
+
+fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, least: f64) {
+    let rect = sources.sheet(server.sheet).rect;
+    let sides = match &server.domain {
+        Domain::Whole => &[],
+        Domain::Inside(sides) => &sides[..],
+    };
+    let logs = (rect.w.ilog2(), rect.h.ilog2());
+    let packed = server.photo.0
+        | logs.0 << 16
+        | logs.1 << 20
+        | u32::from(server.back) << 24
+        | (sides.len() as u32) << 25;
+    // Rounded down: a bound stays one.
+    let least = (least as f32).next_down();
+    let corner = (rect.x as u32 & 0xffff) | (rect.y as u32) << 16;
+    words.push([least.to_bits(), packed, server.sheet.0, corner]);
+    for side in sides {
+        let half_plane = [side.normal.x as f32, side.normal.y as f32, side.offset as f32, 0.0];
+        words.push(half_plane.map(f32::to_bits));
+    }
+}

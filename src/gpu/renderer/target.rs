@@ -1,0 +1,142 @@
+//! What is drawn into, and how it comes back.
+
+use wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
+
+use crate::error::Result;
+use crate::gpu::device::Gpu;
+use crate::gpu::drawing::DEPTH;
+use crate::gpu::readback;
+use crate::projection::Picture;
+use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+
+/// Colours of pictures: written in linear light, stored as sRGB.
+pub const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
+
+/// Faces: 1 + an index, 0 where there is none.
+pub const FACES: TextureFormat = TextureFormat::R32Uint;
+
+/// The grey of surfaces that no photo serves, and behind everything: sRGB 128, in linear light.
+pub const FLAT_LINEAR: f64 = 0.215_860_5;
+
+/// Samples of *final* quality.
+pub const SAMPLES: u32 = 4;
+
+/// Textures of one size.
+#[derive(Debug)]
+pub struct Target {
+    width: u32,
+    height: u32,
+    pub samples: u32,
+    pub depth: TextureView,
+    color: Texture,
+    pub color_view: TextureView,
+    /// Where samples are drawn before they become pixels.
+    pub samples_view: Option<TextureView>,
+    faces: Option<Texture>,
+    pub faces_view: Option<TextureView>,
+}
+
+impl Target {
+    /// For this width and height, with samples or without.
+    pub fn new(gpu: &Gpu, (width, height, multisampled): (u32, u32, bool)) -> Self {
+        let samples = if multisampled { SAMPLES } else { 1 };
+        let made = |label, format, samples, usage| {
+            gpu.device.create_texture(&wgpu::TextureDescriptor {
+                label: Some(label),
+                size: Extent3d { width, height, depth_or_array_layers: 1 },
+                mip_level_count: 1,
+                sample_count: samples,
+                dimension: wgpu::TextureDimension::D2,
+                format,
+                usage: usage | TextureUsages::RENDER_ATTACHMENT,
+                view_formats: &[],
+            })
+        };
+        let view = |texture: &Texture| texture.create_view(&Default::default());
+        let color = made("picture", COLOR, 1, TextureUsages::COPY_SRC | TextureUsages::TEXTURE_BINDING);
+        let many = multisampled.then(|| made("samples", COLOR, samples, TextureUsages::empty()));
+        let faces = (!multisampled).then(|| made("faces", FACES, 1, TextureUsages::COPY_SRC));
+        Self {
+            width,
+            height,
+            samples,
+            depth: view(&made("depth", DEPTH, samples, TextureUsages::empty())),
+            color_view: view(&color),
+            color,
+            samples_view: many.as_ref().map(view),
+            faces_view: faces.as_ref().map(view),
+            faces,
+        }
+    }
+
+    /// The picture that was drawn.
+    pub fn picture(&self, gpu: &Gpu) -> Result<Picture> {
+        let words = self.words(gpu, &self.color)?;
+        let mut rgba: Vec<u8> = bytemuck::cast_slice(&words).to_vec();
+        rgba.chunks_exact_mut(4).filter(|p| !matches!(p[3], 0 | 255)).for_each(without_background);
+        Ok(Picture { width: self.width, height: self.height, rgba })
+    }
+
+    /// The faces that were drawn.
+    pub fn faces(&self, gpu: &Gpu) -> Result<Vec<u32>> {
+        self.words(gpu, self.faces.as_ref().expect("faces are drawn without samples"))
+    }
+
+    /// The texels of a texture of 4 bytes each, row by row.
+    fn words(&self, gpu: &Gpu, texture: &Texture) -> Result<Vec<u32>> {
+        let row_bytes = (4 * self.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("picture"),
+            size: u64::from(row_bytes) * u64::from(self.height),
+            usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
+            mapped_at_creation: false,
+        });
+        let mut encoder = gpu.device.create_command_encoder(&Default::default());
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        encoder.copy_texture_to_buffer(
+            texture.as_image_copy(),
+            wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },
+            texture.size(),
+        );
+        gpu.queue.submit([encoder.finish()]);
+        let row_words = row_bytes as usize / 4;
+        let [words] = readback::read(gpu, [(&buffer, 0..(row_words * self.height as usize) as u64)])?;
+        Ok(words.chunks_exact(row_words).flat_map(|row| &row[..self.width as usize]).copied().collect())
+    }
+}
+
+/// A pixel that is textured in part was blended with the flat grey: takes that out again, so that
+/// colour and alpha are straight.
+fn without_background(pixel: &mut [u8]) {
+    let alpha = f64::from(pixel[3]) / 255.0;
+    for channel in &mut pixel[..3] {
+        let linear = linear_of_srgb(f64::from(*channel) / 255.0);
+        let own = (linear - (1.0 - alpha) * FLAT_LINEAR) / alpha;
+        *channel = (srgb_of_linear(own.clamp(0.0, 1.0)) * 255.0).round() as u8;
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_pixel_half_textured_gets_its_own_colour_back() {
+        for (own, alpha) in [(20u8, 64u8), (200, 128), (255, 191)] {
+            let share = f64::from(alpha) / 255.0;
+            let mixed = linear_of_srgb(f64::from(own) / 255.0) * share + FLAT_LINEAR * (1.0 - share);
+            let seen = (srgb_of_linear(mixed) * 255.0).round() as u8;
+            let mut pixel = [seen, seen, seen, alpha];
+            without_background(&mut pixel);
+            // A step of the mixture is up to 255 / alpha steps of what it is made of, and more in the
+            // dark, where sRGB is steep.
+            assert!(pixel[0].abs_diff(own) <= 6, "{own} at {alpha}: {pixel:?}");
+        }
+    }
+
+    #[test]
+    fn the_flat_grey_is_the_same_in_both_encodings() {
+        assert!((linear_of_srgb(128.0 / 255.0) - FLAT_LINEAR).abs() < 1e-6);
+    }
+}
