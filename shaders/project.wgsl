@@ -1,5 +1,5 @@
 // Pass project: the photos' sheets, projected onto the model and blended for the viewpoint.
-// Rust: gpu/renderer/passes.rs (pipelines, generated constants), gpu/renderer/tables.rs (tables).
+// Rust: gpu/renderer/project.rs (pipelines, generated constants), gpu/renderer/tables.rs (tables).
 //
 // Generated before this text: K, MODE, SHOWN, ANISOTROPIC, struct Best with its slots, and
 // `fn join(best, q, color)`, which keeps the K best and the next q.

@@ -1,4 +1,5 @@
-// The model's triangles, seen from the shot's camera: what all passes of the renderer share.
+// The model's triangles, seen from the shot's camera: what all passes of the renderer share, and the
+// passes that need no more: nearness (the depth buffer) and faces (1 + the face that owns a pixel).
 // Rust: gpu/renderer/frame.rs (Frame, Surface), gpu/renderer/surfaces.rs (corners).
 //
 // Positions are relative to the viewpoint, in world axes. A corner comes as the sum of two f32, so that
@@ -27,8 +28,7 @@ struct Frame {
     cell_px: u32,
     // 1 + tolerance: how much nearer a face that is drawn later may be thought.
     reach: f32,
-    pad0: u32,
-    pad1: u32,
+    pad: vec2u,
 }
 
 // A planar part of a face: all of it, or a triangle of a face that is not planar.
@@ -77,4 +77,24 @@ fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
 fn ray_through(px: vec2f) -> vec3f {
     let in_camera = (px - frame.center) / vec2f(frame.focal_x, frame.focal_y);
     return frame.right * in_camera.x + frame.down * in_camera.y + frame.forward;
+}
+
+@vertex
+fn nearness(corner: Corner) -> @invariant @builtin(position) vec4f {
+    return clip_from_corner(corner, 1.0);
+}
+
+struct Owner {
+    @builtin(position) position: vec4f,
+    @location(0) @interpolate(flat) face: u32,
+}
+
+@vertex
+fn owner(corner: Corner) -> Owner {
+    return Owner(clip_from_corner(corner, frame.reach), surfaces[corner.surface].face);
+}
+
+@fragment
+fn faces(owner: Owner) -> @location(0) u32 {
+    return owner.face + 1u;
 }

@@ -1,4 +1,4 @@
-// Texels of sheets, out of tiles. Rust: gpu/tiles.rs; the plain twin of filtering: projection/twin.
+// Texels of sheets, out of tiles. Rust: gpu/atlas.rs; the plain twin of filtering: projection/twin.
 
 @group(1) @binding(0) var atlas: texture_2d_array<f32>;
 @group(1) @binding(1) var bilinear: sampler;

@@ -18,16 +18,16 @@ const WIDTH: u32 = 2048;
 /// `Relief` of the shader.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct ReliefWords {
-    across: [f32; 3],
-    across_high: f32,
-    up: [f32; 3],
-    up_high: f32,
-    across_low: f32,
-    up_low: f32,
-    corner: [f32; 2],
-    size: [f32; 2],
-    pad0: [f32; 2],
+pub struct ReliefWords {
+    pub across: [f32; 3],
+    pub across_high: f32,
+    pub up: [f32; 3],
+    pub up_high: f32,
+    pub across_low: f32,
+    pub up_low: f32,
+    pub corner: [f32; 2],
+    pub size: [f32; 2],
+    pub pad0: [f32; 2],
 }
 
 /// The relief's texture and table.

@@ -5,19 +5,22 @@
 
 mod frame;
 mod heights;
-mod passes;
 mod program;
+mod project;
 mod surfaces;
 mod table;
 mod tables;
 mod target;
+#[cfg(test)]
+mod tests;
+mod texels;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use heights::Heights;
-use passes::{Pass, Passes};
 use program::Program;
+use project::{Pass, Passes};
 use surfaces::Surfaces;
 use tables::Tables;
 use target::Target;
@@ -27,17 +30,18 @@ use super::device::Gpu;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::cells::{Cells, Confidence, Unknown, cells};
-use crate::projection::exposure::view_gain;
+use crate::projection::exposure::seen_gain;
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
+use crate::projection::surface::Surface;
 use crate::projection::{Exposure, Gains, Picture, Quality, Renders, SheetId, Shot, Sources};
 use crate::scene::Model;
 use crate::task::Task;
 
-/// Pictures up to this width have cells of 32 pixels, larger ones in proportion: what a cell spans as
-/// an angle is what makes its list of candidates short.
-const CELL_PX: u32 = 32;
-const CELLS_ACROSS: u32 = 64;
+/// A picture is so many cells wide, whatever its pixels: what a cell spans as an angle is what makes its
+/// list of candidates short. Smaller cells than the least cost more to prepare than they save.
+const CELLS_ACROSS: u32 = 60;
+const LEAST_CELL_PX: u32 = 16;
 
 /// Faces within this share of the nearest depth are one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
@@ -48,6 +52,7 @@ pub struct Renderer {
     model: Arc<Model>,
     sources: Arc<Sources>,
     gains: Gains,
+    surface: Surface,
     tiles: TileStore,
     surfaces: Surfaces,
     heights: Heights,
@@ -78,6 +83,7 @@ impl Renderer {
                 passes: Passes::new(gpu, &sources),
                 targets: BTreeMap::new(),
                 gpu: gpu.clone(),
+                surface: Surface::of(&model),
                 model,
                 sources,
                 gains,
@@ -97,9 +103,15 @@ impl Renderer {
     }
 
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
-    fn factors(&self, shot: &Shot) -> Vec<[f32; 3]> {
+    fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
         let view = match shot.exposure {
-            Exposure::Near => view_gain(&shot.pose, &self.gains, &self.sources.photos, &shot.without),
+            Exposure::Near if std::env::var("NEAR").is_ok() => crate::projection::exposure::view_gain(
+                &shot.pose,
+                &self.gains,
+                &self.sources.photos,
+                &shot.without,
+            ),
+            Exposure::Near => seen_gain(shot, &self.gains, &self.model, &self.sources, &self.surface, cells),
             Exposure::Common | Exposure::Raw => [0.0; 3],
         };
         let of_photo = |log: &[f64; 3]| match shot.exposure {
@@ -110,7 +122,7 @@ impl Renderer {
     }
 
     fn cells(&self, shot: &Shot, confidence: &impl Confidence) -> Cells {
-        let side = CELL_PX.max(shot.camera.width.div_ceil(CELLS_ACROSS));
+        let side = shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX);
         cells(&self.model, &self.sources, shot, side, &self.heights.largest, confidence)
     }
 
@@ -120,7 +132,7 @@ impl Renderer {
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.tiles.load(&wanted, task))?;
-        let factors = self.factors(shot);
+        let factors = self.factors(shot, &cells);
         let origin = self.surfaces.origin();
         self.tables.write(&self.gpu, &self.sources, shot, &cells, &factors, origin, TOLERANCE);
         Ok(())
@@ -159,8 +171,8 @@ impl Renders for Renderer {
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         let gpu = self.gpu.clone();
         gpu.guarded("drawing faces", || {
-            let cells = Cells { side_px: CELL_PX, ..Cells::default() };
-            let factors = self.factors(shot);
+            let cells = Cells { side_px: LEAST_CELL_PX, ..Cells::default() };
+            let factors = vec![[1.0; 3]; self.sources.photos.len()];
             let origin = self.surfaces.origin();
             self.tables.write(&gpu, &self.sources, shot, &cells, &factors, origin, TOLERANCE);
             task.go_on()?;

@@ -24,12 +24,12 @@ pub struct Corner {
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceWords {
-    normal: [f32; 3],
-    distance_high: f32,
-    distance_low: f32,
-    face: u32,
-    flags: u32,
-    pad0: u32,
+    pub normal: [f32; 3],
+    pub distance_high: f32,
+    pub distance_low: f32,
+    pub face: u32,
+    pub flags: u32,
+    pub pad0: u32,
 }
 
 /// What does not change from shot to shot.

@@ -20,23 +20,25 @@ use crate::scene::Model;
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct PhotoWords {
-    rows: [[f32; 4]; 3],
-    center: [f32; 3],
-    density: f32,
-    size: [f32; 2],
-    per_border: f32,
-    pad0: f32,
-    gain: [f32; 4],
+    pub row_x: [f32; 4],
+    pub row_y: [f32; 4],
+    pub row_z: [f32; 4],
+    pub center: [f32; 3],
+    pub density: f32,
+    pub size: [f32; 2],
+    pub per_border: f32,
+    pub pad0: f32,
+    pub gain: [f32; 4],
 }
 
 /// `FaceCells` of the shader.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
-struct FaceCellsWords {
-    corner: u32,
-    size: u32,
-    first: u32,
-    pad0: u32,
+pub struct FaceCellsWords {
+    pub corner: u32,
+    pub size: u32,
+    pub first: u32,
+    pub pad0: u32,
 }
 
 /// The tables.
@@ -111,11 +113,14 @@ fn photo_words(photo: &Projector, gain: [f32; 3], viewpoint: DVec3) -> PhotoWord
     let camera = &photo.camera;
     // A rectangle of one pixel: u and v are photo pixels.
     let pixel = PixelRect { x: 0, y: 0, w: 1, h: 1 };
-    let rows = uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
+    let [row_x, row_y, row_z] =
+        uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
     let center = (photo.pose.center_in_world() - viewpoint).as_vec3();
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     PhotoWords {
-        rows,
+        row_x,
+        row_y,
+        row_z,
         center: center.to_array(),
         density: (camera.fx * camera.fy) as f32,
         size: [width as f32, height as f32],

@@ -16,11 +16,13 @@ pub mod near;
 pub mod patch;
 pub mod points;
 pub mod ratios;
+pub mod seen;
 pub mod solve;
 
 pub use near::view_gain;
 pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
 pub use ratios::{Ratio, pairwise_ratios};
+pub use seen::seen_gain;
 pub use solve::{Fit, solve_gains};
 
 use glam::DVec2;

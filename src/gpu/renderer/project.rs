@@ -8,17 +8,15 @@ use super::heights::Heights;
 use super::program::{self, Program};
 use super::surfaces::{Corner, Surfaces};
 use super::tables::{PhotoWords, Tables};
-use super::target::{COLOR, FACES, FLAT_LINEAR, SAMPLES, Target};
+use super::target::{COLOR, FACES, FLAT_LINEAR, Target};
+use super::texels::{self, TexelGroup};
 use crate::gpu::TileStore;
 use crate::gpu::bindings::{self, Kind};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
-use crate::projection::{Quality, Sources};
+use crate::projection::Sources;
 
 const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
-const NEARNESS: &str = include_str!("../../../shaders/nearness.wgsl");
-const FACES_PASS: &str = include_str!("../../../shaders/faces.wgsl");
-const TEXELS: &str = include_str!("../../../shaders/texels.wgsl");
 const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
 const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
 
@@ -36,8 +34,7 @@ pub struct Pass<'a> {
 #[derive(Debug)]
 pub struct Passes {
     shot: BindGroupLayout,
-    texels: BindGroupLayout,
-    bilinear: wgpu::Sampler,
+    texels: TexelGroup,
     /// Photos are looked up in a uniform buffer where they fit into one: on software adapters that is a
     /// quarter faster.
     photos: PhotoTable,
@@ -47,14 +44,14 @@ pub struct Passes {
 
 /// How the shader declares the photos.
 #[derive(Debug)]
-struct PhotoTable {
+pub struct PhotoTable {
     kind: Kind,
     space: &'static str,
     count: String,
 }
 
 impl PhotoTable {
-    fn new(gpu: &Gpu, sources: &Sources) -> Self {
+    pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let count = sources.photos.len().max(1);
         let bytes = (count * size_of::<PhotoWords>()) as u64;
         if bytes <= gpu.device.limits().max_uniform_buffer_binding_size {
@@ -79,16 +76,9 @@ impl Passes {
             Kind::Read,
         ];
         let stages = ShaderStages::VERTEX_FRAGMENT;
-        let of_texels = [Kind::FilteredArray, Kind::Sampler, Kind::Read, Kind::Read];
         Self {
             shot: bindings::layout(gpu, "shot", stages, &kinds),
-            texels: bindings::layout(gpu, "texels", stages, &of_texels),
-            bilinear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
-                label: Some("bilinear"),
-                mag_filter: wgpu::FilterMode::Linear,
-                min_filter: wgpu::FilterMode::Linear,
-                ..Default::default()
-            }),
+            texels: TexelGroup::new(gpu),
             photos,
             nearness: FxHashMap::default(),
             programs: FxHashMap::default(),
@@ -110,13 +100,7 @@ impl Passes {
             pass.heights.places.as_entire_binding(),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
-        let resources = [
-            wgpu::BindingResource::TextureView(pass.tiles.atlas()),
-            wgpu::BindingResource::Sampler(&self.bilinear),
-            pass.tiles.pages().as_entire_binding(),
-            pass.tiles.sheets().as_entire_binding(),
-        ];
-        let texels = bindings::bind(pass.gpu, "texels", &self.texels, &resources);
+        let texels = self.texels.bind(pass.gpu, pass.tiles);
         let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
         self.record(&mut encoder, pass, program, &shot, &texels);
         pass.gpu.queue.submit([encoder.finish()]);
@@ -158,28 +142,30 @@ impl Passes {
     fn make(&mut self, gpu: &Gpu, program: Program, samples: u32) {
         let Self { shot, texels, photos, nearness, programs, .. } = self;
         nearness.entry(samples).or_insert_with(|| {
-            let source = [SURFACES, NEARNESS].concat();
-            Draft { vertex: "nearness", fragment: None, groups: &[shot], samples }.pipeline(gpu, &source)
+            Draft { vertex: "nearness", fragment: None, groups: &[shot], samples }.pipeline(gpu, SURFACES)
         });
-        programs.entry(program).or_insert_with(|| match program {
-            Program::Faces => {
-                let source = [SURFACES, FACES_PASS].concat();
-                let fragment = Some(("faces", FACES));
-                Draft { vertex: "owner", fragment, groups: &[shot, texels], samples }.pipeline(gpu, &source)
-            }
-            Program::Picture { mode, photos: k, shown, quality } => {
-                let source = picture_source(program::generated(mode, k, shown, quality), photos);
-                let fragment = Some(("project", COLOR));
-                let samples = if quality == Quality::Final { SAMPLES } else { 1 };
-                Draft { vertex: "drawn", fragment, groups: &[shot, texels], samples }.pipeline(gpu, &source)
-            }
+        programs.entry(program).or_insert_with(|| {
+            let (vertex, fragment) = match program {
+                Program::Faces => ("owner", ("faces", FACES)),
+                Program::Picture { .. } => ("drawn", ("project", COLOR)),
+            };
+            let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
+            let draft = Draft { vertex, fragment: Some(fragment), groups, samples };
+            draft.pipeline(gpu, &source(program, photos))
         });
     }
 }
 
-fn picture_source(generated: String, photos: &PhotoTable) -> String {
-    let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
-    [SURFACES, TEXELS, WEIGHTS, &program::preamble(), &generated, &project].concat()
+/// All of a program's WGSL.
+pub fn source(program: Program, photos: &PhotoTable) -> String {
+    match program {
+        Program::Faces => SURFACES.into(),
+        Program::Picture { mode, photos: k, shown, quality } => {
+            let generated = program::generated(mode, k, shown, quality);
+            let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
+            [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated, &project].concat()
+        }
+    }
 }
 
 fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachment<'_> {

@@ -1,0 +1,44 @@
+//! Group 1 of the renderer's programs: texture memory, as `shaders/texels.wgsl` looks things up in it.
+
+use wgpu::{BindGroup, BindGroupLayout, BindingResource, Sampler, ShaderStages};
+
+use crate::gpu::TileStore;
+use crate::gpu::bindings::{self, Kind};
+use crate::gpu::device::Gpu;
+
+/// WGSL of the lookups.
+pub const SOURCE: &str = include_str!("../../../shaders/texels.wgsl");
+
+const KINDS: [Kind; 4] = [Kind::FilteredArray, Kind::Sampler, Kind::Read, Kind::Read];
+
+/// The layout, and what does not change.
+#[derive(Debug)]
+pub struct TexelGroup {
+    pub layout: BindGroupLayout,
+    bilinear: Sampler,
+}
+
+impl TexelGroup {
+    pub fn new(gpu: &Gpu) -> Self {
+        Self {
+            layout: bindings::layout(gpu, "texels", ShaderStages::VERTEX_FRAGMENT, &KINDS),
+            bilinear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
+                label: Some("bilinear"),
+                mag_filter: wgpu::FilterMode::Linear,
+                min_filter: wgpu::FilterMode::Linear,
+                ..Default::default()
+            }),
+        }
+    }
+
+    /// The group for what the store holds now.
+    pub fn bind(&self, gpu: &Gpu, tiles: &TileStore) -> BindGroup {
+        let resources = [
+            BindingResource::TextureView(tiles.atlas()),
+            BindingResource::Sampler(&self.bilinear),
+            tiles.pages().as_entire_binding(),
+            tiles.sheets().as_entire_binding(),
+        ];
+        bindings::bind(gpu, "texels", &self.layout, &resources)
+    }
+}
