@@ -66,6 +66,7 @@ fn print(site: &Site, gains: &Gains) {
         println!("{:24} {r:+.4} {g:+.4} {b:+.4}", photo.name);
     }
     let (known, missed) = left_out(site, gains);
+    println!("the meter is followed by {:.3?}", gains.meter.follows);
     println!("gains {known:.4} rms, predicted from the others with {missed:.4} rms error");
 }
 
@@ -105,7 +106,7 @@ fn the_castles_exposures_follow_the_view_and_are_predicted() {
     print(&site, &found.gains);
     assert!((0..3).all(|c| found.after[c] < 0.6 * found.before[c]), "{found:?}");
     let (known, missed) = left_out(&site, &found.gains);
-    assert!(missed < 0.5 * known, "{missed} of {known}");
+    assert!(missed < 0.25 * known, "{missed} of {known}");
 }
 
 #[test]

@@ -24,16 +24,9 @@ struct Kept {
     version: u32,
     /// Hash of all that they were made of.
     inputs: String,
-    /// World units.
-    reach: f64,
-    photos: Vec<KeptPhoto>,
-}
-
-#[derive(Debug, Serialize, Deserialize)]
-struct KeptPhoto {
-    photo: String,
-    /// R, G, B, natural logarithm.
-    log_gain: [f64; 3],
+    /// In the site's order.
+    photos: Vec<String>,
+    gains: Gains,
 }
 
 const VERSION: u32 = 1;
@@ -55,7 +48,7 @@ pub fn photo_gains(
 ) -> Result<Gains> {
     let file = folder.join("cache/gains.json");
     let inputs = inputs(site, stacks);
-    if let Some(kept) = kept_gains(&file, &inputs, site) {
+    if let Some(kept) = kept_gains(&file, &inputs) {
         return Ok(kept);
     }
     let estimate = estimate_of_photos(site, memory, task)?;
@@ -120,18 +113,15 @@ fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
 }
 
 /// A cache that is missing, broken or of something else is no cache.
-fn kept_gains(file: &Path, inputs: &str, site: &Site) -> Option<Gains> {
+fn kept_gains(file: &Path, inputs: &str) -> Option<Gains> {
     let kept: Kept = read_json(file, LARGEST, "it is made again").ok()?;
-    let fits = kept.version == VERSION && kept.inputs == inputs && kept.photos.len() == site.photos.len();
-    let of_photo = kept.photos.iter().map(|photo| photo.log_gain).collect();
-    fits.then_some(Gains { of_photo, reach: kept.reach })
+    (kept.version == VERSION && kept.inputs == inputs).then_some(kept.gains)
 }
 
 fn keep(file: &Path, inputs: String, site: &Site, gains: &Gains) -> Result<()> {
     let folder = file.parent().expect("it lies in cache/");
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
-    let of_photo = site.photos.iter().zip(&gains.of_photo);
-    let photos =
-        of_photo.map(|(photo, gain)| KeptPhoto { photo: photo.name.clone(), log_gain: *gain }).collect();
-    write_atomically(file, &to_json(&Kept { version: VERSION, inputs, reach: gains.reach, photos }))
+    let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
+    let kept = Kept { version: VERSION, inputs, photos, gains: gains.clone() };
+    write_atomically(file, &to_json(&kept))
 }

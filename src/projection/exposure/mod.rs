@@ -6,12 +6,14 @@
 //! of their mean colours ([`ratios`]), and the gains that explain those best, robustly ([`solve`]).
 //! What the photos do *not* tell is how bright the site was: gains are relative, 0 on average.
 //!
-//! A view has an exposure, too: a blend of the photos' gains by nearness ([`near`]), so that a photo's
-//! own camera shows the photo as it is.
+//! A view has an exposure, too: a blend of the photos' gains by nearness ([`near`]), carried to what the
+//! view's exposure meter would read where the photos were metered ([`meter`]); a photo's own camera shows
+//! the photo as it is.
 //!
 //! Panoramas are evened out in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
+pub mod meter;
 pub mod near;
 pub mod patch;
 pub mod points;
@@ -19,6 +21,7 @@ pub mod ratios;
 pub mod seen;
 pub mod solve;
 
+pub use meter::Meter;
 pub use near::view_gain;
 pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
 pub use ratios::{Ratio, pairwise_ratios};
@@ -27,13 +30,14 @@ pub use solve::{Fit, solve_gains};
 
 use glam::DVec2;
 use rayon::prelude::*;
+use serde::{Deserialize, Serialize};
 
 use super::{PhotoId, Projector};
 use crate::error::Result;
 use crate::task::Task;
 
 /// The photos' gains.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gains {
     /// By photo, as [`super::Sources::photos`]: natural logarithm of photo / common exposure in linear
     /// light, per channel R, G, B.
@@ -41,12 +45,14 @@ pub struct Gains {
     /// How far from their cameras surfaces typically are, in world units: what a step of the camera is
     /// measured by ([`view_gain`]).
     pub reach: f64,
+    /// Tells from a view what its exposure would be, where the photos' exposures were told so.
+    pub meter: Meter,
 }
 
 impl Gains {
     /// All photos as they are.
     pub fn none(photos: usize) -> Self {
-        Self { of_photo: vec![[0.0; 3]; photos], reach: 1.0 }
+        Self { of_photo: vec![[0.0; 3]; photos], reach: 1.0, meter: Meter::default() }
     }
 }
 
@@ -88,8 +94,17 @@ pub struct Estimate {
     pub after: [f64; 3],
 }
 
-/// The mean colour of a patch in linear light, R, G, B, full range 1; none where it is not usable.
-pub type PatchColour = Option<[f64; 3]>;
+/// The colour of a patch; none where the photo does not show all of it.
+pub type PatchColour = Option<Colour>;
+
+/// The mean colour of a patch.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Colour {
+    /// In linear light, R, G, B, full range 1.
+    pub mean: [f64; 3],
+    /// No pixel is clipped or near black: ratios of it are ratios of exposures.
+    pub usable: bool,
+}
 
 /// Estimates the gains of `photos`. `colours` measures patches of one photo, given their centres in
 /// its pixels, in the same order; it is called once a photo, several at a time. The result does not
@@ -109,9 +124,12 @@ pub fn estimate_gains(
     task.go_on()?;
     let ratios = pairwise_ratios(&points, &measured);
     let fit = solve_gains(photos.len(), &ratios);
-    let shared = measured.iter().filter(|colours| colours.iter().flatten().count() >= 2).count();
+    let usable = |colours: &&Vec<PatchColour>| colours.iter().flatten().filter(|c| c.usable).count() >= 2;
+    let shared = measured.iter().filter(usable).count();
+    let reach = typical_distance(&points);
+    let meter = Meter::of(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
     Ok(Estimate {
-        gains: Gains { of_photo: fit.of_photo, reach: typical_distance(&points) },
+        gains: Gains { of_photo: fit.of_photo, reach, meter },
         points: shared,
         pairs: ratios.len(),
         alone: fit.alone,

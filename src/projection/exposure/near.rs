@@ -1,4 +1,5 @@
-//! The exposure of a view: a blend of the photos' gains by nearness.
+//! The exposure of a view: a blend of the photos' gains by nearness, corrected by what a camera's meter
+//! would read there.
 
 use glam::DVec3;
 
@@ -12,30 +13,59 @@ const FADES_AT_RAD: f64 = 1.0;
 
 /// Weights fall with this power of the distance. Leaving out photo by photo, gains are predicted
 /// about as well (within a tenth) by powers from 2 to 4 and fading from 0.5 to 2 rad, on one site whose
-/// exposures follow the view (2.5 times better than by the common exposure) and on one where they were
-/// drawn by lot (1.4 times).
+/// exposures follow the view and on one where they were drawn by lot.
 const POWER: i32 = 3;
 
 /// The log gain of a view, R, G, B: Shepard's interpolation (1968) of the photos' gains and of 0, the
-/// common exposure, which counts as a photo that is always [`FADES_AT_RAD`] away.
+/// common exposure, which counts as a photo that is always [`FADES_AT_RAD`] away. Where the photos'
+/// exposures were metered ([`super::Meter`]) each photo's gain is first carried to what the view's
+/// meter reads: a photo beside a view that looks into the light says little about it as it is.
 ///
 /// Nearness is measured in radians, of parallax and of turning: a step of the camera counts by the
 /// angle under which a surface at [`Gains::reach`] would see it. At a photo's own camera (position and
 /// direction; the lens does not matter) the result is exactly that photo's gain, and it is continuous
 /// in the camera everywhere. Photos in `without` do not count.
 pub fn view_gain(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
-    let taking_part = (0..).map(PhotoId).zip(photos).filter(|(id, _)| !without.contains(id));
-    let near = taking_part
-        .map(|(id, photo)| (distance_rad(view, &photo.pose, gains.reach), gains.of_photo[id.0 as usize]));
-    let mut near: Vec<(f64, [f64; 3])> = near.collect();
-    near.push((FADES_AT_RAD, [0.0; 3]));
-    let nearest = near.iter().map(|(distance, _)| *distance).fold(f64::INFINITY, f64::min);
-    // Scaled such that the nearest has 1: nothing is divided by 0, and in a photo's own camera all
-    // others vanish.
-    let weight = |distance: f64| if distance <= nearest { 1.0 } else { (nearest / distance).powi(POWER) };
-    let all: f64 = near.iter().map(|(distance, _)| weight(*distance)).sum();
-    let blend = |c: usize| near.iter().map(|(distance, gain)| weight(*distance) * gain[c]).sum::<f64>() / all;
-    [0, 1, 2].map(blend)
+    let shares = Shares::of(view, gains.reach, photos, without);
+    let own = |c: usize| {
+        let of_photo = shares.of_photo.iter().zip(&gains.of_photo);
+        of_photo.map(|(share, gain)| share * gain[c]).sum::<f64>()
+    };
+    let carried = gains.meter.carried(view, &shares);
+    [0, 1, 2].map(|c| own(c) + carried[c])
+}
+
+/// How much the photos say about a view, and the common exposure with them; all sum to 1.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Shares {
+    /// By photo; 0 for those that do not take part.
+    pub of_photo: Vec<f64>,
+    /// Of the common exposure: 0 at a photo's own camera, 1 far from all.
+    pub of_common: f64,
+    /// By photo: false for those that must not be asked.
+    pub takes_part: Vec<bool>,
+}
+
+impl Shares {
+    /// At a view.
+    pub fn of(view: &Pose, reach: f64, photos: &[Projector], without: &[PhotoId]) -> Self {
+        let takes_part: Vec<bool> =
+            (0..photos.len() as u32).map(|photo| !without.contains(&PhotoId(photo))).collect();
+        let distance = |(photo, takes_part): (&Projector, &bool)| match takes_part {
+            true => distance_rad(view, &photo.pose, reach),
+            false => f64::INFINITY,
+        };
+        let distances: Vec<f64> = photos.iter().zip(&takes_part).map(distance).collect();
+        let nearest = distances.iter().copied().fold(FADES_AT_RAD, f64::min);
+        // Scaled such that the nearest has 1: nothing is divided by 0, and in a photo's own camera all
+        // others vanish.
+        let weight = |distance: f64| if distance <= nearest { 1.0 } else { (nearest / distance).powi(POWER) };
+        let weights: Vec<f64> = distances.into_iter().map(weight).collect();
+        let common = weight(FADES_AT_RAD);
+        let all = common + weights.iter().sum::<f64>();
+        let of_photo = weights.into_iter().map(|weight| weight / all).collect();
+        Self { of_photo, of_common: common / all, takes_part }
+    }
 }
 
 fn distance_rad(view: &Pose, photo: &Pose, reach: f64) -> f64 {
@@ -52,6 +82,7 @@ fn forward(pose: &Pose) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::projection::exposure::Meter;
     use crate::scene::synthetic::{Dice, centred, look_at};
 
     fn photos(dice: &mut Dice, count: usize) -> (Vec<Projector>, Gains) {
@@ -60,7 +91,8 @@ mod tests {
         let camera = centred(300, 200, 300.0);
         let projector = |pose| Projector { name: String::new(), camera, pose };
         let of_photo = (0..count).map(|_| [0; 3].map(|_: i32| dice.between(-0.5, 0.5))).collect();
-        (poses.into_iter().map(projector).collect(), Gains { of_photo, reach: 8.0 })
+        let gains = Gains { of_photo, reach: 8.0, meter: Meter::default() };
+        (poses.into_iter().map(projector).collect(), gains)
     }
 
     #[test]
@@ -86,13 +118,11 @@ mod tests {
         let eye = photos[3].pose.center_in_world();
         let at = |step: f64| {
             let pose = look_at(eye + DVec3::new(step, 0.3 * step, 0.0), DVec3::new(0.0, 1.0, 2.0 + step));
-            view_gain(&pose, &gains, &photos, &[])
+            view_gain(&pose, &gains, &photos, &[])[0]
         };
         let largest = |steps: i32| {
-            let apart = |k: i32| {
-                (at(f64::from(k) / f64::from(steps))[0] - at(f64::from(k + 1) / f64::from(steps))[0]).abs()
-            };
-            (-steps..steps).map(apart).fold(0.0, f64::max)
+            let place = |k: i32| f64::from(k) / f64::from(steps);
+            (-steps..steps).map(|k| (at(place(k)) - at(place(k + 1))).abs()).fold(0.0, f64::max)
         };
         let (coarse, fine) = (largest(500), largest(1000));
         assert!(fine < 0.6 * coarse && coarse < 0.02, "{coarse} {fine}");

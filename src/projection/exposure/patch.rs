@@ -2,16 +2,16 @@
 
 use glam::DVec2;
 
-use super::PatchColour;
+use super::{Colour, PatchColour};
 use crate::scene::PhotoPixels;
 use crate::scene::light::LINEAR_OF_BYTE;
 
 /// Stored values, of 255, that are as good as black or white: sensors, film curves and JPEG bend there,
 /// and a ratio of them is none of exposures.
-const USABLE: std::ops::RangeInclusive<u16> = 9..=249;
+const USABLE: std::ops::RangeInclusive<u8> = 9..=249;
 
-/// The mean, in linear light, over the pixels whose centres are within `half_px` of a point (a square).
-/// None where the square leaves the photo or has a pixel that is not valid, near black or clipped.
+/// The mean over the pixels whose centres are within `half_px` of a point (a square). None where the
+/// square leaves the photo or has a pixel that is not valid.
 pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> PatchColour {
     let from = (center_px - half_px - 0.5).ceil().as_ivec2();
     let to = (center_px + half_px - 0.5).floor().as_ivec2();
@@ -19,23 +19,22 @@ pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> Pat
     if from.min_element() < 0 || to.x >= width || to.y >= height || to.cmplt(from).any() {
         return None;
     }
-    let mut sum = [0.0; 3];
+    let (mut sum, mut usable) = ([0.0; 3], true);
     for y in from.y..=to.y {
         for x in from.x..=to.x {
-            let light = usable_light(pixels, x as u32, y as u32)?;
-            (0..3).for_each(|c| sum[c] += light[c]);
+            let bytes = bytes_at(pixels, x as u32, y as u32)?;
+            usable &= bytes.iter().all(|byte| USABLE.contains(byte));
+            (0..3).for_each(|c| sum[c] += f64::from(LINEAR_OF_BYTE[usize::from(bytes[c])]));
         }
     }
     let count = f64::from((to.x - from.x + 1) * (to.y - from.y + 1));
-    Some(sum.map(|s| s / count))
+    Some(Colour { mean: sum.map(|s| s / count), usable })
 }
 
-fn usable_light(pixels: &PhotoPixels, x: u32, y: u32) -> Option<[f64; 3]> {
+/// None where the photo is not valid. 16 bits are measured in 8: finer than what patches differ by.
+fn bytes_at(pixels: &PhotoPixels, x: u32, y: u32) -> Option<[u8; 3]> {
     let [r, g, b, _] = pixels.rgba16(x, y);
-    // 16 bits are measured in 8: finer than what patches differ by.
-    let bytes = [r, g, b].map(|sample| sample >> 8);
-    let usable = bytes.iter().all(|byte| USABLE.contains(byte)) && pixels.is_valid(x, y);
-    usable.then(|| bytes.map(|byte| f64::from(LINEAR_OF_BYTE[usize::from(byte)])))
+    pixels.is_valid(x, y).then(|| [r, g, b].map(|sample| (sample >> 8) as u8))
 }
 
 #[cfg(test)]
@@ -55,19 +54,20 @@ mod tests {
     #[test]
     fn the_mean_is_of_light_and_not_of_bytes() {
         let middle = DVec2::splat(8.0);
-        let colour = patch_colour(&grey(255, Some((5, 8, 100))), middle, 3.0).unwrap();
+        let colour = patch_colour(&grey(255, Some((5, 8, 100))), middle, 3.0).unwrap().mean;
         let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_OF_BYTE[byte]));
         assert!((colour[0] - (35.0 * high + low) / 36.0).abs() < 1e-6 && (colour[1] - high).abs() < 1e-6);
         // One pixel further out it is not in the patch: 5.5 is less than 9 - 3.
-        let beside = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap();
+        let beside = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap().mean;
         assert!((beside[0] - high).abs() < 1e-6);
     }
 
     #[test]
-    fn clipped_black_invalid_and_missing_pixels_make_it_unusable() {
+    fn clipped_and_black_pixels_make_it_unusable_invalid_and_missing_ones_none_at_all() {
         let middle = DVec2::splat(8.0);
-        for value in [255, 250, 8, 0] {
-            assert_eq!(patch_colour(&grey(255, Some((6, 6, value))), middle, 3.0), None);
+        for (value, usable) in [(255, false), (250, false), (249, true), (9, true), (8, false), (0, false)] {
+            let colour = patch_colour(&grey(255, Some((6, 6, value))), middle, 3.0);
+            assert_eq!(colour.unwrap().usable, usable, "{value}");
         }
         assert_eq!(patch_colour(&grey(254, None), middle, 3.0), None);
         assert_eq!(patch_colour(&grey(255, None), DVec2::new(2.0, 8.0), 3.0), None);

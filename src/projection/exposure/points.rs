@@ -17,6 +17,8 @@ use crate::task::Task;
 pub struct SharedPoint {
     /// In the world.
     pub position: DVec3,
+    /// Of the surface, on the side that the photos see; length 1.
+    pub normal: DVec3,
     /// Two or more.
     pub patches: Vec<Patch>,
 }
@@ -165,7 +167,7 @@ fn shared_point(
     shown(own, side)?;
     let patches: Vec<Patch> =
         (0..photos.len() as u32).filter_map(|photo| shown(PhotoId(photo), side)).collect();
-    (patches.len() >= 2).then_some(SharedPoint { position, patches })
+    (patches.len() >= 2).then_some(SharedPoint { position, normal: normal * side, patches })
 }
 
 /// How a photo sees a point of a surface; `None` behind it, behind the camera, or too obliquely.

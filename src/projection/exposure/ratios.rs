@@ -26,8 +26,10 @@ pub fn pairwise_ratios(points: &[SharedPoint], colours: &[Vec<PatchColour>]) -> 
 }
 
 fn ratios_at(point: &SharedPoint, colours: &[PatchColour]) -> Vec<Ratio> {
-    let usable: Vec<(&Patch, [f64; 3])> =
-        point.patches.iter().zip(colours).filter_map(|(patch, colour)| Some((patch, (*colour)?))).collect();
+    let usable = point.patches.iter().zip(colours).filter_map(|(patch, colour)| {
+        colour.filter(|colour| colour.usable).map(|colour| (patch, colour.mean))
+    });
+    let usable: Vec<(&Patch, [f64; 3])> = usable.collect();
     let pairs = pairs_of(usable.len());
     let compare = |(i, j): (usize, usize)| {
         let ((a, in_a), (b, in_b)) = (&usable[i], &usable[j]);

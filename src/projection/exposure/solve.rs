@@ -10,6 +10,8 @@ use crate::projection::PhotoId;
 pub struct Fit {
     /// By photo, R, G, B: log gain; 0 on average in each component.
     pub of_photo: Vec<[f64; 3]>,
+    /// By photo: the first photo of its component, those that ratios connect it with.
+    pub component: Vec<usize>,
     /// Photos without any ratio.
     pub alone: Vec<PhotoId>,
     /// Groups of photos connected by ratios.
@@ -56,6 +58,7 @@ pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
         components: sizes.iter().filter(|size| **size > 1).count(),
         before: [0, 1, 2].map(|c| channels[c].before),
         after: [0, 1, 2].map(|c| channels[c].after),
+        component,
     }
 }
 

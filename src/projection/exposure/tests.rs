@@ -40,13 +40,15 @@ struct Shoot {
     noise: f64,
     /// In these photos somebody in white stands in columns 200 to 240.
     visited: Vec<u32>,
+    /// One side of the court is brighter, by so much as a logarithm.
+    sunny: f64,
 }
 
 impl Shoot {
     fn new(model: Arc<Model>, photos: Vec<Projector>) -> Self {
         let mut dice = Dice::new(7);
         let gains = photos.iter().map(|_| [0; 3].map(|_: i32| dice.between(-0.4, 0.4))).collect();
-        Self { model, photos, gains, noise: 0.02, visited: Vec::new() }
+        Self { model, photos, gains, noise: 0.02, visited: Vec::new(), sunny: 0.0 }
     }
 
     fn estimate(&self) -> Estimate {
@@ -62,13 +64,15 @@ impl Shoot {
 
     fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Dice) -> PatchColour {
         if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
-            return Some([0.9; 3]);
+            return Some(Colour { mean: [0.9; 3], usable: true });
         }
         let (_, p) = seen.surface_at(photo, px)?;
         let gain = self.gains[photo.0 as usize];
         let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
         let noise = (dice.unit() + dice.unit() + dice.unit() - 1.5) * 2.0 * self.noise;
-        Some([0, 1, 2].map(|c| pattern(1.0 + c as f64) * (gain[c] + noise).exp()))
+        let sun = self.sunny * p.y.atan2(p.x).sin();
+        let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + noise).exp());
+        Some(Colour { mean, usable: true })
     }
 
     /// The largest error of a gain among `photos`, their mean taken out.
@@ -135,6 +139,85 @@ fn joined(first: &Model, second: &Model) -> Arc<Model> {
         }
     }
     m.finish()
+}
+
+/// Photos from the middle of the court, all around.
+fn panorama(count: u32) -> Vec<Projector> {
+    let photo = |k: u32| {
+        let angle = TAU * f64::from(k) / f64::from(count);
+        let outwards = DVec3::new(angle.cos(), angle.sin(), 0.0);
+        let pose = look_at(DVec3::Z * 4.0 - outwards * 2.0, outwards * 4.0);
+        Projector { name: format!("{k}"), camera: centred(600, 400, 420.0), pose }
+    };
+    (0..count).map(photo).collect()
+}
+
+/// Root mean square error of the gains, when each is predicted from the other photos.
+fn left_out(gains: &Gains, photos: &[Projector]) -> f64 {
+    let error = |(i, photo): (u32, &Projector)| {
+        let predicted = view_gain(&photo.pose, gains, photos, &[PhotoId(i)]);
+        (predicted[1] - gains.of_photo[i as usize][1]).powi(2)
+    };
+    ((0..).zip(photos).map(error).sum::<f64>() / photos.len() as f64).sqrt()
+}
+
+#[test]
+fn where_exposures_were_metered_the_view_is_metered_too() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(16));
+    (shoot.sunny, shoot.noise) = (0.7, 0.01);
+    shoot.gains = vec![[0.0; 3]; 16];
+    let seen = RayVisibility::new(&shoot.model, &shoot.photos);
+    // Automatic exposure: what is in the middle becomes grey.
+    let metered = |photo: u32| {
+        let (mut light, mut all) = (0.0, 0.0);
+        for (u, v) in (0..30 * 20).map(|k| (f64::from(k % 30) / 30.0, f64::from(k / 30) / 20.0)) {
+            let px = DVec2::new(u * 600.0, v * 400.0);
+            let weight = (-0.5 * ((u - 0.5).powi(2) + (v - 0.5).powi(2)) / 0.0225).exp();
+            if let Some(colour) = shoot.colour(&seen, PhotoId(photo), px, &mut Dice::new(1)) {
+                light += weight * colour.mean[1];
+                all += weight;
+            }
+        }
+        [-f64::ln(light / all); 3]
+    };
+    let gains = (0..16).map(metered).collect();
+    shoot.gains = gains;
+    let gains = shoot.estimate().gains;
+    assert!(gains.meter.follows.iter().all(|follows| *follows > 0.8), "{:?}", gains.meter.follows);
+    let with = left_out(&gains, &shoot.photos);
+    let without = left_out(&Gains { meter: Meter::default(), ..gains.clone() }, &shoot.photos);
+    assert!(with < 0.5 * without, "{with} with the meter, {without} without");
+    for (photo, gain) in shoot.photos.iter().zip(&gains.of_photo) {
+        assert_eq!(view_gain(&photo.pose, &gains, &shoot.photos, &[]), *gain);
+    }
+}
+
+#[test]
+fn where_exposures_were_drawn_by_lot_the_meter_is_not_asked() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(16));
+    shoot.sunny = 0.7;
+    let gains = shoot.estimate().gains;
+    let without = Gains { meter: Meter::default(), ..gains.clone() };
+    let (with, without) = (left_out(&gains, &shoot.photos), left_out(&without, &shoot.photos));
+    assert!(with < 1.1 * without, "{with} with the meter, {without} without");
+}
+
+#[test]
+fn the_metered_gain_changes_little_by_little() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(8));
+    shoot.sunny = 0.7;
+    let mut gains = shoot.estimate().gains;
+    gains.meter.follows = [1.0; 3];
+    let at = |t: f64| {
+        let pose = look_at(DVec3::new(t, -t, 3.0), DVec3::new(4.0 * t.cos(), 4.0 * t.sin(), 0.5));
+        view_gain(&pose, &gains, &shoot.photos, &[])[0]
+    };
+    let largest = |steps: u32| {
+        let place = |k: u32| f64::from(k) / f64::from(steps);
+        (0..steps).map(|k| (at(place(k)) - at(place(k + 1))).abs()).fold(0.0, f64::max)
+    };
+    let (coarse, fine) = (largest(1000), largest(2000));
+    assert!(fine < 0.6 * coarse && coarse < 0.01, "{coarse} {fine}");
 }
 
 #[test]
