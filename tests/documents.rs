@@ -12,6 +12,9 @@ const FILE_TYPES: &[&str] = &[
     "src/document/stack.rs",
     "src/document/project.rs",
     "src/document/export_record.rs",
+    "src/document/camera_path.rs",
+    "src/recipe/score/report.rs",
+    "src/projection/likeness/mod.rs",
     "src/layers/options.rs",
 ];
 

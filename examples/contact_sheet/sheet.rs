@@ -1,7 +1,9 @@
 //! The contact sheet: every image layer on a chequered ground, nearest first, row by row.
 
-use super::canvas::{Canvas, Ink};
-use super::{Layer, lettering};
+use quadratura::recipe::exploded::LayerPicture as Layer;
+use quadratura::recipe::exploded::canvas::{Canvas, Ink};
+
+use super::lettering;
 
 const WIDTH: usize = 1800;
 const GAP: usize = 22;

@@ -6,6 +6,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 
 use super::bytes::parse_bytes;
+use super::view_args::{RenderArgs, ScoreArgs};
 use crate::geometry::Similarity;
 use crate::layers::{BoxShape, Method, Options};
 use crate::recipe::open::Opened;
@@ -54,6 +55,10 @@ pub enum Command {
     Build(BuildArgs),
     /// Write the stacks as files for an image editor
     Export(ExportArgs),
+    /// Project the stacks back onto the model: pictures from new viewpoints
+    Render(RenderArgs),
+    /// Predict photos from the others and measure how like they are
+    Score(ScoreArgs),
     /// Show what a project holds, and why a face has no texture
     Info(InfoArgs),
     /// Print the completions of a shell

@@ -26,11 +26,14 @@ mod info;
 mod machine;
 mod new;
 mod paint;
+mod render;
 pub mod reporter;
+mod score;
 mod stacks;
 mod table;
 mod timings;
 mod untextured;
+pub mod view_args;
 
 use args::{Cli, Command, Global};
 use paint::{ERROR, paint};
@@ -74,6 +77,8 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
         Command::Check(args) => check::run(args, task),
         Command::Build(args) => build::run(args, task),
         Command::Export(args) => export::run(args, task),
+        Command::Render(args) => render::run(args, task),
+        Command::Score(args) => score::run(args, task),
         Command::Completions { shell } => Ok(completions(*shell)),
         Command::Man => Ok(manual()),
     }

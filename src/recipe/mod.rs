@@ -5,6 +5,7 @@ pub mod budget;
 pub mod build;
 pub mod check;
 pub mod create;
+pub mod exploded;
 pub mod export;
 pub mod gains;
 pub mod inputs;

@@ -7,9 +7,10 @@ use serde::Serialize;
 
 use super::views::View;
 use crate::error::{Error, Result};
+use crate::geometry::{Pinhole, Pose};
 use crate::io::film::{Film, Reel};
 use crate::io::picture_png::{make_folder, write_picture};
-use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Renders, Shot, Shown};
+use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Shot, Shown};
 use crate::task::Task;
 
 /// The stages that are reported: of each view, and of all.
@@ -38,24 +39,25 @@ pub struct Look {
 }
 
 impl Look {
-    /// The shot of a view.
-    pub fn shot(&self, view: &View) -> Shot {
+    /// The shot of a camera.
+    pub fn shot(&self, camera: Pinhole, pose: Pose) -> Shot {
         Shot {
             blend: self.blend,
             quality: self.quality,
             shown: self.shown,
             exposure: self.exposure,
             without: self.without.clone(),
-            ..Shot::new(view.camera, view.pose)
+            ..Shot::new(camera, pose)
         }
     }
 }
 
+/// Who makes the picture of a view.
+pub type Draw<'a> = dyn FnMut(&View, &Task) -> Result<Picture> + 'a;
+
 /// What `render` is asked to do.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderOptions {
-    /// How views look.
-    pub look: Look,
     /// The folder for the pictures; made where it is not there.
     pub out: PathBuf,
     /// With a film of all of them.
@@ -101,25 +103,20 @@ pub struct RenderReport {
     pub film: Option<PathBuf>,
 }
 
-/// Draws `views` one after the other and writes them as RGBA PNG, alpha the share of a pixel that is
+/// Has `views` drawn one after the other and writes them as RGBA PNG, alpha the share of a pixel that is
 /// textured. A fault in one view is in [`RenderReport::failed`], the others go on.
 ///
 /// # Errors
 /// [`Error::Request`] for a film of pictures of different sizes or of a kind that cannot be made;
 /// [`Error::Io`] when the folder cannot be made; [`Error::Cancelled`].
-pub fn render(
-    views: &[View],
-    renders: &mut dyn Renders,
-    options: &RenderOptions,
-    task: &Task,
-) -> Result<RenderReport> {
+pub fn render(views: &[View], draw: &mut Draw, options: &RenderOptions, task: &Task) -> Result<RenderReport> {
     let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
     make_folder(&options.out)?;
     let writer = Writer { options, film, report: RenderReport::default(), task };
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(WAITING);
         let written = scope.spawn(move || writer.run(&receiver));
-        let drawn = draw(views, renders, options, &sender, task);
+        let drawn = draw_all(views, draw, &sender, task);
         drop(sender);
         let report = written.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         drawn.and(report)
@@ -128,18 +125,16 @@ pub fn render(
 
 type Drawn<'a> = (&'a View, Result<Picture>);
 
-fn draw<'a>(
+fn draw_all<'a>(
     views: &'a [View],
-    renders: &mut dyn Renders,
-    options: &RenderOptions,
+    draw: &mut Draw,
     sender: &SyncSender<Drawn<'a>>,
     task: &Task,
 ) -> Result<()> {
     for (done, view) in (0..).zip(views) {
         task.step(STAGE, done, views.len() as u64)?;
         let of_view = task.of(&view.name);
-        let shot = options.look.shot(view);
-        let picture = of_view.timed(STAGE_DRAW, || renders.picture(&shot, &of_view));
+        let picture = of_view.timed(STAGE_DRAW, || draw(view, &of_view));
         if let Err(Error::Cancelled) = picture {
             return Err(Error::Cancelled);
         }
@@ -247,34 +242,25 @@ mod tests {
     use glam::{DMat3, DVec3};
 
     use super::*;
-    use crate::geometry::Pose;
     use crate::scene::synthetic::centred;
 
-    /// Each shot in one shade, which counts the shots; the `broken`th cannot be drawn.
-    struct Shades {
-        drawn: u8,
-        broken: Option<u8>,
-    }
-
-    impl Renders for Shades {
-        fn picture(&mut self, shot: &Shot, _: &Task) -> Result<Picture> {
-            self.drawn += 1;
-            if self.broken == Some(self.drawn) {
+    /// Each view in one shade, which counts the views; the `broken`th cannot be drawn.
+    fn shades(broken: Option<u8>) -> impl FnMut(&View, &Task) -> Result<Picture> {
+        let mut drawn = 0;
+        move |view, _| {
+            drawn += 1;
+            if broken == Some(drawn) {
                 return Err(Error::Gpu("out of memory".into()));
             }
-            let (width, height) = (shot.camera.width, shot.camera.height);
-            let pixel = [self.drawn, self.drawn, self.drawn, 51];
+            let (width, height) = (view.camera.width, view.camera.height);
+            let pixel = [drawn, drawn, drawn, 51];
             Ok(Picture { width, height, rgba: pixel.repeat((width * height) as usize) })
-        }
-
-        fn faces(&mut self, shot: &Shot, _: &Task) -> Result<Vec<u32>> {
-            Ok(vec![0; (shot.camera.width * shot.camera.height) as usize])
         }
     }
 
     fn view(name: &str, width: u32) -> View {
         let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
-        View { name: name.into(), camera: centred(width, 6, 7.0), pose }
+        View { name: name.into(), camera: centred(width, 6, 7.0), pose, photo: None }
     }
 
     fn rendered(views: &[View], broken: Option<u8>, film: bool) -> (tempfile::TempDir, Result<RenderReport>) {
@@ -283,7 +269,7 @@ mod tests {
         let file = folder.path().join("film.apng");
         let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
         let options = RenderOptions { out, film, ..RenderOptions::default() };
-        let report = render(views, &mut Shades { drawn: 0, broken }, &options, &Task::silent());
+        let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
     }
 
@@ -324,7 +310,7 @@ mod tests {
         let task = Task::silent();
         task.stop_flag().store(true, std::sync::atomic::Ordering::Relaxed);
         let options = RenderOptions { out: folder.path().join("out"), ..RenderOptions::default() };
-        let stopped = render(&[view("a", 8)], &mut Shades { drawn: 0, broken: None }, &options, &task);
+        let stopped = render(&[view("a", 8)], &mut shades(None), &options, &task);
         assert!(matches!(stopped, Err(Error::Cancelled)));
     }
 }

@@ -13,6 +13,7 @@ use crate::geometry::{Pinhole, Pose};
 use crate::io::camera_path::read_camera_path;
 use crate::io::cameras::read_cameras;
 use crate::io::photo_list::read_photo_list;
+use crate::projection::PhotoId;
 use crate::projection::flight::Flight;
 use crate::projection::framing::{resized, scaled};
 use crate::scene::{Photo, Site};
@@ -74,6 +75,8 @@ pub struct View {
     pub camera: Pinhole,
     /// World to camera.
     pub pose: Pose,
+    /// The photo of the project whose own view it is.
+    pub photo: Option<PhotoId>,
 }
 
 /// What was asked for.
@@ -95,7 +98,7 @@ pub struct Views {
 pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
     let Asked { size, fps, .. } = *asked;
     match &asked.source {
-        ViewSource::Photos => Ok(of_photos(site.photos.iter(), size)),
+        ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
         ViewSource::At(path) => match Kind::of(path) {
             Kind::Colmap => of_cameras(path, size, task),
@@ -137,12 +140,13 @@ impl Kind {
     }
 }
 
-fn of_photos<'a>(photos: impl Iterator<Item = &'a Photo>, size: Size) -> Views {
-    let photos: Vec<&Photo> = photos.collect();
-    let names: Vec<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
-    let view =
-        |(photo, name): (&&Photo, String)| View { name, camera: size.of(&photo.camera), pose: photo.pose };
-    let list = photos.iter().zip(picture_names(&names)).map(view).collect();
+fn of_photos(site: &Site, places: &[usize], size: Size) -> Views {
+    let names: Vec<&str> = places.iter().map(|&place| site.photos[place].name.as_str()).collect();
+    let view = |(&place, name): (&usize, String)| {
+        let Photo { camera, pose, .. } = &site.photos[place];
+        View { name, camera: size.of(camera), pose: *pose, photo: Some(PhotoId(place as u32)) }
+    };
+    let list = places.iter().zip(picture_names(&names)).map(view).collect();
     Views { list, ..Views::default() }
 }
 
@@ -158,7 +162,7 @@ fn listed(site: &Site, file: &Path, size: Size) -> Result<Views> {
             }
         }
     }
-    Ok(Views { problems, ..of_photos(places.iter().map(|&place| &site.photos[place]), size) })
+    Ok(Views { problems, ..of_photos(site, &places, size) })
 }
 
 /// COLMAP's cameras. Pictures have no lens distortion, whatever the cameras have.
@@ -175,8 +179,9 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     }
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
     let named = cameras.photos.iter().zip(picture_names(&names));
-    let list =
-        named.map(|(photo, name)| View { name, camera: size.of(&photo.camera), pose: photo.pose }).collect();
+    let list = named
+        .map(|(photo, name)| View { name, camera: size.of(&photo.camera), pose: photo.pose, photo: None })
+        .collect();
     Ok(Views { list, path: None, problems: cameras.problems })
 }
 
@@ -210,6 +215,7 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
         name: format!("frame-{number:05}"),
         camera: size.of(&camera),
         pose,
+        photo: None,
     };
     Views { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() }
 }

@@ -7,6 +7,7 @@ mod faults;
 mod site;
 mod stopped;
 mod usage;
+mod views;
 
 use std::fs;
 

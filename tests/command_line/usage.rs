@@ -16,6 +16,12 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
         ("build project --threads 0", "0"),
         ("export project --format doc --out out", "doc"),
         ("new project --photos a --cameras b", "--model"),
+        ("render project --out out", "--cameras"),
+        ("render project --cameras photos --through a,b --out out", "--through"),
+        ("render project --cameras photos --out out --size 960", "960"),
+        ("render project --cameras photos --out out --mode mean", "mean"),
+        ("render project --cameras photos --out out --photos-per-point 9", "9"),
+        ("score project --cameras held", "--photos"),
         ("new project --photos a --cameras b --model c --model-transform up", "up"),
     ] {
         let told = stderr_of(&site.run(words).failure().code(2));
@@ -28,7 +34,7 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
 fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
     let site = Site::new();
     let help = stdout_of(&site.run("--help").success());
-    for command in ["new", "check", "build", "export", "info"] {
+    for command in ["new", "check", "build", "export", "render", "score", "info"] {
         assert!(help.contains(&format!("  {command} ")), "{help}");
     }
     for word in ["completions", "man ", "edit", "fill"] {

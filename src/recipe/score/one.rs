@@ -7,7 +7,6 @@ use crate::io::photo::read_photo;
 use crate::io::reference::{Reference, reference};
 use crate::projection::likeness::{Compared, Likeness, Tally};
 use crate::projection::{Picture, Renders, Shot, Shown};
-use crate::recipe::views::View;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
@@ -61,7 +60,7 @@ impl Scorer<'_> {
     fn shot(&self, question: &Question) -> Shot {
         let photo = &question.photo;
         let camera = self.options.size.of(&photo.camera);
-        let mut shot = self.options.look.shot(&View { name: String::new(), camera, pose: photo.pose });
+        let mut shot = self.options.look.shot(camera, photo.pose);
         shot.without.extend(&question.without);
         shot.shown = Shown::Colour;
         shot

@@ -1,11 +1,10 @@
-//! The exploded view: the layers as sheets that stand in the camera's view, one behind the other.
+//! Sheets that stand in the photo's view one behind the other, seen from the side.
 
 use glam::{DMat3, DVec3};
 
-use super::Layer;
+use super::LayerPicture as Layer;
 use super::canvas::{Canvas, Ink, over, scaled};
 
-const SIZE: (usize, usize) = (1800, 920);
 /// Drawn at so many times the size in each direction, then scaled down: smooth edges.
 const FINER: usize = 2;
 /// More orders than this share sheets.
@@ -33,6 +32,8 @@ struct Sheet {
 
 /// The eye that looks at the sheets.
 struct Eye {
+    /// Of its picture, in pixels.
+    size_px: [f64; 2],
     position: DVec3,
     /// Rows: right, down, forward.
     axes: DMat3,
@@ -40,12 +41,13 @@ struct Eye {
     centre: [f64; 2],
 }
 
-/// Draws the layers of a photo of `size` pixels.
-pub fn draw(layers: &[Layer], size: (usize, usize)) -> Canvas {
-    let sheets = sheets(layers, size);
-    let aspect = size.0 as f64 / size.1 as f64;
-    let eye = Eye::before(&sheets, aspect);
-    let mut canvas = Canvas::new(SIZE.0 * FINER, SIZE.1 * FINER);
+/// Draws the layers of a photo of `photo_px` as a picture of `size_px` (width, height).
+pub fn draw(layers: &[Layer], photo_px: (usize, usize), size_px: (usize, usize)) -> Canvas {
+    let sheets = sheets(layers, photo_px);
+    let aspect = photo_px.0 as f64 / photo_px.1 as f64;
+    let (width, height) = (size_px.0 * FINER, size_px.1 * FINER);
+    let eye = Eye::before(&sheets, aspect, [width as f64, height as f64]);
+    let mut canvas = Canvas::new(width, height);
     canvas.fill_gradient(SKY, GROUND);
     for (i, sheet) in sheets.iter().enumerate().rev() {
         let corners = corners(aspect, sheet.depth);
@@ -60,7 +62,7 @@ pub fn draw(layers: &[Layer], size: (usize, usize)) -> Canvas {
             eye.line(&mut canvas, corner * (front / sheet.depth), corner, 1.1, RAY);
         }
     }
-    canvas.resized(SIZE.0, SIZE.1)
+    canvas.resized(size_px.0, size_px.1)
 }
 
 /// The corners of a sheet at `depth`, clockwise from the top left, the photo's camera standing at
@@ -127,14 +129,14 @@ fn shadow_of(picture: &Canvas) -> Canvas {
 impl Eye {
     /// To the right of the photo's camera, behind and above it, so that the sheets stand in a row,
     /// and zoomed until all of them fill the picture.
-    fn before(sheets: &[Sheet], aspect: f64) -> Self {
+    fn before(sheets: &[Sheet], aspect: f64, size_px: [f64; 2]) -> Self {
         let last = sheets.last().map_or(FIRST, |sheet| sheet.depth);
         let middle = DVec3::new(0.0, 0.0, last * 0.6);
         let position = middle + DVec3::new(1.0, -0.42, -0.86) * last * 1.7;
         let forward = (middle - position).normalize();
         let right = DVec3::Y.cross(forward).normalize();
         let axes = DMat3::from_cols(right, forward.cross(right), forward).transpose();
-        let mut eye = Self { position, axes, focal: 1.0, centre: [0.0; 2] };
+        let mut eye = Self { size_px, position, axes, focal: 1.0, centre: [0.0; 2] };
         let mut marks = vec![DVec3::ZERO];
         marks.extend(sheets.iter().flat_map(|sheet| corners(aspect, sheet.depth)));
         eye.zoom_to(&marks);
@@ -148,7 +150,7 @@ impl Eye {
             (values.clone().fold(f64::INFINITY, f64::min), values.fold(f64::NEG_INFINITY, f64::max))
         };
         let (across, down) = (range(0), range(1));
-        let size = [(SIZE.0 * FINER) as f64, (SIZE.1 * FINER) as f64];
+        let size = self.size_px;
         self.focal = (size[0] / (across.1 - across.0)).min(size[1] / (down.1 - down.0)) * 0.92;
         self.centre = [
             (size[0] - self.focal * (across.0 + across.1)) / 2.0,

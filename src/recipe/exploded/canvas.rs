@@ -1,33 +1,29 @@
 //! A canvas in linear light, so that what is scaled and blended looks as it would to the eye.
 
-use std::path::Path;
+use crate::projection::srgb::Srgb;
 
 /// A picture: premultiplied RGBA in linear light, row by row from the top.
-#[derive(Clone)]
+#[derive(Debug, Clone)]
 pub struct Canvas {
+    /// Pixels in a row.
     pub width: usize,
+    /// Rows.
     pub height: usize,
+    /// `width * height`.
     pub pixels: Vec<[f32; 4]>,
 }
 
 /// A colour as it is written in style sheets, `0xRRGGBB`, with an opacity of 0..1.
-#[derive(Clone, Copy)]
+#[derive(Debug, Clone, Copy)]
 pub struct Ink(pub u32, pub f32);
 
 impl Ink {
     /// Premultiplied, in linear light.
     pub fn linear(self) -> [f32; 4] {
-        let channel = |shift: u32| linear_from_srgb((self.0 >> shift & 255) as f32 / 255.0) * self.1;
-        [channel(16), channel(8), channel(0), self.1]
+        let [_, red, green, blue] = self.0.to_be_bytes();
+        let light = |value: u8| Srgb::tables().linear(value) * self.1;
+        [light(red), light(green), light(blue), self.1]
     }
-}
-
-pub fn linear_from_srgb(v: f32) -> f32 {
-    if v <= 0.04045 { v / 12.92 } else { ((v + 0.055) / 1.055).powf(2.4) }
-}
-
-fn srgb_from_linear(v: f32) -> f32 {
-    if v <= 0.003_130_8 { v * 12.92 } else { 1.055 * v.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// `top` over `bottom`, both premultiplied.
@@ -35,15 +31,18 @@ pub fn over(top: [f32; 4], bottom: [f32; 4]) -> [f32; 4] {
     std::array::from_fn(|c| top[c] + bottom[c] * (1.0 - top[3]))
 }
 
+/// Every channel times `by`.
 pub fn scaled(color: [f32; 4], by: f32) -> [f32; 4] {
     color.map(|c| c * by)
 }
 
 impl Canvas {
+    /// Nothing on it.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![[0.0; 4]; width * height] }
     }
 
+    /// The pixel in column `x`, row `y`.
     pub fn get(&self, x: usize, y: usize) -> [f32; 4] {
         self.pixels[y * self.width + x]
     }
@@ -150,19 +149,10 @@ impl Canvas {
         sum
     }
 
-    /// Writes JPEG or PNG, by the name's ending, on black where nothing was drawn.
-    pub fn save(&self, path: &Path) -> Result<(), Box<dyn std::error::Error>> {
-        let byte = |v: f32| (srgb_from_linear(v.clamp(0.0, 1.0)) * 255.0).round() as u8;
-        let rgb = self.pixels.iter().flat_map(|p| [byte(p[0]), byte(p[1]), byte(p[2])]).collect();
-        let picture = image::RgbImage::from_raw(self.width as u32, self.height as u32, rgb)
-            .expect("three bytes for each pixel");
-        if path.extension().is_some_and(|e| e == "jpg" || e == "jpeg") {
-            let file = std::io::BufWriter::new(std::fs::File::create(path)?);
-            picture.write_with_encoder(image::codecs::jpeg::JpegEncoder::new_with_quality(file, 88))?;
-        } else {
-            picture.save(path)?;
-        }
-        Ok(())
+    /// RGB of 8 bits, sRGB, on black where nothing was drawn.
+    pub fn rgb(&self) -> Vec<u8> {
+        let srgb = Srgb::tables();
+        self.pixels.iter().flat_map(|p| [p[0], p[1], p[2]].map(|light| srgb.encoded(light))).collect()
     }
 }
 
@@ -173,4 +163,28 @@ fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     let along = (p[0] - a[0]) * dx + (p[1] - a[1]) * dy;
     let t = if length2 > 0.0 { (along / length2).clamp(0.0, 1.0) } else { 0.0 };
     (p[0] - a[0] - t * dx).hypot(p[1] - a[1] - t * dy)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_scaled_keeps_its_light() {
+        let mut canvas = Canvas::new(8, 6);
+        (0..8).for_each(|x| canvas.blend(x, 2, Ink(0xff_ff_ff, 1.0).linear()));
+        canvas.blend(-1, 99, [1.0; 4]);
+        let light = |canvas: &Canvas| canvas.pixels.iter().map(|p| p[1]).sum::<f32>();
+        let small = canvas.resized(4, 3);
+        assert!((light(&small) - light(&canvas) / 4.0).abs() < 1e-4);
+        assert_eq!(canvas.rgb()[3 * 16..3 * 16 + 3], [255; 3]);
+    }
+
+    #[test]
+    fn a_sample_between_two_pixels_is_their_mean() {
+        let mut canvas = Canvas::new(2, 1);
+        canvas.pixels[1] = [1.0; 4];
+        assert_eq!(canvas.sample(1.0, 0.5), [0.5; 4]);
+        assert_eq!(canvas.sample(1.5, 0.5), [1.0; 4]);
+    }
 }

@@ -1,0 +1,125 @@
+//! `quadratura render`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::table::{Table, counted};
+use super::view_args::{RenderArgs, ShowArg, size};
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::io::camera_path::write_camera_path;
+use crate::io::film::kind_of;
+use crate::io::stack_store::StackStore;
+use crate::projection::{PhotoId, Renders, Shown};
+use crate::recipe::exploded::exploded;
+use crate::recipe::open::{Opened, open};
+use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::render::{FilmOptions, RenderOptions, RenderReport, render};
+use crate::recipe::views::{Asked, Size, View, Views};
+use crate::task::Task;
+
+/// More pictures than this are told by number only; `--json` has all.
+const MOST_ROWS: usize = 40;
+const USUAL_FPS: f64 = 25.0;
+/// The size of exploded views where no other is asked for.
+const EXPLODED: (u32, u32) = (1800, 920);
+
+pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
+    // What is wrong with this is said before the work, not after.
+    args.video.as_deref().map(kind_of).transpose()?;
+    let opened = open(&args.project, task)?;
+    let usual =
+        if args.show == ShowArg::Exploded { Size::Exactly(EXPLODED.0, EXPLODED.1) } else { Size::Own };
+    let size = size(args.size, args.scale).unwrap_or(usual);
+    let views = opened.views(&Asked { source: args.source(), size, fps: args.fps }, task)?;
+    write_path(args, &views)?;
+    let options = RenderOptions { out: args.out.clone(), film: film(args, &views) };
+    let report = match args.show.shown() {
+        Some(shown) => draw_shots(args, shown, &opened, &views, &options, task),
+        None => draw_exploded(args, &opened, &views, &options, task),
+    }?;
+    let mut problems: Vec<_> =
+        opened.problems.iter().chain(&views.problems).map(ToString::to_string).collect();
+    problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {error}")));
+    Ok(outcome(args, &report, problems))
+}
+
+fn draw_shots(
+    args: &RenderArgs,
+    shown: Shown,
+    opened: &Opened,
+    views: &Views,
+    options: &RenderOptions,
+    task: &Task,
+) -> Result<RenderReport> {
+    let look = args.look.look(opened, shown)?;
+    let gpu = task.timed("start the GPU", Gpu::headless)?;
+    let preview = PreviewOptions::default();
+    let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
+    let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
+    render(&views.list, &mut draw, options, task)
+}
+
+fn draw_exploded(
+    args: &RenderArgs,
+    opened: &Opened,
+    views: &Views,
+    options: &RenderOptions,
+    task: &Task,
+) -> Result<RenderReport> {
+    let store = StackStore::new(&args.project);
+    let mut draw = |view: &View, task: &Task| {
+        let Some(PhotoId(place)) = view.photo else {
+            let found =
+                "only the stacks of photos are shown exploded; give --cameras photos or a list of them";
+            return Err(Error::Request(found.into()));
+        };
+        let photo = &opened.site.photos[place as usize].name;
+        let missing =
+            || Error::Request(format!("photo {photo} has no stack yet: run `quadratura build` first"));
+        let stack = store.current(photo)?.ok_or_else(missing)?;
+        exploded(&store.folder(photo), &stack, (view.camera.width, view.camera.height), task)
+    };
+    render(&views.list, &mut draw, options, task)
+}
+
+fn film(args: &RenderArgs, views: &Views) -> Option<FilmOptions> {
+    let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
+    args.video.clone().map(|file| FilmOptions { file, fps, background: args.background })
+}
+
+/// Never over a file: somebody may have worked on it.
+fn write_path(args: &RenderArgs, views: &Views) -> Result<()> {
+    match (&args.write_path, &views.path) {
+        (Some(file), _) if file.exists() => {
+            let file = file.display();
+            Err(Error::Request(format!(
+                "{file} is there already; give --write-path another name, or move it away"
+            )))
+        }
+        (Some(file), Some(path)) => write_camera_path(file, path),
+        _ => Ok(()),
+    }
+}
+
+fn outcome(args: &RenderArgs, report: &RenderReport, problems: Vec<String>) -> Outcome {
+    let mut table = Table::new(&["view", "size", "textured", "file"]);
+    for done in report.done.iter().take(MOST_ROWS) {
+        let size = format!("{} x {}", done.width, done.height);
+        let textured = format!("{:.1} %", 100.0 * done.textured);
+        table.row([done.view.clone(), size, textured, done.path.display().to_string()]);
+    }
+    let more = if report.done.len() > MOST_ROWS { "...\n" } else { "" };
+    let film = report.film.as_ref().map_or(String::new(), |film| format!("film: {}\n", film.display()));
+    let path =
+        args.write_path.as_ref().map_or(String::new(), |path| format!("camera path: {}\n", path.display()));
+    let done = counted(report.done.len(), "picture");
+    let text = format!("{}{more}\n{done} in {}\n{film}{path}", table.render(), args.out.display());
+    let json = json!({
+        "pictures": report.done,
+        "film": report.film,
+        "camera_path": args.write_path,
+        "problems": problems,
+    });
+    Outcome { text, json, problems }
+}

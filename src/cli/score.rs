@@ -1,0 +1,156 @@
+//! `quadratura score`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::table::Table;
+use super::view_args::{ScoreArgs, size};
+use crate::error::{Error, Result};
+use crate::gpu::Gpu;
+use crate::projection::Shown;
+use crate::projection::likeness::Likeness;
+use crate::recipe::open::{Opened, open};
+use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::score::{
+    MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
+};
+use crate::recipe::views::Size;
+use crate::task::Task;
+
+/// Half the photo's size, where nothing else is asked for: noise of the camera counts less.
+const USUAL_SCALE: f64 = 0.5;
+/// So many objects are shown; `--json` has all.
+const MOST_OBJECTS: usize = 12;
+
+pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
+    let (opened, gpu) =
+        rayon::join(|| open(&args.project, task), || task.timed("start the GPU", Gpu::headless));
+    let (opened, gpu) = (opened?, gpu?);
+    let (questions, problems) = questions(args, &opened, task)?;
+    let options = ScoreOptions {
+        look: args.look.look(&opened, Shown::Colour)?,
+        size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
+        ignored: args.ignore.clone(),
+        ignore_background: args.ignore_background,
+        pictures: args.pictures.clone(),
+    };
+    let preview = PreviewOptions::default();
+    let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
+    let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
+    let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(ToString::to_string).collect();
+    problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {error}")));
+    Ok(outcome(args, &options, &report, problems))
+}
+
+fn questions(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<Question>, Vec<Error>)> {
+    match (&args.cameras, &args.photos) {
+        // Not with the project's own pinhole images: photos may have the same names.
+        (Some(cameras), Some(photos)) => held_out(cameras, photos, &args.project.join("cache/heldout"), task),
+        _ => Ok((leave_one_out(&opened.site), Vec::new())),
+    }
+}
+
+fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, problems: Vec<String>) -> Outcome {
+    let text = format!(
+        "{}\n{}\n{}\n{}",
+        photos(report),
+        legend(args),
+        objects(&report.objects),
+        args.pictures.as_ref().map_or(String::new(), |folder| {
+            format!("photo, prediction and four times their difference: {}\n", folder.display())
+        }),
+    );
+    let json = json!({
+        "asked": asked(args, options),
+        "photos": report.views,
+        "mean": report.mean,
+        "objects": report.objects,
+        "problems": problems,
+    });
+    Outcome { text, json, problems }
+}
+
+/// What the figures are of.
+fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
+    json!({
+        "held_out": args.cameras.is_some(),
+        "mode": options.look.blend.mode.name(),
+        "photos_per_point": options.look.blend.photos,
+        "quality": format!("{:?}", options.look.quality).to_lowercase(),
+        "exposure": format!("{:?}", options.look.exposure).to_lowercase(),
+        "without": args.look.without,
+        "ignored": options.ignored,
+        "background_ignored": options.ignore_background,
+    })
+}
+
+fn photos(report: &ScoreReport) -> String {
+    let mut table =
+        Table::new(&["photo", "covered", "PSNR", "fitted", "SSIM", "with holes: PSNR", "fitted", "SSIM"]);
+    for view in &report.views {
+        let covered = figures(view.covered.as_ref().map(of_likeness));
+        let with_holes = figures(Some(of_likeness(&view.with_holes)));
+        table.row([view.photo.clone(), percent(view.coverage)].into_iter().chain(covered).chain(with_holes));
+    }
+    if let Some(MeanScore { views, coverage, covered, with_holes }) = report.mean {
+        let means = |m: &crate::recipe::score::MeanLikeness| (m.psnr, m.psnr_fitted, m.ssim);
+        let (covered, with_holes) = (figures(covered.as_ref().map(means)), figures(Some(means(&with_holes))));
+        let name = format!("mean of {views}");
+        table.row([name, percent(coverage)].into_iter().chain(covered).chain(with_holes));
+    }
+    table.render()
+}
+
+fn of_likeness(likeness: &Likeness) -> (f64, f64, Option<f64>) {
+    (likeness.psnr, likeness.psnr_fitted, likeness.ssim)
+}
+
+/// PSNR, PSNR fitted, SSIM.
+fn figures(figures: Option<(f64, f64, Option<f64>)>) -> [String; 3] {
+    let Some((psnr, fitted, ssim)) = figures else { return ["-", "-", "-"].map(String::from) };
+    [format!("{psnr:.2}"), format!("{fitted:.2}"), ssim.map_or("-".into(), |ssim| format!("{ssim:.4}"))]
+}
+
+/// Which way of counting is which.
+fn legend(args: &ScoreArgs) -> String {
+    let predicted = if args.cameras.is_some() {
+        "Held-out photos, predicted from the project's."
+    } else {
+        "Each photo is predicted from the others, without itself."
+    };
+    let ignored = match (args.ignore.is_empty(), args.ignore_background) {
+        (true, false) => String::new(),
+        (true, true) => " Left out: what shows no surface.".into(),
+        (false, false) => format!(" Left out: {}.", args.ignore.join(", ")),
+        (false, true) => format!(" Left out: {}, and what shows no surface.", args.ignore.join(", ")),
+    };
+    format!(
+        "{predicted}{ignored}\n\
+         covered: share of the pixels that were predicted; PSNR in dB, fitted PSNR and SSIM beside it are over \
+         these alone.\n\
+         with holes: over all pixels, black where nothing was predicted.\n\
+         fitted: after the best gain and offset for each channel of each photo.\n"
+    )
+}
+
+fn objects(objects: &[ObjectScore]) -> String {
+    let mut table = Table::new(&["object", "pixels", "covered", "PSNR", "share of error"]);
+    for object in objects.iter().take(MOST_OBJECTS) {
+        let all = object.pixels + object.holes;
+        table.row([
+            object.object.clone().unwrap_or_else(|| "(no surface)".into()),
+            all.to_string(),
+            percent(object.pixels as f64 / all as f64),
+            object.psnr.map_or("-".into(), |psnr| format!("{psnr:.2}")),
+            percent(object.error_share),
+        ]);
+    }
+    let more = objects.len().saturating_sub(MOST_OBJECTS);
+    let more =
+        if more > 0 { format!("... and {more} more objects with less of it\n") } else { String::new() };
+    format!("Where the squared error of all photos is:\n{}{more}", table.render())
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.1} %", 100.0 * share)
+}

@@ -1,0 +1,126 @@
+//! The exploded view of a photo's stack: its layers as sheets that stand in the photo's view, one behind
+//! the other, with what is needed and hidden hatched.
+
+pub mod canvas;
+mod drawing;
+
+use std::path::Path;
+
+use self::canvas::{Canvas, Ink, over, scaled};
+use crate::document::{ImageLayer, Stack};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layer_reader::{read_layer, read_mask};
+use crate::projection::Picture;
+use crate::projection::srgb::Srgb;
+use crate::task::Task;
+
+pub use drawing::draw;
+
+/// What is needed and hidden is hatched in this colour.
+const NEEDED: Ink = Ink(0xf2_8c_38, 0.85);
+
+/// An image layer with its pixels.
+#[derive(Debug, Clone)]
+pub struct LayerPicture {
+    /// Readable.
+    pub name: String,
+    /// Its place in the stack, 0 nearest.
+    pub order: u32,
+    /// Where in the photo the pixels lie.
+    pub rect: PixelRect,
+    /// Its colours.
+    pub pixels: Canvas,
+    /// For each pixel: some surface needs it, and the photo does not show it.
+    pub hidden: Vec<bool>,
+}
+
+/// The layers of a stack that hold anything, nearest first; `folder` is the stack's.
+///
+/// # Errors
+/// [`crate::Error::Io`] and [`crate::Error::Input`] for their files; [`crate::Error::Cancelled`].
+pub fn read_layers(folder: &Path, stack: &Stack, task: &Task) -> Result<Vec<LayerPicture>> {
+    let seen = stack.image_layers.iter().filter(|layer| !layer.needed_rect.is_empty());
+    let read = |layer| task.go_on().and_then(|()| LayerPicture::read(folder, layer));
+    seen.map(read).collect()
+}
+
+/// The exploded view of a stack as a picture of `size_px` (width, height), opaque.
+///
+/// # Errors
+/// As [`read_layers`].
+pub fn exploded(folder: &Path, stack: &Stack, size_px: (u32, u32), task: &Task) -> Result<Picture> {
+    let layers = read_layers(folder, stack, task)?;
+    let photo_px = (stack.photo.width as usize, stack.photo.height as usize);
+    let canvas = draw(&layers, photo_px, (size_px.0 as usize, size_px.1 as usize));
+    let rgb = canvas.rgb();
+    let rgba = rgb.as_chunks::<3>().0.iter().flat_map(|&[r, g, b]| [r, g, b, u8::MAX]).collect();
+    Ok(Picture { width: size_px.0, height: size_px.1, rgba })
+}
+
+impl LayerPicture {
+    /// The layer, cropped to what is needed.
+    fn read(folder: &Path, layer: &ImageLayer) -> Result<Self> {
+        let rect = layer.needed_rect.intersection(&layer.rect);
+        let texels = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
+        let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
+        let mut pixels = Canvas::new(rect.w as usize, rect.h as usize);
+        let mut hidden = vec![false; pixels.pixels.len()];
+        let light = Srgb::tables();
+        for (i, texel) in texels.as_chunks::<4>().0.iter().enumerate() {
+            let [r, g, b, a] = *texel;
+            let color = [light.linear(r), light.linear(g), light.linear(b), 1.0];
+            pixels.pixels[i] = scaled(color, f32::from(a) / 255.0);
+            hidden[i] = needed[i] > 0 && a < 128;
+        }
+        Ok(Self { name: layer.name.clone(), order: layer.order, rect, pixels, hidden })
+    }
+
+    /// The pixels with stripes, `pitch` pixels apart, where they are needed and hidden. Stripes are
+    /// laid in the photo's frame, so those of neighbouring layers meet.
+    pub fn hatched(&self, pitch: usize) -> Canvas {
+        let mut out = self.pixels.clone();
+        let faint = Ink(NEEDED.0, 0.16).linear();
+        for (i, pixel) in out.pixels.iter_mut().enumerate().filter(|(i, _)| self.hidden[*i]) {
+            let x = i64::from(self.rect.x) + (i % out.width) as i64;
+            let y = i64::from(self.rect.y) + (i / out.width) as i64;
+            let in_stripe = (x + y).rem_euclid(pitch as i64) * 3 < pitch as i64;
+            *pixel = over(if in_stripe { NEEDED.linear() } else { faint }, *pixel);
+        }
+        out
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A layer of one colour in the photo's left or right half.
+    fn half(order: u32, x: i32, color: Ink, hidden: bool) -> LayerPicture {
+        let rect = PixelRect { x, y: 0, w: 60, h: 80 };
+        let mut pixels = Canvas::new(60, 80);
+        if !hidden {
+            pixels.pixels.fill(color.linear());
+        }
+        LayerPicture { name: "half".into(), order, rect, hidden: vec![hidden; pixels.pixels.len()], pixels }
+    }
+
+    #[test]
+    fn layers_of_two_orders_are_both_to_be_seen_with_their_hatching() {
+        let red = half(0, 0, Ink(0xff_00_00, 1.0), false);
+        let hatched = half(1, 60, Ink(0, 1.0), true);
+        let canvas = draw(&[red, hatched], (120, 80), (90, 46));
+        assert_eq!((canvas.width, canvas.height), (90, 46));
+        let count =
+            |like: fn(&[u8; 3]) -> bool| canvas.rgb().as_chunks::<3>().0.iter().filter(|p| like(p)).count();
+        let reddish = count(|&[r, g, b]| r > 200 && g < 40 && b < 40);
+        let orange = count(|&[r, g, b]| r > 100 && g > 60 && b < 80 && r > g);
+        assert!(reddish > 100 && orange > 20, "{reddish} {orange}");
+    }
+
+    #[test]
+    fn a_stack_without_layers_is_an_empty_stage() {
+        let canvas = draw(&[], (120, 80), (30, 20));
+        assert!(canvas.pixels.iter().all(|pixel| pixel[3] == 1.0));
+    }
+}

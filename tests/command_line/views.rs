@@ -1,0 +1,131 @@
+//! `render` and `score` on the tiny site.
+
+use std::fs;
+
+use super::common::gpu_rasteriser;
+use super::site::{Site, stderr_of, stdout_of};
+
+/// The site with stacks; none where there is no GPU.
+fn built() -> Option<Site> {
+    gpu_rasteriser()?;
+    let site = Site::new();
+    site.make_project();
+    site.run("build project").success();
+    Some(site)
+}
+
+#[test]
+fn photos_are_rendered_from_their_own_cameras_and_an_edited_picture_stays() {
+    let Some(site) = built() else { return };
+    let rendered = site.json("render project --cameras photos --out views --json");
+    let pictures = rendered["pictures"].as_array().unwrap();
+    assert_eq!(pictures.len(), 2);
+    for name in ["left.png", "north%20side%2Ft%C3%BCr%202.png"] {
+        let picture = image::open(site.path("views").join(name)).unwrap();
+        assert_eq!((picture.width(), picture.height(), picture.color().has_alpha()), (160, 120, true));
+    }
+    assert!(pictures[0]["textured"].as_f64().unwrap() > 0.9, "{rendered:#}");
+
+    image::RgbaImage::new(160, 120).save(site.path("views/left.png")).unwrap();
+    let again = site.run("render project --cameras photos --out views --size 80x60").success();
+    assert!(stderr_of(&again).contains("stays"), "{}", stderr_of(&again));
+    let sizes =
+        ["left.png", "left-2.png"].map(|name| image::open(site.path("views").join(name)).unwrap().width());
+    assert_eq!(sizes, [160, 80]);
+}
+
+#[test]
+fn a_photo_seen_by_its_own_camera_is_the_photo() {
+    let Some(site) = built() else { return };
+    site.run("render project --cameras photos --out views --mode best").success();
+    let photo = image::open(site.path("photos/left.png")).unwrap().to_rgb8();
+    let picture = image::open(site.path("views/left.png")).unwrap().to_rgba8();
+    // Within a surface; where surfaces meet, or the photo ends, samples of others are mixed in.
+    let inside = (30..60u32).flat_map(|y| (10..30u32).map(move |x| (x, y)));
+    for (x, y) in inside {
+        let (is, was) = (picture.get_pixel(x, y).0, photo.get_pixel(x, y).0);
+        let most = (0..3).map(|c| is[c].abs_diff(was[c])).max().unwrap();
+        assert!(most <= 1 && is[3] == 255, "{x}, {y}: {is:?} instead of {was:?}");
+    }
+}
+
+#[test]
+fn colmap_cameras_lists_and_flights_are_views_too() {
+    let Some(site) = built() else { return };
+    let count = |words: &str| {
+        site.json(&format!("render project {words} --json"))["pictures"].as_array().unwrap().len()
+    };
+    fs::write(site.path("list.txt"), "# one\nleft\n").unwrap();
+    assert_eq!(count("--cameras list.txt --out listed"), 1);
+    assert_eq!(count("--cameras sparse --out colmap"), 2);
+    let flight =
+        "--through left,tür --size 32x24 --out flight --fps 5 --video flight.apng --write-path path.json";
+    // A blank and a slash in its name leave no doubt when both are left out.
+    let flight = flight.replace("tür", "left");
+    assert_eq!(count(&flight), 11);
+    assert!(image::open(site.path("flight.apng")).is_ok());
+    assert!(site.path("flight/frame-00011.png").is_file());
+    assert_eq!(count("--cameras path.json --out again"), 11);
+    let told = stderr_of(&site.run(&format!("render project {flight}")).failure().code(1));
+    assert!(told.contains("path.json is there already"), "{told}");
+}
+
+#[test]
+fn one_wrong_camera_fails_alone() {
+    let Some(site) = built() else { return };
+    fs::write(site.path("list.txt"), "left\nnowhere\n").unwrap();
+    let run = site.run("render project --cameras list.txt --out views").failure().code(1);
+    assert!(
+        stderr_of(&run).contains("line 2") && site.path("views/left.png").is_file(),
+        "{}",
+        stderr_of(&run)
+    );
+}
+
+#[test]
+fn without_stacks_render_says_what_to_do() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let told = stderr_of(&site.run("render project --cameras photos --out views").failure().code(1));
+    assert!(told.contains("quadratura build"), "{told}");
+}
+
+#[test]
+fn score_predicts_each_photo_from_the_others_and_writes_differences() {
+    let Some(site) = built() else { return };
+    let score = site.json("score project --scale 1 --pictures differences --json");
+    assert_eq!((score["photos"].as_array().unwrap().len(), &score["asked"]["held_out"]), (2, &false.into()));
+    let covered = score["mean"]["coverage"].as_f64().unwrap();
+    assert!(covered > 0.5 && covered < 1.0, "a metre to the side, a strip is seen by one photo: {covered}");
+    assert!(score["mean"]["covered"]["psnr"].is_number() && score["objects"][0]["object"].is_string());
+    assert_eq!(image::open(site.path("differences/left.png")).unwrap().width(), 3 * 160 + 16);
+
+    let text = stdout_of(&site.run("score project --ignore wall --ignore box*").success());
+    assert!(text.contains("mean of 2") && text.contains("Left out: wall, box*."), "{text}");
+    let told = stderr_of(&site.run("score project --ignore sky").failure().code(1));
+    assert!(told.contains("sky"), "{told}");
+}
+
+#[test]
+fn held_out_photos_are_scored_against_all_of_the_project() {
+    let Some(site) = built() else { return };
+    let score = site.json("score project --cameras sparse --photos photos --scale 1 --json");
+    assert_eq!(score["asked"]["held_out"], true);
+    // They are the project's own: nearly everything is predicted as it is.
+    assert!(score["mean"]["covered"]["psnr"].as_f64().unwrap() > 30.0, "{score:#}");
+}
+
+#[test]
+fn a_stack_is_shown_exploded() {
+    let Some(site) = built() else { return };
+    fs::write(site.path("list.txt"), "left\n").unwrap();
+    site.run("render project --cameras list.txt --show exploded --size 200x100 --out views").success();
+    let picture = image::open(site.path("views/left.png")).unwrap();
+    assert_eq!((picture.width(), picture.height()), (200, 100));
+    let told =
+        stderr_of(&site.run("render project --cameras sparse --show exploded --out views").failure().code(1));
+    assert!(told.contains("--cameras photos"), "{told}");
+}
