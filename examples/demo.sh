@@ -1,6 +1,6 @@
 #!/bin/sh
 # The main job on the sample project: photos and a coarse model become layer stacks, written as files
-# for an image editor.
+# for an image editor; and the stacks become pictures from viewpoints that no photo was taken from.
 #
 #     sh examples/demo.sh [FOLDER]        default: target/demo
 #
@@ -36,10 +36,18 @@ step export "$project" --format psd --out "$out/psd"
 step export "$project" --format ora --out "$out/ora"
 step export "$project" --format folder --out "$out/folder"
 step info "$project"
+step render "$project" --cameras "$sample/heldout/sparse" --out "$out/views" --scale 0.5
+step score "$project" --cameras "$sample/heldout/sparse" --photos "$sample/heldout/photos" --ignore 'tree_*' \
+    --ignore-background --pictures "$out/differences"
+step render "$project" --cameras "$sample/flight.json" --out "$out/flight" --size 480x270 --fps 8 \
+    --quality preview --video "$out/flight.apng"
 
 say
 say "Where to look:"
 say "  $out/psd        one layered file per photo: open it in GIMP, Krita or Photoshop"
 say "  $out/ora        the same for Krita and MyPaint"
 say "  $out/folder     the same as PNG files with stack.json"
+say "  $out/views      the square from viewpoints of photos that the project has not got"
+say "  $out/differences  those photos, their predictions, and where they differ"
+say "  $out/flight.apng  a flight across the square: open it in a browser"
 say "  $project        the project; docs/formats.md says what is in it"
