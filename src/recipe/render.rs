@@ -268,7 +268,7 @@ mod tests {
         let out = folder.path().join("out");
         let file = folder.path().join("film.apng");
         let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
-        let options = RenderOptions { out, film, ..RenderOptions::default() };
+        let options = RenderOptions { out, film };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
     }
@@ -309,7 +309,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let task = Task::silent();
         task.stop_flag().store(true, std::sync::atomic::Ordering::Relaxed);
-        let options = RenderOptions { out: folder.path().join("out"), ..RenderOptions::default() };
+        let options = RenderOptions { out: folder.path().join("out"), film: None };
         let stopped = render(&[view("a", 8)], &mut shades(None), &options, &task);
         assert!(matches!(stopped, Err(Error::Cancelled)));
     }
