@@ -78,7 +78,7 @@ fn drawn(corner: Corner) -> Drawn {
         surface.flags,
         vec4f(relief.across, cells_at_eye(relief.across, relief.across_high, relief.across_low)),
         vec4f(relief.up, cells_at_eye(relief.up, relief.up_high, relief.up_low)),
-        vec4f(relief.corner, relief.size),
+        vec4f(relief.corner, relief.size * frame.relief),
     );
 }
 

@@ -28,7 +28,9 @@ struct Frame {
     cell_px: u32,
     // 1 + tolerance: how much nearer a face that is drawn later may be thought.
     reach: f32,
-    pad: vec2u,
+    // 1: faces have their relief; 0: they are flat.
+    relief: f32,
+    pad0: u32,
 }
 
 // A planar part of a face: all of it, or a triangle of a face that is not planar.

@@ -54,7 +54,7 @@ fn draw_shots(
 ) -> Result<RenderReport> {
     let look = args.look.look(opened, shown)?;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
-    let preview = PreviewOptions::default();
+    let preview = PreviewOptions { relief: !args.look.flat, ..PreviewOptions::default() };
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
     let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     render(&views.list, &mut draw, options, task)

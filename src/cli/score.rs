@@ -34,7 +34,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
         ignore_background: args.ignore_background,
         pictures: args.pictures.clone(),
     };
-    let preview = PreviewOptions::default();
+    let preview = PreviewOptions { relief: !args.look.flat, ..PreviewOptions::default() };
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(ToString::to_string).collect();

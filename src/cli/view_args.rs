@@ -105,6 +105,9 @@ pub struct LookArgs {
     /// The exposure of pictures: that of photos taken near by, one for all, or photos as they are
     #[arg(long, value_enum, default_value_t)]
     pub exposure: ExposureArg,
+    /// Show faces flat, as they were modelled, without the relief that the photos tell
+    #[arg(long)]
+    pub flat: bool,
     /// Leave this photo out (may be given several times)
     #[arg(long, value_name = "PHOTO")]
     pub without: Vec<String>,
@@ -117,9 +120,9 @@ pub enum ModeArg {
     /// By angles (Debevec 1998)
     Debevec,
     /// Unstructured lumigraph (Buehler 2001)
-    #[default]
     Lumigraph,
-    /// Once continuously differentiable weights
+    /// Once continuously differentiable weights: predicts photos best
+    #[default]
     Smooth,
 }
 
@@ -186,6 +189,7 @@ impl LookArgs {
                 ExposureArg::Common => Exposure::Common,
                 ExposureArg::Raw => Exposure::Raw,
             },
+            flat: self.flat,
             without,
         })
     }

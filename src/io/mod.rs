@@ -19,5 +19,6 @@ pub mod photo_list;
 pub mod picture_png;
 pub mod project;
 pub mod reference;
+pub mod relief_file;
 pub mod stack_files;
 pub mod stack_store;

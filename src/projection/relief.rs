@@ -7,6 +7,20 @@
 //! viewpoint. A point moves along its viewing ray, so that a photo's own camera sees its own pixels
 //! whatever the relief.
 
+mod detail;
+mod estimate;
+mod options;
+mod plot;
+mod smooth;
+mod sweep;
+#[cfg(test)]
+mod tests;
+mod witness;
+
+pub use estimate::{estimate_relief, relief_without};
+pub use options::ReliefOptions;
+pub use witness::Witness;
+
 use glam::{DVec2, DVec3};
 
 use crate::geometry::polygon::PlaneFrame;

@@ -140,6 +140,8 @@ pub struct Shot {
     pub shown: Shown,
     /// Its exposure.
     pub exposure: Exposure,
+    /// Surfaces are shown with their relief, else flat as they were modelled.
+    pub relief: bool,
     /// Photos that must not take part (those that are to be predicted).
     pub without: Vec<PhotoId>,
 }
@@ -154,6 +156,7 @@ impl Shot {
             quality: Quality::default(),
             shown: Shown::default(),
             exposure: Exposure::default(),
+            relief: true,
             without: Vec::new(),
         }
     }

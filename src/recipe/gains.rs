@@ -101,7 +101,7 @@ fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> R
 
 /// Stacks know what they were made of: pixels, camera, model, program. Photos without one are told by
 /// their camera alone; once they have a stack the gains are made anew.
-fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
+pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
         let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
         let pose = (photo.pose.rotation_rows(), photo.pose.translation);

@@ -14,6 +14,7 @@ pub mod open;
 mod photo_plan;
 pub mod photos;
 pub mod preview;
+pub mod relief;
 pub mod render;
 pub mod score;
 pub mod sheets;

@@ -4,8 +4,9 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::budget::default_memory;
-use super::gains::photo_gains;
+use super::gains::{self, photo_gains};
 use super::open::Opened;
+use super::relief::SiteRelief;
 use super::sheets::SheetFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
@@ -13,8 +14,7 @@ use crate::document::Stack;
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::io::stack_store::StackStore;
-use crate::projection::Gains;
-use crate::projection::relief::Relief;
+use crate::projection::{Gains, PhotoId, Picture, Renders, Shot};
 use crate::task::Task;
 
 /// How a project is shown.
@@ -34,8 +34,18 @@ impl Default for PreviewOptions {
     }
 }
 
+/// A project's renderer, which sees to it that photos that must not take part in a shot tell nothing of
+/// the relief either.
+pub struct Preview {
+    renderer: Renderer,
+    relief: Option<SiteRelief>,
+    /// The photos that the relief on the device was made without.
+    without: Vec<PhotoId>,
+}
+
 /// The renderer of an opened project. Photos without a stack serve nothing, with a note; those whose
-/// stack is older than the project do, with a note.
+/// stack is older than the project do, with a note. Gains and relief are estimated the first time, and
+/// kept in `cache/`.
 ///
 /// # Errors
 /// [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that
@@ -46,18 +56,52 @@ pub fn open(
     gpu: &Gpu,
     options: &PreviewOptions,
     task: &Task,
-) -> Result<Renderer> {
-    let store = StackStore::new(folder);
+) -> Result<Preview> {
+    let (store, site) = (StackStore::new(folder), &opened.site);
     let stacks = task.timed("read stacks", || stacks(opened, &store, task))?;
-    let sources = Arc::new(sources(&opened.site, &stacks));
+    let sources = Arc::new(sources(site, &stacks));
     let files = SheetFiles::new(&store, stacks.iter().flatten());
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
+    let memory = default_memory();
     let gains = match options.gains {
-        true => task.timed("gains", || photo_gains(&opened.site, &stacks, folder, default_memory(), task))?,
-        false => Gains::none(opened.site.photos.len()),
+        true => task.timed("gains", || photo_gains(site, &stacks, folder, memory, task))?,
+        false => Gains::none(site.photos.len()),
     };
-    let relief = Relief::default();
-    Renderer::new(gpu, opened.site.model.clone(), sources, gains, &relief, tiles)
+    let inputs = gains::inputs(site, &stacks);
+    let relief = task.timed("relief", || {
+        options.relief.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
+    })?;
+    let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
+    let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
+    Ok(Preview { renderer, relief, without: Vec::new() })
+}
+
+impl Preview {
+    /// The renderer itself.
+    pub fn renderer(&mut self) -> &mut Renderer {
+        &mut self.renderer
+    }
+
+    fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
+        let Some(relief) = self.relief.as_mut().filter(|_| self.without != photos) else { return Ok(()) };
+        let relief = task.timed("relief", || relief.without(photos, task))?;
+        self.renderer.set_relief(&relief);
+        self.without = photos.to_vec();
+        Ok(())
+    }
+}
+
+impl Renders for Preview {
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        if shot.relief {
+            self.leave_out(&shot.without, task)?;
+        }
+        self.renderer.picture(shot, task)
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        self.renderer.faces(shot, task)
+    }
 }
 
 /// The photos' current stacks, in the site's order.

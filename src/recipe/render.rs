@@ -34,6 +34,8 @@ pub struct Look {
     pub shown: Shown,
     /// The exposure of pictures.
     pub exposure: Exposure,
+    /// Surfaces are flat, without the relief that the photos tell.
+    pub flat: bool,
     /// Photos that must not take part.
     pub without: Vec<PhotoId>,
 }
@@ -46,6 +48,7 @@ impl Look {
             quality: self.quality,
             shown: self.shown,
             exposure: self.exposure,
+            relief: !self.flat,
             without: self.without.clone(),
             ..Shot::new(camera, pose)
         }

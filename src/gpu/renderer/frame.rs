@@ -24,7 +24,8 @@ pub struct FrameUniform {
     pub lambda: f32,
     pub cell_px: u32,
     pub reach: f32,
-    pub pad: [u32; 2],
+    pub relief: f32,
+    pub pad0: u32,
 }
 
 impl FrameUniform {
@@ -48,7 +49,8 @@ impl FrameUniform {
             lambda: shot.blend.lambda as f32,
             cell_px,
             reach: 1.0 + tolerance,
-            pad: [0; 2],
+            relief: f32::from(u8::from(shot.relief)),
+            pad0: 0,
         }
     }
 }

@@ -102,6 +102,11 @@ impl Renderer {
         &mut self.tiles
     }
 
+    /// Shows surfaces with another relief from now on.
+    pub fn set_relief(&mut self, relief: &Relief) {
+        self.heights = Heights::new(&self.gpu, &self.model, relief, self.surfaces.origin());
+    }
+
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
         let view = match shot.exposure {
@@ -123,7 +128,8 @@ impl Renderer {
 
     fn cells(&self, shot: &Shot, confidence: &impl Confidence) -> Cells {
         let side = shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX);
-        cells(&self.model, &self.sources, shot, side, &self.heights.largest, confidence)
+        let heights: &[f64] = if shot.relief { &self.heights.largest } else { &[] };
+        cells(&self.model, &self.sources, shot, side, heights, confidence)
     }
 
     /// Brings tables and tiles up to the shot.

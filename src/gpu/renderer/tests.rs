@@ -76,7 +76,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     let quality = Quality::Final;
     let module = parsed(Program::Picture { mode: Mode::Smooth, photos: 4, shown: Shown::Colour, quality });
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
-        eye_high density eye_low lambda cell_px reach pad);
+        eye_high density eye_low lambda cell_px reach relief pad0);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first pad0);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border pad0 gain);

@@ -1,0 +1,195 @@
+//! What of a photo can be compared with other photos: luminance without its local mean and contrast, at
+//! several sizes.
+
+use rayon::prelude::*;
+
+use crate::scene::PhotoPixels;
+
+/// Luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. Exposure,
+/// vignetting and haze, which change slowly over a photo, are gone; so are differences between photos of
+/// different contrast.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Detail {
+    width: usize,
+    height: usize,
+    /// Row by row from the top, in 1/40; [`NOTHING`] where the photo is not valid.
+    values: Vec<i8>,
+}
+
+/// Texels of the finest level of one photo: hundreds of photos fit into memory.
+const MOST_TEXELS: usize = 2 << 20;
+
+/// Half the side of the square of surroundings, in texels, without the middle.
+const AROUND: usize = 3;
+
+/// Deviation that is as good as noise, of full range: below it contrast is not raised.
+const NOISE: f32 = 0.04;
+
+/// Steps of a stored value per unit: values beyond 3.2 deviations are cut off.
+const STEPS: f32 = 40.0;
+
+const NOTHING: i8 = i8::MIN;
+
+impl Detail {
+    /// The value at a position in texels, the first one's centre at (0.5, 0.5): bilinear; `None` outside
+    /// and next to what is not valid.
+    #[inline]
+    pub fn at(&self, x: f32, y: f32) -> Option<f32> {
+        let (x, y) = (x - 0.5, y - 0.5);
+        if !(x >= 0.0 && y >= 0.0 && x < (self.width - 1) as f32 && y < (self.height - 1) as f32) {
+            return None;
+        }
+        let (column, row) = (x as usize, y as usize);
+        let (sx, sy) = (x - column as f32, y - row as f32);
+        let first = row * self.width + column;
+        let [a, b] = [self.values[first], self.values[first + 1]];
+        let [c, d] = [self.values[first + self.width], self.values[first + self.width + 1]];
+        if a.min(b).min(c.min(d)) == NOTHING {
+            return None;
+        }
+        let [a, b, c, d] = [a, b, c, d].map(f32::from);
+        let (upper, lower) = (a + (b - a) * sx, c + (d - c) * sx);
+        Some((upper + (lower - upper) * sy) / STEPS)
+    }
+
+    fn of(image: &Luminance) -> Self {
+        let squares = image.map(|value| value * value);
+        let valid = image.map(|_| 1.0);
+        let [sum, squares, count] = [image, &squares, &valid].map(Luminance::box_sums);
+        let texel = |i: usize| {
+            let value = image.values[i];
+            if value.is_nan() {
+                return NOTHING;
+            }
+            let mean = sum[i] / count[i];
+            let deviation = (squares[i] / count[i] - mean * mean).max(0.0).sqrt();
+            // A cast from float keeps to the ends of the range; the lowest value is taken.
+            ((value - mean) / (deviation + NOISE) * STEPS).round().max(-127.0) as i8
+        };
+        let values = (0..image.values.len()).into_par_iter().map(texel).collect();
+        Self { width: image.width, height: image.height, values }
+    }
+}
+
+/// The details of a photo: level `l` has `2^l` of its pixels to a texel; `None` for levels that are too
+/// large to keep. The last is at least [`AROUND`] texels wide.
+pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
+    let mut image = Luminance::of(pixels);
+    let mut levels = Vec::new();
+    loop {
+        let kept = image.values.len() <= MOST_TEXELS;
+        levels.push(kept.then(|| Detail::of(&image)));
+        if image.width.min(image.height) < 8 * AROUND {
+            return levels;
+        }
+        image = image.halved();
+    }
+}
+
+/// Luma as the photo stores it, 0 to 1; NaN where it is not valid.
+struct Luminance {
+    width: usize,
+    height: usize,
+    values: Vec<f32>,
+}
+
+impl Luminance {
+    fn of(pixels: &PhotoPixels) -> Self {
+        let row = |y: u32| {
+            (0..pixels.width).map(move |x| {
+                let [r, g, b, _] = pixels.rgba16(x, y).map(f32::from);
+                // Rec. 601 weights.
+                let luma = (0.299 * r + 0.587 * g + 0.114 * b) / 65535.0;
+                if pixels.is_valid(x, y) { luma } else { f32::NAN }
+            })
+        };
+        let values = (0..pixels.height).into_par_iter().flat_map_iter(row).collect();
+        Self { width: pixels.width as usize, height: pixels.height as usize, values }
+    }
+
+    /// Half the size: means of 2 x 2, not valid unless all four are. A last odd row or column is left
+    /// out, so that texel positions stay halves of pixel positions.
+    fn halved(&self) -> Self {
+        let (width, height) = (self.width / 2, self.height / 2);
+        let texel = |y: usize| {
+            (0..width).map(move |x| {
+                let first = 2 * y * self.width + 2 * x;
+                let [a, b] = [first, first + self.width].map(|i| self.values[i] + self.values[i + 1]);
+                0.25 * (a + b)
+            })
+        };
+        let values = (0..height).into_par_iter().flat_map_iter(texel).collect();
+        Self { width, height, values }
+    }
+
+    fn map(&self, change: impl Fn(f32) -> f32 + Sync) -> Self {
+        let change = |&value: &f32| if value.is_nan() { f32::NAN } else { change(value) };
+        Self { values: self.values.par_iter().map(change).collect(), ..*self }
+    }
+
+    /// Sums over the square around each texel, of what is valid and within the image.
+    fn box_sums(&self) -> Vec<f32> {
+        let (width, height) = (self.width, self.height);
+        let mut across = vec![0.0; self.values.len()];
+        across.par_chunks_mut(width).zip(self.values.par_chunks(width)).for_each(|(sums, row)| {
+            for (x, sum) in sums.iter_mut().enumerate() {
+                let around = &row[x.saturating_sub(AROUND)..(x + AROUND + 1).min(width)];
+                *sum = around.iter().filter(|value| !value.is_nan()).sum();
+            }
+        });
+        let mut sums = vec![0.0; self.values.len()];
+        sums.par_chunks_mut(width).enumerate().for_each(|(y, sums)| {
+            for row in y.saturating_sub(AROUND)..(y + AROUND + 1).min(height) {
+                for (sum, across) in sums.iter_mut().zip(&across[row * width..]) {
+                    *sum += across;
+                }
+            }
+        });
+        sums
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::Samples;
+    use crate::scene::synthetic::Dice;
+
+    fn noise(gain: f64, alpha: impl Fn(usize) -> u8) -> PhotoPixels {
+        let mut dice = Dice::new(5);
+        let samples = (0..64 * 48).flat_map(|i| {
+            let value = (dice.between(40.0, 120.0) * gain) as u8;
+            [value, value, value, alpha(i)]
+        });
+        let samples = Samples::U8(samples.collect());
+        PhotoPixels { width: 64, height: 48, channels: 4, samples, icc: None }
+    }
+
+    #[test]
+    fn a_brighter_photo_has_the_same_detail() {
+        let [dark, bright] = [1.0, 2.0].map(|gain| levels(&noise(gain, |_| 255)));
+        let (dark, bright) = (dark[0].as_ref().unwrap(), bright[0].as_ref().unwrap());
+        for (x, y) in [(5.3, 7.7), (30.0, 20.5), (60.1, 40.2)] {
+            let [a, b] = [dark, bright].map(|detail| detail.at(x, y).unwrap());
+            // The noise that is allowed for weighs half in the brighter one: deviations of 0.09, 0.18.
+            assert!((a - b).abs() <= 0.35 * a.abs().max(0.1), "{a} {b}");
+        }
+    }
+
+    #[test]
+    fn what_is_not_valid_has_no_detail_and_leaves_that_of_others_alone() {
+        let half = levels(&noise(1.0, |i| if i % 64 < 32 { 0 } else { 255 }));
+        let half = half[0].as_ref().unwrap();
+        assert_eq!(half.at(20.0, 20.0), None);
+        assert_eq!(half.at(32.0, 20.0), None, "next to it");
+        let whole = levels(&noise(1.0, |_| 255));
+        assert_eq!(half.at(40.5, 20.5), whole[0].as_ref().unwrap().at(40.5, 20.5));
+    }
+
+    #[test]
+    fn levels_halve_until_they_are_small() {
+        let sizes: Vec<_> =
+            levels(&noise(1.0, |_| 255)).iter().flatten().map(|d| (d.width, d.height)).collect();
+        assert_eq!(sizes, [(64, 48), (32, 24), (16, 12)]);
+    }
+}

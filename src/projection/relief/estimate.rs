@@ -1,0 +1,133 @@
+//! Relief from photos: what disagrees least, face by face.
+
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use rayon::prelude::*;
+
+use super::options::ReliefOptions;
+use super::plot::Plot;
+use super::smooth::median_of_nine;
+use super::sweep::{disagreement, witnesses_of};
+use super::witness::Witness;
+use super::{FaceRelief, Relief};
+use crate::error::Result;
+use crate::projection::PhotoId;
+use crate::scene::{FaceId, Model};
+use crate::task::Task;
+
+/// Faces of more cells are taken one after the other, their rows by all threads: their volumes are
+/// large. Smaller ones are taken side by side.
+const LARGE: usize = 1 << 15;
+
+/// A photo is a witness of a face from so many blocks on: fewer are a corner seen by chance.
+const LEAST_BLOCKS: u32 = 8;
+
+/// Estimates the relief of all faces from photos, `witnesses[i]` being photo i. Billboards and faces that
+/// fewer than two photos show have none. The result does not depend on the number of threads.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn estimate_relief(
+    model: &Model,
+    witnesses: &[Witness],
+    options: &ReliefOptions,
+    task: &Task,
+) -> Result<Relief> {
+    let seen = seen_faces(model, witnesses);
+    let of_face = of_faces(model, witnesses, &seen, options, task)?;
+    Ok(Relief { of_face })
+}
+
+/// The same as if `photos` were not among the witnesses, given what all of them say: only faces that they
+/// show are estimated again. So photos can be predicted that did not take part.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn relief_without(
+    relief: &Relief,
+    photos: &[PhotoId],
+    model: &Model,
+    witnesses: &[Witness],
+    options: &ReliefOptions,
+    task: &Task,
+) -> Result<Relief> {
+    let mut seen = seen_faces(model, witnesses);
+    let left_out = |w: usize| photos.contains(&PhotoId(w as u32));
+    let concerned: Vec<bool> = seen.iter().map(|seen| seen.iter().any(|(w, _)| left_out(*w))).collect();
+    for (seen, concerned) in seen.iter_mut().zip(&concerned) {
+        seen.retain(|(w, _)| *concerned && !left_out(*w));
+    }
+    let again = of_faces(model, witnesses, &seen, options, task)?;
+    let kept = |face: usize| relief.of(FaceId(face as u32)).cloned();
+    let of_face = again.into_iter().zip(concerned).enumerate();
+    let of_face = of_face.map(|(face, (again, concerned))| if concerned { again } else { kept(face) });
+    Ok(Relief { of_face: of_face.collect() })
+}
+
+/// For each face the photos that show it, with the number of blocks.
+fn seen_faces(model: &Model, witnesses: &[Witness]) -> Vec<Vec<(usize, u32)>> {
+    let mut seen = vec![Vec::new(); model.faces.len()];
+    for (w, witness) in witnesses.iter().enumerate() {
+        for (face, blocks) in witness.faces() {
+            let billboard = model.object(model.face(face).object).billboard;
+            if blocks >= LEAST_BLOCKS && !billboard {
+                seen[face.0 as usize].push((w, blocks));
+            }
+        }
+    }
+    seen
+}
+
+fn of_faces(
+    model: &Model,
+    witnesses: &[Witness],
+    seen: &[Vec<(usize, u32)>],
+    options: &ReliefOptions,
+    task: &Task,
+) -> Result<Vec<Option<FaceRelief>>> {
+    let plots: Vec<Plot> = model
+        .face_ids()
+        .filter_map(|face| {
+            let of_face = witnesses_of(model, face, &seen[face.0 as usize], witnesses);
+            Plot::new(model, face, &of_face, options)
+        })
+        .collect();
+    let (done, total) = (AtomicUsize::new(0), plots.iter().map(Plot::cells).sum::<usize>());
+    let one = |plot: Plot| {
+        let (face, cells) = (plot.face, plot.cells());
+        let of_face = witnesses_of(model, face, &seen[face.0 as usize], witnesses);
+        let heights = heights(model, &plot, &of_face, options, task)?;
+        let done = done.fetch_add(cells, Ordering::Relaxed) + cells;
+        task.step("relief", done as u64, total as u64)?;
+        Ok((face, plot.with_heights(heights)))
+    };
+    let (large, small): (Vec<Plot>, Vec<Plot>) = plots.into_iter().partition(|plot| plot.cells() > LARGE);
+    let mut found: Vec<(FaceId, FaceRelief)> = large.into_iter().map(one).collect::<Result<_>>()?;
+    found.extend(small.into_par_iter().map(one).collect::<Result<Vec<_>>>()?);
+    let mut of_face = vec![None; model.faces.len()];
+    for (face, relief) in found {
+        of_face[face.0 as usize] = Some(relief);
+    }
+    Ok(of_face)
+}
+
+/// The heights of one plot: what the photos say of each, a preference for the plane, and smoothness.
+fn heights(
+    model: &Model,
+    plot: &Plot,
+    witnesses: &[(&Witness, f64)],
+    options: &ReliefOptions,
+    task: &Task,
+) -> Result<Vec<f32>> {
+    let mut volume = disagreement(model, plot, witnesses, options, task)?.blurred();
+    let middle = options.steps as usize;
+    for costs in volume.costs.chunks_mut(volume.hypotheses) {
+        for (h, cost) in costs.iter_mut().enumerate() {
+            *cost += options.prior * h.abs_diff(middle) as f32 / middle as f32;
+        }
+    }
+    task.go_on()?;
+    let least = median_of_nine(&volume.least(options), plot.columns());
+    let step = plot.reach as f32 / middle as f32;
+    Ok(least.into_iter().map(|h| (h - middle as f32) * step).collect())
+}
