@@ -130,6 +130,29 @@ impl Bvh {
         best
     }
 
+    /// Calls `visit` with t and triangle wherever the ray `origin + t direction` meets one, 0 < t <=
+    /// `limit`, in no particular order.
+    pub fn each_hit(&self, origin: DVec3, direction: DVec3, limit: f64, mut visit: impl FnMut(f64, u32)) {
+        let inverse = direction.recip();
+        let mut open = Vec::with_capacity(64);
+        open.extend((!self.nodes.is_empty()).then_some(0u32));
+        while let Some(at) = open.pop() {
+            let node = &self.nodes[at as usize];
+            if node.entered(origin, inverse, limit).is_none() {
+                continue;
+            }
+            if node.count == 0 {
+                open.extend([at + 1, node.start]);
+            }
+            for &triangle in if node.count > 0 { self.leaf(node) } else { &[] } {
+                let hit = ray_hit(origin, direction, &self.triangles[triangle as usize]);
+                if let Some(t) = hit.filter(|t| *t <= limit) {
+                    visit(t, triangle);
+                }
+            }
+        }
+    }
+
     /// Calls `visit` for each pair of triangles whose boxes overlap, until it breaks.
     pub fn overlapping_pairs(&self, mut visit: impl FnMut(u32, u32) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut open = Vec::new();
@@ -217,6 +240,15 @@ mod tests {
             let towards = DVec3::new(1.0, -2.0, f64::from(i % 5)) - p * 0.1;
             let all = triangles.iter().filter_map(|t| ray_hit(p, towards, t)).fold(f64::INFINITY, f64::min);
             assert_eq!(tree.first_hit(p, towards, f64::INFINITY).map_or(f64::INFINITY, |(t, _)| t), all);
+            let within = |t: &f64| *t <= 2.0 * all;
+            let mut all: Vec<f64> =
+                triangles.iter().filter_map(|t| ray_hit(p, towards, t)).filter(within).collect();
+            let limit = 2.0 * all.iter().copied().fold(f64::INFINITY, f64::min);
+            let mut found = Vec::new();
+            tree.each_hit(p, towards, limit, |t, _| found.push(t));
+            all.sort_by(f64::total_cmp);
+            found.sort_by(f64::total_cmp);
+            assert_eq!(found, all);
         }
     }
 

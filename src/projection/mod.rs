@@ -20,6 +20,7 @@ pub mod spans;
 pub mod srgb;
 pub mod surface;
 pub mod tiles;
+pub mod twin;
 pub mod weights;
 
 pub use exposure::{Gains, view_gain};

@@ -43,6 +43,20 @@ impl Surface {
         Some(self.hit(t, triangle))
     }
 
+    /// The face that owns what is seen along a ray: of those within the share `tolerance` of the nearest
+    /// depth, the last in the model file.
+    pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64) -> Option<Hit> {
+        let (nearest, _) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
+        let mut last: Option<(u32, f64)> = None;
+        self.tree.each_hit(origin, direction, nearest * (1.0 + tolerance), |t, triangle| {
+            if last.is_none_or(|(other, _)| triangle > other) {
+                last = Some((triangle, t));
+            }
+        });
+        // Triangles lie in the order of faces.
+        last.map(|(triangle, t)| self.hit(t, triangle))
+    }
+
     fn hit(&self, t: f64, triangle: u32) -> Hit {
         let face = self.face_of[triangle as usize];
         // Triangles were gathered face by face.
@@ -54,7 +68,7 @@ impl Surface {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::closed_form;
+    use crate::scene::synthetic::{Modeller, closed_form};
 
     #[test]
     fn a_ray_meets_the_nearer_of_two_quads() {
@@ -66,5 +80,18 @@ mod tests {
         let behind = surface.nearest(eye + DVec3::Z * (hit.t + 1e-9), DVec3::Z).unwrap();
         assert_eq!(scene.model.face_name(behind.face), "far[0]");
         assert_eq!(surface.nearest(eye, DVec3::NEG_Z), None);
+    }
+
+    #[test]
+    fn of_faces_in_one_plane_the_last_owns_what_is_seen() {
+        let mut m = Modeller::new();
+        m.object("wall").screen(5.0, [-2.0, -2.0, 2.0, 2.0]);
+        m.object("window").screen(5.0002, [-1.0, -1.0, 1.0, 1.0]);
+        m.object("behind").screen(5.01, [-2.0, -2.0, 2.0, 2.0]);
+        let model = m.finish();
+        let surface = Surface::of(&model);
+        let owner = |x: f64| surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4).unwrap().face;
+        assert_eq!(model.face_name(owner(0.1)), "window[0]");
+        assert_eq!(model.face_name(owner(0.3)), "wall[0]");
     }
 }

@@ -30,11 +30,11 @@ use super::device::Gpu;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::cells::{Cells, Confidence, Unknown, cells};
-use crate::projection::exposure::seen_gain;
+use crate::projection::exposure::seen_shares;
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
 use crate::projection::surface::Surface;
-use crate::projection::{Exposure, Gains, Picture, Quality, Renders, SheetId, Shot, Sources};
+use crate::projection::{Gains, Picture, Quality, Renders, SheetId, Shot, Sources};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -109,21 +109,9 @@ impl Renderer {
 
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
-        let view = match shot.exposure {
-            Exposure::Near if std::env::var("NEAR").is_ok() => crate::projection::exposure::view_gain(
-                &shot.pose,
-                &self.gains,
-                &self.sources.photos,
-                &shot.without,
-            ),
-            Exposure::Near => seen_gain(shot, &self.gains, &self.model, &self.sources, &self.surface, cells),
-            Exposure::Common | Exposure::Raw => [0.0; 3],
-        };
-        let of_photo = |log: &[f64; 3]| match shot.exposure {
-            Exposure::Raw => [1.0; 3],
-            _ => [0, 1, 2].map(|c| (view[c] - log[c]).exp() as f32),
-        };
-        self.gains.of_photo.iter().map(of_photo).collect()
+        let shares = || seen_shares(shot, &self.model, &self.sources, &self.surface, cells);
+        let factors = self.gains.factors(shot, shares);
+        factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
     }
 
     fn cells(&self, shot: &Shot, confidence: &impl Confidence) -> Cells {

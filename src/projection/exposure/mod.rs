@@ -22,10 +22,10 @@ pub mod seen;
 pub mod solve;
 
 pub use meter::Meter;
-pub use near::view_gain;
+pub use near::{Shares, view_gain};
 pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
 pub use ratios::{Ratio, pairwise_ratios};
-pub use seen::seen_gain;
+pub use seen::seen_shares;
 pub use solve::{Fit, solve_gains};
 
 use glam::DVec2;

@@ -5,7 +5,7 @@ use glam::DVec3;
 
 use super::Gains;
 use crate::geometry::Pose;
-use crate::projection::{PhotoId, Projector};
+use crate::projection::{Exposure, PhotoId, Projector, Shot};
 
 /// How far a view is from a photo when the common exposure counts as much as the photo's own, in
 /// radians.
@@ -26,13 +26,30 @@ const POWER: i32 = 3;
 /// direction; the lens does not matter) the result is exactly that photo's gain, and it is continuous
 /// in the camera everywhere. Photos in `without` do not count.
 pub fn view_gain(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
-    let shares = Shares::of(view, gains.reach, photos, without);
-    let own = |c: usize| {
-        let of_photo = shares.of_photo.iter().zip(&gains.of_photo);
-        of_photo.map(|(share, gain)| share * gain[c]).sum::<f64>()
-    };
-    let carried = gains.meter.carried(view, &shares);
-    [0, 1, 2].map(|c| own(c) + carried[c])
+    gains.of_view(view, &Shares::of(view, gains.reach, photos, without))
+}
+
+impl Gains {
+    /// What each photo's linear colours are multiplied with in a shot, R, G, B. `shares` is asked where the
+    /// shot has an exposure of its own.
+    pub fn factors(&self, shot: &Shot, shares: impl FnOnce() -> Shares) -> Vec<[f64; 3]> {
+        let view = match shot.exposure {
+            Exposure::Near => self.of_view(&shot.pose, &shares()),
+            Exposure::Common => [0.0; 3],
+            Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
+        };
+        self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
+    }
+
+    /// The log gain of a view, R, G, B, to which the photos contribute with these shares.
+    pub fn of_view(&self, view: &Pose, shares: &Shares) -> [f64; 3] {
+        let own = |c: usize| {
+            let of_photo = shares.of_photo.iter().zip(&self.of_photo);
+            of_photo.map(|(share, gain)| share * gain[c]).sum::<f64>()
+        };
+        let carried = self.meter.carried(view, shares);
+        [0, 1, 2].map(|c| own(c) + carried[c])
+    }
 }
 
 /// How much the photos say about a view, and the common exposure with them; all sum to 1.

@@ -2,42 +2,41 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Gains;
+use super::Shares;
 use crate::projection::cells::{Candidate, Cells};
 use crate::projection::surface::Surface;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit, weights};
-use crate::projection::{Shot, Sources};
+use crate::projection::{PhotoId, Shot, Sources};
 use crate::scene::{FaceId, Model};
 
 /// Rays per picture, across and down: enough that one more or less at an edge is a thousandth of the
 /// whole, which no eye sees.
 const RAYS: [u32; 2] = [36, 24];
 
-/// The log gain of a view, R, G, B: the mean of the photos' gains, each as much as it has weight in the
-/// picture, on a regular grid of rays. In a photo's own camera that is the photo's own gain (its weight
-/// is 1 but for a millionth); it changes as gradually as the blend does, which is what keeps colours from
-/// popping. Of the measures of nearness that were tried (distances of positions, of directions, both) it
-/// predicts left-out photos best (`docs/quality.md`).
-pub fn seen_gain(
+/// The shares of the photos in a picture: how much weight each has on a regular grid of rays. In a
+/// photo's own camera its own is 1 but for a millionth; they change as gradually as the blend does, which
+/// is what keeps colours from popping.
+pub fn seen_shares(
     shot: &Shot,
-    gains: &Gains,
     model: &Model,
     sources: &Sources,
     surface: &Surface,
     cells: &Cells,
-) -> [f64; 3] {
+) -> Shares {
     let looker = Looker { shot, model, sources, surface, cells };
-    let mut sum = [0.0; 3];
-    let mut all = 0.0;
+    let mut of_photo = vec![0.0; sources.photos.len()];
     for row in 0..RAYS[1] {
         for column in 0..RAYS[0] {
-            looker.look(column, row, &mut |photo: usize, weight: f64| {
-                all += weight;
-                (0..3).for_each(|c| sum[c] += weight * gains.of_photo[photo][c]);
-            });
+            looker.look(column, row, &mut |photo: usize, weight: f64| of_photo[photo] += weight);
         }
     }
-    if all > 0.0 { sum.map(|s| s / all) } else { [0.0; 3] }
+    let all: f64 = of_photo.iter().sum();
+    let takes_part =
+        (0..sources.photos.len() as u32).map(|photo| !shot.without.contains(&PhotoId(photo))).collect();
+    if all > 0.0 {
+        of_photo.iter_mut().for_each(|share| *share /= all);
+    }
+    Shares { of_photo, of_common: if all > 0.0 { 0.0 } else { 1.0 }, takes_part }
 }
 
 struct Looker<'a> {

@@ -1,0 +1,156 @@
+//! The renderer's plain twin: slow, in f64, without shortlists, tiles or shaders. To read the shaders by
+//! and to test them against.
+//!
+//! Per pixel centre: a ray, the face that owns what it meets, every sheet that serves that face, their
+//! penalties, the k best, their colours in linear light. Texels are looked up at level 0, bilinearly, so
+//! it is the truth where the view is at least as fine as the photos; one sample a pixel.
+
+mod point;
+mod sample;
+
+#[cfg(test)]
+mod tests;
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use self::point::Place;
+use super::cells::{Unknown, cells};
+use super::exposure::seen_shares;
+use super::pyramid::{Level, PyramidOptions, pyramid};
+use super::relief::{FaceRelief, Relief};
+use super::surface::{Hit, Surface};
+use super::{Gains, Picture, Renders, SheetId, Shot, Shown, Sources, Texels};
+use crate::error::{Error, Result};
+use crate::scene::light::srgb_of_linear;
+use crate::scene::{FaceId, Model};
+use crate::task::Task;
+
+/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
+const TOLERANCE: f64 = 1e-4;
+
+/// Side of a cell for the view's exposure: any does.
+const CELL_PX: u32 = 32;
+
+/// What a pixel without texture looks like behind its alpha of 0.
+const FLAT: [u8; 4] = [128, 128, 128, 0];
+
+/// Draws shots of one site on the CPU.
+pub struct Twin {
+    model: Arc<Model>,
+    surface: Surface,
+    sources: Arc<Sources>,
+    gains: Gains,
+    relief: Relief,
+    texels: Arc<dyn Texels>,
+    options: PyramidOptions,
+    /// Level 0 of the sheets that were needed so far.
+    levels: BTreeMap<SheetId, Level>,
+}
+
+impl Twin {
+    /// A twin of a renderer with the same arguments.
+    pub fn new(
+        model: Arc<Model>,
+        sources: Arc<Sources>,
+        gains: Gains,
+        relief: Relief,
+        texels: Arc<dyn Texels>,
+        options: PyramidOptions,
+    ) -> Self {
+        let surface = Surface::of(&model);
+        Self { model, surface, sources, gains, relief, texels, options, levels: BTreeMap::new() }
+    }
+
+    /// What the centre of each pixel meets, in row order from the top.
+    fn owners(&self, shot: &Shot) -> Vec<Option<Hit>> {
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
+        (0..width * height)
+            .into_par_iter()
+            .map(|i| {
+                let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(at(i));
+                self.surface.owner(shot.viewpoint(), direction, TOLERANCE)
+            })
+            .collect()
+    }
+
+    /// Decodes what serves these faces and is not there yet.
+    fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
+        let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.sheet);
+        let missing: BTreeSet<SheetId> = serving.filter(|sheet| !self.levels.contains_key(sheet)).collect();
+        let decode = |sheet: SheetId| {
+            task.go_on()?;
+            let pixels = self.texels.sheet(sheet)?;
+            let mut levels = pyramid(self.sources.sheet(sheet).rect, &pixels, &self.options).levels;
+            Ok((sheet, levels.swap_remove(0)))
+        };
+        let decoded: Vec<_> = missing.into_par_iter().map(decode).collect::<Result<_>>()?;
+        self.levels.extend(decoded);
+        Ok(())
+    }
+
+    /// What photos' linear colours are multiplied with: that is no part of what the twin is the twin of.
+    fn factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
+        self.gains.factors(shot, || {
+            let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
+            let heights: Vec<f64> = self.model.face_ids().map(height).collect();
+            let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
+            seen_shares(shot, &self.model, &self.sources, &self.surface, &cells)
+        })
+    }
+
+    /// The colour of a surface point in a view, in linear light; `None` where no photo serves it. It is
+    /// not asked whether the view sees the point.
+    ///
+    /// # Errors
+    /// As [`Renders::picture`].
+    pub fn colours_at(
+        &mut self,
+        shot: &Shot,
+        points: &[(FaceId, DVec3)],
+        task: &Task,
+    ) -> Result<Vec<Option<[f64; 3]>>> {
+        self.load(&points.iter().map(|(face, _)| *face).collect(), task)?;
+        let factors = self.factors(shot);
+        let colour = |(face, point): &(FaceId, DVec3)| Place::at(self, shot, *face, *point).colour(&factors);
+        Ok(points.par_iter().map(colour).collect())
+    }
+}
+
+impl Renders for Twin {
+    /// # Errors
+    /// As [`Renders::picture`], and [`Error::Request`] for anything but [`Shown::Colour`].
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
+        if shot.shown != Shown::Colour {
+            return Err(Error::Request("the twin shows colours only".into()));
+        }
+        let owners = self.owners(shot);
+        self.load(&owners.iter().flatten().map(|hit| hit.face).collect(), task)?;
+        task.go_on()?;
+        let factors = self.factors(shot);
+        let twin = &*self;
+        let pixel = |(i, hit): (usize, &Option<Hit>)| {
+            let width = shot.camera.width as usize;
+            let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
+            let place = Place::new(twin, shot, px, (*hit)?)?;
+            place.colour(&factors)
+        };
+        let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();
+        let rgba = colours.into_iter().flat_map(|colour| colour.map_or(FLAT, stored)).collect();
+        Ok(Picture { width: shot.camera.width, height: shot.camera.height, rgba })
+    }
+
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
+        task.go_on()?;
+        Ok(self.owners(shot).into_iter().map(|hit| hit.map_or(0, |hit| hit.face.0 + 1)).collect())
+    }
+}
+
+fn stored(linear: [f64; 3]) -> [u8; 4] {
+    let [r, g, b] = linear.map(|light| (srgb_of_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    [r, g, b, u8::MAX]
+}

@@ -1,0 +1,112 @@
+//! One surface point in one view: who serves it, and what colour that makes.
+
+use glam::{DVec2, DVec3};
+
+use super::Twin;
+use super::sample::sample;
+use crate::geometry::Plane;
+use crate::geometry::polygon::fit_plane;
+use crate::projection::surface::Hit;
+use crate::projection::weights::{
+    Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, weights,
+};
+use crate::projection::{Mode, Server, Shot};
+use crate::scene::FaceId;
+
+/// Confidences below half a step of 8 bits are none.
+const LEAST_CONFIDENCE: f64 = 0.002;
+
+/// What a pixel's ray meets.
+pub struct Place<'a> {
+    twin: &'a Twin,
+    shot: &'a Shot,
+    face: FaceId,
+    plane: Plane,
+    on_plane: DVec3,
+}
+
+impl<'a> Place<'a> {
+    /// Where the ray through `px` meets the plane of what it hits; `None` edge-on.
+    pub fn new(twin: &'a Twin, shot: &'a Shot, px: DVec2, hit: Hit) -> Option<Self> {
+        let plane = plane_of(twin, &hit)?;
+        let eye = shot.viewpoint();
+        let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
+        let depth = -plane.signed_distance(eye) / plane.normal.dot(direction);
+        let on_plane = eye + direction * depth;
+        (depth > 0.0).then_some(Self { twin, shot, face: hit.face, plane, on_plane })
+    }
+
+    /// A point of a planar face.
+    pub fn at(twin: &'a Twin, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
+        Self { twin, shot, face, plane: twin.model.face(face).plane, on_plane }
+    }
+
+    /// In linear light; `None` where no photo serves.
+    pub fn colour(&self, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
+        match self.twin.relief.of(self.face).filter(|_| self.shot.relief) {
+            Some(relief) => {
+                let risen = relief.meet(self.shot.viewpoint(), self.on_plane, self.plane.normal);
+                // Where no photo serves the relief, one may serve the plane.
+                self.colour_at(risen, factors).or_else(|| self.colour_at(self.on_plane, factors))
+            }
+            None => self.colour_at(self.on_plane, factors),
+        }
+    }
+
+    fn colour_at(&self, point: DVec3, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
+        let servers = self.twin.sources.servers_of(self.face).iter();
+        let taking_part = servers.filter(|server| !self.shot.without.contains(&server.photo));
+        let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
+            .filter_map(|server| {
+                let (penalty, colour) = self.served(server, point)?;
+                let factor = factors[server.photo.0 as usize];
+                Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
+            })
+            .unzip();
+        let weights = weights(&penalties, &self.shot.blend);
+        let sum = |c: usize| weights.iter().zip(&colours).map(|(weight, colour)| weight * colour[c]).sum();
+        (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
+    }
+
+    /// The penalty and the colour of one server; `None` where it does not serve the point.
+    fn served(&self, server: &Server, point: DVec3) -> Option<(f64, [f64; 3])> {
+        let photo = self.twin.sources.photo(server.photo);
+        let in_photo = photo.pose.camera_from_world(point);
+        let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px))?;
+        let other_side = server.back == (self.plane.signed_distance(self.shot.viewpoint()) > 0.0);
+        if other_side && !self.is_billboard() {
+            return None;
+        }
+        let rect = self.twin.sources.sheet(server.sheet).rect;
+        let (colour, confidence) = sample(&self.twin.levels[&server.sheet], rect, px)?;
+        let border = border(&photo.camera, px);
+        if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
+            return None;
+        }
+        let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
+        let depth = self.shot.pose.camera_from_world(self.on_plane).z;
+        let octaves = octaves_missing(
+            pixels_per_unit(&self.shot.camera, &self.plane, eye, depth),
+            pixels_per_unit(&photo.camera, &self.plane, center, in_photo.z),
+        );
+        let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
+        let penalty = Claim { angle, octaves, border, confidence }.penalty(&self.shot.blend);
+        debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
+        Some((penalty, colour))
+    }
+
+    fn is_billboard(&self) -> bool {
+        let model = &self.twin.model;
+        model.object(model.face(self.face).object).billboard
+    }
+}
+
+/// The face's plane; of a face that is not planar its triangle's.
+fn plane_of(twin: &Twin, hit: &Hit) -> Option<Plane> {
+    let face = twin.model.face(hit.face);
+    if face.planar {
+        return Some(face.plane);
+    }
+    let corners = twin.model.face_triangles(hit.face)[hit.triangle as usize];
+    fit_plane(&corners.map(|vertex| twin.model.vertices[vertex as usize]))
+}
