@@ -14,7 +14,7 @@ use crate::projection::{PhotoId, Renders, Shown};
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview::{self, PreviewOptions};
-use crate::recipe::render::{FilmOptions, RenderOptions, RenderReport, render};
+use crate::recipe::render::{FilmOptions, RenderOptions, RenderReport, Rendered, render};
 use crate::recipe::views::{Asked, Size, View, Views};
 use crate::task::Task;
 
@@ -41,7 +41,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let mut problems: Vec<_> =
         opened.problems.iter().chain(&views.problems).map(ToString::to_string).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {error}")));
-    Ok(outcome(args, &report, problems))
+    Ok(outcome(args, &report, views.path.is_some(), problems))
 }
 
 fn draw_shots(
@@ -102,19 +102,17 @@ fn write_path(args: &RenderArgs, views: &Views) -> Result<()> {
     }
 }
 
-fn outcome(args: &RenderArgs, report: &RenderReport, problems: Vec<String>) -> Outcome {
-    let mut table = Table::new(&["view", "size", "textured", "file"]);
-    for done in report.done.iter().take(MOST_ROWS) {
-        let size = format!("{} x {}", done.width, done.height);
-        let textured = format!("{:.1} %", 100.0 * done.textured);
-        table.row([done.view.clone(), size, textured, done.path.display().to_string()]);
-    }
-    let more = if report.done.len() > MOST_ROWS { "...\n" } else { "" };
+/// The frames of a flight are not listed.
+fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: Vec<String>) -> Outcome {
+    let table = if is_flight { String::new() } else { table(&report.done) + "\n" };
     let film = report.film.as_ref().map_or(String::new(), |film| format!("film: {}\n", film.display()));
     let path =
         args.write_path.as_ref().map_or(String::new(), |path| format!("camera path: {}\n", path.display()));
     let done = counted(report.done.len(), "picture");
-    let text = format!("{}{more}\n{done} in {}\n{film}{path}", table.render(), args.out.display());
+    let textured =
+        report.done.iter().map(|done| done.textured).sum::<f64>() / report.done.len().max(1) as f64;
+    let textured = format!("{:.1} % of their pixels are textured", 100.0 * textured);
+    let text = format!("{table}{done} in {}; {textured}\n{film}{path}", args.out.display());
     let json = json!({
         "pictures": report.done,
         "film": report.film,
@@ -122,4 +120,15 @@ fn outcome(args: &RenderArgs, report: &RenderReport, problems: Vec<String>) -> O
         "problems": problems,
     });
     Outcome { text, json, problems }
+}
+
+fn table(pictures: &[Rendered]) -> String {
+    let mut table = Table::new(&["view", "size", "textured", "file"]);
+    for done in pictures.iter().take(MOST_ROWS) {
+        let size = format!("{} x {}", done.width, done.height);
+        let textured = format!("{:.1} %", 100.0 * done.textured);
+        table.row([done.view.clone(), size, textured, done.path.display().to_string()]);
+    }
+    let more = if pictures.len() > MOST_ROWS { "...\n" } else { "" };
+    table.render() + more
 }

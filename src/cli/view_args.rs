@@ -38,8 +38,6 @@ pub struct RenderArgs {
     /// Pictures with so many times the camera's pixels along each side
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
     pub scale: Option<f64>,
-    #[command(flatten)]
-    pub look: LookArgs,
     /// What to show of the view
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,
@@ -56,6 +54,8 @@ pub struct RenderArgs {
     /// Write the flight as a camera path, too, to edit it and give it to --cameras
     #[arg(long, value_name = "FILE", requires = "through")]
     pub write_path: Option<PathBuf>,
+    #[command(flatten)]
+    pub look: LookArgs,
 }
 
 #[derive(Debug, Args)]
@@ -75,8 +75,6 @@ pub struct ScoreArgs {
     /// The same as a share of the photo's along each side [default: 0.5]
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
     pub scale: Option<f64>,
-    #[command(flatten)]
-    pub look: LookArgs,
     /// Leave out pixels that show this object (may be given several times; `NAME*` for all that begin
     /// so)
     #[arg(long, value_name = "OBJECT")]
@@ -87,6 +85,8 @@ pub struct ScoreArgs {
     /// Write photo, prediction and difference side by side to this folder
     #[arg(long, value_name = "DIR")]
     pub pictures: Option<PathBuf>,
+    #[command(flatten)]
+    pub look: LookArgs,
 }
 
 /// How views look.

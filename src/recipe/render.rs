@@ -14,7 +14,7 @@ use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Shot, Shown}
 use crate::task::Task;
 
 /// The stages that are reported: of each view, and of all.
-pub const STAGE_DRAW: &str = "draw";
+pub const STAGE_DRAW: &str = "picture";
 /// See [`STAGE_DRAW`].
 pub const STAGE_WRITE: &str = "write picture";
 /// See [`STAGE_DRAW`].
