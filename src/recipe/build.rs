@@ -2,15 +2,13 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
 use super::assemble::assemble;
-use super::budget::Budget;
 use super::inputs::Inputs;
 use super::named::photos_named;
+use super::side_by_side::SideBySide;
 use crate::document::stack::{Reason, Stack, Untextured};
 use crate::error::Result;
 use crate::io::layer_png::{write_layer, write_mask};
@@ -64,33 +62,9 @@ pub fn build(
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers);
     let job = Job { site, store, rasteriser, options, inputs };
-    task.step("photos", 0, photos.len() as u64)?;
-    let next = AtomicUsize::new(0);
-    let done = AtomicUsize::new(0);
-    let budget = Budget::new(options.memory);
-    let results: Mutex<Vec<(usize, Built)>> = Mutex::default();
-    // Threads of their own, not rayon's: a rayon thread that waits inside one photo would start
-    // another one and hold both.
-    std::thread::scope(|scope| {
-        for _ in 0..options.threads.clamp(1, photos.len().max(1)) {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(photo) = photos.get(i) else { return };
-                    let built = budget.with(bytes_for(photo), || job.photo(photo, &task.of(&photo.name)));
-                    results.lock().expect("no holder of this lock panics").push((i, built));
-                    let finished = done.fetch_add(1, Ordering::Relaxed) as u64 + 1;
-                    if task.step("photos", finished, photos.len() as u64).is_err() {
-                        return;
-                    }
-                }
-            });
-        }
-    });
-    task.go_on()?;
-    let mut results = results.into_inner().expect("no holder of this lock panics");
-    results.sort_by_key(|(i, _)| *i);
-    Ok(results.into_iter().map(|(_, built)| built).collect())
+    let at_a_time = SideBySide { threads: options.threads, memory: options.memory, stage: "photos" };
+    let work = |photo: &&Photo| job.photo(photo, &task.of(&photo.name));
+    at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
 }
 
 /// What one photo takes at its peak: pixels, fragment lists and runs, layers being written.

@@ -18,6 +18,7 @@ pub mod relief;
 pub mod render;
 pub mod score;
 pub mod sheets;
+mod side_by_side;
 pub mod sources;
 pub mod survey;
 pub mod views;

@@ -1,13 +1,13 @@
 //! Importing photos: each of the cameras' photos finds its file, and becomes a pinhole image.
 
 use std::path::Path;
-use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
 
-use super::budget::{Budget, default_memory};
+use super::budget::default_memory;
 use super::photo_plan::PhotoPlan;
+use super::side_by_side::SideBySide;
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras};
 use crate::io::photo::{Match, PhotoFolder};
@@ -84,30 +84,15 @@ fn plans(
 /// # Errors
 /// [`Error::Cancelled`]; what went wrong with one photo stands in its place.
 fn made_images(plans: &[Result<PhotoPlan>], task: &Task) -> Result<Vec<Result<()>>> {
-    let budget = Budget::new(default_memory());
-    let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let made: Mutex<Vec<Result<()>>> = Mutex::new(plans.iter().map(|_| Ok(())).collect());
-    // Threads of their own: while one of rayon's waits for the rows of its photo it would take up
-    // another photo, and hold the memory of both.
-    std::thread::scope(|scope| {
-        for _ in 0..rayon::current_num_threads().min(plans.len()) {
-            scope.spawn(|| {
-                loop {
-                    let i = next.fetch_add(1, Ordering::Relaxed);
-                    let Some(plan) = plans.get(i) else { return };
-                    let Ok(plan) = plan else { continue };
-                    let result = budget.with(plan.memory(), || plan.make_image(task));
-                    made.lock().expect("no holder of this lock panics")[i] = result;
-                    let finished = done.fetch_add(1, Ordering::Relaxed) as u64 + 1;
-                    if task.step("import photos", finished, plans.len() as u64).is_err() {
-                        return;
-                    }
-                }
-            });
-        }
-    });
-    task.go_on()?;
-    Ok(made.into_inner().expect("no holder of this lock panics"))
+    let at_a_time = SideBySide {
+        threads: rayon::current_num_threads(),
+        memory: default_memory(),
+        stage: "import photos",
+    };
+    let bytes = |plan: &Result<PhotoPlan>| plan.as_ref().map_or(0, PhotoPlan::memory);
+    // Why there is no plan is told by whoever has the plans.
+    let work = |plan: &Result<PhotoPlan>| plan.as_ref().map_or(Ok(()), |plan| plan.make_image(task));
+    at_a_time.run(plans, bytes, work, task)
 }
 
 /// Files that no camera names, in one note.

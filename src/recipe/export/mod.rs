@@ -13,13 +13,12 @@ mod place;
 
 use std::fs;
 use std::path::Path;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 
 pub use compose::{Content, Hidden};
 pub use one::ExportReport;
 
 use self::one::Exporter;
+use super::side_by_side::SideBySide;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::io::exports::{ExportStore, WrittenFiles};
@@ -93,45 +92,22 @@ pub fn export(
         out,
         options,
     };
-    collect(photos, run(&exporter, photos, task))
+    let at_a_time =
+        SideBySide { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
+    let work = |photo: &&Photo| exporter.export(photo, &task.of(&photo.name));
+    collect(photos, at_a_time.run(photos, |photo| bytes_for(photo), work, task)?)
 }
 
-/// Runs the photos, as many at a time as memory allows. (Threads of our own, because a waiting rayon
-/// thread would start yet another photo; what is parallel within one photo uses rayon.)
-fn run(exporter: &Exporter, photos: &[&Photo], task: &Task) -> Vec<Option<Result<ExportReport>>> {
-    let results: Vec<_> = photos.iter().map(|_| Mutex::new(None)).collect();
-    let (next, finished) = (AtomicUsize::new(0), AtomicUsize::new(0));
-    let work = || {
-        while let Some(index) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < photos.len()) {
-            let photo = photos[index];
-            let result = task.go_on().and_then(|()| exporter.export(photo, &task.of(&photo.name)));
-            *results[index].lock().expect("no holder panics") = Some(result);
-            let done = finished.fetch_add(1, Ordering::Relaxed) + 1;
-            // A stop is noticed by the next photo.
-            let _ = task.step(STAGE, done as u64, photos.len() as u64);
-        }
-    };
-    std::thread::scope(|scope| {
-        let others = at_a_time(photos, exporter.options.memory).saturating_sub(1);
-        (0..others).for_each(|_| drop(scope.spawn(work)));
-        work();
-    });
-    results.into_iter().map(|result| result.into_inner().expect("no holder panics")).collect()
+/// What a photo takes at its peak. Per pixel: the photo as RGBA, its merged picture and that compressed,
+/// a guide; 16 bits at worst. And a batch of layers, before and after compression.
+fn bytes_for(photo: &Photo) -> u64 {
+    u64::from(photo.camera.width) * u64::from(photo.camera.height) * 4 * 2 * 3 + (128 << 20)
 }
 
-/// How many photos go at a time.
-fn at_a_time(photos: &[&Photo], memory: u64) -> usize {
-    let pixels = photos.iter().map(|p| u64::from(p.camera.width) * u64::from(p.camera.height)).max();
-    // Per pixel: the photo as RGBA, its merged picture and that compressed, a guide; 16 bits at worst.
-    // And a batch of layers, before and after compression.
-    let each = pixels.unwrap_or(0) * 4 * 2 * 3 + (128 << 20);
-    (memory / each).clamp(1, rayon::current_num_threads() as u64).min(photos.len() as u64) as usize
-}
-
-fn collect(photos: &[&Photo], results: Vec<Option<Result<ExportReport>>>) -> Result<Exported> {
+fn collect(photos: &[&Photo], results: Vec<Result<ExportReport>>) -> Result<Exported> {
     let mut exported = Exported::default();
     for (photo, result) in photos.iter().zip(results) {
-        match result.expect("every photo is run") {
+        match result {
             Ok(report) => exported.done.push(report),
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(problem) => exported.failed.push((photo.name.clone(), problem)),

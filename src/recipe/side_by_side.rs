@@ -1,0 +1,89 @@
+//! Several photos at a time, as many as threads and memory allow.
+
+use std::sync::Mutex;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use super::budget::Budget;
+use crate::error::Result;
+use crate::task::Task;
+
+/// How many at a time, and what that is called.
+pub(super) struct SideBySide {
+    /// Worked on at the same time at most; one at least.
+    pub threads: usize,
+    /// Bytes that they may take together; what needs more works alone.
+    pub memory: u64,
+    /// The stage that is reported of all of them.
+    pub stage: &'static str,
+}
+
+impl SideBySide {
+    /// The results of `work` on `items`, in their order; `bytes` is what an item takes.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`]; `work` should ask `task`, too, where it takes long.
+    pub fn run<I: Sync, T: Send>(
+        &self,
+        items: &[I],
+        bytes: impl Fn(&I) -> u64 + Sync,
+        work: impl Fn(&I) -> T + Sync,
+        task: &Task,
+    ) -> Result<Vec<T>> {
+        let total = items.len() as u64;
+        task.step(self.stage, 0, total)?;
+        let (next, done) = (AtomicUsize::new(0), AtomicUsize::new(0));
+        let budget = Budget::new(self.memory);
+        let results: Vec<Mutex<Option<T>>> = items.iter().map(|_| Mutex::default()).collect();
+        let take = || {
+            while let Some(i) = Some(next.fetch_add(1, Ordering::Relaxed)).filter(|i| *i < items.len()) {
+                let result = budget.with(bytes(&items[i]), || work(&items[i]));
+                *results[i].lock().expect("no holder of this lock panics") = Some(result);
+                let finished = done.fetch_add(1, Ordering::Relaxed) as u64 + 1;
+                if task.step(self.stage, finished, total).is_err() {
+                    return;
+                }
+            }
+        };
+        // Threads of their own, not rayon's: a rayon thread that waits inside one item would start
+        // another one and hold both.
+        std::thread::scope(|scope| {
+            (0..self.threads.clamp(1, items.len().max(1))).for_each(|_| drop(scope.spawn(take)));
+        });
+        task.go_on()?;
+        let taken =
+            results.into_iter().map(|result| result.into_inner().expect("no holder of this lock panics"));
+        Ok(taken.map(|result| result.expect("nobody stopped, so every item was worked on")).collect())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    fn four(threads: usize) -> SideBySide {
+        SideBySide { threads, memory: 10, stage: "test" }
+    }
+
+    #[test]
+    fn results_come_in_the_order_of_the_items() {
+        let items: Vec<u64> = (0..50).collect();
+        for threads in [0, 1, 4, 99] {
+            let squares = four(threads).run(&items, |i| *i, |i| i * i, &Task::silent()).unwrap();
+            assert_eq!(squares, items.iter().map(|i| i * i).collect::<Vec<_>>());
+        }
+        assert!(four(4).run(&[0u64; 0], |_| 0, |i| *i, &Task::silent()).unwrap().is_empty());
+    }
+
+    #[test]
+    fn whoever_asks_to_stop_gets_nothing_and_no_more_is_begun() {
+        let task = Task::silent();
+        let begun = AtomicUsize::new(0);
+        let work = |_: &u8| {
+            begun.fetch_add(1, Ordering::Relaxed);
+            task.stop_flag().store(true, Ordering::Relaxed);
+        };
+        let stopped = four(1).run(&[0u8; 9], |_| 1, work, &task);
+        assert!(matches!(stopped, Err(Error::Cancelled)) && begun.load(Ordering::Relaxed) == 1);
+    }
+}
