@@ -25,7 +25,7 @@ mod mark;
 mod nearest;
 mod pairs;
 mod presence;
-mod pyramid_cache;
+mod pyramids;
 mod rasteriser;
 mod readback;
 mod renderer;

@@ -115,7 +115,7 @@ impl Level {
 pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Pyramid {
     let (shape, srgb) = (Shape::of(rect), Srgb::tables());
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
-    let needed = runs_where(from_corner, |at| pixels.needed[at] != 0);
+    let needed = runs_where(from_corner, &pixels.needed, |needed| *needed != 0);
     let mut first = photo_level(from_corner, pixels);
     trust(&mut first, &needed, options.ramp);
     let mut levels = Vec::with_capacity(shape.levels() as usize);
@@ -140,28 +140,28 @@ impl Pyramid {
     }
 }
 
-/// The texels of a rectangle for whose index (in row order) `holds`.
-fn runs_where(rect: PixelRect, holds: impl Fn(usize) -> bool) -> Spans {
+/// The texels of a rectangle whose value `holds`, given all values in row order. Rows are long and change
+/// seldom: blocks are looked at as a whole first.
+fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) -> Spans {
     Spans::of_rows(rect.y..rect.bottom(), |y, out| {
         let row = (y - rect.y) as usize * rect.w as usize;
-        let mut from = None;
-        for x in 0..rect.w as usize {
-            match (holds(row + x), from) {
-                (true, None) => from = Some(x),
-                (false, Some(begin)) => {
-                    out.push(rect.x + begin as i32..rect.x + x as i32);
-                    from = None;
-                }
-                _ => (),
+        let mut x = rect.x;
+        for block in values[row..row + rect.w as usize].chunks(32) {
+            let count = block.iter().map(|value| u8::from(holds(value))).sum::<u8>();
+            if usize::from(count) == block.len() {
+                out.push(x..x + block.len() as i32);
+            } else if count > 0 {
+                let held = (x..).zip(block).filter(|(_, value)| holds(value));
+                out.extend(held.map(|(x, _)| x..x + 1));
             }
+            x += block.len() as i32;
         }
-        out.extend(from.map(|begin| rect.x + begin as i32..rect.right()));
     })
 }
 
 /// The pixels as level 0, their alpha as it is.
 fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
-    let mut level = Level::new(runs_where(rect, |at| pixels.rgba[4 * at + 3] != 0));
+    let mut level = Level::new(runs_where(rect, pixels.rgba.as_chunks::<4>().0, |texel| texel[3] != 0));
     let content = std::mem::take(&mut level.content);
     for (y, run) in content.iter() {
         let to = level.index(run.start, y);

@@ -119,6 +119,11 @@ impl Residency {
         self.occupancies[sheet.0 as usize].as_ref()
     }
 
+    /// Levels of the sheet that has most.
+    pub fn most_levels(&self) -> u32 {
+        self.shapes.iter().map(Shape::levels).max().unwrap_or(0)
+    }
+
     /// How many slots there are.
     pub fn capacity(&self) -> u32 {
         self.capacity

@@ -32,7 +32,9 @@ impl Srgb {
 
     /// The nearest 8-bit value; linear light below 0 and above 1 is clipped.
     pub fn encoded(&self, linear: f32) -> u8 {
-        self.encoded[((linear.clamp(0.0, 1.0) * (STEPS - 1) as f32) + 0.5) as usize]
+        // Adding 2^23 leaves the rounded number in the lowest bits: several times as fast as a cast.
+        let step = linear.clamp(0.0, 1.0) * (STEPS - 1) as f32 + 8_388_608.0;
+        self.encoded[step.to_bits() as usize % STEPS]
     }
 }
 

@@ -1,0 +1,200 @@
+//! Sheets are decoded into pyramids, in parallel, and kept for a while, as far as memory allows.
+
+use std::collections::BTreeSet;
+use std::sync::Arc;
+
+use rayon::prelude::*;
+use rustc_hash::FxHashMap;
+
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
+use crate::projection::{SheetId, SheetPixels, Texels};
+
+/// A sheet and its pyramid.
+pub type Made = (SheetId, Arc<Pyramid>);
+
+/// Texels of sheets that are decoded at once: bounds the memory for it.
+const BATCH_TEXELS: u64 = 32 << 20;
+/// Sheets are decoded in steps of so many, so that what comes first is like the rest: a photo's own sheets
+/// follow one another.
+const STRIDE: u32 = 13;
+
+/// Makes pyramids of sheets.
+#[derive(Clone)]
+pub struct Maker {
+    texels: Arc<dyn Texels>,
+    rects: Arc<[PixelRect]>,
+    options: PyramidOptions,
+}
+
+impl Maker {
+    /// Of a picture that is there already.
+    pub fn of_pixels(&self, sheet: SheetId, pixels: &SheetPixels) -> Arc<Pyramid> {
+        Arc::new(pyramid(self.rects[sheet.0 as usize], pixels, &self.options))
+    }
+
+    /// Of their files, in parallel.
+    ///
+    /// # Errors
+    /// Those of [`Texels`].
+    pub fn make_all(&self, sheets: &[SheetId]) -> Result<Vec<Made>> {
+        let make = |sheet: &SheetId| Ok((*sheet, self.of_pixels(*sheet, &self.texels.sheet(*sheet)?)));
+        sheets.par_iter().map(make).collect()
+    }
+}
+
+/// The pyramids of sheets, the least recently used of which are forgotten first.
+pub struct Pyramids {
+    maker: Maker,
+    kept: FxHashMap<SheetId, (Arc<Pyramid>, u64)>,
+    bytes: u64,
+    most_bytes: u64,
+    now: u64,
+}
+
+impl Pyramids {
+    /// Of sheets with these rectangles; at most `most_bytes` are kept.
+    pub fn new(
+        texels: Arc<dyn Texels>,
+        rects: Vec<PixelRect>,
+        options: PyramidOptions,
+        most_bytes: u64,
+    ) -> Self {
+        let maker = Maker { texels, rects: rects.into(), options };
+        Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
+    }
+
+    /// For work beside this.
+    pub fn maker(&self) -> Maker {
+        self.maker.clone()
+    }
+
+    /// The sheets' rectangles, in photo pixels.
+    pub fn rects(&self) -> &[PixelRect] {
+        &self.maker.rects
+    }
+
+    /// Texels of a sheet's rectangle.
+    pub fn area(&self, sheet: SheetId) -> u64 {
+        self.rects()[sheet.0 as usize].area()
+    }
+
+    /// Sheets that are decoded at the same time, within a bound on memory.
+    pub fn batches(&self, sheets: BTreeSet<SheetId>) -> Vec<Vec<SheetId>> {
+        let mut sheets: Vec<SheetId> = sheets.into_iter().collect();
+        sheets.sort_by_key(|sheet| (sheet.0 % STRIDE, *sheet));
+        let mut batches: Vec<Vec<SheetId>> = Vec::new();
+        let mut room = 0;
+        for sheet in sheets {
+            let texels = self.area(sheet);
+            if texels > room || batches.is_empty() {
+                batches.push(Vec::new());
+                room = BATCH_TEXELS;
+            }
+            room = room.saturating_sub(texels);
+            batches.last_mut().into_iter().for_each(|batch| batch.push(sheet));
+        }
+        batches
+    }
+
+    /// The pyramids of sheets, and how many of them had to be made.
+    ///
+    /// # Errors
+    /// Those of [`Texels`].
+    pub fn get(&mut self, sheets: &[SheetId]) -> Result<(Vec<Made>, usize)> {
+        let cached: Vec<_> = sheets.iter().map(|sheet| (*sheet, self.cached(*sheet))).collect();
+        let missing: Vec<SheetId> =
+            cached.iter().filter(|(_, cached)| cached.is_none()).map(|(sheet, _)| *sheet).collect();
+        let made = self.maker.make_all(&missing)?;
+        self.keep(&made);
+        let cached = cached.into_iter().filter_map(|(sheet, cached)| Some((sheet, cached?)));
+        Ok((cached.chain(made).collect(), missing.len()))
+    }
+
+    /// The pyramid of a sheet, if it is here.
+    pub fn cached(&mut self, sheet: SheetId) -> Option<Arc<Pyramid>> {
+        self.now += 1;
+        let (pyramid, used) = self.kept.get_mut(&sheet)?;
+        *used = self.now;
+        Some(pyramid.clone())
+    }
+
+    /// Keeps pyramids, in place of the sheets' old ones. The newest is kept however large it is.
+    pub fn keep(&mut self, made: &[Made]) {
+        for (sheet, pyramid) in made {
+            self.now += 1;
+            self.bytes += pyramid.bytes();
+            if let Some((old, _)) = self.kept.insert(*sheet, (pyramid.clone(), self.now)) {
+                self.bytes -= old.bytes();
+            }
+            self.forget_oldest();
+        }
+    }
+
+    fn forget_oldest(&mut self) {
+        while self.bytes > self.most_bytes && self.kept.len() > 1 {
+            let oldest = self.kept.iter().min_by_key(|(_, (_, used))| *used).map(|(sheet, _)| *sheet);
+            let Some((gone, _)) = oldest.and_then(|sheet| self.kept.remove(&sheet)) else { return };
+            self.bytes -= gone.bytes();
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::error::Error;
+
+    /// Sheets that have no files.
+    struct None;
+
+    impl Texels for None {
+        fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+            Err(Error::Request(format!("sheet {} was read", sheet.0)))
+        }
+    }
+
+    fn square(side: u32) -> Arc<Pyramid> {
+        let rect = PixelRect { x: 0, y: 0, w: side, h: side };
+        let texels = rect.area() as usize;
+        let pixels = SheetPixels { rect, rgba: vec![255; 4 * texels], needed: vec![1; texels] };
+        Arc::new(pyramid(rect, &pixels, &PyramidOptions::default()))
+    }
+
+    fn pyramids(most_bytes: u64) -> Pyramids {
+        let rect = PixelRect { x: 0, y: 0, w: 4096, h: 4096 };
+        Pyramids::new(Arc::new(None), vec![rect; 20], PyramidOptions::default(), most_bytes)
+    }
+
+    #[test]
+    fn what_was_not_used_for_longest_is_forgotten() {
+        let one = square(64);
+        let mut pyramids = pyramids(2 * one.bytes());
+        (0..2).for_each(|i| pyramids.keep(&[(SheetId(i), one.clone())]));
+        assert!(pyramids.cached(SheetId(0)).is_some());
+        pyramids.keep(&[(SheetId(2), one.clone())]);
+        let there: Vec<bool> = (0..3).map(|i| pyramids.cached(SheetId(i)).is_some()).collect();
+        assert_eq!(there, [true, false, true]);
+        pyramids.keep(&[(SheetId(2), one.clone())]);
+        assert!(pyramids.cached(SheetId(0)).is_some() && pyramids.bytes == 2 * one.bytes());
+        assert_eq!(pyramids.get(&[SheetId(2)]).unwrap().1, 0);
+        assert!(pyramids.get(&[SheetId(2), SheetId(1)]).is_err(), "one of them has to be read");
+    }
+
+    #[test]
+    fn what_is_larger_than_the_bound_is_kept_alone() {
+        let mut pyramids = pyramids(1);
+        pyramids.keep(&[(SheetId(0), square(8)), (SheetId(1), square(16))]);
+        assert!(pyramids.cached(SheetId(0)).is_none() && pyramids.cached(SheetId(1)).is_some());
+    }
+
+    #[test]
+    fn batches_hold_every_sheet_once() {
+        let batches = pyramids(1).batches((0..20).map(SheetId).collect());
+        assert!(batches.iter().all(|batch| batch.len() == 2), "each sheet is half a batch");
+        let mut all = batches.concat();
+        all.sort_unstable();
+        assert_eq!(all, (0..20).map(SheetId).collect::<Vec<_>>());
+    }
+}
