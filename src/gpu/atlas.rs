@@ -6,16 +6,39 @@ use wgpu::{Buffer, BufferUsages, Extent3d, Origin3d, TexelCopyBufferLayout, Texe
 use wgpu::{Texture, TextureFormat, TextureUsages, TextureView, TextureViewDescriptor, TextureViewDimension};
 
 use super::bindings;
+use super::blocks::compressed;
 use super::device::Gpu;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::projection::residency::{PAGE_SLOTS, Residency};
 use crate::projection::tiles::SLOT;
 
 /// WGSL of the lookups.
 pub const SOURCE: &str = include_str!("../../shaders/atlas.wgsl");
 
-/// Bytes of a slot of plain texels.
-pub const SLOT_BYTES: u64 = 4 * (SLOT * SLOT) as u64;
+/// How texels lie in slots.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Storage {
+    /// 4 bytes a texel, as they are.
+    #[default]
+    Plain,
+    /// BC7, 1 byte a texel: a few steps of 255 are lost, and loading takes longer.
+    Compressed,
+}
+
+impl Storage {
+    /// Bytes of a slot.
+    pub fn slot_bytes(self) -> u64 {
+        let texels = u64::from(SLOT * SLOT);
+        if self == Self::Plain { 4 * texels } else { texels }
+    }
+
+    fn format(self) -> TextureFormat {
+        match self {
+            Self::Plain => TextureFormat::Rgba8UnormSrgb,
+            Self::Compressed => TextureFormat::Bc7RgbaUnormSrgb,
+        }
+    }
+}
 
 /// Pages, page tables, and the table of sheets.
 #[derive(Debug)]
@@ -23,32 +46,32 @@ pub struct Atlas {
     gpu: Gpu,
     texture: Texture,
     view: TextureView,
+    storage: Storage,
     /// Slots in a row, rows of slots in a page, pages.
     size: [u32; 3],
     pages: Buffer,
     sheets: Buffer,
 }
 
-/// Neighbouring slots of one row of a page, with their texels: 68 rows.
+/// Neighbouring slots of one row of a page, as they go to the device.
 #[derive(Debug)]
 pub struct Strip {
     /// The first slot.
     pub slot: u32,
     /// How many.
     pub count: u32,
-    /// `68 * count` texels a row.
-    pub texels: Vec<u8>,
+    /// 68 rows of `68 * count` texels, or as many blocks.
+    pub bytes: Vec<u8>,
 }
 
 impl Strip {
-    /// Room for so many slots.
-    pub fn new(slot: u32, count: u32) -> Self {
-        Self { slot, count, texels: vec![0; SLOT_BYTES as usize * count as usize] }
-    }
-
-    /// Bytes from one row to the next.
-    pub fn row_bytes(&self) -> usize {
-        (4 * SLOT * self.count) as usize
+    /// Of plain texels.
+    pub fn new(slot: u32, count: u32, texels: Vec<u8>, storage: Storage) -> Self {
+        let bytes = match storage {
+            Storage::Plain => texels,
+            Storage::Compressed => compressed(&texels, count * SLOT, SLOT),
+        };
+        Self { slot, count, bytes }
     }
 }
 
@@ -56,20 +79,30 @@ impl Atlas {
     /// Tables for these sheets, and no slots yet.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold the tables.
-    pub fn new(gpu: &Gpu, residency: &Residency) -> Result<Self> {
+    /// [`crate::Error::Gpu`] when the device cannot hold the tables, or has no such storage.
+    pub fn new(gpu: &Gpu, residency: &Residency, storage: Storage) -> Result<Self> {
+        if storage == Storage::Compressed && !gpu.has_compression() {
+            let name = gpu.adapter_summary();
+            return Err(Error::Gpu(format!("{name} knows no BC7; do without compressed textures")));
+        }
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         gpu.guarded("making page tables", || {
-            let texture = texture(gpu, [1, 1, 1]);
+            let texture = texture(gpu, [1, 1, 1], storage);
             Ok(Self {
                 gpu: gpu.clone(),
                 view: array_view(&texture),
                 texture,
+                storage,
                 size: [0; 3],
                 pages: bindings::filled(gpu, "pages", residency.entries(), usage),
                 sheets: bindings::filled(gpu, "sheets", residency.records(), usage),
             })
         })
+    }
+
+    /// How texels lie in slots.
+    pub fn storage(&self) -> Storage {
+        self.storage
     }
 
     /// The slots, as an array of pages.
@@ -89,7 +122,7 @@ impl Atlas {
 
     /// Bytes of all pages.
     pub fn bytes(&self) -> u64 {
-        self.size.iter().map(|&side| u64::from(side)).product::<u64>() * SLOT_BYTES
+        self.size.iter().map(|&side| u64::from(side)).product::<u64>() * self.storage.slot_bytes()
     }
 
     /// The most slots that the device can address.
@@ -110,7 +143,7 @@ impl Atlas {
             return Ok(Vec::new());
         }
         let larger = self.gpu.guarded("making room for textures", || {
-            let larger = texture(&self.gpu, size);
+            let larger = texture(&self.gpu, size, self.storage);
             self.copy_to(&larger);
             Ok(larger)
         })?;
@@ -138,13 +171,15 @@ impl Atlas {
             origin: Origin3d { x: column * SLOT, y: row * SLOT, z: page },
             ..self.texture.as_image_copy()
         };
+        // A row of blocks is four rows of texels.
+        let rows = if self.storage == Storage::Plain { SLOT } else { SLOT / 4 };
         let layout = TexelCopyBufferLayout {
             offset: 0,
-            bytes_per_row: Some(strip.row_bytes() as u32),
-            rows_per_image: Some(SLOT),
+            bytes_per_row: Some(strip.bytes.len() as u32 / rows),
+            rows_per_image: Some(rows),
         };
         let size = Extent3d { width: strip.count * SLOT, height: SLOT, depth_or_array_layers: 1 };
-        self.gpu.queue.write_texture(target, &strip.texels, layout, size);
+        self.gpu.queue.write_texture(target, &strip.bytes, layout, size);
     }
 
     /// Writes a range of the page tables.
@@ -177,14 +212,14 @@ fn new_slots(old: [u32; 3], new: [u32; 3]) -> Vec<Range<u32>> {
     rows.filter(|row| !is_old(*row)).map(|row| first(row)..first(row) + new[0]).collect()
 }
 
-fn texture(gpu: &Gpu, [columns, rows, pages]: [u32; 3]) -> Texture {
+fn texture(gpu: &Gpu, [columns, rows, pages]: [u32; 3], storage: Storage) -> Texture {
     gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some("atlas"),
         size: Extent3d { width: columns * SLOT, height: rows * SLOT, depth_or_array_layers: pages },
         mip_level_count: 1,
         sample_count: 1,
         dimension: wgpu::TextureDimension::D2,
-        format: TextureFormat::Rgba8UnormSrgb,
+        format: storage.format(),
         usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST | TextureUsages::COPY_SRC,
         view_formats: &[],
     })

@@ -59,6 +59,7 @@ impl Gpu {
         // Where the GPU's memory is the processor's, results are read where they were written.
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wanted = if software { Features::MAPPABLE_PRIMARY_BUFFERS } else { Features::empty() };
+        let wanted = wanted | Features::TEXTURE_COMPRESSION_BC;
         let descriptor = wgpu::DeviceDescriptor {
             label: Some("quadratura"),
             required_features: adapter.features() & wanted,
@@ -75,6 +76,11 @@ impl Gpu {
     /// Storage buffers may be mapped and read without a copy.
     pub(super) fn reads_directly(&self) -> bool {
         self.device.features().contains(Features::MAPPABLE_PRIMARY_BUFFERS)
+    }
+
+    /// Textures may be BC7.
+    pub(super) fn has_compression(&self) -> bool {
+        self.device.features().contains(Features::TEXTURE_COMPRESSION_BC)
     }
 
     /// Bytes that one storage binding may hold.

@@ -14,6 +14,7 @@
 
 mod atlas;
 mod bindings;
+mod blocks;
 mod count;
 mod device;
 mod drawing;
@@ -36,7 +37,7 @@ mod texture_statistics;
 mod tile_store;
 mod workspace;
 
-pub use atlas::SOURCE as ATLAS_WGSL;
+pub use atlas::{SOURCE as ATLAS_WGSL, Storage};
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
 pub use renderer::Renderer;

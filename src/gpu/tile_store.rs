@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 use wgpu::{Buffer, SubmissionIndex, TextureView};
 
-use super::atlas::{Atlas, SLOT_BYTES};
+use super::atlas::{Atlas, Storage};
 use super::device::Gpu;
 use super::pyramids::Pyramids;
 use super::texture_statistics::TextureStatistics;
@@ -30,11 +30,18 @@ pub struct TextureOptions {
     pub cache_bytes: u64,
     /// How levels and confidence are made.
     pub pyramid: PyramidOptions,
+    /// How texels lie on the device.
+    pub storage: Storage,
 }
 
 impl Default for TextureOptions {
     fn default() -> Self {
-        Self { budget_bytes: 4 << 30, cache_bytes: 256 << 20, pyramid: PyramidOptions::default() }
+        Self {
+            budget_bytes: 4 << 30,
+            cache_bytes: 256 << 20,
+            pyramid: PyramidOptions::default(),
+            storage: Storage::default(),
+        }
     }
 }
 
@@ -60,6 +67,8 @@ pub struct TileStore {
     /// No more slots than this: the budget's, or fewer where the device had no memory for them.
     most_slots: u32,
     generation: u64,
+    /// The last wants, and what was left out of them.
+    settled: (Vec<Want>, usize),
     uploading: Option<SubmissionIndex>,
 }
 
@@ -79,15 +88,16 @@ impl TileStore {
     ) -> Result<Self> {
         let rects: Vec<PixelRect> = sources.sheets.iter().map(|sheet| sheet.rect).collect();
         let residency = Residency::new(rects.iter().copied());
-        let budget = u32::try_from(options.budget_bytes / SLOT_BYTES).unwrap_or(u32::MAX);
+        let budget = u32::try_from(options.budget_bytes / options.storage.slot_bytes()).unwrap_or(u32::MAX);
         Ok(Self {
-            atlas: Atlas::new(gpu, &residency)?,
+            atlas: Atlas::new(gpu, &residency, options.storage)?,
             gpu: gpu.clone(),
             texels_of: vec![[0; 2]; rects.len()],
             most_slots: budget.clamp(1, Atlas::most_slots(gpu)),
             pyramids: Pyramids::new(texels, rects, options.pyramid, options.cache_bytes),
             residency,
             generation: 0,
+            settled: Default::default(),
             uploading: None,
         })
     }
@@ -130,18 +140,17 @@ impl TileStore {
     /// loaded until then stays. [`crate::Error::Gpu`] when the device has no memory at all; where it has less
     /// than the budget, less is resident.
     pub fn load(&mut self, wants: &[Want], task: &Task) -> Result<Loaded> {
+        if wants == self.settled.0 {
+            return Ok(Loaded { left_out: self.settled.1, ..Loaded::default() });
+        }
         let mut loaded = Loaded::default();
-        // What is there and wanted must not leave for what comes.
-        self.residency.choose(wants, self.most_slots);
-        let result = self.load_unknown(wants, &mut loaded, task).and_then(|()| {
-            let wanted = self.residency.union(wants, 0).len();
-            self.make_room(wanted)?;
-            let chosen = self.residency.choose(wants, self.residency.capacity());
-            loaded.left_out = wanted - chosen.len();
-            self.load_missing(&chosen, &mut loaded, task)
-        });
-        self.write_tables();
-        result.map(|()| loaded)
+        if !self.residency.all_there(wants) {
+            let result = self.load_absent(wants, &mut loaded, task);
+            self.write_tables();
+            result?;
+        }
+        self.settled = (wants.to_vec(), loaded.left_out);
+        Ok(loaded)
     }
 
     /// Another picture for a sheet, or what its files hold now. Of the tiles on the device only those that
@@ -153,6 +162,7 @@ impl TileStore {
         let new = self.pyramids.maker().of_pixels(sheet, pixels);
         let old = self.pyramids.cached(sheet);
         self.learn(sheet, &new);
+        self.settled.0.clear();
         let mut changed = self.residency.resident_of(sheet);
         if let Some(old) = old {
             changed.retain(|key| !new.same_tile(&old, *key));

@@ -223,3 +223,6 @@ fn encoded(light: Light, srgb: Srgb) -> Level {
     level.carry(srgb);
     level
 }
+
+#[cfg(test)]
+pub(super) mod tests;

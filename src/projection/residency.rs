@@ -72,6 +72,8 @@ pub struct Residency {
     /// `None`: not decoded yet, and nothing of it can be resident.
     occupancies: Vec<Option<Occupancy>>,
     resident: FxHashMap<TileKey, Place>,
+    /// Per sheet how many of its tiles are resident, and when all of them were last wanted together.
+    of_sheet: Vec<(u32, u64)>,
     free: BTreeSet<u32>,
     capacity: u32,
     /// Sheets whose page tables no longer say what is resident.
@@ -88,6 +90,7 @@ impl Residency {
         let records = shapes.iter().map(|shape| record(shape, &mut next)).collect();
         Self {
             occupancies: vec![None; shapes.len()],
+            of_sheet: vec![(0, 0); shapes.len()],
             shapes,
             records,
             entries: vec![NOTHING; next as usize],
@@ -188,13 +191,38 @@ impl Residency {
         keys
     }
 
+    /// True when all that is wanted is resident; then it counts as wanted just now. Costs next to nothing for
+    /// sheets that are there as a whole: views ask this at every frame.
+    pub fn all_there(&mut self, wants: &[Want]) -> bool {
+        self.now += 1;
+        wants.iter().all(|want| self.is_there(want))
+    }
+
+    fn is_there(&mut self, want: &Want) -> bool {
+        let Some(occupancy) = self.occupancy(want.sheet) else { return false };
+        let total = occupancy.total();
+        let (resident, wanted) = &mut self.of_sheet[want.sheet.0 as usize];
+        if u64::from(*resident) == total {
+            *wanted = self.now;
+            return true;
+        }
+        self.tiles(want, 0).iter().all(|key| match self.resident.get_mut(key) {
+            Some(place) => {
+                place.wanted = self.now;
+                true
+            }
+            None => false,
+        })
+    }
+
     /// What of the wants there is room for in `capacity` slots: everything as many levels coarser as has to
-    /// be, then, coarse tiles first, what still fits of the next finer step. Returned coarse tiles first;
-    /// less than the tails only when there are more of them than slots.
-    pub fn choose(&mut self, wants: &[Want], capacity: u32) -> Vec<TileKey> {
+    /// be, then, coarse tiles first, what still fits of the next finer step; and how many tiles all of the
+    /// wants are. Coarse tiles come first; less than the tails only when there are more of them than slots.
+    pub fn choose(&mut self, wants: &[Want], capacity: u32) -> (Vec<TileKey>, usize) {
         self.now += 1;
         let mut finer = Vec::new();
         let mut chosen = self.union(wants, 0);
+        let wanted = chosen.len();
         for coarser in 1..=MOST_LEVELS as u32 {
             if chosen.len() <= capacity as usize {
                 break;
@@ -207,7 +235,7 @@ impl Residency {
         for key in &chosen {
             self.resident.entry(*key).and_modify(|place| place.wanted = self.now);
         }
-        chosen
+        (chosen, wanted)
     }
 
     /// The occupied tiles that the wants ask for, each once, the tails first, then coarse tiles first.
@@ -229,6 +257,7 @@ impl Residency {
         for key in missing {
             let Some(slot) = self.free.pop_first() else { break };
             self.resident.insert(key, Place { slot, wanted: self.now });
+            self.of_sheet[key.sheet.0 as usize].0 += 1;
             self.stale.insert(key.sheet);
             entered.push((key, slot));
         }
@@ -237,8 +266,9 @@ impl Residency {
 
     fn make_room(&mut self, slots: usize) {
         let Some(short) = slots.checked_sub(self.free.len()).filter(|short| *short > 0) else { return };
+        let last = |key: &TileKey, place: &Place| place.wanted.max(self.of_sheet[key.sheet.0 as usize].1);
         let old = self.resident.iter().filter(|(_, place)| place.wanted < self.now);
-        let mut old: Vec<(u64, TileKey)> = old.map(|(key, place)| (place.wanted, *key)).collect();
+        let mut old: Vec<(u64, TileKey)> = old.map(|(key, place)| (last(key, place), *key)).collect();
         // Of those wanted at the same time the finest leave first.
         old.sort_unstable_by_key(|(wanted, key)| (*wanted, key.level, *key));
         old.into_iter().take(short).for_each(|(_, key)| self.leave(key));
@@ -247,6 +277,7 @@ impl Residency {
     fn leave(&mut self, key: TileKey) {
         if let Some(place) = self.resident.remove(&key) {
             self.free.insert(place.slot);
+            self.of_sheet[key.sheet.0 as usize].0 -= 1;
             self.stale.insert(key.sheet);
         }
     }
@@ -311,3 +342,6 @@ fn reach(rect: PixelRect, level: u32) -> [Range<u32>; 2] {
     };
     [tiles(rect.x, rect.right()), tiles(rect.y, rect.bottom())]
 }
+
+#[cfg(test)]
+mod tests;

@@ -88,6 +88,8 @@ pub struct Occupancy {
     shape: Shape,
     /// For each level before the tail its tiles in row order.
     tiles: Vec<Vec<bool>>,
+    /// How many of them are occupied.
+    counts: Vec<u64>,
     /// The tail, and so the sheet, holds anything.
     any: bool,
 }
@@ -97,8 +99,14 @@ impl Occupancy {
     pub fn of(pyramid: &Pyramid) -> Self {
         let shape = pyramid.shape;
         let paged = pyramid.levels.iter().zip(0..shape.tail());
-        let tiles = paged.map(|(level, l)| occupied(level, shape.tiles(l))).collect();
-        Self { shape, tiles, any: pyramid.levels.first().is_some_and(|level| !level.content.is_empty()) }
+        let tiles: Vec<Vec<bool>> = paged.map(|(level, l)| occupied(level, shape.tiles(l))).collect();
+        let counts = tiles.iter().map(|tiles| tiles.iter().filter(|held| **held).count() as u64).collect();
+        Self {
+            shape,
+            tiles,
+            counts,
+            any: pyramid.levels.first().is_some_and(|level| !level.content.is_empty()),
+        }
     }
 
     /// Whether the tile (or the tail) holds anything.
@@ -107,6 +115,11 @@ impl Occupancy {
             Some(tiles) => tiles[(y * self.shape.tiles(level)[0] + x) as usize],
             None => self.any,
         }
+    }
+
+    /// How many tiles are occupied on all levels, the tail being one.
+    pub fn total(&self) -> u64 {
+        (0..=self.shape.tail()).map(|level| self.count(level)).sum()
     }
 
     /// Occupied tiles of a level that is not in the tail.
@@ -118,8 +131,8 @@ impl Occupancy {
 
     /// How many tiles of a level are occupied; of the tail 1 or 0.
     pub fn count(&self, level: u32) -> u64 {
-        match self.tiles.get(level as usize) {
-            Some(tiles) => tiles.iter().filter(|held| **held).count() as u64,
+        match self.counts.get(level as usize) {
+            Some(count) => *count,
             None => u64::from(self.any && level == self.shape.tail()),
         }
     }
@@ -206,3 +219,6 @@ fn copy(level: &Level, corner: [i32; 2], size: [u32; 2], to: &mut [u8], row_byte
         row[before + bytes..].fill(0);
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -21,13 +21,46 @@ const BATCH_STRIPS: usize = 64;
 /// From what share of the texels the rest is foretold.
 const ENOUGH_SEEN: f64 = 0.2;
 
+/// How far a load has come.
+#[derive(Debug, Clone, Copy)]
+struct SoFar {
+    /// Tiles that it brought.
+    tiles: usize,
+    /// Which share of the new sheets is decoded, those that are brought now included.
+    share: f64,
+}
+
+impl SoFar {
+    /// How many tiles all of the load will bring, if the rest is like what was decoded until now.
+    fn of_all(&self, tiles_now: usize) -> f64 {
+        (self.tiles + tiles_now) as f64 / self.share
+    }
+}
+
 impl TileStore {
+    /// Brings what is wanted and not there.
+    pub(super) fn load_absent(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
+        // What is there and wanted must not leave for what comes.
+        self.residency.choose(wants, self.most_slots);
+        self.load_unknown(wants, loaded, task)?;
+        let (mut chosen, wanted) = self.residency.choose(wants, self.most_slots);
+        self.make_room(chosen.len())?;
+        if chosen.len() > self.residency.capacity() as usize {
+            (chosen, _) = self.residency.choose(wants, self.residency.capacity());
+        }
+        loaded.left_out = wanted - chosen.len();
+        self.load_missing(&chosen, loaded, task)
+    }
+
     /// Decodes sheets that were never seen, and brings their tiles to the device as long as there is room:
     /// usually there is for all of them, and nothing is decoded twice. While one batch goes to the device
     /// the next is decoded.
-    pub(super) fn load_unknown(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
+    fn load_unknown(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
         let is_new = |sheet: &SheetId| self.residency.occupancy(*sheet).is_none();
         let unknown: BTreeSet<SheetId> = wants.iter().map(|want| want.sheet).filter(is_new).collect();
+        if unknown.is_empty() {
+            return Ok(());
+        }
         let texels: u64 = unknown.iter().map(|sheet| self.pyramids.area(*sheet)).sum();
         let (mut decoded, mut seen) = (Vec::new(), 0);
         for batch in self.pyramids.batches(unknown).into_iter().chain([Vec::new()]) {
@@ -35,52 +68,54 @@ impl TileStore {
             loaded.sheets += decoded.len();
             seen += decoded.iter().map(|(sheet, _)| self.pyramids.area(*sheet)).sum::<u64>();
             let maker = self.pyramids.maker();
-            let share = seen as f64 / texels as f64;
+            let sofar = SoFar { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
             let (brought, next) =
-                rayon::join(|| self.bring_new(wants, &decoded, share), || maker.make_all(&batch));
+                rayon::join(|| self.bring_new(wants, &decoded, sofar), || maker.make_all(&batch));
             loaded.tiles += brought?;
             decoded = next?;
         }
         Ok(())
     }
 
-    /// Brings sheets that were just decoded. `seen`: which share of all that are to come these and those
-    /// before them are.
-    fn bring_new(&mut self, wants: &[Want], decoded: &[Made], seen: f64) -> Result<usize> {
+    /// Brings sheets that were just decoded.
+    fn bring_new(&mut self, wants: &[Want], decoded: &[Made], sofar: SoFar) -> Result<usize> {
         if decoded.is_empty() {
             return Ok(0);
         }
         decoded.iter().for_each(|(sheet, pyramid)| self.learn(*sheet, pyramid));
-        let is_own = |want: &&Want| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
-        let own: Vec<Want> = wants.iter().filter(is_own).copied().collect();
-        let mut keys = self.residency.union(&own, 0);
-        // Where it will not all fit, finer levels are left out from the start.
-        let tails = own.len();
-        let expected = |keys: &[TileKey]| (keys.len() as f64 / seen) as usize;
-        for coarser in 1..self.residency.most_levels() {
-            if expected(&keys) <= self.most_slots as usize || keys.len() <= tails {
-                break;
-            }
-            keys = self.residency.union(&own, coarser);
-        }
+        let keys = self.bearable(wants, decoded, sofar);
         let slots = self.residency.len() + keys.len();
-        // Growing copies everything: seldom, and once what is to come can be foretold, to what it will be.
-        let foreseen = if seen < ENOUGH_SEEN { 2 * slots } else { (1.03 * slots as f64 / seen) as usize };
         if slots > self.residency.capacity() as usize {
-            self.make_room(foreseen)?;
+            // Growing copies everything, so it is done seldom, and as soon as what is to come can be foretold,
+            // to what it will be.
+            let foretold =
+                (1.03 * sofar.of_all(keys.len())) as usize + self.residency.len().saturating_sub(sofar.tiles);
+            self.make_room(if sofar.share < ENOUGH_SEEN { 2 * slots } else { foretold })?;
         }
         let brought = self.bring(&keys, decoded)?;
         self.pyramids.keep(decoded);
         Ok(brought)
     }
 
+    /// What to bring of sheets that were just decoded: all of them if it is likely that all sheets will fit,
+    /// as decoding takes longer than writing; else what is wanted, as coarse as will fit.
+    fn bearable(&self, wants: &[Want], decoded: &[Made], sofar: SoFar) -> Vec<TileKey> {
+        let fits = |keys: &[TileKey]| sofar.of_all(keys.len()) <= f64::from(self.most_slots);
+        let all: Vec<Want> = decoded.iter().map(|(sheet, _)| Want::all(*sheet)).collect();
+        let is_own = |want: &&Want| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
+        let own: Vec<Want> = wants.iter().filter(is_own).copied().collect();
+        let mut keys = self.residency.union(&all, 0);
+        for coarser in 0..self.residency.most_levels() {
+            if fits(&keys) {
+                break;
+            }
+            keys = self.residency.union(&own, coarser);
+        }
+        keys
+    }
+
     /// Brings those of the chosen tiles that are not there.
-    pub(super) fn load_missing(
-        &mut self,
-        chosen: &[TileKey],
-        loaded: &mut Loaded,
-        task: &Task,
-    ) -> Result<()> {
+    fn load_missing(&mut self, chosen: &[TileKey], loaded: &mut Loaded, task: &Task) -> Result<()> {
         let is_missing = |key: &&TileKey| self.residency.slot(**key).is_none();
         let missing: Vec<TileKey> = chosen.iter().filter(is_missing).copied().collect();
         let sheets: BTreeSet<SheetId> = missing.iter().map(|key| key.sheet).collect();
@@ -90,9 +125,25 @@ impl TileStore {
             loaded.sheets += decoded;
             let is_own = |key: &&TileKey| pyramids.iter().any(|(sheet, _)| *sheet == key.sheet);
             let own: Vec<TileKey> = missing.iter().filter(is_own).copied().collect();
+            self.make_room(self.residency.len() + own.len())?;
             loaded.tiles += self.bring(&own, &pyramids)?;
+            loaded.tiles += self.bring_rest(&pyramids)?;
         }
         Ok(())
+    }
+
+    /// Brings the other tiles of decoded sheets, too, if nobody has to leave for them.
+    fn bring_rest(&mut self, pyramids: &[Made]) -> Result<usize> {
+        let all: Vec<Want> = pyramids.iter().map(|(sheet, _)| Want::all(*sheet)).collect();
+        let mut rest = self.residency.union(&all, 0);
+        rest.retain(|key| self.residency.slot(*key).is_none());
+        let slots = self.residency.len() + rest.len();
+        if slots > self.most_slots as usize {
+            return Ok(0);
+        }
+        self.make_room(slots)?;
+        rest.truncate(self.residency.capacity() as usize - self.residency.len());
+        self.bring(&rest, pyramids)
     }
 
     /// Gives tiles slots and writes them there; those that find no room stay away.
@@ -105,7 +156,11 @@ impl TileStore {
     pub(super) fn upload(&mut self, mut slots: Vec<(TileKey, u32)>, of: &[Made]) -> Result<usize> {
         slots.sort_unstable_by_key(|(_, slot)| *slot);
         let pyramids: FxHashMap<SheetId, &Pyramid> = of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();
-        let cut = |strip: &[(TileKey, u32)]| cut_strip(strip, |key| pyramids[&key.sheet]);
+        let storage = self.atlas.storage();
+        let cut = |strip: &[(TileKey, u32)]| {
+            let texels = cut_strip(strip, |key| pyramids[&key.sheet]);
+            Strip::new(strip[0].1, strip.len() as u32, texels, storage)
+        };
         let neighbours =
             |a: &(TileKey, u32), b: &(TileKey, u32)| a.1 + 1 == b.1 && place(a.1)[1..] == place(b.1)[1..];
         let strips: Vec<&[(TileKey, u32)]> = slots.chunk_by(neighbours).collect();
@@ -128,14 +183,13 @@ impl TileStore {
     }
 }
 
-/// Neighbouring slots of a row of a page.
-fn cut_strip<'a>(slots: &[(TileKey, u32)], pyramid_of: impl Fn(TileKey) -> &'a Pyramid) -> Strip {
-    let first = slots.first().map_or(0, |(_, slot)| *slot);
-    let mut strip = Strip::new(first, slots.len() as u32);
-    let row_bytes = strip.row_bytes();
+/// The texels of neighbouring slots of a row of a page: 68 rows.
+fn cut_strip<'a>(slots: &[(TileKey, u32)], pyramid_of: impl Fn(TileKey) -> &'a Pyramid) -> Vec<u8> {
+    let slot_bytes = 4 * SLOT as usize;
+    let row_bytes = slots.len() * slot_bytes;
+    let mut texels = vec![0; SLOT as usize * row_bytes];
     for (i, (key, _)) in slots.iter().enumerate() {
-        let begin = i * 4 * SLOT as usize;
-        pyramid_of(*key).cut(*key, &mut strip.texels[begin..], row_bytes);
+        pyramid_of(*key).cut(*key, &mut texels[i * slot_bytes..], row_bytes);
     }
-    strip
+    texels
 }

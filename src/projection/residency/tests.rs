@@ -1,0 +1,147 @@
+//! Page tables against what they should say, over random sequences of views.
+
+use super::*;
+use crate::projection::pyramid::tests::random_sheet;
+use crate::projection::pyramid::{PyramidOptions, pyramid};
+use crate::scene::synthetic::Dice;
+
+const SIZES: [[u32; 2]; 6] = [[512, 256], [128, 128], [64, 512], [32, 16], [256, 256], [1, 2]];
+
+fn rects() -> impl Iterator<Item = PixelRect> {
+    SIZES.into_iter().map(|[w, h]| PixelRect { x: 0, y: 0, w, h })
+}
+
+fn random_occupancy(rect: PixelRect, dice: &mut Dice) -> Occupancy {
+    Occupancy::of(&pyramid(rect, &random_sheet(rect, dice), &PyramidOptions::default()))
+}
+
+fn all_wants() -> Vec<Want> {
+    (0..SIZES.len() as u32).map(|sheet| Want::all(SheetId(sheet))).collect()
+}
+
+fn random_want(dice: &mut Dice) -> Want {
+    let sheet = dice.whole(0, SIZES.len() as u32 - 1);
+    let rect = PixelRect {
+        x: dice.whole(0, 300) as i32 - 50,
+        y: dice.whole(0, 300) as i32 - 50,
+        w: dice.whole(1, 300),
+        h: dice.whole(1, 300),
+    };
+    Want { sheet: SheetId(sheet), finest: dice.whole(0, 4), rect }
+}
+
+/// What the entry of a tile should be: the nearest resident one of it and its ancestors.
+fn expected(book: &Residency, key: TileKey) -> u32 {
+    let (shape, Some(occupancy)) = (book.shape(key.sheet), book.occupancy(key.sheet)) else { return NOTHING };
+    if !occupancy.holds(key.level, key.x, key.y) {
+        return NOTHING;
+    }
+    for level in key.level..=shape.tail().max(key.level) {
+        let up = level - key.level;
+        let resident = TileKey { level: level.min(shape.tail()), x: key.x >> up, y: key.y >> up, ..key };
+        if let Some(slot) = book.slot(resident) {
+            return slot + (up << SLOT_BITS);
+        }
+    }
+    NOTHING
+}
+
+fn check(book: &mut Residency, entries: &mut [u32]) {
+    // As a device gets them: only what is said to have changed.
+    for range in book.write_entries() {
+        entries[range.clone()].copy_from_slice(&book.entries()[range]);
+    }
+    let mut slots: Vec<u32> = Vec::new();
+    for sheet in (0..SIZES.len() as u32).map(SheetId) {
+        let (shape, record) = (book.shape(sheet), book.records()[sheet.0 as usize]);
+        slots.extend(book.resident_of(sheet).iter().filter_map(|key| book.slot(*key)));
+        for level in 0..shape.levels() {
+            let [columns, rows] = shape.tiles(level);
+            for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
+                let entry = entries[(record.offsets[level as usize] + y * columns + x) as usize];
+                let key = TileKey { sheet, level, x, y };
+                assert_eq!(entry, expected(book, key), "{key:?}");
+            }
+        }
+    }
+    slots.sort_unstable();
+    slots.dedup();
+    assert_eq!(slots.len(), book.len(), "no two tiles share a slot");
+    assert!(book.len() <= book.capacity() as usize);
+}
+
+#[test]
+fn page_tables_lead_to_the_nearest_resident_tile_whatever_happened_before() {
+    for seed in 0..6 {
+        let mut dice = Dice::new(seed);
+        let mut book = Residency::new(rects());
+        let mut entries = book.entries().to_vec();
+        for step in 0..60 {
+            match dice.whole(0, 9) {
+                0 => book.grow({
+                    let next = book.capacity();
+                    next..next + dice.whole(1, 20)
+                }),
+                1 | 2 => {
+                    let sheet = dice.whole(0, SIZES.len() as u32 - 1);
+                    let rect = rects().nth(sheet as usize).expect("there is one");
+                    book.learn(SheetId(sheet), random_occupancy(rect, &mut dice));
+                }
+                _ => {
+                    let wants: Vec<Want> = (0..dice.whole(1, 5)).map(|_| random_want(&mut dice)).collect();
+                    let (chosen, _) = book.choose(&wants, book.capacity());
+                    book.enter(&chosen);
+                    assert!(chosen.iter().all(|key| book.slot(*key).is_some()), "step {step}");
+                }
+            }
+            check(&mut book, &mut entries);
+        }
+    }
+}
+
+#[test]
+fn with_room_for_the_tails_every_occupied_tile_is_served_at_some_level() {
+    for slots in [6, 10, 25, 70] {
+        let mut dice = Dice::new(u64::from(slots));
+        let mut book = Residency::new(rects());
+        book.grow(0..slots);
+        for (sheet, rect) in (0..).map(SheetId).zip(rects()) {
+            book.learn(sheet, random_occupancy(rect, &mut dice));
+        }
+        let (chosen, wanted) = book.choose(&all_wants(), slots);
+        assert_eq!(chosen.len(), wanted.min(slots as usize), "no slot is left unused");
+        book.enter(&chosen);
+        let mut entries = book.entries().to_vec();
+        check(&mut book, &mut entries);
+        for (sheet, record) in (0..).map(SheetId).zip(book.records()) {
+            let occupancy = book.occupancy(sheet).expect("it was learnt");
+            for level in 0..record.tail {
+                let columns = book.shape(sheet).tiles(level)[0];
+                let entry =
+                    |[x, y]: [u32; 2]| entries[(record.offsets[level as usize] + y * columns + x) as usize];
+                assert!(occupancy.tiles(level).all(|tile| entry(tile) != NOTHING));
+            }
+        }
+    }
+}
+
+#[test]
+fn what_was_not_wanted_for_longest_leaves_first() {
+    let mut book = Residency::new(rects());
+    let mut dice = Dice::new(1);
+    for (sheet, rect) in (0..).map(SheetId).zip(rects()) {
+        book.learn(sheet, random_occupancy(rect, &mut dice));
+    }
+    let wants = |sheet| [Want::all(SheetId(sheet))];
+    let count = |book: &Residency, sheet| book.tiles(&wants(sheet)[0], 0).len() as u32;
+    book.grow(0..count(&book, 0) + count(&book, 1));
+    for sheet in [1, 0] {
+        let (chosen, _) = book.choose(&wants(sheet), book.capacity());
+        book.enter(&chosen);
+    }
+    assert!(book.all_there(&wants(1)), "a look at it is a use of it");
+    assert!(!book.all_there(&wants(4)));
+    let (chosen, _) = book.choose(&wants(3), book.capacity());
+    book.enter(&chosen);
+    assert!(book.all_there(&wants(1)) && book.all_there(&wants(3)) && !book.all_there(&wants(0)));
+}
