@@ -38,6 +38,7 @@ mod tile_store;
 mod workspace;
 
 pub use atlas::{SOURCE as ATLAS_WGSL, Storage};
+pub use blocks::compressed;
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
 pub use renderer::Renderer;
