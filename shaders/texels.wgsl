@@ -47,12 +47,18 @@ fn floor_to_center(at: vec2f) -> vec2f {
     return base + 0.5 + clamp((share - DEAD) / (1.0 - 2.0 * DEAD), vec2f(0.0), vec2f(1.0));
 }
 
+// A position in texels of a level: sides that are one texel long are not halved any more.
+fn in_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec2f {
+    return at / vec2f(vec2u(1u) << min(vec2u(level), sheet.log_size));
+}
+
 // Linear colour and confidence at `at`, in texels of the sheet's level 0, from one level. w < 0: there
 // is nothing.
 fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     let size = max(vec2u(1u), (vec2u(1u) << sheet.log_size) >> vec2u(level));
     let grid_width = (size.x + 63u) >> 6u;
-    let position = clamp(at * exp2(-f32(level)), vec2f(0.0), vec2f(size));
+    let held = clamp(at, vec2f(0.0), vec2f(vec2u(1u) << sheet.log_size));
+    let position = in_level(sheet, held, level);
     let tile = min(vec2u(position / TILE), (size - 1u) >> vec2u(6u));
     let grid = sheets[sheet.sheet * SHEET_WORDS + FIRST_OFFSET + level];
     let entry = pages[grid + tile.y * grid_width + tile.x];
@@ -66,7 +72,7 @@ fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     if level + up + TAIL_LOG >= longer {
         corner = -tail_spot(longer - min(longer, level + up));
     }
-    let local = floor_to_center(position * exp2(-f32(up))) - corner + GUTTER;
+    let local = floor_to_center(in_level(sheet, held, level + up)) - corner + GUTTER;
     let slot = vec2f(f32(entry & 31u), f32((entry >> 5u) & 31u)) * SLOT;
     let uv = (slot + local) / vec2f(textureDimensions(atlas));
     return textureSampleLevel(atlas, bilinear, uv, i32((entry & 0xffffffu) >> 10u), 0.0);

@@ -1,4 +1,5 @@
-//! Texture memory on the device (`shaders/atlas.wgsl`): the pages of slots, and the page tables.
+//! Texture memory on the device: the pages of slots, and the page tables. `shaders/texels.wgsl` looks
+//! things up in it.
 
 use std::ops::Range;
 
@@ -11,9 +12,6 @@ use super::device::Gpu;
 use crate::error::{Error, Result};
 use crate::projection::residency::{PAGE_SLOTS, Residency};
 use crate::projection::tiles::SLOT;
-
-/// WGSL of the lookups.
-pub const SOURCE: &str = include_str!("../../shaders/atlas.wgsl");
 
 /// How texels lie in slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]

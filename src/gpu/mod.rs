@@ -37,8 +37,7 @@ mod texture_statistics;
 mod tile_store;
 mod workspace;
 
-pub use atlas::{SOURCE as ATLAS_WGSL, Storage};
-pub use blocks::compressed;
+pub use atlas::Storage;
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
 pub use renderer::Renderer;

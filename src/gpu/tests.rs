@@ -8,7 +8,6 @@ use naga::valid::{Capabilities, ValidationFlags, Validator};
 use super::frame::{FrameUniform, PlaneWords};
 use super::presence::Sighting;
 use super::{Gpu, GpuRasteriser};
-use super::{atlas, tile_store};
 use super::{count, drawing, farthest, fill, frame, mark, nearest, pairs, presence, scan, stencil};
 
 /// Every shader as it is compiled: name and WGSL.
@@ -25,8 +24,7 @@ fn shaders() -> Vec<(&'static str, String)> {
     let drawn = drawn.map(|(name, source)| (name, [frame::SOURCE, drawing::VERTEX, source].concat()));
     let computed = [("scan", scan::SOURCE), ("pairs", pairs::SOURCE)];
     let computed = computed.map(|(name, source)| (name, [frame::SOURCE, source].concat()));
-    let looked_up = ("atlas", [tile_store::tests::LOOKUPS, atlas::SOURCE].concat());
-    drawn.into_iter().chain(computed).chain([looked_up]).collect()
+    drawn.into_iter().chain(computed).collect()
 }
 
 fn parsed(name: &str, source: &str) -> naga::Module {
@@ -67,8 +65,6 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     let frame = rust_struct!(FrameUniform: width y0 row row_end first_entry nearer depth_scale zero);
     assert_eq!(wgsl_struct("count", "Frame"), frame);
     assert_eq!(wgsl_struct("count", "Plane"), rust_struct!(PlaneWords: a b c u0 v0 number));
-    use crate::projection::residency::SheetRecord;
-    assert_eq!(wgsl_struct("atlas", "Sheet"), rust_struct!(SheetRecord: log levels tail offsets));
     assert_eq!(wgsl_struct("presence", "Sighting"), rust_struct!(Sighting: visible hidden));
 }
 
@@ -81,15 +77,6 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
     says(pairs::SOURCE, format!("const PROBES: u32 = {}u;", 1 << pairs::PROBE_BITS));
     says(pairs::SOURCE, format!("const HALF_BITS: u32 = {}u;", pairs::HALF_BITS));
     says(pairs::SOURCE, format!("@workgroup_size(1, {})", pairs::WORKGROUP));
-    use crate::projection::{residency, tiles};
-    says(atlas::SOURCE, format!("const TILE: f32 = {}.0;", tiles::TILE));
-    says(atlas::SOURCE, format!("const GUTTER: f32 = {}.0;", tiles::GUTTER));
-    says(atlas::SOURCE, format!("const SLOT: f32 = {}.0;", tiles::SLOT));
-    says(atlas::SOURCE, format!("const SLOT_BITS: u32 = {}u;", residency::SLOT_BITS));
-    says(atlas::SOURCE, format!("const NOTHING: u32 = {:#x}u;", residency::NOTHING));
-    says(atlas::SOURCE, format!("const PAGE_LOG: u32 = {}u;", residency::PAGE_SLOTS.ilog2()));
-    let spots = tiles::TAIL_SPOTS.map(|[x, y]| format!("vec2f({x}.0, {y}.0), "));
-    says(atlas::SOURCE, spots.concat());
     says(frame::SOURCE, format!("const VISIBLE: u32 = {:#x}u;", crate::layers::rasteriser::VISIBLE));
 }
 

@@ -3,7 +3,7 @@
 
 mod loading;
 #[cfg(test)]
-pub(super) mod tests;
+mod tests;
 
 use std::sync::Arc;
 

@@ -13,7 +13,7 @@ mod tables;
 mod target;
 #[cfg(test)]
 mod tests;
-mod texels;
+pub(super) mod texels;
 
 use std::collections::BTreeMap;
 use std::sync::Arc;

@@ -78,7 +78,7 @@ impl Passes {
         let stages = ShaderStages::VERTEX_FRAGMENT;
         Self {
             shot: bindings::layout(gpu, "shot", stages, &kinds),
-            texels: TexelGroup::new(gpu),
+            texels: TexelGroup::new(gpu, ShaderStages::VERTEX_FRAGMENT),
             photos,
             nearness: FxHashMap::default(),
             programs: FxHashMap::default(),

@@ -19,9 +19,9 @@ pub struct TexelGroup {
 }
 
 impl TexelGroup {
-    pub fn new(gpu: &Gpu) -> Self {
+    pub fn new(gpu: &Gpu, visibility: ShaderStages) -> Self {
         Self {
-            layout: bindings::layout(gpu, "texels", ShaderStages::VERTEX_FRAGMENT, &KINDS),
+            layout: bindings::layout(gpu, "texels", visibility, &KINDS),
             bilinear: gpu.device.create_sampler(&wgpu::SamplerDescriptor {
                 label: Some("bilinear"),
                 mag_filter: wgpu::FilterMode::Linear,
