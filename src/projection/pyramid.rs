@@ -40,8 +40,9 @@ pub struct Level {
     /// The part of the level that is kept, relative to the sheet's corner; may reach outside of it by the
     /// gutter.
     pub rect: PixelRect,
-    /// sRGB and confidence, 8 bits, rows from the top. Confidence is 0 where there is no content: there
-    /// colour is the neighbours', two texels far, then black.
+    /// sRGB and confidence, 8 bits, rows from the top. Where there is no content colour is the
+    /// neighbours', two texels far, then black, and confidence 0; or what the photo shows, one texel far,
+    /// and the least confidence: a photo's own camera is served there, hardly anyone else.
     pub rgba: Vec<u8>,
 }
 
@@ -59,9 +60,10 @@ impl Level {
         Self { content, rect, rgba: vec![0; 4 * rect.area() as usize] }
     }
 
-    /// Colour flows `GUTTER` texels past the content: each ring is the mean of its neighbours of the
-    /// ring before, in linear light.
-    fn carry(&mut self, srgb: Srgb) {
+    /// Colour flows `GUTTER` texels past the content: the first ring has what the photo shows there
+    /// (`shown`), where that is known, and the least confidence; else a ring is the mean of its neighbours
+    /// of the ring before, in linear light.
+    fn carry(&mut self, srgb: Srgb, shown: impl Fn(i32, i32) -> Option<[u8; 3]>) {
         let mut inside = self.content.clone();
         let mut rings = Vec::new();
         for _ in 0..GUTTER {
@@ -73,6 +75,12 @@ impl Level {
         }
         for (y, run) in rings.iter().flat_map(Spans::iter) {
             run.clone().for_each(|x| self.set_confidence(x, y, 0));
+        }
+        for (y, x) in rings[0].iter().flat_map(|(y, run)| run.clone().map(move |x| (y, x))) {
+            if let Some([r, g, b]) = shown(x, y) {
+                let at = self.index(x, y);
+                self.rgba[at..at + 4].copy_from_slice(&[r, g, b, 1]);
+            }
         }
     }
 
@@ -121,7 +129,7 @@ pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) 
     let mut levels = Vec::with_capacity(shape.levels() as usize);
     let mut light = (shape.levels() > 1)
         .then(|| Light::half_of(&Decoded { level: &first, srgb }, shape.halves(0), options.kernel));
-    first.carry(srgb);
+    first.carry(srgb, |x, y| beside(from_corner, pixels, x, y));
     levels.push(first);
     while let Some(above) = light.take() {
         let level = levels.len() as u32;
@@ -172,6 +180,14 @@ fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
     Level { content, ..level }
 }
 
+/// What the photo shows at a texel that holds nothing, if the sheet's pixels tell.
+fn beside(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 3]> {
+    let inside = (rect.x..rect.right()).contains(&x) && (rect.y..rect.bottom()).contains(&y);
+    let index = inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)?;
+    let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
+    ([r, g, b] != [0; 3]).then_some([r, g, b])
+}
+
 /// Alpha becomes confidence.
 fn trust(level: &mut Level, needed: &Spans, ramp: Ramp) {
     let content = std::mem::take(&mut level.content);
@@ -220,7 +236,7 @@ fn encoded(light: Light, srgb: Srgb) -> Level {
             *texel = [r, g, b, byte(light.confidence[i])];
         }
     }
-    level.carry(srgb);
+    level.carry(srgb, |_, _| None);
     level
 }
 

@@ -125,7 +125,8 @@ pub struct SheetPixels {
     /// The part of the sheet's rectangle that holds anything, in photo pixels; all else is empty.
     pub rect: PixelRect,
     /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4`, rows from the top, not premultiplied. Alpha 0:
-    /// nothing there.
+    /// nothing there; another colour than black is then what the photo shows there, of another surface:
+    /// beside an outline it is carried past it in place of a guess, because the pixel is a mixture of both.
     pub rgba: Vec<u8>,
     /// Bytes of `needed` are 1 where some element of the layer covers the texel, else 0; `rect.w *
     /// rect.h`.

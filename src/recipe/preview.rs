@@ -60,7 +60,7 @@ pub fn open(
     let (store, site) = (StackStore::new(folder), &opened.site);
     let stacks = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks));
-    let files = SheetFiles::new(&store, stacks.iter().flatten());
+    let files = SheetFiles::new(&store, &site.photos, &stacks);
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
     let memory = default_memory();
     let gains = match options.gains {
