@@ -10,6 +10,7 @@ pub mod flight;
 pub mod framing;
 pub mod frustum;
 pub mod halving;
+pub mod least_confidence;
 pub mod likeness;
 pub mod pyramid;
 pub mod relief;
