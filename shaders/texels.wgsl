@@ -1,4 +1,5 @@
-// Texels of sheets, out of tiles. Rust: gpu/atlas.rs; the plain twin of filtering: projection/twin.
+// Texels of sheets, out of tiles. The including shader says `const STORED`: whether the atlas is read as
+// stored, in sRGB. Rust: gpu/renderer/texels.rs; the plain twin of filtering: projection/twin.
 
 @group(1) @binding(0) var atlas: texture_2d_array<f32>;
 @group(1) @binding(1) var bilinear: sampler;
@@ -52,6 +53,12 @@ fn in_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec2f {
     return at / vec2f(vec2u(1u) << min(vec2u(level), sheet.log_size));
 }
 
+// sRGB to linear light by a quartic (fitted, off by 0.7 steps of 255 at most), for previews, which filter colours as stored:
+// software adapters decode each of the four texels of a lookup, which takes longer than all the rest.
+fn linear_of_stored(v: vec3f) -> vec3f {
+    return v * (0.059567 + v * (0.361799 + v * (0.899047 - v * 0.320413)));
+}
+
 // Linear colour and confidence at `at`, in texels of the sheet's level 0, from one level. w < 0: there
 // is nothing.
 fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
@@ -75,7 +82,11 @@ fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     let local = floor_to_center(in_level(sheet, held, level + up)) - corner + GUTTER;
     let slot = vec2f(f32(entry & 31u), f32((entry >> 5u) & 31u)) * SLOT;
     let uv = (slot + local) / vec2f(textureDimensions(atlas));
-    return textureSampleLevel(atlas, bilinear, uv, i32((entry & 0xffffffu) >> 10u), 0.0);
+    let texel = textureSampleLevel(atlas, bilinear, uv, i32((entry & 0xffffffu) >> 10u), 0.0);
+    if STORED {
+        return vec4f(linear_of_stored(texel.rgb), texel.a);
+    }
+    return texel;
 }
 
 // The same between two levels. Where one has nothing, the other's colour is taken.

@@ -30,6 +30,11 @@ impl Storage {
         if self == Self::Plain { 4 * texels } else { texels }
     }
 
+    /// The format whose values are read as they are stored, in sRGB.
+    fn stored_format(self) -> TextureFormat {
+        self.format().remove_srgb_suffix()
+    }
+
     fn format(self) -> TextureFormat {
         match self {
             Self::Plain => TextureFormat::Rgba8UnormSrgb,
@@ -43,7 +48,8 @@ impl Storage {
 pub struct Atlas {
     gpu: Gpu,
     texture: Texture,
-    view: TextureView,
+    /// In linear light, and as stored.
+    views: [TextureView; 2],
     storage: Storage,
     /// Slots in a row, rows of slots in a page, pages.
     size: [u32; 3],
@@ -88,7 +94,7 @@ impl Atlas {
             let texture = texture(gpu, [1, 1, 1], storage);
             Ok(Self {
                 gpu: gpu.clone(),
-                view: array_view(&texture),
+                views: views(&texture, storage),
                 texture,
                 storage,
                 size: [0; 3],
@@ -105,7 +111,12 @@ impl Atlas {
 
     /// The slots, as an array of pages.
     pub fn view(&self) -> &TextureView {
-        &self.view
+        &self.views[0]
+    }
+
+    /// The same, of which colours are read in sRGB: filtered faster, and not quite rightly.
+    pub fn stored_view(&self) -> &TextureView {
+        &self.views[1]
     }
 
     /// The page tables: words.
@@ -146,7 +157,7 @@ impl Atlas {
             Ok(larger)
         })?;
         let old = std::mem::replace(&mut self.size, size);
-        self.view = array_view(&larger);
+        self.views = views(&larger, self.storage);
         self.texture = larger;
         Ok(new_slots(old, size))
     }
@@ -219,14 +230,17 @@ fn texture(gpu: &Gpu, [columns, rows, pages]: [u32; 3], storage: Storage) -> Tex
         dimension: wgpu::TextureDimension::D2,
         format: storage.format(),
         usage: TextureUsages::TEXTURE_BINDING | TextureUsages::COPY_DST | TextureUsages::COPY_SRC,
-        view_formats: &[],
+        view_formats: &[storage.stored_format()],
     })
 }
 
-/// An array even where there is one page.
-fn array_view(texture: &Texture) -> TextureView {
-    texture.create_view(&TextureViewDescriptor {
-        dimension: Some(TextureViewDimension::D2Array),
-        ..TextureViewDescriptor::default()
+/// In linear light, and as stored; arrays even where there is one page.
+fn views(texture: &Texture, storage: Storage) -> [TextureView; 2] {
+    [storage.format(), storage.stored_format()].map(|format| {
+        texture.create_view(&TextureViewDescriptor {
+            format: Some(format),
+            dimension: Some(TextureViewDimension::D2Array),
+            ..TextureViewDescriptor::default()
+        })
     })
 }

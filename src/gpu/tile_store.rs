@@ -7,6 +7,7 @@ mod tests;
 
 use std::sync::Arc;
 
+use glam::{DVec2, IVec2};
 use wgpu::{Buffer, SubmissionIndex, TextureView};
 
 use super::atlas::{Atlas, Storage};
@@ -15,10 +16,12 @@ use super::pyramids::Pyramids;
 use super::texture_statistics::TextureStatistics;
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::projection::cells::Confidence;
+use crate::projection::least_confidence::LeastConfidence;
 use crate::projection::pyramid::{Pyramid, PyramidOptions};
 use crate::projection::residency::{Residency, Want};
 use crate::projection::tiles::Occupancy;
-use crate::projection::{SheetId, SheetPixels, Sources, Texels};
+use crate::projection::{Server, SheetId, SheetPixels, Sources, Texels};
 use crate::task::Task;
 
 /// Texture memory's limits.
@@ -64,6 +67,12 @@ pub struct TileStore {
     atlas: Atlas,
     /// Texels that faces cover and that hold something, per sheet that was decoded.
     texels_of: Vec<[u64; 2]>,
+    /// Of each sheet, which is known from when it was decoded.
+    least: Vec<LeastConfidence>,
+    /// Where each sheet lies in its photo.
+    corners: Vec<IVec2>,
+    /// Texels are stored as they are, not compressed.
+    exact: bool,
     /// No more slots than this: the budget's, or fewer where the device had no memory for them.
     most_slots: u32,
     generation: u64,
@@ -93,6 +102,9 @@ impl TileStore {
             atlas: Atlas::new(gpu, &residency, options.storage)?,
             gpu: gpu.clone(),
             texels_of: vec![[0; 2]; rects.len()],
+            least: vec![LeastConfidence::default(); rects.len()],
+            corners: rects.iter().map(|rect| IVec2::new(rect.x, rect.y)).collect(),
+            exact: options.storage == Storage::default(),
             most_slots: budget.clamp(1, Atlas::most_slots(gpu)),
             pyramids: Pyramids::new(texels, rects, options.pyramid, options.cache_bytes),
             residency,
@@ -105,6 +117,11 @@ impl TileStore {
     /// For `atlas`: an array of pages. Another one after each change of [`Self::generation`].
     pub fn atlas(&self) -> &TextureView {
         self.atlas.view()
+    }
+
+    /// The same, of which colours are read as they are stored, in sRGB.
+    pub fn stored_atlas(&self) -> &TextureView {
+        self.atlas.stored_view()
     }
 
     /// For `pages`: the page tables.
@@ -190,6 +207,7 @@ impl TileStore {
         self.residency.learn(sheet, Occupancy::of(pyramid));
         let content = pyramid.levels.first().map_or(0, |level| level.content.count());
         self.texels_of[sheet.0 as usize] = [pyramid.covered, content];
+        self.least[sheet.0 as usize] = LeastConfidence::of(pyramid);
     }
 
     /// Slots for so many tiles, if the budget and the device have them.
@@ -219,5 +237,19 @@ impl TileStore {
         for range in self.residency.write_entries() {
             self.atlas.write_entries(self.residency.entries(), range);
         }
+    }
+}
+
+impl Confidence for TileStore {
+    /// Known for sheets that were decoded, as long as all that was wanted is on the device: coarser tiles
+    /// in place of finer ones average over more.
+    fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
+        if self.settled.1 > 0 || !self.exact || !low_px.is_finite() || !high_px.is_finite() {
+            return 0.0;
+        }
+        let sheet = server.sheet.0 as usize;
+        let low = low_px.floor().as_ivec2() - self.corners[sheet];
+        let high = high_px.ceil().as_ivec2() - self.corners[sheet];
+        self.least[sheet].within(PixelRect::from_edges(low.x, low.y, high.x, high.y))
     }
 }

@@ -10,7 +10,7 @@ use rayon::prelude::*;
 
 use super::relief::STEEPEST;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
-use super::sources::{Server, Sources};
+use super::sources::{Projector, Server, Sources};
 use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at};
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::scene::{Face, FaceId, Model};
@@ -21,8 +21,8 @@ const BLOCKS: [u32; 2] = [8, 2];
 
 /// What is known of confidence without looking at texels.
 pub trait Confidence: Sync {
-    /// A lower bound of the filtered confidence of a server's sheet within `low_px..high_px` (photo
-    /// pixels); 0 where nothing is known.
+    /// A lower bound of the confidence of a server's sheet within `low_px..high_px` (photo pixels, what a
+    /// filter reaches included); 0 where nothing is known.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64;
 }
 
@@ -290,8 +290,8 @@ impl<C: Confidence> Finder<'_, C> {
         let photo = self.sources.photo(server.photo);
         let blend = &self.shot.blend;
         let angle = angles(patch, self.shot.viewpoint(), photo.pose.center_in_world());
-        let seen = self.footprint(patch, server, &photo.camera, &photo.pose)?;
         let density = self.octaves(subject, patch, &photo.camera, &photo.pose);
+        let seen = self.footprint(patch, server, photo, density.start)?;
         let octaves = match blend.mode {
             Mode::Debevec => 0.0..0.0,
             _ => density.start.max(0.0)..density.end.max(0.0),
@@ -313,8 +313,15 @@ impl<C: Confidence> Finder<'_, C> {
         Some((Candidate { server: id, least, rect: seen.rect, finest }, most))
     }
 
-    /// Where the photo has the patch, if at all.
-    fn footprint(&self, patch: &Patch, server: &Server, camera: &Pinhole, pose: &Pose) -> Option<Footprint> {
+    /// Where the photo has the patch, if at all; `octaves`: the least that it lacks.
+    fn footprint(
+        &self,
+        patch: &Patch,
+        server: &Server,
+        photo: &Projector,
+        octaves: f64,
+    ) -> Option<Footprint> {
+        let Projector { camera, pose, .. } = photo;
         let middle = pose.camera_from_world(patch.middle_in_world);
         if middle.z + patch.radius <= 0.0 {
             return None;
@@ -337,7 +344,15 @@ impl<C: Confidence> Finder<'_, C> {
         if border.end <= 0.0 {
             return None;
         }
-        let least = if border.start > 0.0 { self.confidence.least(server, low, high) } else { 0.0 };
+        let least = match self.shot.quality {
+            // A filter of level l reaches 2^l texels, a share of the level above twice that.
+            Quality::Preview if border.start > 0.0 => {
+                let reach = 2.0 * (-octaves).max(0.0).ceil().exp2();
+                self.confidence.least(server, low - reach, high + reach)
+            }
+            // Anisotropic footprints have no bound that is worth anything.
+            _ => 0.0,
+        };
         let whole = server.domain.is_whole() && middle.z > patch.radius;
         Some(Footprint { trust: border.start * least..border.end, whole, rect: pixels.intersection(&rect) })
     }

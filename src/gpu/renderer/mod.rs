@@ -29,7 +29,7 @@ use super::TileStore;
 use super::device::Gpu;
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::projection::cells::{Cells, Confidence, Unknown, cells};
+use crate::projection::cells::{Cells, Confidence, cells};
 use crate::projection::exposure::seen_shares;
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
@@ -122,7 +122,7 @@ impl Renderer {
 
     /// Brings tables and tiles up to the shot.
     fn prepare(&mut self, shot: &Shot, task: &Task) -> Result<()> {
-        let cells = task.timed("cells", || self.cells(shot, &Unknown));
+        let cells = task.timed("cells", || self.cells(shot, &self.tiles));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.tiles.load(&wanted, task))?;

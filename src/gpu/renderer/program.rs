@@ -33,17 +33,26 @@ impl Program {
     }
 }
 
+impl Program {
+    /// Colours are filtered as they are stored, in sRGB.
+    pub fn reads_stored(self) -> bool {
+        matches!(self, Self::Picture { quality: Quality::Preview, .. })
+    }
+}
+
 /// WGSL before `weights.wgsl` and `project.wgsl`.
 pub fn generated(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> String {
     let mut text = String::new();
     let _ = write!(
         text,
         "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
-         const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n",
+         const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
+         const STORED = {};\n",
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all that serve, not over the best.
         matches!(shown, Shown::Coverage | Shown::Confidence),
+        quality == Quality::Preview,
     );
     text.push_str(&slots(photos));
     text.push_str(shown_color(shown));

@@ -100,7 +100,7 @@ impl Passes {
             pass.heights.places.as_entire_binding(),
         ];
         let shot = bindings::bind(pass.gpu, "shot", &self.shot, &resources);
-        let texels = self.texels.bind(pass.gpu, pass.tiles);
+        let texels = self.texels.bind(pass.gpu, pass.tiles, program.reads_stored());
         let mut encoder = pass.gpu.device.create_command_encoder(&Default::default());
         self.record(&mut encoder, pass, program, &shot, &texels);
         pass.gpu.queue.submit([encoder.finish()]);

@@ -31,10 +31,11 @@ impl TexelGroup {
         }
     }
 
-    /// The group for what the store holds now.
-    pub fn bind(&self, gpu: &Gpu, tiles: &TileStore) -> BindGroup {
+    /// The group for what the store holds now; `stored`: the atlas is read as stored (`STORED` of the
+    /// shader).
+    pub fn bind(&self, gpu: &Gpu, tiles: &TileStore, stored: bool) -> BindGroup {
         let resources = [
-            BindingResource::TextureView(tiles.atlas()),
+            BindingResource::TextureView(if stored { tiles.stored_atlas() } else { tiles.atlas() }),
             BindingResource::Sampler(&self.bilinear),
             tiles.pages().as_entire_binding(),
             tiles.sheets().as_entire_binding(),

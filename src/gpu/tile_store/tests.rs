@@ -21,6 +21,7 @@ use crate::task::Task;
 
 /// One lookup per thread.
 const LOOK: &str = "
+const STORED = false;
 @group(0) @binding(0) var<storage, read> asked: array<Asked>;
 @group(0) @binding(1) var<storage, read_write> found: array<vec4f>;
 struct Asked { at: vec2f, sheet: u32, level: u32, log_size: vec2u }
@@ -141,7 +142,7 @@ fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
     let mut pass = encoder.begin_compute_pass(&Default::default());
     pass.set_pipeline(&pipeline);
     pass.set_bind_group(0, &group, &[]);
-    pass.set_bind_group(1, &texels.bind(gpu, store), &[]);
+    pass.set_bind_group(1, &texels.bind(gpu, store, false), &[]);
     pass.dispatch_workgroups((asked.len() as u32).div_ceil(64), 1, 1);
     drop(pass);
     gpu.queue.submit([encoder.finish()]);
