@@ -13,7 +13,7 @@ use crate::io::stack_store::StackStore;
 use crate::projection::{PhotoId, Renders, Shown};
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
-use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::preview;
 use crate::recipe::render::{FilmOptions, RenderOptions, RenderReport, Rendered, render};
 use crate::recipe::views::{Asked, Size, View, Views};
 use crate::task::Task;
@@ -54,10 +54,12 @@ fn draw_shots(
 ) -> Result<RenderReport> {
     let look = args.look.look(opened, shown)?;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
-    let preview = PreviewOptions { relief: !args.look.flat, ..PreviewOptions::default() };
+    let preview = args.look.preview();
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
     let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
-    render(&views.list, &mut draw, options, task)
+    let report = render(&views.list, &mut draw, options, task)?;
+    task.note(format!("textures: {}", renderer.renderer().tiles().statistics()));
+    Ok(report)
 }
 
 fn draw_exploded(

@@ -10,7 +10,7 @@ use crate::gpu::Gpu;
 use crate::projection::Shown;
 use crate::projection::likeness::Likeness;
 use crate::recipe::open::{Opened, open};
-use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::preview;
 use crate::recipe::score::{
     MeanScore, ObjectScore, Question, ScoreOptions, ScoreReport, held_out, leave_one_out, score,
 };
@@ -34,7 +34,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
         ignore_background: args.ignore_background,
         pictures: args.pictures.clone(),
     };
-    let preview = PreviewOptions { relief: !args.look.flat, ..PreviewOptions::default() };
+    let preview = args.look.preview();
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(ToString::to_string).collect();

@@ -6,9 +6,11 @@ use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args, ValueEnum};
 
 use crate::error::Result;
+use crate::gpu::Storage;
 use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
 use crate::recipe::named::place_of_photo;
 use crate::recipe::open::Opened;
+use crate::recipe::preview::PreviewOptions;
 use crate::recipe::render::Look;
 use crate::recipe::views::{Size, ViewSource};
 
@@ -108,6 +110,13 @@ pub struct LookArgs {
     /// Show faces flat, as they were modelled, without the relief that the photos tell
     #[arg(long)]
     pub flat: bool,
+    /// Bytes of textures on the GPU, at most, such as 2G: where they do not hold all, textures are coarser
+    /// [default: 4G]
+    #[arg(long, value_name = "BYTES", value_parser = super::bytes::parse_bytes)]
+    pub texture_memory: Option<u64>,
+    /// Keep textures compressed on the GPU (BC7): a quarter of the memory, a little worse, slow to load
+    #[arg(long)]
+    pub compressed: bool,
     /// Leave this photo out (may be given several times)
     #[arg(long, value_name = "PHOTO")]
     pub without: Vec<String>,
@@ -165,6 +174,16 @@ pub enum ShowArg {
 }
 
 impl LookArgs {
+    /// How the project is made ready for it.
+    pub fn preview(&self) -> PreviewOptions {
+        let mut options = PreviewOptions { relief: !self.flat, ..PreviewOptions::default() };
+        options.textures.budget_bytes = self.texture_memory.unwrap_or(options.textures.budget_bytes);
+        if self.compressed {
+            options.textures.storage = Storage::Compressed;
+        }
+        options
+    }
+
     /// The look that was asked for.
     ///
     /// # Errors

@@ -7,6 +7,7 @@ use glam::Vec4;
 use super::SheetPixels;
 use super::confidence::Ramp;
 use super::halving::{Kernel, Light, Rows};
+use super::sources::{BESIDE, COVERED};
 use super::spans::Spans;
 use super::srgb::Srgb;
 use super::tiles::{GUTTER, Shape};
@@ -123,7 +124,7 @@ impl Level {
 pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Pyramid {
     let (shape, srgb) = (Shape::of(rect), Srgb::tables());
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
-    let needed = runs_where(from_corner, &pixels.needed, |needed| *needed != 0);
+    let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
     let mut first = photo_level(from_corner, pixels);
     trust(&mut first, &needed, options.ramp);
     let mut levels = Vec::with_capacity(shape.levels() as usize);
@@ -185,7 +186,7 @@ fn beside(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 
     let inside = (rect.x..rect.right()).contains(&x) && (rect.y..rect.bottom()).contains(&y);
     let index = inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
-    ([r, g, b] != [0; 3]).then_some([r, g, b])
+    (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
 }
 
 /// Alpha becomes confidence.

@@ -119,17 +119,22 @@ impl Sources {
     }
 }
 
+/// Some element of the layer covers the texel.
+pub const COVERED: u8 = 1;
+
+/// The texel holds nothing, but its colour is what the photo shows there, of another surface. Beside an
+/// outline it is carried past it in place of a guess, because such pixels are mixtures of both.
+pub const BESIDE: u8 = 2;
+
 /// The texels of a sheet, as its files have them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SheetPixels {
     /// The part of the sheet's rectangle that holds anything, in photo pixels; all else is empty.
     pub rect: PixelRect,
     /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4`, rows from the top, not premultiplied. Alpha 0:
-    /// nothing there; another colour than black is then what the photo shows there, of another surface:
-    /// beside an outline it is carried past it in place of a guess, because the pixel is a mixture of both.
+    /// nothing there.
     pub rgba: Vec<u8>,
-    /// Bytes of `needed` are 1 where some element of the layer covers the texel, else 0; `rect.w *
-    /// rect.h`.
+    /// [`COVERED`] and [`BESIDE`], or 0; `rect.w * rect.h`.
     pub needed: Vec<u8>,
 }
 

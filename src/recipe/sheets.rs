@@ -9,6 +9,7 @@ use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
+use crate::projection::sources::BESIDE;
 use crate::projection::{SheetId, SheetPixels, Texels};
 use crate::scene::{Photo, PhotoPixels};
 
@@ -81,10 +82,10 @@ impl Texels for SheetFiles {
             });
         }
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
-        let needed = read_mask(&file.needed, file.rect, rect)?;
+        let mut needed = read_mask(&file.needed, file.rect, rect)?;
         // Its colour there is a help, not a need: without the photo it is guessed.
         if let Some(photo) = self.photo(file.photo).get_or_init(|| decoded(&self.photos[file.photo])) {
-            show_beside(&mut rgba, rect, photo);
+            show_beside(&mut rgba, &mut needed, rect, photo);
         }
         Ok(SheetPixels { rect, rgba, needed })
     }
@@ -108,8 +109,8 @@ fn decoded(photo: &Photo) -> Option<PhotoPixels> {
     read_photo(&photo.file, photo.camera.width, photo.camera.height).ok()
 }
 
-/// Gives empty pixels beside full ones the photo's colour, and leaves their alpha 0.
-fn show_beside(rgba: &mut [u8], rect: PixelRect, photo: &PhotoPixels) {
+/// Gives empty pixels beside full ones the photo's colour, and says so; their alpha stays 0.
+fn show_beside(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, photo: &PhotoPixels) {
     let width = rect.w as usize;
     let held: Vec<bool> = rgba.as_chunks::<4>().0.iter().map(|texel| texel[3] != 0).collect();
     for y in 0..rect.h as usize {
@@ -125,9 +126,9 @@ fn show_beside(rgba: &mut [u8], rect: PixelRect, photo: &PhotoPixels) {
             let within = px >= 0 && py >= 0 && px < photo.width as i32 && py < photo.height as i32;
             if beside && within && photo.is_valid(px as u32, py as u32) {
                 let [r, g, b, _] = photo.rgba16(px as u32, py as u32).map(|v| (v / 257) as u8);
-                let at = 4 * (y * width + x);
-                // Black would mean that nothing is known.
-                rgba[at..at + 3].copy_from_slice(&[r, g, b.max(u8::from(r == 0 && g == 0))]);
+                let at = y * width + x;
+                rgba[4 * at..4 * at + 3].copy_from_slice(&[r, g, b]);
+                needed[at] |= BESIDE;
             }
         }
     }
@@ -146,11 +147,13 @@ mod tests {
         let mut rgba = vec![0u8; 4 * 16];
         // Column 1, row 1 of the rectangle: photo pixel (2, 0).
         rgba[4 * 5..4 * 6].copy_from_slice(&[7, 7, 7, 255]);
-        show_beside(&mut rgba, rect, &photo);
+        let mut needed = vec![0; 16];
+        show_beside(&mut rgba, &mut needed, rect, &photo);
         let texel = |x: usize, y: usize| &rgba[4 * (4 * y + x)..4 * (4 * y + x) + 4];
         assert_eq!(texel(1, 1), [7, 7, 7, 255]);
         assert_eq!(texel(0, 1), [3, 4, 5, 0]);
         assert_eq!(texel(2, 2), [24, 25, 26, 0]);
+        assert_eq!((needed[4], needed[10], needed[5], needed[7]), (BESIDE, BESIDE, 0, 0));
         assert_eq!(texel(3, 1), [0; 4], "two pixels away");
         assert_eq!(texel(1, 0), [0; 4], "outside the photo");
     }

@@ -22,6 +22,7 @@ pub const FLOORS: &[&[&str]] = &[
 const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("wgpu", &["gpu/"]),
     ("pollster", &["gpu/"]),
+    ("block_compression", &["gpu/blocks.rs"]),
     ("half", &["gpu/"]),
     ("spade", &["geometry/"]),
     ("i_overlay", &["geometry/"]),
