@@ -151,7 +151,7 @@ impl Pyramid {
 
 /// The texels of a rectangle whose value `holds`, given all values in row order. Rows are long and change
 /// seldom: blocks are looked at as a whole first.
-fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) -> Spans {
+pub fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) -> Spans {
     Spans::of_rows(rect.y..rect.bottom(), |y, out| {
         let row = (y - rect.y) as usize * rect.w as usize;
         let mut x = rect.x;

@@ -9,6 +9,7 @@ use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
+use crate::projection::pyramid::runs_where;
 use crate::projection::sources::BESIDE;
 use crate::projection::{SheetId, SheetPixels, Texels};
 use crate::scene::{Photo, PhotoPixels};
@@ -111,22 +112,14 @@ fn decoded(photo: &Photo) -> Option<PhotoPixels> {
 
 /// Gives empty pixels beside full ones the photo's colour, and says so; their alpha stays 0.
 fn show_beside(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, photo: &PhotoPixels) {
-    let width = rect.w as usize;
-    let held: Vec<bool> = rgba.as_chunks::<4>().0.iter().map(|texel| texel[3] != 0).collect();
-    for y in 0..rect.h as usize {
-        // Rows of nothing are most of a sheet.
-        let rows = y.saturating_sub(1)..(y + 2).min(rect.h as usize);
-        if !rows.clone().any(|row| held[row * width..(row + 1) * width].contains(&true)) {
-            continue;
-        }
-        for x in (0..width).filter(|x| !held[y * width + x]) {
-            let columns = x.saturating_sub(1)..(x + 2).min(width);
-            let beside = rows.clone().any(|row| held[row * width..][columns.clone()].contains(&true));
-            let (px, py) = (rect.x + x as i32, rect.y + y as i32);
-            let within = px >= 0 && py >= 0 && px < photo.width as i32 && py < photo.height as i32;
-            if beside && within && photo.is_valid(px as u32, py as u32) {
-                let [r, g, b, _] = photo.rgba16(px as u32, py as u32).map(|v| (v / 257) as u8);
-                let at = y * width + x;
+    let content = runs_where(rect, rgba.as_chunks::<4>().0, |texel| texel[3] != 0);
+    let ring = content.grown(1).minus(&content);
+    let kept = rect.intersection(&photo.rect());
+    for (y, run) in ring.iter().filter(|(y, _)| (kept.y..kept.bottom()).contains(y)) {
+        for x in run.start.max(kept.x)..run.end.min(kept.right()) {
+            if photo.is_valid(x as u32, y as u32) {
+                let [r, g, b, _] = photo.rgba16(x as u32, y as u32).map(|v| (v / 257) as u8);
+                let at = (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
                 rgba[4 * at..4 * at + 3].copy_from_slice(&[r, g, b]);
                 needed[at] |= BESIDE;
             }
