@@ -33,6 +33,8 @@ impl SiteRelief {
     /// that cannot be written is a note.
     pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
+        let options = ReliefOptions::default();
+        let inputs = &format!("{inputs} {options:?}");
         let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), witnesses: None };
         if let Some(relief) = read_relief(&file, inputs) {
             opened.whole = Arc::new(relief);
@@ -40,7 +42,7 @@ impl SiteRelief {
         }
         opened.ask(task)?;
         let witnesses = opened.witnesses.as_deref().expect("they were asked in the line above");
-        let relief = estimate_relief(&site.model, witnesses, &ReliefOptions::default(), task)?;
+        let relief = estimate_relief(&site.model, witnesses, &options, task)?;
         if let Err(error) = write_relief(&file, &relief, inputs) {
             task.note(format!("the relief is not kept: {error}"));
         }

@@ -14,8 +14,9 @@ pub struct ReliefOptions {
     pub steps: u32,
     /// Photos that are asked at one cell: those with most pixels there.
     pub most_photos: usize,
-    /// Share of the photos, those farthest from the median, whose word does not count.
-    pub trimmed: f32,
+    /// Photos that see a cell more obliquely have no say: cosine of the angle to the normal. Their details
+    /// are stripes elsewhere, and what they take for heights of a flat ground shows in every view along it.
+    pub least_cosine: f64,
     /// Cost of the largest height; smaller ones cost in proportion. Disagreement of photos is between 0
     /// and about 1 per cell, so this decides where there is little to see.
     pub prior: f32,
@@ -33,7 +34,7 @@ impl Default for ReliefOptions {
             reach: 0.03,
             steps: 24,
             most_photos: 12,
-            trimmed: 0.25,
+            least_cosine: 0.3,
             prior: 0.1,
             slope_cost: 0.1,
             jump_cost: 1.0,

@@ -45,8 +45,11 @@ impl Plot {
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let extent = corners().fold(DVec2::NEG_INFINITY, DVec2::max) - low;
         let cell = cell_side(witnesses, extent, options);
+        if cell == 0.0 || !cell.is_finite() {
+            return None;
+        }
         let size = [extent.x, extent.y].map(|length| (length / cell).ceil().max(1.0) as u32);
-        if !(cell > 0.0) || size[0] * size[1] < 4 {
+        if size[0] * size[1] < 4 {
             return None;
         }
         let distances = witnesses.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
@@ -80,7 +83,9 @@ fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptio
     // A quarter of the witnesses see it better.
     let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75);
     let wanted = options.cell_px / px_per_unit;
-    wanted.max((extent.x * extent.y / f64::from(options.most_cells)).sqrt())
+    let most = f64::from(options.most_cells);
+    // The second bound is for slivers, which have length but no area.
+    wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most)
 }
 
 /// The value with this share of the others below it.

@@ -14,8 +14,8 @@ use crate::projection::weights::pixels_per_unit;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// Pixels of a cell's side per texel of the details that are compared: the cell sees some texture, and
-/// half a step of height is still told.
+/// Texels of the details that are compared to a cell's side: it sees some texture, and the details are
+/// no finer than what one height can bring into register.
 const TEXELS_PER_CELL: f64 = 2.0;
 
 /// How a photo sees a plot: homogeneous pixels of `low + u, v` on the plane and `t` over it are
@@ -85,8 +85,8 @@ pub fn disagreement(
         let mut here = Vec::with_capacity(sights.len());
         for (x, costs) in costs.chunks_mut(hypotheses).enumerate() {
             let at = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) * plot.cell;
-            choose(model, plot, &sights, at, options.most_photos, &mut here);
-            cell_costs(&here, plot.reach, options.trimmed, costs);
+            choose(model, plot, &sights, at, options, &mut here);
+            cell_costs(&here, plot.reach, costs);
         }
         Ok(())
     })?;
@@ -96,41 +96,44 @@ pub fn disagreement(
 /// A photo that shows a cell: how, where, and with how many pixels to a world unit.
 type Here<'a> = (&'a Sight<'a>, DVec3, f64);
 
-/// The photos that show the middle of a cell; of more than `most` those with most pixels there.
+/// The photos that show the middle of a cell, not too obliquely; of too many those with most pixels there.
 fn choose<'a>(
     model: &Model,
     plot: &Plot,
     sights: &'a [Sight<'a>],
     at: DVec2,
-    most: usize,
+    options: &ReliefOptions,
     here: &mut Vec<Here<'a>>,
 ) {
     let point = plot.frame.raised(plot.low + at);
+    let plane = &model.face(plot.face).plane;
     here.clear();
     here.extend(sights.iter().filter_map(|sight| {
         let middle = sight.middle(at)?;
         let Witness { camera, pose, .. } = sight.witness;
-        sight.witness.shows(model, plot.face, point, middle.truncate() / middle.z).then_some(())?;
-        let plane = &model.face(plot.face).plane;
-        Some((sight, middle, pixels_per_unit(camera, plane, pose.center_in_world(), middle.z)))
+        let eye = pose.center_in_world();
+        let cosine = plane.signed_distance(eye).abs() / (eye - point).length();
+        let shows = |image_px| sight.witness.shows(model, plot.face, point, image_px);
+        let serves = cosine >= options.least_cosine && shows(middle.truncate() / middle.z);
+        serves.then(|| (sight, middle, pixels_per_unit(camera, plane, eye, middle.z)))
     }));
-    if here.len() > most {
+    if here.len() > options.most_photos {
         // Stable: ties by photo.
         here.sort_by(|a, b| b.2.total_cmp(&a.2));
-        here.truncate(most);
+        here.truncate(options.most_photos);
     }
 }
 
 /// What each height costs at one cell. Heights for which fewer than two photos say anything cost what
 /// the others cost on average: they are neither for nor against.
-fn cell_costs(here: &[Here], reach: f64, trimmed: f32, costs: &mut [f32]) {
+fn cell_costs(here: &[Here], reach: f64, costs: &mut [f32]) {
     let middle = (costs.len() / 2) as f64;
     let (mut values, mut sum, mut count) = (Vec::with_capacity(here.len()), 0.0, 0);
     for (h, cost) in costs.iter_mut().enumerate() {
         let height = (h as f64 - middle) / middle * reach;
         values.clear();
         values.extend(here.iter().filter_map(|(sight, middle, _)| sight.detail_at(*middle, height)));
-        *cost = spread(&mut values, trimmed).unwrap_or(f32::NAN);
+        *cost = spread(&mut values).unwrap_or(f32::NAN);
         if !cost.is_nan() {
             sum += *cost;
             count += 1;
@@ -140,27 +143,24 @@ fn cell_costs(here: &[Here], reach: f64, trimmed: f32, costs: &mut [f32]) {
     costs.iter_mut().filter(|cost| cost.is_nan()).for_each(|cost| *cost = mean);
 }
 
-/// The mean distance from the median, each counted up to one deviation, the share `trimmed` of those
-/// farthest from it left out: a photo with something else in the way (people, leaves) does not decide.
-/// Few values lie nearer to their own median than many, hence the factor. `None` for fewer than two
-/// values.
-fn spread(values: &mut [f32], trimmed: f32) -> Option<f32> {
+/// The mean distance from the median, each counted up to one deviation: a photo with something else in
+/// the way (people, leaves) does not decide. Few values lie nearer to their own median than many, hence
+/// the factor. `None` for fewer than two values. (To leave the farthest quarter out altogether predicts
+/// photos 0.1 dB worse.)
+fn spread(values: &mut [f32]) -> Option<f32> {
     let count = values.len();
     if count < 2 {
         return None;
     }
     values.sort_unstable_by(f32::total_cmp);
     let median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
-    values.iter_mut().for_each(|value| *value = (*value - median).abs().min(1.0));
-    values.sort_unstable_by(f32::total_cmp);
-    let kept = count - (count as f32 * trimmed) as usize;
-    let sum: f32 = values[..kept].iter().sum();
-    let factor = count as f32 / (count as f32 - 1.0);
-    Some(sum / kept as f32 * factor.sqrt())
+    let sum: f32 = values.iter().map(|value| (value - median).abs().min(1.0)).sum();
+    let count = count as f32;
+    Some(sum / count * (count / (count - 1.0)).sqrt())
 }
 
-/// The witnesses of a face that are of use: those on the side from which most of it is seen, with pixels
-/// per world unit; and the reach of heights.
+/// The witnesses of a face that are of use, those on the side from which most of it is seen, with their
+/// pixels per world unit at the middle of its corners.
 pub fn witnesses_of<'a>(
     model: &Model,
     face: FaceId,
@@ -181,10 +181,9 @@ mod tests {
 
     #[test]
     fn photos_that_agree_cost_nothing_and_one_that_does_not_little() {
-        assert_eq!(spread(&mut [0.3; 5], 0.25), Some(0.0));
-        assert_eq!(spread(&mut [0.3, 0.3, 9.0, 0.3, 0.3], 0.25), Some(0.0));
-        let one_off = spread(&mut [0.3, 0.3, 9.0], 0.25).unwrap();
-        assert!((one_off - 1.5f32.sqrt() / 3.0).abs() < 1e-6);
-        assert_eq!(spread(&mut [0.3], 0.25), None);
+        assert_eq!(spread(&mut [0.3; 5]), Some(0.0));
+        let one_off = spread(&mut [0.3, 0.3, 9.0, 0.3, 0.3]).unwrap();
+        assert!((one_off - 0.2 * (5.0f32 / 4.0).sqrt()).abs() < 1e-6);
+        assert_eq!(spread(&mut [0.3]), None);
     }
 }
