@@ -1,6 +1,6 @@
 // How photos are weighed. The plain twin: projection/weights.rs.
 
-const LEAST_ANGLE: f32 = 1e-6;
+const LEAST_ANGLE: f32 = 1e-7;
 const OTHER_SIDE: f32 = 1000.0;
 const INFINITE: f32 = 3e38;
 

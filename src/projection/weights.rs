@@ -9,8 +9,9 @@ use glam::DVec3;
 use super::shot::{Blend, Mode};
 use crate::geometry::{Pinhole, Plane};
 
-/// Keeps q of a photo's own camera above zero, in radians.
-pub const LEAST_ANGLE: f64 = 1e-6;
+/// Keeps q of a photo's own camera above zero, in radians. Where a border and an outline meet, trust is a
+/// thousandth, and at 1e-6 other photos would have a hundredth of the weight in a photo's own camera.
+pub const LEAST_ANGLE: f64 = 1e-7;
 
 /// The border of a photo counts in full from this share of its shorter side inwards.
 pub const BORDER_SHARE: f64 = 0.05;

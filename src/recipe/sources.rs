@@ -12,9 +12,9 @@ use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::{Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, Sources};
 use crate::scene::{FaceId, Model, Photo, Site};
 
-/// A piece's cut edges count as inside up to so many pixels beyond, so that a point on a cut is served
-/// by one side at least.
-const CUT_SLACK_PX: f64 = 0.01;
+/// A piece's cut edges count as inside up to so many pixels beyond: a pixel that a cut crosses shows both
+/// sides of it, each looked up at the pixel's centre, which is at most half a diagonal away.
+const CUT_SLACK_PX: f64 = 0.75;
 
 /// Two points that are nearer to each other than this share of the face's size are one: pieces are cut
 /// in f64 from the face's own corners.
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(sides.len(), 1);
         // The cut is at x = 100 * 0.2 / 2 + 100.
         assert!(domain.holds(DVec2::new(109.99, 0.0)) && domain.holds(DVec2::new(-50.0, 500.0)));
-        assert!(!domain.holds(DVec2::new(110.02, 50.0)));
+        assert!(!domain.holds(DVec2::new(110.8, 50.0)));
     }
 
     #[test]

@@ -1,0 +1,130 @@
+//! A site with stacks, and what draws it.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use glam::DVec2;
+use quadratura::document::Stack;
+use quadratura::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
+use quadratura::io::photo::read_photo;
+use quadratura::io::stack_store::StackStore;
+use quadratura::layers::Options;
+use quadratura::projection::relief::Relief;
+use quadratura::projection::twin::Twin;
+use quadratura::projection::{Gains, PhotoId, Server, Shot, Sources, Texels};
+use quadratura::recipe::build::{BuildOptions, build};
+use quadratura::recipe::gains::photo_gains;
+use quadratura::recipe::sheets::SheetFiles;
+use quadratura::recipe::sources::sources;
+use quadratura::scene::{FaceId, PhotoPixels, Site};
+use quadratura::task::Task;
+
+use crate::common;
+
+/// Some photos of a site, with their stacks.
+pub struct Bench {
+    /// Holds the stacks.
+    _folder: tempfile::TempDir,
+    pub gpu: Gpu,
+    pub site: Site,
+    pub sources: Arc<Sources>,
+    pub texels: Arc<dyn Texels>,
+    pub gains: Gains,
+}
+
+impl Bench {
+    /// The piazza, of its photos those whose names begin so. `None` without an adapter.
+    pub fn piazza(photos: &[&str]) -> Option<Self> {
+        let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
+        Self::new(common::site(&folder, "photos", "piazza.obj"), photos)
+    }
+
+    /// The castle, in the same way; `None` where it is not beside the project, too.
+    pub fn castle(photos: &[&str]) -> Option<Self> {
+        let folder = common::castle()?;
+        Self::new(common::site(&folder, "images", "castle.obj"), photos)
+    }
+
+    fn new(mut site: Site, photos: &[&str]) -> Option<Self> {
+        let rasteriser = common::gpu_rasteriser()?;
+        site.photos.retain(|photo| photos.iter().any(|name| photo.name.starts_with(name)));
+        assert_eq!(site.photos.len(), photos.len());
+        let folder = tempfile::tempdir().unwrap();
+        let stacks = stacks(&site, folder.path(), &rasteriser);
+        let store = StackStore::new(folder.path());
+        let gains = photo_gains(&site, &stacks, folder.path(), 1 << 30, &Task::silent()).unwrap();
+        Some(Self {
+            gpu: Gpu::headless().unwrap(),
+            sources: sources(&site, &stacks).into(),
+            texels: Arc::new(SheetFiles::new(&store, &site.photos, &stacks)),
+            _folder: folder,
+            gains,
+            site,
+        })
+    }
+
+    pub fn renderer(&self, relief: &Relief) -> Renderer {
+        renderer_of(&self.gpu, &self.site, &self.sources, &self.gains, relief, &self.texels)
+    }
+
+    pub fn twin(&self, relief: &Relief) -> Twin {
+        let options = TextureOptions::default().pyramid;
+        let (model, sources) = (self.site.model.clone(), self.sources.clone());
+        Twin::new(model, sources, self.gains.clone(), relief.clone(), self.texels.clone(), options)
+    }
+
+    /// The view of a photo's own camera.
+    pub fn own(&self, photo: usize) -> Shot {
+        Shot::new(self.site.photos[photo].camera, self.site.photos[photo].pose)
+    }
+
+    /// For each pixel of a photo which of the servers of its face serves it there: a number for the element
+    /// or piece that it belongs to, 0 for none. `faces` as [`quadratura::projection::Renders::faces`].
+    pub fn parts(&self, photo: usize, faces: &[u32]) -> Vec<u32> {
+        let width = self.site.photos[photo].camera.width;
+        let part = |(i, face): (u32, &u32)| {
+            let px = DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
+            let first = self.sources.of_face.get(face.checked_sub(1)? as usize)?.start;
+            let servers = self.sources.servers_of(FaceId(face - 1)).iter();
+            let serves = |s: &Server| s.photo == PhotoId(photo as u32) && s.domain.holds(px);
+            servers.zip(first + 1..).find(|(server, _)| serves(server)).map(|(_, number)| number)
+        };
+        (0..).zip(faces).map(|pixel| part(pixel).unwrap_or(0)).collect()
+    }
+
+    pub fn pixels(&self, photo: usize) -> PhotoPixels {
+        let photo = &self.site.photos[photo];
+        read_photo(&photo.file, photo.camera.width, photo.camera.height).unwrap()
+    }
+}
+
+/// A renderer of any sources.
+pub fn renderer_of(
+    gpu: &Gpu,
+    site: &Site,
+    sources: &Arc<Sources>,
+    gains: &Gains,
+    relief: &Relief,
+    texels: &Arc<dyn Texels>,
+) -> Renderer {
+    let tiles = TileStore::new(gpu, sources, texels.clone(), TextureOptions::default()).unwrap();
+    Renderer::new(gpu, site.model.clone(), sources.clone(), gains.clone(), relief, tiles).unwrap()
+}
+
+fn stacks(site: &Site, folder: &Path, rasteriser: &GpuRasteriser) -> Vec<Option<Stack>> {
+    let options = BuildOptions {
+        layers: Options::default(),
+        photos: Vec::new(),
+        memory: 1 << 30,
+        threads: 2,
+        force: false,
+    };
+    let store = StackStore::new(folder);
+    let built = build(site, &store, rasteriser, &options, &Task::silent()).unwrap();
+    built.into_iter().map(|built| Some(built.stack.unwrap())).collect()
+}
+
+/// The largest difference of two pixels in R, G, B.
+pub fn apart(a: &[u8], b: &[u8]) -> u8 {
+    a.iter().zip(b).take(3).map(|(a, b)| a.abs_diff(*b)).max().unwrap()
+}

@@ -1,0 +1,88 @@
+//! The GPU's pictures against the twin's.
+
+use quadratura::geometry::polygon::PlaneFrame;
+use quadratura::projection::relief::{FaceRelief, Relief};
+use quadratura::projection::{Exposure, Mode, Renders, Shot};
+use quadratura::scene::Model;
+use quadratura::scene::synthetic::{Dice, centred, look_at};
+use quadratura::task::Task;
+
+use crate::bench::{Bench, apart};
+
+/// A step beside a photo, closer than the photos' own pixels, so that every lookup is at level 0.
+fn close_up(bench: &Bench, photo: usize, target_px: [f64; 2]) -> Shot {
+    let photo = &bench.site.photos[photo];
+    let eye = photo.pose.center_in_world() + glam::DVec3::new(0.3, -0.2, 0.1);
+    let towards = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(target_px.into());
+    Shot::new(centred(240, 160, 6.0 * photo.camera.fx), look_at(eye, eye + towards))
+}
+
+/// Colours differ beyond this only where an edge falls on a pixel's centre: 8-bit bilinear shares are
+/// off by up to 1/512 of a texel's contrast, in linear light, which in the dark is 2 steps of sRGB.
+const STEPS: u8 = 3;
+
+fn compare(bench: &Bench, relief: &Relief, shot: &Shot, what: &str) {
+    let (mut gpu, mut twin) = (bench.renderer(relief), bench.twin(relief));
+    let task = Task::silent();
+    let (found, expected) = (gpu.picture(shot, &task).unwrap(), twin.picture(shot, &task).unwrap());
+    let (gpu_faces, faces) = (gpu.faces(shot, &task).unwrap(), twin.faces(shot, &task).unwrap());
+    let count = faces.len() as f64;
+    let flipped = gpu_faces.iter().zip(&faces).filter(|(a, b)| a != b).count() as f64;
+    assert!(flipped < 0.005 * count, "{what}: {flipped} of {count} pixels have another face");
+    // The twin has one sample a pixel, so pixels at outlines are another matter.
+    let width = shot.camera.width as usize;
+    let inside = |i: usize| {
+        let around = [i.wrapping_sub(1), i + 1, i.wrapping_sub(width), i + width];
+        faces[i] > 0 && around.iter().all(|other| faces.get(*other) == Some(&faces[i]))
+    };
+    let pixels = found.rgba.chunks(4).zip(expected.rgba.chunks(4)).enumerate();
+    let pairs: Vec<_> = pixels.filter(|(i, _)| inside(*i)).map(|(_, pair)| pair).collect();
+    let far = pairs.iter().filter(|(a, b)| a[3] != b[3] || (b[3] > 0 && apart(a, b) > STEPS)).count() as f64;
+    let mean = pairs.iter().map(|(a, b)| f64::from(apart(a, b))).sum::<f64>() / pairs.len() as f64;
+    println!("{what}: {:.3} % off by more than {STEPS}, {mean:.3} on average", 100.0 * far / count);
+    let shown = pairs.iter().filter(|(_, b)| b[3] > 0).count() as f64;
+    assert!(shown > 0.3 * count, "{what}: next to nothing shown");
+    assert!(far < 0.002 * count && mean < 0.75, "{what}: {far} of {count} pixels, {mean} on average");
+}
+
+#[test]
+fn the_gpu_and_its_twin_show_the_piazza_alike_in_every_mode() {
+    let Some(bench) = Bench::piazza(&["01", "02", "03", "08"]) else { return };
+    let views = [(0, [1100.0, 900.0]), (1, [1300.0, 700.0]), (2, [700.0, 750.0]), (3, [700.0, 1200.0])];
+    for (mode, (photo, target)) in Mode::ALL.into_iter().zip(views) {
+        let mut shot = close_up(&bench, photo, target);
+        shot.blend.mode = mode;
+        compare(&bench, &Relief::default(), &shot, &format!("{mode}"));
+    }
+    let mut shot = close_up(&bench, 0, views[0].1);
+    for exposure in [Exposure::Common, Exposure::Raw] {
+        shot.exposure = exposure;
+        compare(&bench, &Relief::default(), &shot, &format!("{exposure:?}"));
+    }
+}
+
+#[test]
+fn the_gpu_and_its_twin_move_points_on_a_relief_alike() {
+    let Some(bench) = Bench::piazza(&["01", "02", "03", "08"]) else { return };
+    let relief = hills(&bench.site.model);
+    for (photo, target) in [(0, [1100.0, 900.0]), (1, [1300.0, 700.0])] {
+        compare(&bench, &relief, &close_up(&bench, photo, target), &format!("relief before photo {photo}"));
+    }
+}
+
+/// Every planar face with gentle heights of up to 5 cm.
+fn hills(model: &Model) -> Relief {
+    let mut dice = Dice::new(31);
+    let mut of_face = Vec::new();
+    for face in model.face_ids() {
+        let frame = PlaneFrame::of(&model.face(face).plane);
+        let flat: Vec<_> = model.ring_points(face).map(|p| frame.flat(p)).collect();
+        let low = flat.iter().copied().reduce(glam::DVec2::min).unwrap();
+        let high = flat.iter().copied().reduce(glam::DVec2::max).unwrap();
+        let cell = ((high - low).max_element() / 8.0).max(0.5);
+        let size = ((high - low) / cell).ceil().max(glam::DVec2::ONE).as_uvec2().to_array();
+        let heights = (0..size[0] * size[1]).map(|_| dice.between(-0.05, 0.05) as f32).collect();
+        of_face.push(model.face(face).planar.then_some(FaceRelief { frame, low, cell, size, heights }));
+    }
+    Relief { of_face }
+}

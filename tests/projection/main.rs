@@ -1,0 +1,12 @@
+//! What the renderer's pictures must be: the twin's, the photos' own in their own cameras, whole
+//! photos' where nothing is hidden, exact wherever the site lies, and without popping.
+
+#[path = "../common/mod.rs"]
+mod common;
+
+mod bench;
+mod gpu_twin;
+mod layered;
+mod own_camera;
+mod popping;
+mod shear;
