@@ -180,6 +180,24 @@ fn a_stack_of_another_version_is_refused_with_a_remedy() {
 }
 
 #[test]
+fn a_stack_of_elements_or_rectangles_that_cannot_be_is_refused_with_its_layer() {
+    let (_folder, store) = project();
+    commit(&store, &["left"], "one");
+    let file = store.folder(PHOTO).join("stack.json");
+    let whole: serde_json::Value = serde_json::from_str(&fs::read_to_string(&file).unwrap()).unwrap();
+    for (field, value, told) in [
+        ("elements", serde_json::json!([7]), "element 7"),
+        ("rect", serde_json::json!([0, 0, 4, 0]), "4 x 0 pixels"),
+    ] {
+        let mut broken = whole.clone();
+        broken["image_layers"][0][field] = value;
+        fs::write(&file, broken.to_string()).unwrap();
+        let error = store.current(PHOTO).unwrap_err().to_string();
+        assert!(error.contains("image layer \"left\"") && error.contains(told), "{error}");
+    }
+}
+
+#[test]
 fn a_writer_that_is_dropped_leaves_the_old_stack_and_nothing_else() {
     let (folder, store) = project();
     commit(&store, &["left"], "one");

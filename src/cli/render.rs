@@ -111,10 +111,13 @@ fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: 
     let path =
         args.write_path.as_ref().map_or(String::new(), |path| format!("camera path: {}\n", path.display()));
     let done = counted(report.done.len(), "picture");
-    let textured =
-        report.done.iter().map(|done| done.textured).sum::<f64>() / report.done.len().max(1) as f64;
-    let textured = format!("{:.1} % of their pixels are textured", 100.0 * textured);
-    let text = format!("{table}{done} in {}; {textured}\n{film}{path}", args.out.display());
+    let textured = match report.done.iter().map(|done| done.textured).reduce(|a, b| a + b) {
+        Some(sum) => {
+            format!("; {:.1} % of their pixels are textured", 100.0 * sum / report.done.len() as f64)
+        }
+        None => String::new(),
+    };
+    let text = format!("{table}{done} in {}{textured}\n{film}{path}", args.out.display());
     let json = json!({
         "pictures": report.done,
         "film": report.film,

@@ -78,6 +78,7 @@ fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
         "photos_per_point": options.look.blend.photos,
         "quality": format!("{:?}", options.look.quality).to_lowercase(),
         "exposure": format!("{:?}", options.look.exposure).to_lowercase(),
+        "relief": !args.look.flat,
         "without": args.look.without,
         "ignored": options.ignored,
         "background_ignored": options.ignore_background,

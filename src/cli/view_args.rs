@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgGroup, Args, ValueEnum};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
 use crate::recipe::named::place_of_photo;
@@ -187,11 +187,15 @@ impl LookArgs {
     /// The look that was asked for.
     ///
     /// # Errors
-    /// [`crate::Error::Request`] for a photo to leave out that the project does not have.
+    /// [`Error::Request`] for a photo to leave out that the project does not have, and when none would be
+    /// left.
     pub fn look(&self, opened: &Opened, shown: Shown) -> Result<Look> {
         let blend = Blend::default();
         let without = self.without.iter().map(|name| place_of_photo(&opened.site, name));
-        let without = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
+        let without: Vec<_> = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
+        if (0..opened.site.photos.len() as u32).all(|photo| without.contains(&PhotoId(photo))) {
+            return Err(Error::Request("--without leaves no photo to make a view of".into()));
+        }
         Ok(Look {
             blend: Blend {
                 mode: self.mode.into(),

@@ -138,12 +138,21 @@ impl CameraPath {
         if self.up.is_some_and(|up| !(1e-6..1e6).contains(&DVec3::from_array(up).length())) {
             return flaw("up", "no direction; write one such as [0, 0, 1]".into());
         }
+        self.judge_frames()
+    }
+
+    /// Whether a film could have so many frames. To be asked again where `fps` is not the file's own.
+    ///
+    /// # Errors
+    /// That there are too many.
+    pub fn judge_frames(&self) -> Result<(), Flaw> {
         let times = self.keyframes.first().zip(self.keyframes.last());
         let seconds = times.map_or(0.0, |(first, last)| last.t - first.t);
         // False, too, for what is not a number; so are the other comparisons here.
         let is_possible = seconds * self.fps <= MOST_FRAMES;
         if !is_possible {
-            return flaw("keyframes", format!("{seconds} s make more than {MOST_FRAMES} frames"));
+            let found = format!("{seconds} s at {} a second make more than {MOST_FRAMES} frames", self.fps);
+            return Err(("keyframes".into(), found));
         }
         Ok(())
     }

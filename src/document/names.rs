@@ -43,7 +43,8 @@ pub fn picture_names(photos: &[&str]) -> Vec<String> {
     if distinct.len() == mixed.len() { mixed } else { full }
 }
 
-fn without_extension(photo: &str) -> &str {
+/// A photo's name without the extension of its file; a dot in a folder's name begins none.
+pub fn without_extension(photo: &str) -> &str {
     match photo.rsplit_once('.') {
         Some((stem, extension)) if !stem.is_empty() && !stem.ends_with('/') && !extension.contains('/') => {
             stem

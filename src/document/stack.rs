@@ -52,6 +52,24 @@ pub struct Stack {
     pub counts: Counts,
 }
 
+impl Stack {
+    /// The first image layer that cannot be, as place and finding: one of elements that are not there, or
+    /// with a side that is no power of two. Whoever reads a file asks; all else takes it for granted.
+    pub fn flaw(&self) -> Option<(String, String)> {
+        let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
+        self.image_layers.iter().find_map(|layer| {
+            let PixelRect { w, h, .. } = layer.rect;
+            let missing = layer.elements.iter().find(|element| **element as usize >= elements);
+            let found = match missing {
+                Some(element) => format!("element {element}, of {elements} that are numbered from 0"),
+                None if w.is_power_of_two() && h.is_power_of_two() => return None,
+                None => format!("a rectangle of {w} x {h} pixels, which are not both powers of two"),
+            };
+            Some((format!("image layer {:?}", layer.id), found))
+        })
+    }
+}
+
 /// The photo of a stack.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StackPhoto {

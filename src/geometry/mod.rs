@@ -3,6 +3,7 @@
 pub mod axes;
 pub mod bvh;
 pub mod camera;
+pub mod clip;
 pub mod lens;
 pub mod lens_range;
 pub mod plane;

@@ -81,6 +81,9 @@ impl StackStore {
             let found = format!("version {}, this program reads version {STACK_VERSION}", stack.version);
             return Err(Error::input(file, "version", found, REMEDY));
         }
+        if let Some((place, found)) = stack.flaw() {
+            return Err(Error::input(file, place, found, REMEDY));
+        }
         Ok(Some(stack))
     }
 

@@ -4,6 +4,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
 
@@ -189,8 +190,9 @@ fn see_item(
         return Err(Absence::Behind);
     }
     let mut extent = Extent::default();
+    let size_px = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     for t in &triangles {
-        extent.add(&clip_to_photo(t, camera), camera);
+        extent.add(&clipped_to_box(t, camera, DVec2::ZERO, size_px), camera);
     }
     if extent.is_empty() {
         return Err(Absence::Outside);
@@ -220,34 +222,6 @@ pub fn inverse_depth(n: DVec3, d: f64, around: DVec2, camera: &Pinhole) -> Inver
         u0: around.x as f32,
         v0: around.y as f32,
     }
-}
-
-/// A convex polygon in the camera frame, clipped to the part that projects into the photo.
-pub fn clip_to_photo(polygon: &[DVec3], camera: &Pinhole) -> Vec<DVec3> {
-    let (w, h) = (f64::from(camera.width), f64::from(camera.height));
-    // Each is a half space through the camera centre; together they imply z >= 0.
-    let sides = [
-        DVec3::new(camera.fx, 0.0, camera.cx),
-        DVec3::new(-camera.fx, 0.0, w - camera.cx),
-        DVec3::new(0.0, camera.fy, camera.cy),
-        DVec3::new(0.0, -camera.fy, h - camera.cy),
-    ];
-    sides.iter().fold(polygon.to_vec(), |polygon, side| clip_to_half_space(&polygon, *side))
-}
-
-fn clip_to_half_space(polygon: &[DVec3], side: DVec3) -> Vec<DVec3> {
-    let mut clipped = Vec::with_capacity(polygon.len() + 1);
-    for (i, &p) in polygon.iter().enumerate() {
-        let q = polygon[(i + 1) % polygon.len()];
-        let (dp, dq) = (side.dot(p), side.dot(q));
-        if dp >= 0.0 {
-            clipped.push(p);
-        }
-        if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
-            clipped.push(p + (q - p) * (dp / (dp - dq)));
-        }
-    }
-    clipped
 }
 
 /// What a clipped outline spans in the photo.

@@ -12,6 +12,7 @@ use super::relief::STEEPEST;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Projector, Server, Sources};
 use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at};
+use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::scene::{Face, FaceId, Model};
 
@@ -154,6 +155,20 @@ struct Subject<'a> {
     height: f64,
     /// Distance of the viewpoint from its plane.
     clearance: f64,
+    /// Column and row of its first cell, in the view's cells.
+    corner: [u32; 2],
+}
+
+/// A rectangle of a face's cells, to be looked at block by block.
+struct Block<'a> {
+    /// What it shows of the face, in the view's camera frame.
+    polygon: &'a [DVec3],
+    /// Those that may matter in it.
+    servers: &'a [u32],
+    /// From column and row to column and row, in the face's cells.
+    cells: [u32; 4],
+    /// Sides of the blocks in it, in cells, from coarse to fine; none: single cells.
+    steps: &'a [u32],
 }
 
 /// What a block of cells shows of a face.
@@ -174,7 +189,8 @@ impl<C: Confidence> Finder<'_, C> {
             self.model.ring_points(id).map(|p| self.shot.pose.camera_from_world(p)).collect();
         let camera = &self.shot.camera;
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
-        let polygon = clipped(&outline, camera, DVec2::ZERO, DVec2::new(width, height));
+        // Of a concave outline all that is used is what it spans.
+        let polygon = clipped_to_box(&outline, camera, DVec2::ZERO, DVec2::new(width, height));
         let (low, high) = extent(&polygon, camera)?;
         let cell = |px: f64, limit: f64| (px.clamp(0.0, limit - 0.5) / self.side) as u32;
         let corner = [cell(low.x, width), cell(low.y, height)];
@@ -187,21 +203,14 @@ impl<C: Confidence> Finder<'_, C> {
             back,
             height: self.heights.get(id.0 as usize).copied().unwrap_or(0.0),
             clearance: distance(&face.plane, self.shot.viewpoint()),
+            corner,
         };
         let range = &self.sources.of_face[id.0 as usize];
         let all: Vec<u32> = range.clone().filter(|&s| self.may_serve(&subject, s)).collect();
         let mut lists = vec![Vec::new(); (size[0] * size[1]) as usize];
-        self.descend(
-            &subject,
-            &polygon,
-            &all,
-            corner,
-            [0, 0, size[0], size[1]],
-            &BLOCKS,
-            &mut |x, y, list| {
-                lists[(y * size[0] + x) as usize] = list;
-            },
-        );
+        let block =
+            Block { polygon: &polygon, servers: &all, cells: [0, 0, size[0], size[1]], steps: &BLOCKS };
+        self.descend(&subject, &block, &mut |x, y, list| lists[(y * size[0] + x) as usize] = list);
         let depths = polygon.iter().fold([f64::INFINITY, 0.0f64], |[a, b], p| [a.min(p.z), b.max(p.z)]);
         Some(Found { face: id, corner, size, depths, lists })
     }
@@ -213,39 +222,34 @@ impl<C: Confidence> Finder<'_, C> {
         side && !self.shot.without.contains(&server.photo)
     }
 
-    /// Blocks of `steps[0]` cells of the rectangle `[x0, y0, x1, y1]` (in cells of the face), and what
-    /// is within; single cells at last.
-    #[allow(clippy::too_many_arguments)]
-    fn descend(
-        &self,
-        subject: &Subject,
-        polygon: &[DVec3],
-        servers: &[u32],
-        corner: [u32; 2],
-        [x0, y0, x1, y1]: [u32; 4],
-        steps: &[u32],
-        put: &mut impl FnMut(u32, u32, Vec<Candidate>),
-    ) {
-        let step = steps.first().copied().unwrap_or(1);
+    /// Gives `put` the candidates of every single cell of a block, at its column and row in the face.
+    fn descend(&self, subject: &Subject, block: &Block, put: &mut impl FnMut(u32, u32, Vec<Candidate>)) {
+        let [x0, y0, x1, y1] = block.cells;
+        let step = block.steps.first().copied().unwrap_or(1);
         for y in (y0..y1).step_by(step as usize) {
             for x in (x0..x1).step_by(step as usize) {
-                let (right, below) = ((x + step).min(x1), (y + step).min(y1));
-                let at = |x: u32, y: u32| {
-                    DVec2::new(f64::from(corner[0] + x), f64::from(corner[1] + y)) * self.side
+                let cells = [x, y, (x + step).min(x1), (y + step).min(y1)];
+                let Some(patch) = self.patch(subject, self.shown_of(subject, block.polygon, cells)) else {
+                    continue;
                 };
-                let part = clipped(polygon, &self.shot.camera, at(x, y), at(right, below));
-                let Some(patch) = self.patch(subject, part) else { continue };
-                let list = self.candidates(subject, &patch, servers);
-                match steps {
-                    [] => put(x, y, list),
-                    _ => {
-                        let left: Vec<u32> = list.iter().map(|c| c.server).collect();
-                        let block = [x, y, right, below];
-                        self.descend(subject, &patch.polygon, &left, corner, block, &steps[1..], put);
-                    }
+                let list = self.candidates(subject, &patch, block.servers);
+                if block.steps.is_empty() {
+                    put(x, y, list);
+                    continue;
                 }
+                let servers: Vec<u32> = list.iter().map(|c| c.server).collect();
+                let steps = &block.steps[1..];
+                let inner = Block { polygon: &patch.polygon, servers: &servers, cells, steps };
+                self.descend(subject, &inner, put);
             }
         }
+    }
+
+    /// The part of a polygon that these cells show.
+    fn shown_of(&self, subject: &Subject, polygon: &[DVec3], [x0, y0, x1, y1]: [u32; 4]) -> Vec<DVec3> {
+        let [column, row] = subject.corner;
+        let px = |x: u32, y: u32| DVec2::new(f64::from(column + x), f64::from(row + y)) * self.side;
+        clipped_to_box(polygon, &self.shot.camera, px(x0, y0), px(x1, y1))
     }
 
     fn patch(&self, subject: &Subject, polygon: Vec<DVec3>) -> Option<Patch> {
@@ -432,33 +436,6 @@ fn borders(camera: &Pinhole, low: DVec2, high: DVec2) -> Range<f64> {
     let least = low.min(size - high).min_element();
     let most = high.min(size - low).min_element();
     (least / ramp).clamp(0.0, 1.0)..(most / ramp).clamp(0.0, 1.0)
-}
-
-/// The part of a polygon (camera frame) that projects into `low..high` (pixels). For a concave outline
-/// parts may hang together by edges along the box; all that is used of it is what it spans.
-fn clipped(polygon: &[DVec3], camera: &Pinhole, low: DVec2, high: DVec2) -> Vec<DVec3> {
-    let sides = [
-        DVec3::new(camera.fx, 0.0, camera.cx - low.x),
-        DVec3::new(-camera.fx, 0.0, high.x - camera.cx),
-        DVec3::new(0.0, camera.fy, camera.cy - low.y),
-        DVec3::new(0.0, -camera.fy, high.y - camera.cy),
-    ];
-    sides.iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
-}
-
-fn clipped_by(polygon: &[DVec3], side: DVec3) -> Vec<DVec3> {
-    let mut kept = Vec::with_capacity(polygon.len() + 1);
-    for (i, &p) in polygon.iter().enumerate() {
-        let q = polygon[(i + 1) % polygon.len()];
-        let (dp, dq) = (side.dot(p), side.dot(q));
-        if dp >= 0.0 {
-            kept.push(p);
-        }
-        if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
-            kept.push(p + (q - p) * (dp / (dp - dq)));
-        }
-    }
-    kept
 }
 
 /// The box of a clipped polygon, in pixels; `None` where nothing is left.

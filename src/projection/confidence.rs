@@ -1,5 +1,5 @@
-//! How far a texel can be trusted near the border of what the photo shows (design, section 3): poses and
-//! models err by a pixel or two, and there the photo may show the neighbour.
+//! How far a texel can be trusted near the border of what the photo shows (`docs/method.md`, section 7):
+//! poses and models err by a pixel or two, and there the photo may show the neighbour.
 
 use super::spans::Spans;
 use crate::geometry::PixelRect;

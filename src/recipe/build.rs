@@ -51,7 +51,7 @@ pub struct Built {
 /// [`Built`]; the others go on. Results come in the site's order.
 ///
 /// # Errors
-/// [`Error::Request`] for a photo name that the site does not have, [`Error::Cancelled`].
+/// [`crate::Error::Request`] for a photo name that the site does not have, [`crate::Error::Cancelled`].
 pub fn build(
     site: &Site,
     store: &StackStore,

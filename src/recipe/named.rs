@@ -1,5 +1,6 @@
 //! Photos by the names that people type.
 
+use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::scene::{Photo, Site};
 
@@ -49,8 +50,6 @@ pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
 
 fn is_short_for(name: &str, photo: &str) -> bool {
     let file = photo.rsplit('/').next().unwrap_or(photo);
-    let without_extension =
-        |path: &str| path.rsplit_once('.').map_or(path.to_owned(), |(stem, _)| stem.to_owned());
     name == file || name == without_extension(file) || name == without_extension(photo)
 }
 

@@ -85,7 +85,7 @@ impl Preview {
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
         let Some(relief) = self.relief.as_mut().filter(|_| self.without != photos) else { return Ok(()) };
         let relief = task.timed("relief", || relief.without(photos, task))?;
-        self.renderer.set_relief(&relief);
+        self.renderer.set_relief(&relief)?;
         self.without = photos.to_vec();
         Ok(())
     }

@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::named::place_of_photo;
 use super::open::Opened;
-use crate::document::camera_path::CameraPath;
+use crate::document::camera_path::{CameraPath, Flaw};
 use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
@@ -105,7 +105,7 @@ pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
             Kind::List => listed(site, path, size),
             Kind::Path => {
                 let (path, flight) = read_camera_path(path, up(&site.photos))?;
-                Ok(of_flight(path, &flight, size, fps))
+                of_flight(path, &flight, size, fps)
             }
         },
     }
@@ -201,15 +201,18 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
     };
     let frame = size.of(first);
     let path = CameraPath::through(&cameras, [frame.width, frame.height], SECONDS_A_LEG);
-    let flight = path
-        .flight(up(&site.photos))
-        .map_err(|(place, found)| Error::Request(format!("{place}: {found}")))?;
-    Ok(of_flight(path, &flight, Size::Own, fps))
+    let flight = path.flight(up(&site.photos)).map_err(refused)?;
+    of_flight(path, &flight, Size::Own, fps)
+}
+
+fn refused((place, found): Flaw) -> Error {
+    Error::Request(format!("{place}: {found}"))
 }
 
 /// Its frames, numbered from 1.
-fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Views {
+fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Result<Views> {
     path.fps = fps.unwrap_or(path.fps);
+    path.judge_frames().map_err(refused)?;
     let frames = flight.frames(path.fps).into_iter().zip(1..);
     let view = |((camera, pose), number): ((Pinhole, Pose), u32)| View {
         name: format!("frame-{number:05}"),
@@ -217,7 +220,7 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
         pose,
         photo: None,
     };
-    Views { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() }
+    Ok(Views { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() })
 }
 
 /// What is up in the photos, on average: people hold cameras level more often than not.
@@ -324,5 +327,20 @@ mod tests {
         let right = views.list[0].pose.rotation.transpose() * DVec3::X;
         assert!(right.distance(DVec3::X) < 0.02, "{right}");
         assert_eq!((views.list.len(), views.list[0].camera.height), (1, 24));
+    }
+
+    #[test]
+    fn frames_a_second_that_make_too_many_frames_are_refused_whoever_asks_for_them() {
+        let at =
+            |t: u32| format!(r#"{{"t": {t}, "position": [{t}, -5, 1], "look_at": [0, 0, 0], "fov": 60}}"#);
+        let (first, last) = (at(0), at(40_000));
+        let text =
+            format!(r#"{{"version": 1, "size": [64, 48], "fps": 0.01, "keyframes": [{first}, {last}]}}"#);
+        let (_folder, source) = file("path.json", &text);
+        let asked =
+            |fps| views(&site(), &Asked { source: source.clone(), size: Size::Own, fps }, &Task::silent());
+        assert_eq!(asked(None).unwrap().list.len(), 401);
+        let told = asked(Some(240.0)).unwrap_err().to_string();
+        assert!(told.contains("240 a second") && told.contains("100000 frames"), "{told}");
     }
 }

@@ -3,7 +3,7 @@
 use std::fs;
 
 use super::common::gpu_rasteriser;
-use super::site::{Site, stderr_of, stdout_of};
+use super::site::{PHOTOS, Site, stderr_of, stdout_of};
 
 /// The site with stacks; none where there is no GPU.
 fn built() -> Option<Site> {
@@ -68,6 +68,14 @@ fn colmap_cameras_lists_and_flights_are_views_too() {
     assert_eq!(count("--cameras path.json --out again"), 11);
     let told = stderr_of(&site.run(&format!("render project {flight}")).failure().code(1));
     assert!(told.contains("path.json is there already"), "{told}");
+}
+
+#[test]
+fn when_no_photo_is_left_nothing_is_drawn_and_that_is_told() {
+    let Some(site) = built() else { return };
+    let mut command = site.command("render project --cameras photos --out views --without left");
+    let told = stderr_of(&command.args(["--without", PHOTOS[1]]).assert().failure().code(1));
+    assert!(told.contains("leaves no photo") && !site.path("views").exists(), "{told}");
 }
 
 #[test]

@@ -6,6 +6,9 @@ use glam::DVec3;
 use super::surfaces::split;
 use crate::projection::Shot;
 
+/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
+const TOLERANCE: f32 = 1e-4;
+
 /// `Frame` of the shaders.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
@@ -30,7 +33,7 @@ pub struct FrameUniform {
 
 impl FrameUniform {
     /// `origin` is what positions are relative to; `near` the depth of the near plane.
-    pub fn new(shot: &Shot, origin: DVec3, near: f64, cell_px: u32, tolerance: f32) -> Self {
+    pub fn new(shot: &Shot, origin: DVec3, near: f64, cell_px: u32) -> Self {
         let [right, down, forward] = shot.pose.rotation_rows().map(|row| row.map(|v| v as f32));
         let (eye_high, eye_low) = split(shot.viewpoint() - origin);
         let camera = &shot.camera;
@@ -48,7 +51,7 @@ impl FrameUniform {
             eye_low,
             lambda: shot.blend.lambda as f32,
             cell_px,
-            reach: 1.0 + tolerance,
+            reach: 1.0 + TOLERANCE,
             relief: f32::from(u8::from(shot.relief)),
             pad0: 0,
         }

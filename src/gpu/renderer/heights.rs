@@ -12,7 +12,7 @@ use crate::gpu::device::Gpu;
 use crate::projection::relief::{FaceRelief, Relief};
 use crate::scene::{FaceId, Model};
 
-/// Width of the texture, in cells, where no face is wider.
+/// Width of the texture in cells, at least: any device has it.
 const WIDTH: u32 = 2048;
 
 /// `Relief` of the shader.
@@ -42,7 +42,7 @@ pub struct Heights {
 impl Heights {
     /// `origin`: what positions are relative to.
     pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
-        let shelf = Shelf::of(model, relief);
+        let shelf = Shelf::of(model, relief, gpu.device.limits().max_texture_dimension_2d);
         let mut cells = vec![f16::ZERO; (shelf.size[0] * shelf.size[1]) as usize];
         let mut places = vec![ReliefWords::zeroed(); model.faces.len().max(1)];
         let mut largest = vec![0.0; model.faces.len()];
@@ -111,11 +111,16 @@ struct Shelf {
 }
 
 impl Shelf {
-    fn of(model: &Model, relief: &Relief) -> Self {
+    /// `longest` is the longest side that the device's textures may have; faces with longer grids stay flat.
+    fn of(model: &Model, relief: &Relief, longest: u32) -> Self {
+        let fits = |[w, h]: [u32; 2]| w.max(h) <= longest;
         let sizes = model.face_ids().filter_map(|f| relief.of(f).map(|r| (f, r.size)));
-        let mut sizes: Vec<(FaceId, [u32; 2])> = sizes.collect();
+        let mut sizes: Vec<(FaceId, [u32; 2])> = sizes.filter(|(_, size)| fits(*size)).collect();
         sizes.sort_by_key(|(face, [_, height])| (std::cmp::Reverse(*height), *face));
-        let width = sizes.iter().map(|(_, [w, _])| *w).max().unwrap_or(1).max(WIDTH);
+        let cells: f64 = sizes.iter().map(|(_, [w, h])| f64::from(*w) * f64::from(*h)).sum();
+        // About square where it is large: neither side reaches the device's limit before it must.
+        let square = (cells.sqrt().ceil() as u32).clamp(WIDTH, longest.max(WIDTH));
+        let width = sizes.iter().map(|(_, [w, _])| *w).fold(square, u32::max);
         let (mut x, mut y, mut row_height) = (0, 0, 0);
         let mut places = Vec::with_capacity(sizes.len());
         for (face, [w, h]) in sizes {

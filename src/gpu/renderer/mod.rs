@@ -24,7 +24,7 @@ use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
 use surfaces::Surfaces;
-use tables::Tables;
+use tables::{Content, Tables};
 use target::Target;
 
 use super::TileStore;
@@ -44,9 +44,6 @@ use crate::task::Task;
 /// list of candidates short. Smaller cells than the least cost more to prepare than they save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
-
-/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
-const TOLERANCE: f32 = 1e-4;
 
 /// Draws shots of one site. Long-lived: textures, tables and pipelines stay from shot to shot.
 pub struct Renderer {
@@ -105,8 +102,15 @@ impl Renderer {
     }
 
     /// Shows surfaces with another relief from now on.
-    pub fn set_relief(&mut self, relief: &Relief) {
-        self.heights = Heights::new(&self.gpu, &self.model, relief, self.surfaces.origin());
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold it; the old one stays.
+    pub fn set_relief(&mut self, relief: &Relief) -> Result<()> {
+        let origin = self.surfaces.origin();
+        self.heights = self
+            .gpu
+            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
+        Ok(())
     }
 
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
@@ -129,15 +133,17 @@ impl Renderer {
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.tiles.load(&wanted, task))?;
         let factors = self.factors(shot, &cells);
-        let origin = self.surfaces.origin();
-        self.tables.write(&self.gpu, &self.sources, shot, &cells, &factors, origin, TOLERANCE);
+        let content = Content { shot, cells: &cells, factors: &factors, origin: self.surfaces.origin() };
+        self.tables.write(&self.gpu, &self.sources, &content);
         Ok(())
     }
 
-    fn draw(&mut self, shot: &Shot, program: Program) -> Result<()> {
+    fn draw(&mut self, shot: &Shot, program: Program) {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
+        // Targets of another size are not asked for again soon.
+        self.targets.retain(|&(w, h, _), _| (w, h) == (width, height));
         let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
         let pass = Pass {
             gpu: &self.gpu,
@@ -148,17 +154,17 @@ impl Renderer {
             target,
         };
         self.passes.draw(&pass, program);
-        Ok(())
     }
 }
 
 impl Renders for Renderer {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
         let gpu = self.gpu.clone();
+        target::judge(&gpu, shot)?;
         gpu.guarded("drawing a picture", || {
             self.prepare(shot, task)?;
             task.timed("draw", || {
-                self.draw(shot, Program::of(shot))?;
+                self.draw(shot, Program::of(shot));
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })
@@ -166,15 +172,16 @@ impl Renders for Renderer {
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         let gpu = self.gpu.clone();
+        target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
             // Depths of no known scale would be so small that their differences vanish.
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let factors = vec![[1.0; 3]; self.sources.photos.len()];
-            let origin = self.surfaces.origin();
-            self.tables.write(&gpu, &self.sources, shot, &cells, &factors, origin, TOLERANCE);
+            let content = Content { shot, cells: &cells, factors: &factors, origin: self.surfaces.origin() };
+            self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
-            self.draw(shot, Program::Faces)?;
+            self.draw(shot, Program::Faces);
             self.target(shot, false).faces(&gpu)
         })
     }

@@ -31,9 +31,7 @@ impl Program {
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality }
     }
-}
 
-impl Program {
     /// Colours are filtered as they are stored, in sRGB.
     pub fn reads_stored(self) -> bool {
         matches!(self, Self::Picture { quality: Quality::Preview, .. })

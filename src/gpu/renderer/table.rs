@@ -1,5 +1,7 @@
 //! A buffer that is written anew for every shot and grows when it must.
 
+use std::num::NonZeroU64;
+
 use bytemuck::Pod;
 use wgpu::{Buffer, BufferUsages};
 
@@ -13,25 +15,33 @@ pub struct Table {
     label: &'static str,
     usage: BufferUsages,
     buffer: Buffer,
+    /// Bytes of the content.
+    used: u64,
 }
 
 impl Table {
     pub fn new(gpu: &Gpu, label: &'static str, usage: BufferUsages) -> Self {
         let usage = usage | BufferUsages::COPY_DST;
-        Self { label, usage, buffer: made(gpu, label, usage, 256) }
+        Self { label, usage, buffer: made(gpu, label, usage, 256), used: 0 }
     }
 
     /// Writes the whole content.
     pub fn write<T: Pod>(&mut self, gpu: &Gpu, content: &[T]) {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         if bytes.len() as u64 > self.buffer.size() {
-            self.buffer = made(gpu, self.label, self.usage, GROWTH * bytes.len() as u64);
+            let needed = bytes.len() as u64;
+            // Room to grow must not be what makes it larger than a buffer may be.
+            let size = (GROWTH * needed).min(gpu.device.limits().max_buffer_size & !15).max(needed);
+            self.buffer = made(gpu, self.label, self.usage, size);
         }
+        self.used = bytes.len() as u64;
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
     }
 
+    /// The content without the room to grow: bindings are smaller than buffers may be, uniform ones by far.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
-        self.buffer.as_entire_binding()
+        let size = NonZeroU64::new(self.used);
+        wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: &self.buffer, offset: 0, size })
     }
 }
 

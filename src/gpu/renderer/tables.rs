@@ -41,6 +41,16 @@ pub struct FaceCellsWords {
     pub pad0: u32,
 }
 
+/// What the tables are written from.
+pub struct Content<'a> {
+    pub shot: &'a Shot,
+    pub cells: &'a Cells,
+    /// By photo, what its linear colours are multiplied with.
+    pub factors: &'a [[f32; 3]],
+    /// World point that positions are relative to.
+    pub origin: DVec3,
+}
+
 /// The tables.
 #[derive(Debug)]
 pub struct Tables {
@@ -66,19 +76,9 @@ impl Tables {
         }
     }
 
-    #[allow(clippy::too_many_arguments)]
-    pub fn write(
-        &mut self,
-        gpu: &Gpu,
-        sources: &Sources,
-        shot: &Shot,
-        cells: &Cells,
-        factors: &[[f32; 3]],
-        origin: DVec3,
-        tolerance: f32,
-    ) {
-        let near = cells.near();
-        self.frame.write(gpu, &[FrameUniform::new(shot, origin, near, cells.side_px, tolerance)]);
+    pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &Content) {
+        let Content { shot, cells, factors, origin } = *content;
+        self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells.near(), cells.side_px)]);
         let photos: Vec<PhotoWords> = sources
             .photos
             .iter()

@@ -2,11 +2,11 @@
 
 use wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::gpu::readback;
-use crate::projection::Picture;
+use crate::projection::{Picture, Shot};
 use crate::scene::light::{linear_of_srgb, srgb_of_linear};
 
 /// Colours of pictures: written in linear light, stored as sRGB.
@@ -34,6 +34,34 @@ pub struct Target {
     pub samples_view: Option<TextureView>,
     faces: Option<Texture>,
     pub faces_view: Option<TextureView>,
+}
+
+/// Whether the device can draw pictures of the shot's size.
+///
+/// # Errors
+/// [`Error::Gpu`] with what it can draw, where it cannot.
+pub fn judge(gpu: &Gpu, shot: &Shot) -> Result<()> {
+    let (width, height) = (shot.camera.width, shot.camera.height);
+    let limits = gpu.device.limits();
+    let (longest, largest) = (limits.max_texture_dimension_2d, limits.max_buffer_size);
+    let picture = format!("a picture of {width} x {height} pixels");
+    if width.min(height) == 0 {
+        return Err(Error::Gpu(format!("{picture} has none; sides are 1 to {longest}")));
+    }
+    if width.max(height) > longest {
+        let most = format!("sides of {longest} pixels at most");
+        return Err(Error::Gpu(format!("{picture} is too large for this device, which draws {most}")));
+    }
+    if row_bytes(width) * u64::from(height) > largest {
+        let most = format!("buffers of {largest} bytes at most");
+        return Err(Error::Gpu(format!("{picture} is too large for this device, which has {most}")));
+    }
+    Ok(())
+}
+
+/// Of a row of 4 bytes a pixel, as textures are copied to buffers.
+fn row_bytes(width: u32) -> u64 {
+    (4 * u64::from(width)).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
 }
 
 impl Target {
@@ -84,16 +112,16 @@ impl Target {
 
     /// The texels of a texture of 4 bytes each, row by row.
     fn words(&self, gpu: &Gpu, texture: &Texture) -> Result<Vec<u32>> {
-        let row_bytes = (4 * self.width).next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let row_bytes = row_bytes(self.width);
         let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some("picture"),
-            size: u64::from(row_bytes) * u64::from(self.height),
+            size: row_bytes * u64::from(self.height),
             usage: wgpu::BufferUsages::COPY_DST | wgpu::BufferUsages::MAP_READ,
             mapped_at_creation: false,
         });
         let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        let layout =
-            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(row_bytes), rows_per_image: None };
+        let bytes_per_row = Some(row_bytes as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
         encoder.copy_texture_to_buffer(
             texture.as_image_copy(),
             wgpu::TexelCopyBufferInfo { buffer: &buffer, layout },

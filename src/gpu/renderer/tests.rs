@@ -1,6 +1,7 @@
 //! The renderer's shaders without a GPU: all that can be generated is valid and agrees with Rust.
 
 use std::mem::offset_of;
+use std::sync::Arc;
 
 use naga::TypeInner;
 use naga::valid::{Capabilities, ValidationFlags, Validator};
@@ -11,8 +12,16 @@ use super::program::Program;
 use super::project::{PhotoTable, source};
 use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
-use crate::gpu::Gpu;
-use crate::projection::{Blend, Mode, Quality, Shown, Sources};
+use crate::error::Result;
+use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use crate::projection::relief::{Relief, STEEPEST};
+use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
+use crate::projection::{
+    Blend, Gains, Mode, Quality, Renders, SheetId, SheetPixels, Shot, Shown, Sources, Texels,
+};
+use crate::scene::Model;
+use crate::scene::synthetic::{centred, look_at};
+use crate::task::Task;
 
 const SHOWN: [Shown; 8] = [
     Shown::Colour,
@@ -81,4 +90,71 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first pad0);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border pad0 gain);
     assert_alike!(&module, "Relief", ReliefWords: across across_high up up_high across_low up_low corner size pad0);
+}
+
+#[test]
+fn constants_are_alike_in_rust_and_in_wgsl() {
+    let quality = Quality::Preview;
+    let module = parsed(Program::Picture { mode: Mode::Smooth, photos: 4, shown: Shown::Colour, quality });
+    let says = |name: &str| {
+        let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
+        match module.global_expressions[found.init] {
+            naga::Expression::Literal(naga::Literal::F32(value)) => value,
+            ref other => panic!("{name} is {other:?}"),
+        }
+    };
+    for (name, rust) in [("LEAST_ANGLE", LEAST_ANGLE), ("OTHER_SIDE", OTHER_SIDE), ("STEEPEST", STEEPEST)] {
+        assert_eq!(says(name), rust as f32, "{name}");
+    }
+}
+
+/// There is none to ask for.
+struct NoSheets;
+
+impl Texels for NoSheets {
+    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+        unreachable!("nobody has {sheet:?}")
+    }
+}
+
+/// Of a site without faces and photos.
+fn of_nothing(gpu: &Gpu) -> Renderer {
+    let (model, sources) = (Arc::new(Model::default()), Arc::new(Sources::default()));
+    let tiles = TileStore::new(gpu, &sources, Arc::new(NoSheets), TextureOptions::default()).unwrap();
+    Renderer::new(gpu, model, sources, Gains::none(0), &Relief::default(), tiles).unwrap()
+}
+
+fn shot(width: u32, height: u32) -> Shot {
+    Shot::new(centred(width, height, 50.0), look_at(glam::DVec3::X, glam::DVec3::ZERO))
+}
+
+#[test]
+fn a_model_without_faces_is_drawn_without_a_fault() {
+    let mut renderer = of_nothing(&Gpu::noop());
+    for quality in [Quality::Preview, Quality::Final] {
+        let picture = renderer.picture(&Shot { quality, ..shot(70, 3) }, &Task::silent()).unwrap();
+        assert_eq!((picture.width, picture.height, picture.rgba.len()), (70, 3, 840));
+    }
+    assert_eq!(renderer.faces(&shot(5, 4), &Task::silent()).unwrap().len(), 20);
+}
+
+#[test]
+fn pictures_that_the_device_cannot_draw_are_refused_with_what_it_can() {
+    let gpu = Gpu::noop();
+    let longest = gpu.device.limits().max_texture_dimension_2d;
+    let mut renderer = of_nothing(&gpu);
+    for (width, height) in [(longest + 1, 10), (10, u32::MAX), (0, 10)] {
+        let shot = shot(width, height);
+        let refused = [
+            renderer.picture(&shot, &Task::silent()).unwrap_err(),
+            renderer.faces(&shot, &Task::silent()).unwrap_err(),
+        ];
+        for error in refused.map(|error| error.to_string()) {
+            assert!(
+                error.contains(&format!("{width} x {height}")) && error.contains(&longest.to_string()),
+                "{error}"
+            );
+        }
+    }
+    assert!(renderer.faces(&shot(4, 4), &Task::silent()).is_ok(), "a refused picture leaves nothing behind");
 }

@@ -17,7 +17,7 @@ const FADES_AT_RAD: f64 = 1.0;
 const POWER: i32 = 3;
 
 /// The log gain of a view, R, G, B: Shepard's interpolation (1968) of the photos' gains and of 0, the
-/// common exposure, which counts as a photo that is always [`FADES_AT_RAD`] away. Where the photos'
+/// common exposure, which counts as a photo that is always one radian away. Where the photos'
 /// exposures were metered ([`super::Meter`]) each photo's gain is first carried to what the view's
 /// meter reads: a photo beside a view that looks into the light says little about it as it is.
 ///

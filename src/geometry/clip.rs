@@ -1,0 +1,63 @@
+//! Polygons in a camera's frame, clipped to what projects into a box of its image.
+
+use glam::{DVec2, DVec3};
+
+use super::Pinhole;
+
+/// The part of a polygon (camera frame) that projects into `low_px..high_px`, in the order of the corners;
+/// empty where there is none. Nothing behind the camera is left, and there is no near plane: the box's sides
+/// are half spaces through the camera's centre (Sutherland & Hodgman 1974, one side after the other). Parts
+/// of a concave polygon may hang together by edges along the box.
+pub fn clipped_to_box(polygon: &[DVec3], camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> Vec<DVec3> {
+    let sides = [
+        DVec3::new(camera.fx, 0.0, camera.cx - low_px.x),
+        DVec3::new(-camera.fx, 0.0, high_px.x - camera.cx),
+        DVec3::new(0.0, camera.fy, camera.cy - low_px.y),
+        DVec3::new(0.0, -camera.fy, high_px.y - camera.cy),
+    ];
+    sides.iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
+}
+
+/// What lies where `side . p >= 0`.
+fn clipped_by(polygon: &[DVec3], side: DVec3) -> Vec<DVec3> {
+    let mut kept = Vec::with_capacity(polygon.len() + 1);
+    for (i, &p) in polygon.iter().enumerate() {
+        let q = polygon[(i + 1) % polygon.len()];
+        let (dp, dq) = (side.dot(p), side.dot(q));
+        if dp >= 0.0 {
+            kept.push(p);
+        }
+        if (dp > 0.0 && dq < 0.0) || (dp < 0.0 && dq > 0.0) {
+            kept.push(p + (q - p) * (dp / (dp - dq)));
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const CAMERA: Pinhole = Pinhole { width: 100, height: 80, fx: 50.0, fy: 40.0, cx: 45.0, cy: 30.0 };
+
+    #[test]
+    fn a_polygon_larger_than_the_box_is_cut_to_its_corners() {
+        let wall = [(-9.0, -9.0), (9.0, -9.0), (9.0, 9.0), (-9.0, 9.0)].map(|(x, y)| DVec3::new(x, y, 2.0));
+        let (low, high) = (DVec2::new(10.0, 20.0), DVec2::new(30.0, 50.0));
+        let clipped = clipped_to_box(&wall, &CAMERA, low, high);
+        let px: Vec<DVec2> = clipped.iter().map(|p| CAMERA.image_from_camera(*p).unwrap()).collect();
+        for corner in [low, high, DVec2::new(low.x, high.y), DVec2::new(high.x, low.y)] {
+            assert!(px.iter().any(|p| p.distance(corner) < 1e-9), "{corner} is not in {px:?}");
+        }
+        assert_eq!(px.len(), 4);
+    }
+
+    #[test]
+    fn of_a_ground_that_reaches_behind_the_camera_only_what_is_in_front_is_left() {
+        let ground = [(-5.0, -7.0), (5.0, -7.0), (5.0, 7.0), (-5.0, 7.0)].map(|(x, z)| DVec3::new(x, 1.0, z));
+        let clipped = clipped_to_box(&ground, &CAMERA, DVec2::ZERO, DVec2::new(100.0, 80.0));
+        assert!(clipped.len() >= 3 && clipped.iter().all(|p| p.z > 0.0), "{clipped:?}");
+        let behind = ground.map(|p| p - DVec3::Z * 20.0);
+        assert!(clipped_to_box(&behind, &CAMERA, DVec2::ZERO, DVec2::new(100.0, 80.0)).is_empty());
+    }
+}
