@@ -50,3 +50,19 @@ fn made(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> Buffer {
     let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
     gpu.device.create_buffer(&descriptor)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_table_that_grew_is_bound_as_far_as_it_was_written() {
+        let gpu = Gpu::noop();
+        let mut table = Table::new(&gpu, "table", BufferUsages::UNIFORM);
+        for bytes in [40_000, 400, 16] {
+            table.write(&gpu, &vec![0u8; bytes]);
+            let wgpu::BindingResource::Buffer(bound) = table.binding() else { unreachable!("it is one") };
+            assert_eq!(bound.size.map(u64::from), Some(bytes as u64));
+        }
+    }
+}
