@@ -204,7 +204,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let other_side = ((candidate.y & FLAG_BACK) != 0u) != seen_from_behind;
         inside = inside && (!other_side || drawn.flags == 1u);
         let edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
-        let border = clamp(edge * photo.per_border, 0.0, 1.0);
+        let border = border_ramp(edge * photo.per_border);
         let height = abs(dot(normal, photo.center) - drawn.plane.w);
         let in_photo = photo.density * height / (z * z * z);
         let octaves = 0.5 * log2(in_view / in_photo);

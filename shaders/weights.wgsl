@@ -1,6 +1,6 @@
 // How photos are weighed. The plain twin: projection/weights.rs.
 
-const LEAST_ANGLE: f32 = 1e-7;
+const LEAST_ANGLE: f32 = 1e-6;
 const OTHER_SIDE: f32 = 1000.0;
 const INFINITE: f32 = 3e38;
 
@@ -19,6 +19,14 @@ fn angle_between(a: vec3f, b: vec3f) -> f32 {
     let rest = length(u + v);
     let half = atan_of_unit(min(chord, rest) / max(chord, rest));
     return 2.0 * select(half, 1.5707963 - half, chord > rest);
+}
+
+// From 0 at 0 to 1 from 1 on: 1 - (1 - share)^8.
+fn border_ramp(share: f32) -> f32 {
+    let left = 1.0 - clamp(share, 0.0, 1.0);
+    let square = left * left;
+    let fourth = square * square;
+    return 1.0 - fourth * fourth;
 }
 
 fn raw_weight(q: f32, next: f32) -> f32 {

@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use super::relief::STEEPEST;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Projector, Server, Sources};
-use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at};
+use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at, border_ramp};
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::scene::{Face, FaceId, Model};
@@ -435,7 +435,7 @@ fn borders(camera: &Pinhole, low: DVec2, high: DVec2) -> Range<f64> {
     let ramp = BORDER_SHARE * size.min_element();
     let least = low.min(size - high).min_element();
     let most = high.min(size - low).min_element();
-    (least / ramp).clamp(0.0, 1.0)..(most / ramp).clamp(0.0, 1.0)
+    border_ramp(least / ramp)..border_ramp(most / ramp)
 }
 
 /// The box of a clipped polygon, in pixels; `None` where nothing is left.

@@ -9,9 +9,8 @@ use glam::DVec3;
 use super::shot::{Blend, Mode};
 use crate::geometry::{Pinhole, Plane};
 
-/// Keeps q of a photo's own camera above zero, in radians. Where a border and an outline meet, trust is a
-/// thousandth, and at 1e-6 other photos would have a hundredth of the weight in a photo's own camera.
-pub const LEAST_ANGLE: f64 = 1e-7;
+/// Keeps q of a photo's own camera above zero, in radians.
+pub const LEAST_ANGLE: f64 = 1e-6;
 
 /// The border of a photo counts in full from this share of its shorter side inwards.
 pub const BORDER_SHARE: f64 = 0.05;
@@ -67,11 +66,17 @@ pub fn octaves_missing(in_view: f64, in_photo: f64) -> f64 {
     (in_view / in_photo).log2().max(0.0)
 }
 
-/// 0 at the photo's edge to 1 from [`BORDER_SHARE`] inwards, linear; `px` in photo pixels.
+/// 0 at the photo's edge to 1 from [`BORDER_SHARE`] of its shorter side inwards; `px` in photo pixels.
 pub fn border(camera: &Pinhole, px: glam::DVec2) -> f64 {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let inside = px.x.min(width - px.x).min(px.y).min(height - px.y);
-    (inside / (BORDER_SHARE * width.min(height))).clamp(0.0, 1.0)
+    border_ramp(inside / (BORDER_SHARE * width.min(height)))
+}
+
+/// From 0 at 0 to 1 from 1 on: `1 - (1 - share)^8`, which ends level, and begins so steeply that in a
+/// photo's own camera its outermost pixels are its own to less than a hundredth, too.
+pub fn border_ramp(share: f64) -> f64 {
+    1.0 - (1.0 - share.clamp(0.0, 1.0)).powi(8)
 }
 
 /// The weights of photos with these penalties: at most `blend.photos` are above zero, they sum to 1.
