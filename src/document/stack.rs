@@ -52,9 +52,13 @@ pub struct Stack {
     pub counts: Counts,
 }
 
+/// Pyramids have 16 levels.
+const LARGEST_SIDE: u32 = 1 << (crate::projection::tiles::MOST_LEVELS - 1);
+
 impl Stack {
     /// The first image layer that cannot be, as place and finding: one of elements that are not there, or
-    /// with a side that is no power of two. Whoever reads a file asks; all else takes it for granted.
+    /// with a side of no pixels or of more than textures may have. Whoever reads a file asks; all else
+    /// takes it for granted.
     pub fn flaw(&self) -> Option<(String, String)> {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
@@ -62,8 +66,8 @@ impl Stack {
             let missing = layer.elements.iter().find(|element| **element as usize >= elements);
             let found = match missing {
                 Some(element) => format!("element {element}, of {elements} that are numbered from 0"),
-                None if w.is_power_of_two() && h.is_power_of_two() => return None,
-                None => format!("a rectangle of {w} x {h} pixels, which are not both powers of two"),
+                None if [w, h].iter().all(|side| (1..=LARGEST_SIDE).contains(side)) => return None,
+                None => format!("a rectangle of {w} x {h} pixels; sides have 1 to {LARGEST_SIDE}"),
             };
             Some((format!("image layer {:?}", layer.id), found))
         })

@@ -12,6 +12,7 @@ use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
+use crate::projection::tiles::Shape;
 use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
 use crate::scene::Model;
@@ -153,10 +154,10 @@ fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, lea
         Domain::Whole => &[],
         Domain::Inside(sides) => &sides[..],
     };
-    let logs = (rect.w.ilog2(), rect.h.ilog2());
+    let logs = Shape::of(rect).log;
     let packed = server.photo.0
-        | logs.0 << 16
-        | logs.1 << 20
+        | logs[0] << 16
+        | logs[1] << 20
         | u32::from(server.back) << 24
         | (sides.len() as u32) << 25;
     // Rounded down: a bound stays one.
