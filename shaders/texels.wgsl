@@ -95,12 +95,7 @@ fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
     let lower = floor(min(level, highest));
     let share = min(level, highest) - lower;
     var texel = texel_at_level(sheet, at, u32(lower));
-    // A loop that turns once at most: where no neighbour needs the second level, it is not fetched.
-    var more = share > 0.0;
-    loop {
-        if !more {
-            break;
-        }
+    if share > 0.0 {
         let coarse = texel_at_level(sheet, at, u32(lower) + 1u);
         let fine_share = select(0.0, 1.0 - share, texel.w >= 0.0);
         let coarse_share = select(0.0, share, coarse.w >= 0.0);
@@ -108,7 +103,6 @@ fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
         let color = (texel.rgb * fine_share + coarse.rgb * coarse_share) / sum;
         let confidence = max(texel.w, 0.0) * (1.0 - share) + max(coarse.w, 0.0) * share;
         texel = vec4f(color, confidence);
-        more = false;
     }
     return texel;
 }

@@ -130,7 +130,7 @@ pub enum ModeArg {
     Debevec,
     /// Unstructured lumigraph (Buehler 2001)
     Lumigraph,
-    /// Once continuously differentiable weights: predicts photos best
+    /// Once continuously differentiable weights: changes most gradually
     #[default]
     Smooth,
 }

@@ -85,7 +85,7 @@ impl Level {
         }
     }
 
-    /// Gives the texels of a ring a colour, and for now the least confidence, which marks it as there.
+    /// Gives the texels of a ring a colour, and the least confidence as the mark that the next ring looks for.
     fn fill_ring(&mut self, ring: &Spans, srgb: Srgb) {
         let texels = ring.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y)));
         let filled: Vec<(usize, [u8; 4])> =

@@ -19,8 +19,7 @@ pub enum Mode {
     Debevec,
     /// Unstructured lumigraph (Buehler et al. 2001): `w = max(0, 1 - q/T) / q`.
     Lumigraph,
-    /// Franke-Little weights: `w = (max(0, T - q) / (T q))^2`, once continuously differentiable. Predicts
-    /// photos best (`docs/quality.md`).
+    /// Franke-Little weights: `w = (max(0, T - q) / (T q))^2`, once continuously differentiable.
     #[default]
     Smooth,
 }

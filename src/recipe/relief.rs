@@ -29,8 +29,8 @@ impl SiteRelief {
     /// is put there. `memory`: bytes that photos decoded at the same time may take.
     ///
     /// # Errors
-    /// [`Error::Io`] and [`Error::Input`] for photos that cannot be read, [`Error::Cancelled`]. A cache
-    /// that cannot be written is a note.
+    /// [`Error::Cancelled`]. A photo that cannot be read is a note and tells nothing; a cache that cannot
+    /// be written is a note.
     pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
@@ -43,7 +43,10 @@ impl SiteRelief {
         opened.ask(task)?;
         let witnesses = opened.witnesses.as_deref().expect("they were asked in the line above");
         let relief = estimate_relief(&site.model, witnesses, &options, task)?;
-        if let Err(error) = write_relief(&file, &relief, inputs) {
+        // What was made without a photo must not stand for all of them once that can be read again.
+        if witnesses.iter().all(Witness::sees)
+            && let Err(error) = write_relief(&file, &relief, inputs)
+        {
             task.note(format!("the relief is not kept: {error}"));
         }
         opened.whole = Arc::new(relief);
@@ -69,7 +72,7 @@ impl SiteRelief {
         relief_without(&self.whole, photos, &self.site.model, witnesses, &options, task).map(Arc::new)
     }
 
-    /// Makes the photos witnesses. A photo that cannot be read is one that shows nothing.
+    /// Makes the photos witnesses.
     fn ask(&mut self, task: &Task) -> Result<()> {
         if self.witnesses.is_some() {
             return Ok(());
@@ -82,12 +85,43 @@ impl SiteRelief {
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
             // What a decoder holds at once, and the luminance of it.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
-            budget.with(bytes, || {
-                let pixels = read_photo(file, camera.width, camera.height)?;
-                Ok::<_, Error>(Witness::new(&projector, &pixels, &surface))
+            budget.with(bytes, || match read_photo(file, camera.width, camera.height) {
+                Ok(pixels) => Ok(Witness::new(&projector, &pixels, &surface)),
+                Err(Error::Cancelled) => Err(Error::Cancelled),
+                Err(error) => {
+                    task.of(name).note(format!("it tells nothing of the relief: {error}"));
+                    Ok(Witness::blind(&projector))
+                }
             })
         };
         self.witnesses = Some(self.site.photos.par_iter().map(witness).collect::<Result<_>>()?);
         Ok(())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::sync::Mutex;
+
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+    use crate::task::Event;
+
+    #[test]
+    fn a_photo_that_cannot_be_read_is_told_and_the_relief_made_without_it_is_not_kept() {
+        let folder = tempfile::tempdir().unwrap();
+        let mut site = closed_form::two_quads().site();
+        site.photos[0].file = folder.path().join("gone.png");
+        let notes: Arc<Mutex<Vec<String>>> = Arc::default();
+        let told = notes.clone();
+        let task = Task::new(move |event| {
+            if let Event::Note { text, .. } = event {
+                told.lock().unwrap().push(text);
+            }
+        });
+        let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();
+        assert!(relief.whole().of_face.iter().all(Option::is_none));
+        assert!(notes.lock().unwrap().iter().any(|note| note.contains("tells nothing of the relief")));
+        assert!(!folder.path().join("cache/relief.bin").exists());
     }
 }

@@ -43,6 +43,17 @@ impl Witness {
         Self { camera: *camera, pose: *pose, levels: levels(pixels), shown, columns }
     }
 
+    /// Of a photo whose pixels are not known: it shows nothing.
+    pub fn blind(projector: &Projector) -> Self {
+        let Projector { camera, pose, .. } = projector;
+        Self { camera: *camera, pose: *pose, levels: Vec::new(), shown: Vec::new(), columns: 0 }
+    }
+
+    /// Its pixels are known.
+    pub fn sees(&self) -> bool {
+        !self.levels.is_empty()
+    }
+
     /// How many blocks show each face: sorted by face, each above zero.
     pub fn faces(&self) -> Vec<(FaceId, u32)> {
         let mut faces: Vec<FaceId> = self.shown.iter().flatten().copied().collect();
