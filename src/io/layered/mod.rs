@@ -1,12 +1,15 @@
 //! Layered images: what every such file says, and the formats that say it.
 //!
 //! A [`LayeredDocument`] describes the file without its pixels; each layer yields these when a
-//! writer asks, so that only a few layers are in memory at a time.
+//! writer asks, so that only a few layers are in memory at a time. An [`EditedDocument`] is such a file
+//! as an image editor left it, its pixels to be read layer by layer as well.
 
 mod batches;
 pub mod composite;
 pub mod document;
+pub mod edited;
 pub mod folder;
+pub mod grey;
 pub mod ora;
 pub mod png;
 pub mod psd;
@@ -18,4 +21,6 @@ pub const KEY_FILE: &str = "quadratura-key.txt";
 
 pub use composite::composite;
 pub use document::{Group, Layer, LayeredDocument, Node, Source, Tag};
+pub use edited::{Blend, EditedDocument, EditedLayer, EditedMask, Lazy};
+pub use grey::Grey;
 pub use raster::{Depth, Raster};
