@@ -1,7 +1,7 @@
-//! Writing layered files: PSD and PNG, 24 layers of a photo of six million pixels, to memory.
+//! Writing and reading layered files: PSD, XCF and PNG, 24 layers of a photo of six million pixels.
 //!
 //! `cargo bench --bench files`. Elements per second are pixels; the format's own compression is
-//! part of the time, the disk is not.
+//! part of the time, the disk is not: what is written goes to memory, what is read lies there.
 
 use std::io::Cursor;
 use std::path::Path;
@@ -10,8 +10,9 @@ use std::time::Duration;
 
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use quadratura::geometry::PixelRect;
-use quadratura::io::layered::psd::{self, Fit, Kind};
-use quadratura::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster, png};
+use quadratura::io::layered::psd::{self, Kind};
+use quadratura::io::layered::xcf::{self, Version};
+use quadratura::io::layered::{Depth, Fit, Group, Layer, LayeredDocument, Node, Raster, png, read_layered};
 use quadratura::scene::Samples;
 use quadratura::scene::synthetic::Dice;
 use rayon::prelude::*;
@@ -52,6 +53,7 @@ fn layer(number: u32, raster: &Arc<Raster>) -> Layer<'static> {
     Layer {
         name: format!("surface [{number}]"),
         rect,
+        id: None,
         visible: true,
         locked: false,
         tag: None,
@@ -90,6 +92,9 @@ fn writing(c: &mut Criterion) {
     });
 
     group.throughput(Throughput::Elements(layer_pixels));
+    group.bench_function("xcf", |b| {
+        b.iter(|| xcf_bytes(&document));
+    });
     group.bench_function("png layers, in parallel", |b| {
         b.iter(|| {
             (0..LAYERS).into_par_iter().for_each(|_| {
@@ -99,12 +104,48 @@ fn writing(c: &mut Criterion) {
     });
 }
 
+fn xcf_bytes(document: &LayeredDocument) -> Vec<u8> {
+    let mut out = Cursor::new(Vec::new());
+    let fit = xcf::write(&mut out, Path::new("bench.xcf"), document, Version::Three);
+    assert_eq!(fit.expect("memory takes it"), Fit::Whole);
+    out.into_inner()
+}
+
+/// All layers, as an import reads them that finds every one changed; and what it needs to know beforehand.
+fn reading(c: &mut Criterion) {
+    let raster = Arc::new(layer_raster(512, 1024));
+    let document = document(&Arc::new(Raster::blank(WIDTH, HEIGHT, Depth::Eight)), &raster);
+    let folder = tempfile::tempdir().expect("there is a temporary folder");
+    let [psd_file, xcf_file] = ["bench.psd", "bench.xcf"].map(|name| folder.path().join(name));
+    let mut psd_bytes = Cursor::new(Vec::new());
+    psd::write(&mut psd_bytes, &psd_file, &document, Kind::Psd).expect("memory takes it");
+    std::fs::write(&psd_file, psd_bytes.into_inner()).expect("the folder takes it");
+    std::fs::write(&xcf_file, xcf_bytes(&document)).expect("the folder takes it");
+    let mut group = c.benchmark_group("read");
+    for (name, file) in [("psd", &psd_file), ("xcf", &xcf_file)] {
+        group.throughput(Throughput::Elements(u64::from(LAYERS) * 512 * 1024));
+        group.bench_function(name, |b| {
+            b.iter(|| {
+                let document = read_layered(file).expect("it was written");
+                document
+                    .layers
+                    .par_iter()
+                    .for_each(|layer| drop(layer.pixels.read().expect("it was written")));
+            });
+        });
+        group.throughput(Throughput::Elements(u64::from(LAYERS)));
+        group.bench_function(format!("{name}, layers without pixels"), |b| {
+            b.iter(|| read_layered(file).expect("it was written"));
+        });
+    }
+}
+
 criterion_group! {
     name = benches;
     config = Criterion::default()
         .sample_size(10)
         .warm_up_time(Duration::from_millis(500))
         .measurement_time(Duration::from_secs(2));
-    targets = writing
+    targets = writing, reading
 }
 criterion_main!(benches);

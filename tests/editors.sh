@@ -8,12 +8,7 @@
 set -eu
 cd "$(dirname "$0")/.."
 . examples/setup.sh
-
-# Names of layers are typed to GIMP in many scripts; a bare machine has no locale for them.
-export LC_ALL=C.UTF-8
-
-began=$(date +%s)
-step() { printf '%4d s  %s\n' $(($(date +%s) - began)) "$*"; }
+. tests/editors/run.sh
 
 # proven WHO COMMAND...: one line of tests/editors/layers.py; anything wrong ends the script.
 proven() {
@@ -48,28 +43,6 @@ install_psd_tools() {
     say "set-up: installing psd-tools, numpy and Pillow below $target"
     python3 -m venv "$target/editors-python"
     "$python" -m pip install --quiet psd-tools numpy Pillow
-}
-
-# gimp EXPRESSION...: each is evaluated after tests/editors/gimp.scm.
-gimp() {
-    for expression in "$@"; do
-        timeout 120 gimp-console -idf --no-data \
-            -b "(begin (load \"tests/editors/gimp.scm\") $expression)" -b '(gimp-quit 0)' \
-            >"$work/gimp.log" 2>&1 </dev/null || { cat "$work/gimp.log" && fail "GIMP: $expression"; }
-    done
-}
-
-# Krita needs a display. A virtual one that is slow to start loses its client, which is no fault of
-# the file: so three times. What Krita made is judged, not how it ended.
-krita_saves() {
-    for _ in 1 2 3; do
-        HOME=$work/home timeout 120 xvfb-run -a krita --nosplash --export \
-            --export-filename "$2" "$1" >"$work/krita.log" 2>&1 </dev/null || true
-        [ -s "$2" ] && return
-        sleep 2
-    done
-    cat "$work/krita.log"
-    fail "Krita made no $2"
 }
 
 # through_gimp PSD PHOTO-FILE: opened, painted on, saved; and saved once more.
@@ -108,7 +81,7 @@ one_photo() {
 }
 
 install_editors
-gimp-console --version | grep -q 'version 2\.' || fail "tests/editors/gimp.scm speaks to GIMP 2.10, not to this one"
+gimp_fits
 install_psd_tools
 step "building"
 cargo build --release --quiet --bin quadratura --example invented_exports
@@ -117,9 +90,7 @@ program=$target/release/quadratura
 work=$(mktemp -d)
 trap 'rm -rf "$work"' EXIT
 trap 'exit 130' INT TERM
-mkdir -p "$work/home"
-chmod 700 "$work/home"
-export XDG_RUNTIME_DIR="$work/home" # libraries grumble without one
+quiet_home
 
 profile=/usr/share/color/icc/krita/sRGB-elle-V2-srgbtrc.icc
 [ -e "$profile" ] || profile=

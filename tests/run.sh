@@ -28,7 +28,7 @@ component clippy clippy
 [ -n "${XDG_RUNTIME_DIR:-}" ] || export NODEVICE_SELECT=1
 
 step "scripts parse"
-for script in examples/*.sh tests/*.sh .ci/run; do
+for script in examples/*.sh tests/*.sh tests/editors/*.sh .ci/run; do
     sh -n "$script"
 done
 

@@ -212,6 +212,8 @@ pub enum FormatArg {
     Folder,
     /// OpenRaster, for Krita
     Ora,
+    /// XCF, for GIMP: opens fastest, and locks hold
+    Xcf,
 }
 
 impl OptionArgs {

@@ -70,6 +70,7 @@ impl From<FormatArg> for ExportFormat {
             FormatArg::Psd => Self::Psd,
             FormatArg::Folder => Self::Folder,
             FormatArg::Ora => Self::Ora,
+            FormatArg::Xcf => Self::Xcf,
         }
     }
 }

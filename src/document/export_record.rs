@@ -21,6 +21,8 @@ pub enum ExportFormat {
     Folder,
     /// OpenRaster.
     Ora,
+    /// GIMP's.
+    Xcf,
 }
 
 /// What one export gave away. It says everything that an import has to know, without the stack
@@ -106,7 +108,7 @@ pub enum HelperRole {
 
 impl ExportFormat {
     /// All of them, the default first.
-    pub const ALL: [Self; 3] = [Self::Psd, Self::Folder, Self::Ora];
+    pub const ALL: [Self; 4] = [Self::Psd, Self::Folder, Self::Ora, Self::Xcf];
 
     /// As it is typed.
     pub fn name(self) -> &'static str {
@@ -114,6 +116,7 @@ impl ExportFormat {
             Self::Psd => "psd",
             Self::Folder => "folder",
             Self::Ora => "ora",
+            Self::Xcf => "xcf",
         }
     }
 }
@@ -123,7 +126,7 @@ impl std::str::FromStr for ExportFormat {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|format| format.name() == text);
-        found.ok_or_else(|| format!("\"{text}\" is no format; choose psd, folder or ora"))
+        found.ok_or_else(|| format!("\"{text}\" is no format; choose psd, folder, ora or xcf"))
     }
 }
 

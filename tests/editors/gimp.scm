@@ -1,12 +1,13 @@
-; What tests/editors.sh has GIMP do. Script-Fu, because Debian's GIMP 2.10 has no Python.
+; What tests/editors.sh and tests/editors_round_trip.sh have GIMP do. Script-Fu, because Debian's GIMP 2.10 has no Python.
 
 (define (opened file)
   (car (gimp-file-load RUN-NONINTERACTIVE file file)))
 
-(define (save-psd image file)
+; As PSD or XCF, by its name.
+(define (save-layered image file)
   (gimp-file-save RUN-NONINTERACTIVE image (car (gimp-image-get-active-layer image)) file file))
 
-; Opens a PSD, fills a square of one layer with a colour, and saves the document as another PSD.
+; Opens a file, fills a square of one layer with a colour, and saves the document as another.
 (define (paint-and-save in name out)
   (let* ((image (opened in))
          (layer (car (gimp-image-get-layer-by-name image name)))
@@ -15,13 +16,13 @@
     (gimp-context-set-foreground '(255 0 200))
     (gimp-drawable-edit-fill layer FILL-FOREGROUND)
     (gimp-selection-none image)
-    (save-psd image out)
+    (save-layered image out)
     (gimp-image-delete image)))
 
 ; Opens a PSD and saves it as it is.
 (define (save-again in out)
   (let ((image (opened in)))
-    (save-psd image out)
+    (save-layered image out)
     (gimp-image-delete image)))
 
 ; Saves what is to be seen as a PNG.
@@ -29,4 +30,12 @@
   (let* ((image (opened in))
          (layer (car (gimp-image-merge-visible-layers image CLIP-TO-IMAGE))))
     (file-png-save RUN-NONINTERACTIVE image layer out out FALSE 1 FALSE FALSE FALSE FALSE FALSE)
+    (gimp-image-delete image)))
+
+; Opens a file, gives its pixels another precision, and saves it.
+(define (save-with-precision in precision out)
+  (let ((image (opened in)))
+    (if (not (= precision (car (gimp-image-get-precision image))))
+        (gimp-image-convert-precision image precision))
+    (save-layered image out)
     (gimp-image-delete image)))

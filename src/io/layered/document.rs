@@ -57,6 +57,8 @@ pub struct Layer<'a> {
     pub name: String,
     /// In canvas pixels; may reach outside the canvas.
     pub rect: PixelRect,
+    /// The token of the image layer, for formats that keep one beside the name.
+    pub id: Option<String>,
     /// Shown when the file is opened.
     pub visible: bool,
     /// Not to be changed, where the editor knows such a thing.
@@ -163,7 +165,7 @@ mod tests {
     fn layer(name: &str) -> Layer<'static> {
         let rect = PixelRect { x: 0, y: 0, w: 2, h: 2 };
         let pixels: Source = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
-        Layer { name: name.into(), rect, visible: true, locked: false, tag: None, pixels }
+        Layer { name: name.into(), rect, id: None, visible: true, locked: false, tag: None, pixels }
     }
 
     fn document(nodes: Vec<Node<'static>>) -> LayeredDocument<'static> {

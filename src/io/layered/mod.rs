@@ -5,16 +5,24 @@
 //! as an image editor left it, its pixels to be read layer by layer as well.
 
 mod batches;
+mod bytes;
 pub mod composite;
 pub mod document;
 pub mod edited;
 pub mod folder;
 pub mod grey;
+mod groups;
+mod inflate;
 pub mod ora;
+mod place;
 pub mod png;
+mod png_edited;
 pub mod psd;
 pub mod raster;
+pub mod read;
+mod sink;
 pub mod srgb;
+pub mod xcf;
 
 /// Name of the file in folders and OpenRaster files that holds the document key.
 pub const KEY_FILE: &str = "quadratura-key.txt";
@@ -24,3 +32,5 @@ pub use document::{Group, Layer, LayeredDocument, Node, Source, Tag};
 pub use edited::{Blend, EditedDocument, EditedLayer, EditedMask, Lazy};
 pub use grey::Grey;
 pub use raster::{Depth, Raster};
+pub use read::read_layered;
+pub use sink::Fit;

@@ -182,7 +182,15 @@ impl<'a> Content<'a> {
     fn reference(&'a self) -> Layer<'a> {
         let photo = self.photo.clone();
         let pixels = Box::new(move || Ok(photo.clone()));
-        Layer { name: REFERENCE.into(), rect: self.canvas(), visible: true, locked: true, tag: None, pixels }
+        Layer {
+            name: REFERENCE.into(),
+            rect: self.canvas(),
+            id: None,
+            visible: true,
+            locked: true,
+            tag: None,
+            pixels,
+        }
     }
 
     fn group(&'a self, order: u32) -> Group<'a> {
@@ -206,6 +214,7 @@ impl<'a> Content<'a> {
         Layer {
             name: layer_name(&layer.name, &layer.id),
             rect: self.exported_rect(layer),
+            id: Some(layer.id.clone()),
             visible: true,
             locked: false,
             tag: None,
@@ -222,7 +231,8 @@ impl<'a> Content<'a> {
             let parts: Vec<_> = parts.into_iter().enumerate().collect();
             Ok(Arc::new(guide::draw(&parts, rect, pattern, self.depth())))
         });
-        Some(Layer { name: guide_name(order), rect, visible: false, locked: false, tag: None, pixels })
+        let name = guide_name(order);
+        Some(Layer { name, rect, id: None, visible: false, locked: false, tag: None, pixels })
     }
 
     fn pixels(&self, index: usize) -> Result<Arc<Raster>> {

@@ -18,8 +18,9 @@ use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
 use crate::io::hash::{hash_bytes, hash_file};
 use crate::io::json::to_json;
 use crate::io::layered::folder::NewFolder;
-use crate::io::layered::psd::{self, Fit, Kind};
-use crate::io::layered::{LayeredDocument, Raster, ora};
+use crate::io::layered::psd::{self, Kind};
+use crate::io::layered::xcf::{self, Version};
+use crate::io::layered::{Fit, LayeredDocument, Raster, ora};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
 use crate::scene::Photo;
@@ -120,6 +121,7 @@ impl Job<'_> {
             ExportFormat::Psd => self.write_psd(&document),
             ExportFormat::Folder => self.write_folder(&document),
             ExportFormat::Ora => self.write_ora(&document),
+            ExportFormat::Xcf => self.write_xcf(&document),
         }
     }
 
@@ -132,6 +134,19 @@ impl Job<'_> {
             match psd::write(file.file(), &place.target, document, kind)? {
                 Fit::Whole => return self.finish(file, kind.extension()),
                 Fit::TooLarge => kind = Kind::Psb,
+            }
+        }
+    }
+
+    /// In the oldest version that holds it, and once more in a newer one when it turns out too large.
+    fn write_xcf(&self, document: &LayeredDocument) -> Result<Written> {
+        let mut version = Version::to_try_first(document);
+        loop {
+            let place = self.place("xcf")?;
+            let mut file = AtomicFile::create(&place.target)?;
+            match xcf::write(file.file(), &place.target, document, version)? {
+                Fit::Whole => return self.finish(file, "xcf"),
+                Fit::TooLarge => version = Version::Eleven,
             }
         }
     }

@@ -6,9 +6,9 @@
 
 mod packbits;
 mod planes;
+pub mod read;
 mod records;
 pub(super) mod resources;
-mod sink;
 #[cfg(test)]
 mod tests;
 
@@ -18,9 +18,9 @@ use std::path::Path;
 use rayon::prelude::*;
 
 use self::planes::Planes;
-use self::records::{CHANNELS, ChannelLengths, Record, record_list, records};
-use self::sink::Sink;
+use self::records::{CHANNELS, ChannelLengths, EMPTY_CHANNEL, Record, record_list, records};
 use super::batches::batches;
+use super::sink::{Fit, Sink};
 use super::{Depth, LayeredDocument};
 use crate::error::{Error, Result};
 
@@ -31,15 +31,6 @@ pub enum Kind {
     Psd,
     /// The large one. GIMP before version 3 does not read it.
     Psb,
-}
-
-/// Whether a document went into the file.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Fit {
-    /// All of it.
-    Whole,
-    /// It is larger than its kind allows: start again as [`Kind::Psb`]. The file holds rubbish.
-    TooLarge,
 }
 
 /// Bytes of a PSD, at most.
@@ -195,13 +186,26 @@ fn write_channels<W: Write + Seek>(
         let compressed: Vec<_> =
             batch.par_iter().map(|record| planes_of(document, record)).collect::<Result<_>>()?;
         for planes in compressed {
-            lengths.push(out.channels(planes.as_ref(), kind)?);
+            lengths.push(write_planes(out, planes.as_ref(), kind)?);
         }
         if out.written > largest {
             return Ok(None);
         }
     }
     Ok(Some(lengths))
+}
+
+/// Writes the four channels of a record, empty ones for a record without pixels, and returns their lengths.
+fn write_planes<W: Write + Seek>(out: &mut Sink<W>, planes: Option<&Planes>, kind: Kind) -> Result<[u64; 4]> {
+    let Some(planes) = planes else {
+        out.bytes(&[EMPTY_CHANNEL; 4].concat())?;
+        return Ok([EMPTY_CHANNEL.len() as u64; 4]);
+    };
+    let path = out.path;
+    for channel in 0..4 {
+        planes.write_channel(channel, kind, out).map_err(Error::io(path, "write it"))?;
+    }
+    Ok([0, 1, 2, 3].map(|channel| planes.channel_length(channel, kind)))
 }
 
 fn planes_of(document: &LayeredDocument, record: &Record) -> Result<Option<Planes>> {

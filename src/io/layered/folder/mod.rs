@@ -1,5 +1,7 @@
 //! A folder of PNG files, which every image editor opens.
 
+pub mod read;
+
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
@@ -7,10 +9,10 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::TempDir;
 
-use super::document::{Layer, LayeredDocument};
-use super::png::write_rgba;
 use crate::error::{Error, Result};
 use crate::io::atomic::sync_folder;
+use crate::io::layered::document::{Layer, LayeredDocument};
+use crate::io::layered::png::write_rgba;
 
 /// A folder that is being filled; it takes its place at [`NewFolder::commit`]. Dropped before
 /// that, it vanishes.

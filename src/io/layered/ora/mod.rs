@@ -4,6 +4,9 @@
 //! A ZIP archive: `mimetype` first, `stack.xml`, a PNG per layer, the merged picture and a thumbnail.
 //! Nothing is compressed again. (OpenRaster 0.0.6, openraster.org.)
 
+pub mod read;
+mod stack_xml;
+
 use std::fmt::Write as _;
 use std::io::{Seek, Write};
 use std::path::Path;
@@ -12,12 +15,12 @@ use rayon::prelude::*;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
-use super::batches::batches;
-use super::document::{Layer, LayeredDocument, Node};
-use super::png::write_rgba;
-use super::psd::resources::escaped;
-use super::raster::Raster;
 use crate::error::{Error, Result};
+use crate::io::layered::batches::batches;
+use crate::io::layered::document::{Layer, LayeredDocument, Node};
+use crate::io::layered::png::write_rgba;
+use crate::io::layered::psd::resources::escaped;
+use crate::io::layered::raster::Raster;
 
 /// The longest side of the thumbnail, as the standard has it.
 const THUMBNAIL: u32 = 256;
@@ -33,7 +36,7 @@ pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument) ->
     let mut archive = Archive { zip: ZipWriter::new(out).set_auto_large_file(), path };
     archive.add("mimetype", b"image/openraster")?;
     archive.add("stack.xml", stack_xml(document).as_bytes())?;
-    archive.add(super::KEY_FILE, document.key.as_bytes())?;
+    archive.add(crate::io::layered::KEY_FILE, document.key.as_bytes())?;
     let layers: Vec<(usize, &Layer)> = document.layers().enumerate().collect();
     for batch in batches(&layers, |(_, layer)| document.bytes_of(layer)) {
         let encoded: Vec<_> = batch

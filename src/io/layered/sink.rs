@@ -1,12 +1,19 @@
-//! The file that a PSD is written to.
+//! The file that a layered image is written to.
 
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use super::Kind;
-use super::planes::Planes;
-use super::records::EMPTY_CHANNEL;
 use crate::error::{Error, Result};
+
+/// Whether a document went into a file.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Fit {
+    /// All of it.
+    Whole,
+    /// It is larger than this variant of the format allows: start again with the larger one. The file holds
+    /// rubbish.
+    TooLarge,
+}
 
 /// A buffered file that knows its name, for errors, and how much was written.
 pub struct Sink<'p, W: Write> {
@@ -27,23 +34,6 @@ impl<'p, W: Write + Seek> Sink<'p, W> {
     /// [`Error::Io`]
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<()> {
         self.write_all(bytes).map_err(Error::io(self.path, "write it"))
-    }
-
-    /// Writes the four channels of a record, empty ones for a record without pixels, and returns
-    /// their lengths.
-    ///
-    /// # Errors
-    /// [`Error::Io`]
-    pub fn channels(&mut self, planes: Option<&Planes>, kind: Kind) -> Result<[u64; 4]> {
-        let Some(planes) = planes else {
-            self.bytes(&[EMPTY_CHANNEL; 4].concat())?;
-            return Ok([EMPTY_CHANNEL.len() as u64; 4]);
-        };
-        let path = self.path;
-        for channel in 0..4 {
-            planes.write_channel(channel, kind, self).map_err(Error::io(path, "write it"))?;
-        }
-        Ok([0, 1, 2, 3].map(|channel| planes.channel_length(channel, kind)))
     }
 
     /// Puts other bytes where as many were written before, and ends the writing.

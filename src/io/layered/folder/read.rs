@@ -1,0 +1,204 @@
+//! A folder of PNG files, as `export` wrote it and somebody worked on it.
+//!
+//! `stack.json` says where the image layers lie. A file that was added has a place when it is as large as
+//! the canvas, or when its name carries an image layer's token and its size is that layer's.
+
+use std::fs::{self, File};
+use std::io::BufReader;
+use std::path::{Component, Path, PathBuf};
+
+use serde::Deserialize;
+
+use crate::document::export_record::ExportFormat;
+use crate::error::{Error, Result};
+use crate::geometry::PixelRect;
+use crate::io::json::read_json;
+use crate::io::layered::bytes::SAVE_AGAIN;
+use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
+use crate::io::layered::png_edited::{self, PngHead};
+use crate::io::layered::{Blend, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
+
+/// The description of the folder.
+pub const STACK_FILE: &str = "stack.json";
+
+/// Larger ones are not ours.
+const LARGEST_STACK: u64 = 1 << 28;
+const REMEDY: &str = "take stack.json from the export again: it says where the layers lie";
+
+/// What matters of `stack.json` here.
+#[derive(Debug, Deserialize)]
+struct Described {
+    photo: Canvas,
+    /// Nearest first.
+    image_layers: Vec<DescribedLayer>,
+}
+
+#[derive(Debug, Deserialize)]
+struct Canvas {
+    width: u32,
+    height: u32,
+}
+
+#[derive(Debug, Clone, Deserialize)]
+struct DescribedLayer {
+    id: String,
+    rect: [i64; 4],
+    file: String,
+}
+
+/// A file with its place.
+struct Placed {
+    file: PathBuf,
+    rect: PixelRect,
+    head: PngHead,
+    id: Option<String>,
+}
+
+/// Reads what a folder says, without its pixels.
+///
+/// # Errors
+/// [`Error::Input`] when `stack.json` is missing or damaged, [`Error::Io`].
+pub fn read(folder: &Path) -> Result<EditedDocument> {
+    let stack = folder.join(STACK_FILE);
+    let described: Described = read_json(&stack, LARGEST_STACK, REMEDY)?;
+    let Canvas { width, height } = described.photo;
+    if !is_canvas(width, height) {
+        return Err(Error::input(stack, "photo", format!("{width} x {height} pixels"), REMEDY));
+    }
+    let mut notes = Vec::new();
+    let mut placed = Vec::new();
+    // From the bottom to the top; what was added for a layer lies on it.
+    let mut added = added_files(folder, &described)?;
+    for layer in described.image_layers.iter().rev() {
+        placed.extend(own_file(folder, layer, &mut notes));
+        added.retain(|file| match added_for(file, layer, &mut notes) {
+            Some(found) => {
+                placed.push(found);
+                false
+            }
+            None => true,
+        });
+    }
+    placed.extend(
+        added.into_iter().filter_map(|file| as_large_as_the_canvas(file, (width, height), &mut notes)),
+    );
+    let depth =
+        if placed.iter().any(|p| p.head.depth == Depth::Sixteen) { Depth::Sixteen } else { Depth::Eight };
+    let icc = profile(&mut placed, &mut notes);
+    let key = fs::read_to_string(folder.join(KEY_FILE)).ok().map(|key| key.trim().to_owned());
+    Ok(EditedDocument {
+        format: ExportFormat::Folder,
+        width,
+        height,
+        depth,
+        icc,
+        key: key.filter(|key| !key.is_empty()),
+        layers: placed.into_iter().map(|placed| placed.layer(depth)).collect(),
+        notes,
+    })
+}
+
+/// The file that the export wrote for a layer; none when it is gone, which the import notices.
+fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
+    let relative = Path::new(&layer.file);
+    if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
+        notes.push(format!("stack.json: \"{}\" does not lie in the folder; it is left out", layer.file));
+        return None;
+    }
+    let file = folder.join(relative);
+    if !file.is_file() {
+        return None;
+    }
+    placed(file, layer, notes)
+}
+
+fn placed(file: PathBuf, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
+    let head = noted(&file, head(&file), notes)?;
+    let [x, y, w, h] = layer.rect;
+    if (i64::from(head.width), i64::from(head.height)) != (w, h) {
+        let found = format!("{} x {} pixels, its layer has {w} x {h}", head.width, head.height);
+        return noted(&file, Err(format!("{found}: its place is not known")), notes);
+    }
+    let rect = noted(&file, rect_at(x, y, w, h).ok_or_else(|| format!("it lies at ({x}, {y})")), notes)?;
+    Some(Placed { file, rect, head, id: Some(layer.id.clone()) })
+}
+
+fn noted<T>(file: &Path, found: Result<T, String>, notes: &mut Vec<String>) -> Option<T> {
+    found.map_err(|problem| notes.push(format!("{} is left out: {problem}", file.display()))).ok()
+}
+
+/// A file that somebody added whose name carries the layer's token.
+fn added_for(file: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
+    let name = file.file_stem()?.to_string_lossy();
+    name.contains(&format!("[{}]", layer.id)).then(|| placed(file.to_owned(), layer, notes)).flatten()
+}
+
+fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<String>) -> Option<Placed> {
+    let head = noted(&file, head(&file), notes)?;
+    if (head.width, head.height) != canvas {
+        let found = format!("{} x {} pixels", head.width, head.height);
+        let expected = format!("only one as large as the photo, {} x {}, has a place", canvas.0, canvas.1);
+        return noted(&file, Err(format!("{found}; {expected}")), notes);
+    }
+    let rect = PixelRect { x: 0, y: 0, w: canvas.0, h: canvas.1 };
+    Some(Placed { file, rect, head, id: None })
+}
+
+/// The PNG files beside `stack.json` that it does not name, sorted; the photo is none of them.
+fn added_files(folder: &Path, described: &Described) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
+        let entry = entry.map_err(Error::io(folder, "read the folder"))?;
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let is_png = Path::new(&name).extension().is_some_and(|e| e.eq_ignore_ascii_case("png"));
+        let is_known = described.image_layers.iter().any(|layer| layer.file == name);
+        if is_png && !is_known && !name.starts_with('.') && name != "photo.png" {
+            files.push(entry.path());
+        }
+    }
+    files.sort();
+    Ok(files)
+}
+
+fn head(file: &Path) -> Result<PngHead, String> {
+    let open = File::open(file).map_err(|error| error.to_string())?;
+    png_edited::head(BufReader::new(open))
+}
+
+/// That of the first file, which holds for all.
+fn profile(placed: &mut [Placed], notes: &mut Vec<String>) -> Option<Vec<u8>> {
+    let mut profiles = placed.iter_mut().map(|placed| (&placed.file, placed.head.icc.take()));
+    let (_, first) = profiles.next()?;
+    let others = profiles.filter(|(_, profile)| *profile != first);
+    notes.extend(others.map(|(file, _)| {
+        format!("{} has another colour profile than the first, which is taken for all", file.display())
+    }));
+    first
+}
+
+impl Placed {
+    fn layer(self, depth: Depth) -> EditedLayer {
+        let Self { file, rect, head, id } = self;
+        let name = tidy_name(&file.file_stem().unwrap_or_default().to_string_lossy());
+        EditedLayer {
+            name,
+            groups: Vec::new(),
+            rect,
+            visible: true,
+            hidden_by_group: false,
+            opacity: 1.0,
+            blend: Blend::Normal,
+            mask: None,
+            id,
+            locked: false,
+            pixels: Lazy::new(move || pixels(&file, &head, depth)),
+        }
+    }
+}
+
+fn pixels(file: &Path, head: &PngHead, depth: Depth) -> Result<Raster> {
+    let open = File::open(file).map_err(Error::io(file, "open it"))?;
+    let length = open.metadata().map_err(Error::io(file, "read it"))?.len();
+    let input = BufReader::with_capacity(1 << 16, open);
+    png_edited::raster(input, length, head, depth).map_err(|found| Error::input(file, "", found, SAVE_AGAIN))
+}

@@ -1,0 +1,172 @@
+//! OpenRaster as image editors write it.
+//!
+//! `stack.xml` says what there is; each layer's PNG stays in the archive until it is asked for.
+
+use std::io::{Cursor, Read};
+use std::sync::Arc;
+
+use zip::ZipArchive;
+use zip::read::ZipFile;
+
+use super::stack_xml::{Image, parse};
+use crate::document::export_record::ExportFormat;
+use crate::error::{Error, Result};
+use crate::io::layered::bytes::{FileBytes, FileReader, SAVE_AGAIN};
+use crate::io::layered::place::rect_at;
+use crate::io::layered::png_edited::{self, PngHead};
+use crate::io::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy};
+
+/// How every ZIP archive begins.
+pub const SIGNATURE: &[u8] = b"PK\x03\x04";
+
+/// `stack.xml` and the key are shorter.
+const LONGEST_TEXT: u64 = 1 << 24;
+/// Enough of a PNG to come to its pixels, unless its colour profile is large.
+const BEGINNING: u64 = 1 << 14;
+/// The most that a byte of an archive can stand for.
+const MOST_INFLATED: u64 = 1032;
+
+/// Reads what an OpenRaster file says, without its pixels.
+///
+/// # Errors
+/// [`Error::Input`] when it is no such file or damaged, [`Error::Io`].
+pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
+    let mut archive = Archive::open(bytes)?;
+    let xml = archive.text("stack.xml")?;
+    let mut notes = Vec::new();
+    let image = parse(&xml, &mut notes)
+        .map_err(|found| Error::input(bytes.path(), "stack.xml", found, SAVE_AGAIN))?;
+    let (found, depth, icc) = pictures(&mut archive, &image, &mut notes)?;
+    let key = archive.text(KEY_FILE).ok().map(|key| key.trim().to_owned()).filter(|key| !key.is_empty());
+    let layers = found.into_iter().map(|picture| picture.layer(&archive, depth, &mut notes));
+    let mut layers: Vec<EditedLayer> = layers.collect::<Vec<_>>().into_iter().flatten().collect();
+    layers.reverse();
+    let (width, height) = (image.width, image.height);
+    Ok(EditedDocument { format: ExportFormat::Ora, width, height, depth, icc, key, layers, notes })
+}
+
+/// A layer of `stack.xml` with the head of its PNG.
+struct Picture<'x> {
+    described: &'x super::stack_xml::Layer,
+    head: PngHead,
+}
+
+/// The layers whose PNG can be read, from the top; the depth and the profile of all.
+fn pictures<'x>(
+    archive: &mut Archive,
+    image: &'x Image,
+    notes: &mut Vec<String>,
+) -> Result<(Vec<Picture<'x>>, Depth, Option<Vec<u8>>)> {
+    let (mut found, mut depth, mut icc) = (Vec::new(), Depth::Eight, None);
+    for described in &image.layers {
+        match archive.png_head(&described.file)? {
+            Ok(mut head) => {
+                let profile = head.icc.take();
+                if !found.is_empty() && profile != icc {
+                    notes.push(format!(
+                        "layer \"{}\" has another colour profile than the first, which is taken for all",
+                        described.name
+                    ));
+                } else {
+                    icc = profile;
+                }
+                if head.depth == Depth::Sixteen {
+                    depth = Depth::Sixteen;
+                }
+                found.push(Picture { described, head });
+            }
+            Err(problem) => {
+                let (name, file) = (&described.name, &described.file);
+                notes.push(format!("layer \"{name}\" is left out: {file}: {problem}"));
+            }
+        }
+    }
+    Ok((found, depth, icc))
+}
+
+impl Picture<'_> {
+    fn layer(self, archive: &Archive, depth: Depth, notes: &mut Vec<String>) -> Option<EditedLayer> {
+        let Self { described, head } = self;
+        let (x, y) = described.place;
+        let Some(rect) = rect_at(x, y, head.width.into(), head.height.into()) else {
+            notes.push(format!("layer \"{}\" is left out: it lies at ({x}, {y})", described.name));
+            return None;
+        };
+        let (archive, file) = (archive.clone(), described.file.clone());
+        let pixels = Lazy::new(move || archive.clone().raster(&file, &head, depth));
+        Some(EditedLayer {
+            name: described.name.clone(),
+            groups: described.groups.clone(),
+            rect,
+            visible: described.visible,
+            hidden_by_group: described.hidden_by_group,
+            opacity: described.opacity,
+            blend: described.blend.clone(),
+            mask: None,
+            id: None,
+            locked: described.locked,
+            pixels,
+        })
+    }
+}
+
+/// The archive; copies share the list of its files.
+#[derive(Clone)]
+struct Archive {
+    bytes: Arc<FileBytes>,
+    zip: ZipArchive<FileReader>,
+}
+
+impl Archive {
+    fn open(bytes: &Arc<FileBytes>) -> Result<Self> {
+        let zip = ZipArchive::new(FileReader::new(bytes.clone())).map_err(|error| {
+            let found = format!("the archive cannot be read ({error})");
+            Error::input(bytes.path(), "", found, SAVE_AGAIN)
+        })?;
+        Ok(Self { bytes: bytes.clone(), zip })
+    }
+
+    fn wrong(&self, file: &str, found: impl ToString) -> Error {
+        Error::input(self.bytes.path(), file, found.to_string(), SAVE_AGAIN)
+    }
+
+    /// A short file of the archive, as text.
+    fn text(&mut self, name: &str) -> Result<String> {
+        let bytes = self.content(name, LONGEST_TEXT)?;
+        String::from_utf8(bytes).map_err(|error| self.wrong(name, error))
+    }
+
+    /// The first `most` bytes of a file of the archive. Memory is taken as they come.
+    fn content(&mut self, name: &str, most: u64) -> Result<Vec<u8>> {
+        let read = |file: ZipFile<FileReader>| {
+            let most = most.min(file.compressed_size().saturating_mul(MOST_INFLATED));
+            let mut content = Vec::new();
+            file.take(most).read_to_end(&mut content).map(|_| content).map_err(|error| error.to_string())
+        };
+        let content = self.zip.by_name(name).map_err(|error| error.to_string()).and_then(read);
+        content.map_err(|found| self.wrong(name, found))
+    }
+
+    /// The head of a PNG, or what is wrong with that layer alone.
+    fn png_head(&mut self, name: &str) -> Result<Result<PngHead, String>> {
+        let length = match self.zip.by_name(name) {
+            Ok(file) => file.size(),
+            Err(error) => return Ok(Err(error.to_string())),
+        };
+        for most in [BEGINNING, length.max(BEGINNING)] {
+            let beginning = self.content(name, most)?;
+            let head = png_edited::head(Cursor::new(&beginning));
+            if head.is_ok() || most >= length {
+                return Ok(head);
+            }
+        }
+        Ok(Err("its head is longer than it says".into()))
+    }
+
+    fn raster(&mut self, name: &str, head: &PngHead, depth: Depth) -> Result<crate::io::layered::Raster> {
+        let content = self.content(name, u64::MAX)?;
+        let length = content.len() as u64;
+        png_edited::raster(Cursor::new(&content), length, head, depth)
+            .map_err(|found| self.wrong(name, found))
+    }
+}

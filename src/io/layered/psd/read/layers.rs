@@ -1,0 +1,169 @@
+//! From records to layers: groups become names, channels become pixels when they are asked for.
+
+use std::sync::Arc;
+
+use rayon::prelude::*;
+
+use super::blocks::Section;
+use super::head::Head;
+use super::names::blend_name;
+use super::planes::{Coding, read_plane};
+use super::records::{Channel, MaskRecord, Record};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layered::bytes::FileBytes;
+use crate::io::layered::groups::{GroupTraits, OpenGroups};
+use crate::io::layered::{Blend, Depth, EditedLayer, EditedMask, Grey, Lazy, Raster};
+use crate::scene::Samples;
+
+const ALPHA: i16 = -1;
+const MASK: i16 = -2;
+
+/// The layers of `records`, both from the bottom to the top.
+pub fn of_records(
+    records: Vec<Record>,
+    head: &Head,
+    bytes: &Arc<FileBytes>,
+    notes: &mut Vec<String>,
+) -> Vec<EditedLayer> {
+    let mut groups = OpenGroups::default();
+    let mut layers = Vec::new();
+    for record in records.into_iter().rev() {
+        match record.extras.section {
+            Some(Section::GroupStart(blend)) => groups.open(group_traits(&record, blend), notes),
+            Some(Section::GroupEnd) => groups.close(notes),
+            None => layers.extend(layer(&record, head, bytes, &groups, notes)),
+        }
+    }
+    groups.finish(notes);
+    layers.reverse();
+    layers
+}
+
+fn group_traits(record: &Record, blend: Option<[u8; 4]>) -> GroupTraits {
+    let blend = blend.unwrap_or(record.blend);
+    GroupTraits {
+        name: record.name.clone(),
+        visible: record.visible,
+        opacity: f32::from(record.opacity) / 255.0,
+        masked: record.mask.is_some_and(|mask| mask.enabled),
+        blend: if matches!(&blend, b"pass" | b"norm") {
+            Blend::Normal
+        } else {
+            Blend::Other(blend_name(blend))
+        },
+    }
+}
+
+fn layer(
+    record: &Record,
+    head: &Head,
+    bytes: &Arc<FileBytes>,
+    groups: &OpenGroups,
+    notes: &mut Vec<String>,
+) -> Option<EditedLayer> {
+    if let Some(what) = record.extras.computed {
+        notes.push(format!("layer \"{}\" is {what}, which has no pixels; it is left out", record.name));
+        return None;
+    }
+    for what in record.extras.unknown.iter().filter(|what| !is_drawn_as_mask(record, what)) {
+        notes.push(format!("layer \"{}\": {what} is not applied", record.name));
+    }
+    let fill = f32::from(record.extras.fill.unwrap_or(255)) / 255.0;
+    Some(EditedLayer {
+        name: record.name.clone(),
+        groups: groups.names(),
+        rect: record.rect,
+        visible: record.visible,
+        hidden_by_group: groups.hide(),
+        opacity: f32::from(record.opacity) / 255.0 * fill,
+        blend: blend(record),
+        mask: record.mask.and_then(|mask| edited_mask(record, mask, head, bytes)),
+        id: None,
+        locked: record.extras.locked,
+        pixels: pixels(record, head, bytes),
+    })
+}
+
+/// Photoshop draws a vector mask into the mask's channel, too, where the layer has both.
+fn is_drawn_as_mask(record: &Record, what: &str) -> bool {
+    what == "its vector mask" && record.channel(MASK).is_some()
+}
+
+fn blend(record: &Record) -> Blend {
+    match &record.blend {
+        _ if record.clipped => Blend::Other("clipped to the layer below".into()),
+        b"norm" | b"pass" => Blend::Normal,
+        other => Blend::Other(blend_name(*other)),
+    }
+}
+
+fn edited_mask(record: &Record, mask: MaskRecord, head: &Head, bytes: &Arc<FileBytes>) -> Option<EditedMask> {
+    let channel = record.channel(MASK)?;
+    let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
+    let PixelRect { w, h, .. } = mask.rect;
+    let inverted = mask.inverted;
+    let read = move || {
+        let samples = read_plane(&bytes, channel, w, h, coding)?;
+        Ok(Grey::new(w, h, if inverted { negative(samples) } else { samples }))
+    };
+    let outside = f32::from(if inverted { 255 - mask.outside } else { mask.outside }) / 255.0;
+    Some(EditedMask { rect: mask.rect, outside, enabled: mask.enabled, pixels: Lazy::new(read) })
+}
+
+fn negative(samples: Samples) -> Samples {
+    match samples {
+        Samples::U8(samples) => Samples::U8(samples.into_iter().map(|sample| !sample).collect()),
+        Samples::U16(samples) => Samples::U16(samples.into_iter().map(|sample| !sample).collect()),
+    }
+}
+
+/// Grey is read once and repeated; a layer without alpha is opaque.
+fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> {
+    let colours: &[i16] = if head.grey { &[0] } else { &[0, 1, 2] };
+    let found: Vec<Option<Channel>> = colours.iter().map(|id| record.channel(*id)).collect();
+    let alpha = record.channel(ALPHA);
+    let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
+    let (at, PixelRect { w, h, .. }) = (record.at, record.rect);
+    Lazy::new(move || {
+        if w == 0 || h == 0 {
+            return Ok(Raster::blank(w, h, coding.depth));
+        }
+        let colours: Option<Vec<Channel>> = found.iter().copied().collect();
+        let colours = colours.ok_or_else(|| bytes.damaged(at, "a layer that lacks a channel of colour"))?;
+        let channels: Vec<Channel> = colours.into_iter().chain(alpha).collect();
+        let planes = channels.par_iter().map(|channel| read_plane(&bytes, *channel, w, h, coding));
+        let mut planes = planes.collect::<Result<Vec<_>>>()?;
+        let alpha = alpha.and_then(|_| planes.pop());
+        Ok(Raster::new(w, h, woven(&planes, alpha.as_ref(), coding.depth)))
+    })
+}
+
+/// R, G, B, A per pixel from one plane of grey or three of colour.
+fn woven(colours: &[Samples], alpha: Option<&Samples>, depth: Depth) -> Samples {
+    let last = colours.len() - 1;
+    let of = |channel: usize| &colours[channel.min(last)];
+    match depth {
+        Depth::Eight => Samples::U8(weave([0, 1, 2].map(|c| bytes_of(of(c))), alpha.map(bytes_of), u8::MAX)),
+        Depth::Sixteen => {
+            Samples::U16(weave([0, 1, 2].map(|c| words_of(of(c))), alpha.map(words_of), u16::MAX))
+        }
+    }
+}
+
+fn bytes_of(samples: &Samples) -> &[u8] {
+    if let Samples::U8(samples) = samples { samples } else { &[] }
+}
+
+fn words_of(samples: &Samples) -> &[u16] {
+    if let Samples::U16(samples) = samples { samples } else { &[] }
+}
+
+fn weave<T: Copy>([red, green, blue]: [&[T]; 3], alpha: Option<&[T]>, full: T) -> Vec<T> {
+    let colours = red.iter().zip(green).zip(blue);
+    let pixels: Vec<[T; 4]> = match alpha {
+        Some(alpha) => colours.zip(alpha).map(|(((r, g), b), a)| [*r, *g, *b, *a]).collect(),
+        None => colours.map(|((r, g), b)| [*r, *g, *b, full]).collect(),
+    };
+    pixels.into_flattened()
+}

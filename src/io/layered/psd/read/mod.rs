@@ -1,0 +1,82 @@
+//! PSD and PSB as image editors write them.
+//!
+//! Read from Adobe's *Photoshop File Formats Specification* (November 2019). First all that is said of the
+//! layers; their pixels stay in the file, each channel as a place and a length.
+
+mod blocks;
+mod head;
+mod layers;
+mod names;
+mod planes;
+mod records;
+
+use std::sync::Arc;
+
+use self::head::Head;
+use self::records::{Record, read_records};
+use super::Kind;
+use crate::document::export_record::ExportFormat;
+use crate::error::Result;
+use crate::io::layered::EditedDocument;
+use crate::io::layered::bytes::{Cursor, FileBytes};
+
+/// How every PSD and PSB begins.
+pub const SIGNATURE: &[u8] = b"8BPS";
+
+/// Reads what a PSD or PSB says, without its pixels.
+///
+/// # Errors
+/// [`crate::Error::Input`] with the place when it is damaged or of a kind that is not read (neither RGB
+/// nor grey, neither 8 nor 16 bits), [`crate::Error::Io`].
+pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
+    let mut cursor = bytes.cursor(0);
+    let head = Head::read(&mut cursor, bytes)?;
+    let mut notes = head.notes.clone();
+    let records = layer_section(&mut cursor, &head)?;
+    if records.is_empty() {
+        notes.push("it has no layers: it was flattened, or saved without them".into());
+    }
+    let layers = layers::of_records(records, &head, bytes, &mut notes);
+    Ok(EditedDocument {
+        format: ExportFormat::Psd,
+        width: head.width,
+        height: head.height,
+        depth: head.depth,
+        icc: head.icc,
+        key: head.key,
+        layers,
+        notes,
+    })
+}
+
+/// A length that is wider in a PSB.
+fn wide(cursor: &mut Cursor, kind: Kind) -> Result<u64> {
+    match kind {
+        Kind::Psd => Ok(cursor.u32()?.into()),
+        Kind::Psb => cursor.u64(),
+    }
+}
+
+/// The records of all layers, from the bottom to the top. With 16 bits Photoshop puts them in a block
+/// `Lr16` behind an empty list; GIMP and Krita do not.
+fn layer_section(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
+    let length = wide(cursor, head.kind)?;
+    let mut section = cursor.part(length)?;
+    if section.left() == 0 {
+        return Ok(Vec::new());
+    }
+    let length = wide(&mut section, head.kind)?;
+    if length > 0 {
+        return read_records(&mut section.part(length)?, head);
+    }
+    if section.left() >= 4 {
+        let global_mask = section.u32()?;
+        section.skip(global_mask.into())?;
+    }
+    while let Some(block) = blocks::next_block(&mut section, head.kind)? {
+        if matches!(&block.key, b"Layr" | b"Lr16" | b"Lr32") {
+            return read_records(&mut block.content.clone(), head);
+        }
+    }
+    Ok(Vec::new())
+}

@@ -1,0 +1,69 @@
+//! Names in a PSD: of layers, in two encodings, and of blending modes.
+
+use crate::error::Result;
+use crate::io::layered::bytes::Cursor;
+use crate::io::layered::place::tidy_name;
+
+/// A text in UTF-16 behind its number of units.
+///
+/// # Errors
+/// [`crate::Error::Input`] when the block is too short for it.
+pub fn unicode(content: &mut Cursor) -> Result<String> {
+    let bytes = u64::from(content.u32()?) * 2;
+    let bytes = content.take(bytes)?;
+    let (pairs, _) = bytes.as_chunks::<2>();
+    let units: Vec<u16> = pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect();
+    Ok(tidy_name(&String::from_utf16_lossy(&units)))
+}
+
+/// The short name, padded with its length to four bytes. Its encoding is not said: UTF-8 where it can
+/// be, else a sign a byte.
+///
+/// # Errors
+/// As [`unicode`].
+pub fn short(cursor: &mut Cursor) -> Result<String> {
+    let length = u64::from(cursor.u8()?);
+    let bytes = cursor.take(length)?;
+    // A writer may leave out the padding behind the last thing of a record.
+    let padding = ((length + 1).next_multiple_of(4) - (length + 1)).min(cursor.left());
+    cursor.skip(padding)?;
+    let text = String::from_utf8(bytes)
+        .unwrap_or_else(|error| error.into_bytes().iter().map(|byte| char::from(*byte)).collect());
+    Ok(tidy_name(&text))
+}
+
+/// What users know a blending mode by.
+pub fn blend_name(key: [u8; 4]) -> String {
+    let name = match &key {
+        b"pass" => "pass through",
+        b"norm" => "normal",
+        b"diss" => "dissolve",
+        b"dark" => "darken",
+        b"mul " => "multiply",
+        b"idiv" => "colour burn",
+        b"lbrn" => "linear burn",
+        b"dkCl" => "darker colour",
+        b"lite" => "lighten",
+        b"scrn" => "screen",
+        b"div " => "colour dodge",
+        b"lddg" => "linear dodge",
+        b"lgCl" => "lighter colour",
+        b"over" => "overlay",
+        b"sLit" => "soft light",
+        b"hLit" => "hard light",
+        b"vLit" => "vivid light",
+        b"lLit" => "linear light",
+        b"pLit" => "pin light",
+        b"hMix" => "hard mix",
+        b"diff" => "difference",
+        b"smud" => "exclusion",
+        b"fsub" => "subtract",
+        b"fdiv" => "divide",
+        b"hue " => "hue",
+        b"sat " => "saturation",
+        b"colr" => "colour",
+        b"lum " => "luminosity",
+        other => return other.escape_ascii().to_string(),
+    };
+    name.to_owned()
+}

@@ -1,0 +1,126 @@
+//! The list of layers in a PSD, and where the channels of each lie.
+
+use super::blocks::{Extras, next_block};
+use super::head::Head;
+use super::{names, wide};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layered::bytes::Cursor;
+use crate::io::layered::place::rect_at;
+
+/// One entry of the list: a layer, or one of the two ends of a group.
+#[derive(Debug)]
+pub struct Record {
+    /// Where it stands in the file.
+    pub at: u64,
+    pub rect: PixelRect,
+    pub channels: Vec<Channel>,
+    pub blend: [u8; 4],
+    pub opacity: u8,
+    /// Shown only where the layer below is.
+    pub clipped: bool,
+    pub visible: bool,
+    pub mask: Option<MaskRecord>,
+    pub name: String,
+    pub extras: Extras,
+}
+
+/// The code of a channel in the file.
+#[derive(Debug, Clone, Copy)]
+pub struct Channel {
+    /// 0 red or grey, 1 green, 2 blue, -1 alpha, -2 mask.
+    pub id: i16,
+    pub at: u64,
+    pub length: u64,
+}
+
+/// What a record says of its mask.
+#[derive(Debug, Clone, Copy)]
+pub struct MaskRecord {
+    /// In canvas pixels.
+    pub rect: PixelRect,
+    /// Value outside `rect`.
+    pub outside: u8,
+    pub enabled: bool,
+    pub inverted: bool,
+}
+
+/// Reads the list; `cursor` holds it, with the channels behind it.
+///
+/// # Errors
+/// [`crate::Error::Input`] when it is damaged, or when the file ends before its channels do.
+pub fn read_records(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
+    // Negative: the merged picture has an alpha channel.
+    let count = cursor.i16()?.unsigned_abs();
+    let mut records = Vec::new();
+    for _ in 0..count {
+        records.push(Record::read(cursor, head)?);
+    }
+    for channel in records.iter_mut().flat_map(|record| &mut record.channels) {
+        channel.at = cursor.at();
+        cursor.skip(channel.length)?;
+    }
+    Ok(records)
+}
+
+impl Record {
+    fn read(cursor: &mut Cursor, head: &Head) -> Result<Self> {
+        let at = cursor.at();
+        let rect = read_rect(cursor)?;
+        let channels = (0..cursor.u16()?)
+            .map(|_| Ok(Channel { id: cursor.i16()?, length: wide(cursor, head.kind)?, at: 0 }))
+            .collect::<Result<_>>()?;
+        let signature: [u8; 4] = cursor.array()?;
+        if &signature != b"8BIM" {
+            let what = signature.escape_ascii();
+            return Err(cursor.damaged(format!("\"{what}\" was found in a layer, 8BIM was expected")));
+        }
+        let blend = cursor.array()?;
+        let [opacity, clipping, flags, _]: [u8; 4] = cursor.array()?;
+        let length = cursor.u32()?;
+        let mut extra = cursor.part(length.into())?;
+        let mask = read_mask(&mut extra, rect)?;
+        let ranges = extra.u32()?;
+        extra.skip(ranges.into())?;
+        let short_name = names::short(&mut extra)?;
+        let mut extras = Extras::default();
+        while let Some(mut block) = next_block(&mut extra, head.kind)? {
+            extras.take(&mut block)?;
+        }
+        const HIDDEN: u8 = 2;
+        let name = extras.name.take().unwrap_or(short_name);
+        let (clipped, visible) = (clipping != 0, flags & HIDDEN == 0);
+        Ok(Self { at, rect, channels, blend, opacity, clipped, visible, mask, name, extras })
+    }
+
+    /// The channel of this number.
+    pub fn channel(&self, id: i16) -> Option<Channel> {
+        self.channels.iter().copied().find(|channel| channel.id == id)
+    }
+}
+
+/// Top, left, bottom, right.
+fn read_rect(cursor: &mut Cursor) -> Result<PixelRect> {
+    let edges = [cursor.i32()?, cursor.i32()?, cursor.i32()?, cursor.i32()?];
+    let [top, left, bottom, right] = edges.map(i64::from);
+    let found = || format!("a rectangle from ({left}, {top}) to ({right}, {bottom})");
+    rect_at(left, top, right - left, bottom - top).ok_or_else(|| cursor.damaged(found()))
+}
+
+/// Nothing, or 20 bytes; longer ones repeat themselves in more detail.
+fn read_mask(extra: &mut Cursor, layer: PixelRect) -> Result<Option<MaskRecord>> {
+    let length = extra.u32()?;
+    let mut content = extra.part(length.into())?;
+    if length == 0 {
+        return Ok(None);
+    }
+    let mut rect = read_rect(&mut content)?;
+    let [outside, flags] = content.array()?;
+    const RELATIVE: u8 = 1;
+    const OFF: u8 = 2;
+    const INVERTED: u8 = 4;
+    if flags & RELATIVE != 0 {
+        (rect.x, rect.y) = (rect.x + layer.x, rect.y + layer.y);
+    }
+    Ok(Some(MaskRecord { rect, outside, enabled: flags & OFF == 0, inverted: flags & INVERTED != 0 }))
+}

@@ -1,0 +1,50 @@
+//! Whatever an image editor saved: recognised by its content, not by its name.
+
+use std::path::Path;
+
+use super::bytes::FileBytes;
+use super::edited::EditedDocument;
+use super::{folder, ora, psd, xcf};
+use crate::error::{Error, Result};
+
+/// Reads what a layered image says: a PSD or PSB, an XCF, an OpenRaster file, or a folder of an export (or
+/// the `stack.json` in it). Pixels stay where they are until they are asked for; a file that is written anew
+/// in the meantime makes them errors.
+///
+/// # Errors
+/// [`Error::Input`] with place, finding, expectation and remedy when it is none of these, damaged, or of a kind
+/// that is not read; [`Error::Io`] when it cannot be opened.
+pub fn read_layered(path: &Path) -> Result<EditedDocument> {
+    if path.is_dir() {
+        return folder::read::read(path);
+    }
+    if path.file_name().is_some_and(|name| name == folder::read::STACK_FILE) {
+        return folder::read::read(path.parent().unwrap_or(Path::new(".")));
+    }
+    let bytes = FileBytes::open(path)?;
+    // Few enough for every file that may be one.
+    let beginning = bytes.read(0, bytes.length().min(16))?;
+    if beginning.starts_with(psd::read::SIGNATURE) {
+        psd::read::read(&bytes)
+    } else if beginning.starts_with(xcf::read::SIGNATURE) {
+        xcf::read::read(&bytes)
+    } else if beginning.starts_with(ora::read::SIGNATURE) {
+        ora::read::read(&bytes)
+    } else {
+        Err(unknown(path, &beginning))
+    }
+}
+
+/// Formats that are often meant, by how they begin.
+fn unknown(path: &Path, beginning: &[u8]) -> Error {
+    let (found, remedy) = match beginning {
+        [] => ("an empty file".to_owned(), "wait until the image editor has saved it"),
+        [0x89, b'P', b'N', b'G', ..] => ("a PNG, which has no layers".into(), AS_PSD),
+        [0xff, 0xd8, ..] => ("a JPEG, which has no layers".into(), AS_PSD),
+        [b'I', b'I', ..] | [b'M', b'M', ..] => ("a TIFF, whose layers are not read".into(), AS_PSD),
+        other => (format!("it begins with \"{}\"", other.escape_ascii()), AS_PSD),
+    };
+    Error::input(path, "byte 0", format!("{found}; expected PSD, PSB, XCF, OpenRaster or a folder"), remedy)
+}
+
+const AS_PSD: &str = "save it from the image editor as PSD";

@@ -1,0 +1,46 @@
+//! The list of layers and groups in an XCF, from the top to the bottom.
+
+use crate::io::layered::{Group, Layer, LayeredDocument, Node};
+
+/// One entry of the list.
+pub enum Item<'d, 'a> {
+    /// In front of its layers.
+    Group(&'d Group<'a>),
+    /// A layer, with its way through the tree where it lies in a group: the group's number from the top,
+    /// its own within the group.
+    Layer(&'d Layer<'a>, Option<[u32; 2]>),
+}
+
+/// All entries.
+pub fn items<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Item<'d, 'a>> {
+    let mut list = Vec::new();
+    for (outer, node) in (0..).zip(document.nodes.iter().rev()) {
+        match node {
+            Node::Layer(layer) => list.push(Item::Layer(layer, None)),
+            Node::Group(group) => {
+                list.push(Item::Group(group));
+                let layers = (0..).zip(group.layers.iter().rev());
+                list.extend(layers.map(|(inner, layer)| Item::Layer(layer, Some([outer, inner]))));
+            }
+        }
+    }
+    list
+}
+
+impl<'d, 'a> Item<'d, 'a> {
+    /// Its name.
+    pub fn name(&self) -> &'d str {
+        match self {
+            Self::Group(group) => &group.name,
+            Self::Layer(layer, _) => &layer.name,
+        }
+    }
+
+    /// The layer that it is.
+    pub fn layer(&self) -> Option<&'d Layer<'a>> {
+        match self {
+            Self::Group(_) => None,
+            Self::Layer(layer, _) => Some(layer),
+        }
+    }
+}

@@ -1,0 +1,145 @@
+//! What an XCF says of the image and of a layer besides pixels: a list of numbered properties.
+
+use super::items::Item;
+use crate::io::layered::{Layer, LayeredDocument, Tag};
+
+/// Numbers of properties.
+pub mod number {
+    pub const END: u32 = 0;
+    pub const COLOUR_MAP: u32 = 1;
+    pub const FLOATING_SELECTION: u32 = 5;
+    pub const OPACITY: u32 = 6;
+    pub const MODE: u32 = 7;
+    pub const VISIBLE: u32 = 8;
+    pub const LOCK_ALPHA: u32 = 10;
+    pub const APPLY_MASK: u32 = 11;
+    pub const OFFSETS: u32 = 15;
+    pub const COMPRESSION: u32 = 17;
+    pub const RESOLUTION: u32 = 19;
+    pub const PARASITES: u32 = 21;
+    pub const LOCK_CONTENT: u32 = 28;
+    pub const GROUP_ITEM: u32 = 29;
+    pub const ITEM_PATH: u32 = 30;
+    pub const GROUP_FLAGS: u32 = 31;
+    pub const LOCK_POSITION: u32 = 32;
+    pub const FLOAT_OPACITY: u32 = 33;
+    pub const COLOUR_TAG: u32 = 34;
+}
+
+/// Names of parasites: small pieces of data that GIMP carries along.
+pub mod parasite {
+    /// GIMP's own.
+    pub const ICC: &str = "icc-profile";
+    /// GIMP's own; shown in the properties of the image.
+    pub const COMMENT: &str = "gimp-comment";
+    /// The document key.
+    pub const KEY: &str = "quadratura-key";
+    /// The token of an image layer.
+    pub const LAYER: &str = "quadratura-layer";
+    /// Stays with the file; part of what *Undo* knows.
+    pub const PERSISTENT: u32 = 1;
+    pub const UNDOABLE: u32 = 2;
+}
+
+/// Tiles are run-length coded.
+pub const RLE: u8 = 1;
+/// The over operator, as GIMP mixes since its beginnings and as it takes a PSD's normal mode.
+const NORMAL: u32 = 0;
+/// A group that shows its layers in the list.
+const EXPANDED: u32 = 1;
+/// Photos have none, and GIMP asks for one.
+const PER_INCH: f32 = 72.0;
+
+/// The properties of the image.
+pub fn image_properties(document: &LayeredDocument) -> Vec<u8> {
+    let mut out = Vec::new();
+    put(&mut out, number::COMPRESSION, &[RLE]);
+    put(&mut out, number::RESOLUTION, &[PER_INCH.to_be_bytes(), PER_INCH.to_be_bytes()].concat());
+    let mut parasites = Vec::new();
+    if let Some(icc) = &document.icc {
+        put_parasite(&mut parasites, parasite::ICC, parasite::PERSISTENT | parasite::UNDOABLE, icc);
+    }
+    put_parasite(&mut parasites, parasite::KEY, parasite::PERSISTENT, document.key.as_bytes());
+    let comment = [document.title.as_bytes(), &[0]].concat(); // GIMP wants the NUL here
+    put_parasite(&mut parasites, parasite::COMMENT, parasite::PERSISTENT, &comment);
+    put(&mut out, number::PARASITES, &parasites);
+    put(&mut out, number::END, &[]);
+    out
+}
+
+/// The properties of a layer or group.
+pub fn layer_properties(item: &Item) -> Vec<u8> {
+    let mut out = Vec::new();
+    put_number(&mut out, number::OPACITY, 255);
+    put_number(&mut out, number::MODE, NORMAL);
+    match item {
+        Item::Group(_) => {
+            put_number(&mut out, number::VISIBLE, 1);
+            put(&mut out, number::OFFSETS, &[0; 8]);
+            put(&mut out, number::GROUP_ITEM, &[]);
+            put_number(&mut out, number::GROUP_FLAGS, EXPANDED);
+        }
+        Item::Layer(layer, path) => put_layer(&mut out, layer, *path),
+    }
+    put(&mut out, number::END, &[]);
+    out
+}
+
+fn put_layer(out: &mut Vec<u8>, layer: &Layer, path: Option<[u32; 2]>) {
+    put_number(out, number::VISIBLE, layer.visible.into());
+    put(out, number::OFFSETS, &[layer.rect.x.to_be_bytes(), layer.rect.y.to_be_bytes()].concat());
+    let locked = layer.locked.into();
+    for lock in [number::LOCK_ALPHA, number::LOCK_CONTENT, number::LOCK_POSITION] {
+        put_number(out, lock, locked);
+    }
+    put_number(out, number::COLOUR_TAG, tag_number(layer.tag));
+    if let Some(id) = &layer.id {
+        let mut parasites = Vec::new();
+        put_parasite(&mut parasites, parasite::LAYER, parasite::PERSISTENT, id.as_bytes());
+        put(out, number::PARASITES, &parasites);
+    }
+    if let Some(path) = path {
+        put(out, number::ITEM_PATH, path.map(u32::to_be_bytes).as_flattened());
+    }
+}
+
+fn tag_number(tag: Option<Tag>) -> u32 {
+    match tag {
+        None => 0,
+        Some(Tag::Blue) => 1,
+        Some(Tag::Green) => 2,
+        Some(Tag::Yellow) => 3,
+        Some(Tag::Orange) => 4,
+        Some(Tag::Red) => 6,
+        Some(Tag::Violet) => 7,
+        Some(Tag::Grey) => 8,
+    }
+}
+
+fn put(out: &mut Vec<u8>, number: u32, payload: &[u8]) {
+    out.extend(number.to_be_bytes());
+    out.extend((payload.len() as u32).to_be_bytes());
+    out.extend(payload);
+}
+
+fn put_number(out: &mut Vec<u8>, number: u32, value: u32) {
+    put(out, number, &value.to_be_bytes());
+}
+
+fn put_parasite(out: &mut Vec<u8>, name: &str, flags: u32, data: &[u8]) {
+    put_text(out, name);
+    out.extend(flags.to_be_bytes());
+    out.extend((data.len() as u32).to_be_bytes());
+    out.extend(data);
+}
+
+/// A text with its length, closed by a NUL; the empty one is a length of 0.
+pub fn put_text(out: &mut Vec<u8>, text: &str) {
+    let text: String = text.chars().filter(|c| *c != '\0').collect();
+    if text.is_empty() {
+        return out.extend([0; 4]);
+    }
+    out.extend((text.len() as u32 + 1).to_be_bytes());
+    out.extend(text.as_bytes());
+    out.push(0);
+}

@@ -1,0 +1,173 @@
+//! Kinds of samples in an XCF, and how they become 8 or 16 bits with a tone curve.
+
+use std::sync::LazyLock;
+
+use half::f16;
+
+use crate::io::layered::Depth;
+use crate::scene::light::srgb_of_linear;
+
+/// How samples are stored.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Precision {
+    pub kind: Kind,
+    /// Proportional to light, instead of with a tone curve.
+    pub linear: bool,
+    /// Older versions stored what the machine had in memory: the other way round, on all that matter.
+    pub big_endian: bool,
+}
+
+/// Type of a sample.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Kind {
+    U8,
+    U16,
+    U32,
+    F16,
+    F32,
+    F64,
+}
+
+impl Precision {
+    /// By the number in the file, whose meaning changed with the version; none when it has no meaning.
+    pub fn of(version: u32, number: Option<u32>) -> Option<Self> {
+        use Kind::{F16, F32, F64, U8, U16, U32};
+        let (kind, linear) = match (version, number) {
+            (_, None) | (4, Some(0)) => (U8, false),
+            (4, Some(1)) => (U16, false),
+            (4, Some(2)) => (U32, true),
+            (4, Some(3)) => (F16, true),
+            (4, Some(4)) => (F32, true),
+            (4, _) => return None,
+            (_, Some(number)) => {
+                let kind = match (version, number / 100) {
+                    (_, 1) => U8,
+                    (_, 2) => U16,
+                    (_, 3) => U32,
+                    (5 | 6, 4) | (7.., 5) => F16,
+                    (5 | 6, 5) | (7.., 6) => F32,
+                    (7.., 7) => F64,
+                    _ => return None,
+                };
+                // 50: the curve of the colour profile; 75: always that of sRGB.
+                let linear = match number % 100 {
+                    0 => true,
+                    50 | 75 => false,
+                    _ => return None,
+                };
+                (kind, linear)
+            }
+        };
+        Some(Self { kind, linear, big_endian: version >= 12 })
+    }
+
+    /// Bytes of a sample.
+    pub fn bytes(self) -> usize {
+        match self.kind {
+            Kind::U8 => 1,
+            Kind::U16 | Kind::F16 => 2,
+            Kind::U32 | Kind::F32 => 4,
+            Kind::F64 => 8,
+        }
+    }
+
+    /// Of what the samples become: light in 8 bits would lose the shadows when it gets its tone curve.
+    pub fn depth(self) -> Depth {
+        if self.kind == Kind::U8 && !self.linear { Depth::Eight } else { Depth::Sixteen }
+    }
+
+    /// What the user should know of the conversion.
+    pub fn note(self) -> Option<String> {
+        let kind = match self.kind {
+            Kind::U8 | Kind::U16 => "",
+            Kind::U32 => "32-bit",
+            Kind::F16 | Kind::F32 | Kind::F64 => "floating-point",
+        };
+        let light = if self.linear { "linear-light" } else { "" };
+        let what = [kind, light].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
+        (!what.is_empty()).then(|| {
+            format!("its {} pixels are converted to 16 bits with a tone curve, rounded", what.join(" "))
+        })
+    }
+
+    /// A sample of 16 bits. Colours get the tone curve of sRGB where they are `linear` light.
+    pub fn sample16(self, bytes: &[u8], linear: bool) -> u16 {
+        match self.kind {
+            Kind::U8 => curved(u16::from(bytes[0]) * 257, linear),
+            Kind::U16 => curved(u16::from_be_bytes(self.ordered(bytes)), linear),
+            Kind::U32 => {
+                rounded(f64::from(u32::from_be_bytes(self.ordered(bytes))) / f64::from(u32::MAX), linear)
+            }
+            Kind::F16 => rounded(f16::from_be_bytes(self.ordered(bytes)).to_f64(), linear),
+            Kind::F32 => rounded(f32::from_be_bytes(self.ordered(bytes)).into(), linear),
+            Kind::F64 => rounded(f64::from_be_bytes(self.ordered(bytes)), linear),
+        }
+    }
+
+    fn ordered<const N: usize>(self, bytes: &[u8]) -> [u8; N] {
+        let mut ordered = [0; N];
+        ordered.copy_from_slice(bytes);
+        if !self.big_endian {
+            ordered.reverse();
+        }
+        ordered
+    }
+}
+
+/// Every value of 16 bits with the tone curve.
+static CURVED: LazyLock<Vec<u16>> =
+    LazyLock::new(|| (0..=u16::MAX).map(|value| rounded(f64::from(value) / 65535.0, true)).collect());
+
+fn curved(value: u16, linear: bool) -> u16 {
+    if linear { CURVED[usize::from(value)] } else { value }
+}
+
+/// Values beyond black and white are clipped; what is no number becomes black.
+fn rounded(value: f64, linear: bool) -> u16 {
+    let value = value.clamp(0.0, 1.0);
+    ((if linear { srgb_of_linear(value) } else { value }) * 65535.0).round() as u16
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn precision(version: u32, number: u32) -> Precision {
+        Precision::of(version, Some(number)).unwrap()
+    }
+
+    #[test]
+    fn the_same_number_means_other_things_in_other_versions() {
+        assert_eq!(Precision::of(3, None).unwrap().depth(), Depth::Eight);
+        assert_eq!((precision(4, 1).kind, precision(4, 1).linear), (Kind::U16, false));
+        assert_eq!((precision(6, 500).kind, precision(7, 500).kind), (Kind::F32, Kind::F16));
+        assert_eq!((precision(14, 275).kind, precision(14, 275).linear), (Kind::U16, false));
+        for (version, number) in [(4, 5), (4, 150), (6, 750), (7, 450), (12, 210), (12, 0), (12, u32::MAX)] {
+            assert_eq!(Precision::of(version, Some(number)), None, "{number} in version {version}");
+        }
+    }
+
+    #[test]
+    fn bytes_are_turned_in_old_versions() {
+        assert_eq!(precision(12, 250).sample16(&[1, 2], false), 0x0102);
+        assert_eq!(precision(11, 250).sample16(&[1, 2], false), 0x0201);
+    }
+
+    #[test]
+    fn floating_point_and_32_bits_become_the_nearest_16() {
+        assert_eq!(precision(12, 650).sample16(&0.5f32.to_be_bytes(), false), 32768);
+        assert_eq!(precision(12, 650).sample16(&f32::NAN.to_be_bytes(), false), 0);
+        assert_eq!(precision(12, 750).sample16(&7f64.to_be_bytes(), false), 65535);
+        assert_eq!(precision(7, 550).sample16(&f16::from_f32(0.25).to_le_bytes(), false), 16384);
+        assert_eq!(precision(12, 350).sample16(&u32::MAX.to_be_bytes(), false), 65535);
+    }
+
+    #[test]
+    fn linear_light_gets_the_tone_curve_and_alpha_does_not() {
+        // 0.2140 is the light of half the sRGB range.
+        assert_eq!(precision(12, 600).sample16(&0.214_041_14f32.to_be_bytes(), true) / 64, 32768 / 64);
+        assert_eq!(precision(12, 100).sample16(&[55], true), CURVED[55 * 257]);
+        assert_eq!(precision(12, 200).sample16(&[0x80, 0], false), 0x8000);
+        assert_eq!((CURVED[0], CURVED[65535]), (0, 65535));
+    }
+}

@@ -1,0 +1,293 @@
+//! The pixels of a layer or mask: a table of tiles of 64 x 64, coded in one of three ways.
+
+use std::sync::Arc;
+
+use flate2::{Decompress, FlushDecompress, Status};
+use rayon::prelude::*;
+
+use super::head::Head;
+use super::pointer;
+use super::precision::Precision;
+use crate::error::Result;
+use crate::io::layered::bytes::FileBytes;
+use crate::io::layered::xcf::tiles::{TILE, unpack};
+use crate::io::layered::{Depth, Grey, Raster};
+use crate::scene::Samples;
+
+/// What the samples of a pixel are.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Model {
+    Rgb,
+    Rgba,
+    Grey,
+    GreyAlpha,
+    Indexed,
+    IndexedAlpha,
+    Mask,
+}
+
+impl Model {
+    /// By its number in a layer's head.
+    pub fn of(kind: u32) -> Option<Self> {
+        [Self::Rgb, Self::Rgba, Self::Grey, Self::GreyAlpha, Self::Indexed, Self::IndexedAlpha]
+            .get(kind as usize)
+            .copied()
+    }
+
+    fn samples(self) -> usize {
+        match self {
+            Self::Rgb => 3,
+            Self::Rgba => 4,
+            Self::GreyAlpha | Self::IndexedAlpha => 2,
+            Self::Grey | Self::Indexed | Self::Mask => 1,
+        }
+    }
+}
+
+/// How tiles are coded.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Compression {
+    None,
+    Rle,
+    Zlib,
+}
+
+/// Where the tiles of a drawing lie.
+#[derive(Debug, Clone)]
+pub struct TileTable {
+    bytes: Arc<FileBytes>,
+    /// Of the first pointer.
+    at: u64,
+    width: u32,
+    height: u32,
+    wide: bool,
+    model: Model,
+    precision: Precision,
+    compression: Compression,
+    colours: Arc<[[u8; 3]]>,
+}
+
+/// The place and length of a tile's code.
+type Code = (u64, u64);
+
+impl TileTable {
+    /// The table behind the hierarchy at byte `place`, of a drawing of `size`.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] when it is of another size, or has more tiles than the file can hold.
+    pub fn find(
+        bytes: &Arc<FileBytes>,
+        place: u64,
+        (width, height): (u32, u32),
+        model: Model,
+        head: &Head,
+        compression: u8,
+    ) -> Result<Self> {
+        let compression = match compression {
+            0 => Compression::None,
+            1 => Compression::Rle,
+            2 => Compression::Zlib,
+            other => return Err(bytes.damaged(place, format!("compression {other}, expected 0, 1 or 2"))),
+        };
+        let mut cursor = bytes.cursor(place);
+        let found = (cursor.u32()?, cursor.u32()?, cursor.u32()?);
+        let expected = (width, height, (model.samples() * head.precision.bytes()) as u32);
+        if found != expected {
+            let what = |(w, h, b)| format!("{w} x {h} pixels of {b} bytes");
+            return Err(bytes.damaged(place, format!("{}, expected {}", what(found), what(expected))));
+        }
+        let level = pointer(&mut cursor, head.wide)?;
+        let mut cursor = bytes.cursor(level);
+        let found = (cursor.u32()?, cursor.u32()?);
+        if found != (width, height) {
+            let (w, h) = found;
+            let found = format!("a level of {w} x {h} pixels, expected {width} x {height}");
+            return Err(bytes.damaged(level, found));
+        }
+        let (at, wide, precision) = (cursor.at(), head.wide, head.precision);
+        let (bytes, colours) = (bytes.clone(), Arc::from([]));
+        let table = Self { bytes, at, width, height, wide, model, precision, compression, colours };
+        table.check_size()?;
+        Ok(table)
+    }
+
+    /// With the colours that an indexed drawing refers to.
+    pub fn with_colours(self, colours: &Arc<[[u8; 3]]>) -> Self {
+        Self { colours: colours.clone(), ..self }
+    }
+
+    /// Every tile takes a pointer and some code, so a small file has few tiles; known before memory is
+    /// taken for them.
+    fn check_size(&self) -> Result<()> {
+        let shortest = match self.compression {
+            Compression::None => 1, // beyond that, each is checked when it is read
+            Compression::Rle => 2 * self.bytes_per_pixel() as u64,
+            Compression::Zlib => 8,
+        };
+        let needed = self.count().saturating_mul(self.pointer_bytes() + shortest);
+        if needed > self.bytes.length() {
+            let found = format!("{} tiles in a file of {} bytes", self.count(), self.bytes.length());
+            return Err(self.bytes.damaged(self.at, found));
+        }
+        Ok(())
+    }
+
+    fn pointer_bytes(&self) -> u64 {
+        if self.wide { 8 } else { 4 }
+    }
+
+    fn bytes_per_pixel(&self) -> usize {
+        self.model.samples() * self.precision.bytes()
+    }
+
+    fn count(&self) -> u64 {
+        u64::from(self.width.div_ceil(TILE)) * u64::from(self.height.div_ceil(TILE))
+    }
+
+    /// Its pixels, when it is a layer.
+    ///
+    /// # Errors
+    /// [`crate::Error::Input`] with the place of the tile that is damaged, [`crate::Error::Io`].
+    pub fn raster(&self) -> Result<Raster> {
+        let samples = match self.precision.depth() {
+            Depth::Eight => Samples::U8(self.rgba8()?),
+            Depth::Sixteen => Samples::U16(self.rgba16()?),
+        };
+        Ok(Raster::new(self.width, self.height, samples))
+    }
+
+    fn rgba8(&self) -> Result<Vec<u8>> {
+        match self.model {
+            Model::Rgba => self.filled(4, |pixel, out| out.copy_from_slice(pixel)),
+            Model::Rgb => self.filled(4, |pixel, out| {
+                out[..3].copy_from_slice(pixel);
+                out[3] = u8::MAX;
+            }),
+            Model::Grey | Model::GreyAlpha | Model::Mask => self.filled(4, |pixel, out| {
+                out[..3].fill(pixel[0]);
+                out[3] = pixel.get(1).copied().unwrap_or(u8::MAX);
+            }),
+            Model::Indexed | Model::IndexedAlpha => self.filled(4, |pixel, out| {
+                let colour = self.colours.get(usize::from(pixel[0])).copied().unwrap_or_default();
+                out[..3].copy_from_slice(&colour);
+                out[3] = pixel.get(1).copied().unwrap_or(u8::MAX);
+            }),
+        }
+    }
+
+    fn rgba16(&self) -> Result<Vec<u16>> {
+        let (precision, step) = (self.precision, self.precision.bytes());
+        let colour = move |sample: &[u8]| precision.sample16(sample, precision.linear);
+        let alpha = move |sample: Option<&[u8]>| sample.map_or(u16::MAX, |s| precision.sample16(s, false));
+        match self.model {
+            Model::Rgb | Model::Rgba => self.filled(4, |pixel, out| {
+                let mut samples = pixel.chunks_exact(step);
+                out.iter_mut().zip(samples.by_ref().take(3)).for_each(|(to, from)| *to = colour(from));
+                out[3] = alpha(samples.next());
+            }),
+            Model::Grey | Model::GreyAlpha | Model::Mask => self.filled(4, |pixel, out| {
+                out[..3].fill(colour(&pixel[..step]));
+                out[3] = alpha(pixel.get(step..));
+            }),
+            // GIMP has indexed images in 8 bits only.
+            Model::Indexed | Model::IndexedAlpha => {
+                Err(self.bytes.damaged(self.at, "an indexed image of more than 8 bits"))
+            }
+        }
+    }
+
+    /// Its samples, when it is a mask: never with a tone curve.
+    ///
+    /// # Errors
+    /// As [`Self::raster`].
+    pub fn grey(&self) -> Result<Grey> {
+        let precision = self.precision;
+        let samples = match precision.depth() {
+            Depth::Eight => Samples::U8(self.filled(1, |pixel, out| out[0] = pixel[0])?),
+            Depth::Sixteen => {
+                Samples::U16(self.filled(1, |pixel, out| out[0] = precision.sample16(pixel, false))?)
+            }
+        };
+        Ok(Grey::new(self.width, self.height, samples))
+    }
+
+    /// `per_pixel` samples for each pixel, which `put` makes of its bytes; rows of tiles side by side.
+    fn filled<T: Copy + Default + Send>(
+        &self,
+        per_pixel: usize,
+        put: impl Fn(&[u8], &mut [T]) + Sync,
+    ) -> Result<Vec<T>> {
+        let codes = self.codes()?;
+        let row = per_pixel * self.width as usize;
+        let mut samples = vec![T::default(); row * self.height as usize];
+        let columns = self.width.div_ceil(TILE).max(1) as usize;
+        let rows = samples.par_chunks_mut((row * TILE as usize).max(1)).zip(codes.par_chunks(columns));
+        rows.try_for_each_init(Decoder::default, |decoder, (samples, codes)| {
+            let height = samples.len() / row;
+            for (column, code) in codes.iter().enumerate() {
+                let left = column * TILE as usize;
+                let width = (self.width as usize - left).min(TILE as usize);
+                let tile = self.tile(*code, width * height, decoder)?;
+                let lines = tile.chunks_exact(width * self.bytes_per_pixel());
+                for (line, samples) in lines.zip(samples.chunks_exact_mut(row)) {
+                    let out = samples[left * per_pixel..].chunks_exact_mut(per_pixel);
+                    line.chunks_exact(self.bytes_per_pixel()).zip(out).for_each(|(p, o)| put(p, o));
+                }
+            }
+            Ok(())
+        })?;
+        Ok(samples)
+    }
+
+    /// Place and length of each tile's code: up to the next, where that follows as GIMP writes it, else as
+    /// much as any tile may have.
+    fn codes(&self) -> Result<Vec<Code>> {
+        let table = self.bytes.read(self.at, self.count() * self.pointer_bytes())?;
+        let number = |bytes: &[u8]| bytes.iter().fold(0, |number, byte| number << 8 | u64::from(*byte));
+        let places: Vec<u64> = table.chunks_exact(self.pointer_bytes() as usize).map(number).collect();
+        // GIMP allows half as much again as the pixels take.
+        let most = 3 * self.bytes_per_pixel() as u64 * u64::from(TILE * TILE) / 2;
+        let following = places.iter().skip(1).map(Some).chain([None]);
+        let lengths = places.iter().zip(following).map(|(place, next)| {
+            let gap = next.and_then(|next| next.checked_sub(*place)).filter(|gap| (1..=most).contains(gap));
+            gap.unwrap_or(most).min(self.bytes.length().saturating_sub(*place))
+        });
+        Ok(places.iter().copied().zip(lengths).collect())
+    }
+
+    /// The bytes of a tile, pixel by pixel.
+    fn tile<'d>(&self, (at, length): Code, pixels: usize, decoder: &'d mut Decoder) -> Result<&'d [u8]> {
+        let size = pixels * self.bytes_per_pixel();
+        let code = self.bytes.read(at, length)?;
+        decoder.tile.resize(size, 0);
+        let whole = match self.compression {
+            Compression::None => code.get(..size).map(|code| decoder.tile.copy_from_slice(code)).is_some(),
+            Compression::Rle => unpack(&code, &mut decoder.tile, self.bytes_per_pixel()),
+            Compression::Zlib => decoder.inflate(&code),
+        };
+        if !whole {
+            let found = format!("a tile whose code does not give {size} bytes");
+            return Err(self.bytes.damaged(at, found));
+        }
+        Ok(&decoder.tile)
+    }
+}
+
+/// What is used again from tile to tile.
+#[derive(Default)]
+struct Decoder {
+    tile: Vec<u8>,
+    zlib: Option<Decompress>,
+}
+
+impl Decoder {
+    /// Whether the code gives the whole tile.
+    fn inflate(&mut self, code: &[u8]) -> bool {
+        const WITH_HEADER: bool = true;
+        let zlib = self.zlib.get_or_insert_with(|| Decompress::new(WITH_HEADER));
+        zlib.reset(WITH_HEADER);
+        let status = zlib.decompress(code, &mut self.tile, FlushDecompress::Finish);
+        matches!(status, Ok(Status::StreamEnd | Status::Ok | Status::BufError))
+            && zlib.total_out() == self.tile.len() as u64
+    }
+}

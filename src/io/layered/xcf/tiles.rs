@@ -1,0 +1,235 @@
+//! Pixels as XCF has them: tiles of 64 x 64, in each the first bytes of all pixels, then the second
+//! ones and so on, run-length coded.
+//!
+//! The code: a header n; below 127 the next byte n + 1 times; 127: a length of 16 bits and the byte that
+//! often; 128: a length and as many bytes as they are; above: 256 - n bytes as they are.
+
+use rayon::prelude::*;
+
+use crate::io::layered::Raster;
+use crate::scene::Samples;
+
+/// Pixels along a tile's side; those at the right and the bottom edge may have fewer.
+pub const TILE: u32 = 64;
+
+/// Runs shorter than this stay among the literal bytes: to cut a literal for a run of three saves
+/// nothing.
+const SHORTEST_RUN: usize = 4;
+/// The longest run or literal that a header of one byte speaks for.
+const LONGEST_SHORT: usize = 127;
+
+/// A raster, compressed.
+pub struct Tiles {
+    pub width: u32,
+    pub height: u32,
+    bytes_per_pixel: u32,
+    /// From the top; in each the tiles from the left.
+    rows: Vec<Row>,
+}
+
+/// Neighbouring tiles: their code, and how long that of each is.
+struct Row {
+    code: Vec<u8>,
+    lengths: Vec<u64>,
+}
+
+impl Tiles {
+    /// Compresses a raster, which is not empty.
+    pub fn of(raster: &Raster) -> Self {
+        let (width, height) = (raster.width(), raster.height());
+        let tops: Vec<u32> = (0..height).step_by(TILE as usize).collect();
+        let rows = tops.into_par_iter().map(|top| Row::of(raster, top)).collect();
+        let bytes_per_pixel = 4 * raster.depth().bytes() as u32;
+        Self { width, height, bytes_per_pixel, rows }
+    }
+
+    /// 4 or 8.
+    pub fn bytes_per_pixel(&self) -> u32 {
+        self.bytes_per_pixel
+    }
+
+    /// Bytes of each tile's code, in order.
+    pub fn lengths(&self) -> impl Iterator<Item = u64> {
+        self.rows.iter().flat_map(|row| row.lengths.iter().copied())
+    }
+
+    /// The code of all tiles, in order.
+    pub fn codes(&self) -> impl Iterator<Item = &[u8]> {
+        self.rows.iter().map(|row| &row.code[..])
+    }
+}
+
+impl Row {
+    fn of(raster: &Raster, top: u32) -> Self {
+        let (width, bottom) = (raster.width(), (top + TILE).min(raster.height()));
+        match raster.samples() {
+            Samples::U8(samples) => Self::pack(samples, width, top..bottom, |sample| [sample]),
+            Samples::U16(samples) => Self::pack(samples, width, top..bottom, u16::to_be_bytes),
+        }
+    }
+
+    fn pack<T: Copy, const BYTES: usize>(
+        samples: &[T],
+        width: u32,
+        rows: std::ops::Range<u32>,
+        bytes_of: impl Fn(T) -> [u8; BYTES],
+    ) -> Self {
+        let mut row = Self { code: Vec::new(), lengths: Vec::new() };
+        let mut plane = Vec::with_capacity((TILE * TILE) as usize);
+        for left in (0..width).step_by(TILE as usize) {
+            let before = row.code.len();
+            let right = (left + TILE).min(width);
+            for byte in 0..4 * BYTES {
+                plane.clear();
+                for y in rows.clone() {
+                    let line = 4 * y as usize * width as usize;
+                    let (pixels, _) =
+                        samples[line + 4 * left as usize..line + 4 * right as usize].as_chunks::<4>();
+                    plane.extend(pixels.iter().map(|pixel| bytes_of(pixel[byte / BYTES])[byte % BYTES]));
+                }
+                pack(&plane, &mut row.code);
+            }
+            row.lengths.push((row.code.len() - before) as u64);
+        }
+        row
+    }
+}
+
+/// Appends the code of `bytes`.
+fn pack(bytes: &[u8], out: &mut Vec<u8>) {
+    let mut at = 0;
+    while at < bytes.len() {
+        let run_at = next_run(bytes, at);
+        put_literal(&bytes[at..run_at], out);
+        let run = bytes[run_at..].iter().take_while(|byte| **byte == bytes[run_at]).count();
+        put_run(bytes.get(run_at), run, out);
+        at = run_at + run;
+    }
+}
+
+/// Where the next run begins that is worth a header; the end if nowhere.
+fn next_run(bytes: &[u8], from: usize) -> usize {
+    let (mut start, mut at) = (from, from + 1);
+    while at < bytes.len() {
+        if bytes[at] != bytes[start] {
+            start = at;
+        } else if at + 1 - start == SHORTEST_RUN {
+            return start;
+        }
+        at += 1;
+    }
+    bytes.len()
+}
+
+fn put_literal(bytes: &[u8], out: &mut Vec<u8>) {
+    match bytes.len() {
+        0 => return,
+        // No tile has more bytes a plane than fit 16 bits.
+        length if length > LONGEST_SHORT => {
+            out.push(128);
+            out.extend((length as u16).to_be_bytes());
+        }
+        length => out.push((256 - length) as u8),
+    }
+    out.extend(bytes);
+}
+
+fn put_run(byte: Option<&u8>, length: usize, out: &mut Vec<u8>) {
+    let Some(&byte) = byte else { return };
+    if length > LONGEST_SHORT {
+        out.push(127);
+        out.extend((length as u16).to_be_bytes());
+    } else {
+        out.push((length - 1) as u8);
+    }
+    out.push(byte);
+}
+
+/// Fills `tile`, pixels of `bytes_per_pixel` bytes each, with what its code says; false when the code ends too
+/// early or says too much. What follows is not looked at.
+pub fn unpack(mut code: &[u8], tile: &mut [u8], bytes_per_pixel: usize) -> bool {
+    let pixels = tile.len() / bytes_per_pixel;
+    for byte in 0..bytes_per_pixel {
+        let mut done = 0;
+        while done < pixels {
+            let Some((literal, count, rest)) = header(code) else { return false };
+            let used = if literal { count } else { 1 };
+            if count > pixels - done || used > rest.len() {
+                return false;
+            }
+            let targets = tile[byte..].iter_mut().step_by(bytes_per_pixel).skip(done).take(count);
+            if literal {
+                targets.zip(rest).for_each(|(to, from)| *to = *from);
+            } else {
+                targets.for_each(|to| *to = rest[0]);
+            }
+            code = &rest[used..];
+            done += count;
+        }
+    }
+    true
+}
+
+/// Whether bytes follow as they are, how many pixels they speak for, and what follows.
+fn header(code: &[u8]) -> Option<(bool, usize, &[u8])> {
+    let (&first, rest) = code.split_first()?;
+    let n = usize::from(first);
+    if n != 127 && n != 128 {
+        return Some(if n < 127 { (false, n + 1, rest) } else { (true, 256 - n, rest) });
+    }
+    let (length, rest) = rest.split_first_chunk::<2>()?;
+    Some((n == 128, u16::from_be_bytes(*length).into(), rest))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    fn packed(bytes: &[u8]) -> Vec<u8> {
+        let mut out = Vec::new();
+        pack(bytes, &mut out);
+        out
+    }
+
+    #[test]
+    fn code_is_read_by_the_definition() {
+        let mut tile = [0; 6];
+        assert!(unpack(&[1, 9, 255, 8, 127, 0, 3, 7], &mut tile, 1));
+        assert_eq!(tile, [9, 9, 8, 7, 7, 7]);
+        assert!(unpack(&[128, 0, 2, 1, 2, 254, 3, 4, 1, 5, 99], &mut tile, 3));
+        assert_eq!(tile, [1, 3, 5, 2, 4, 5]);
+        for wrong in [&[6, 9][..], &[5], &[128, 0, 6, 1], &[127, 1], &[250, 1, 2], &[]] {
+            assert!(!unpack(wrong, &mut tile, 1), "{wrong:?}");
+        }
+    }
+
+    #[test]
+    fn an_empty_tile_takes_four_bytes_a_plane() {
+        assert_eq!(packed(&[0; 4096]), [127, 16, 0, 0]);
+    }
+
+    #[test]
+    fn runs_of_every_length_around_the_limits_come_back() {
+        for length in (1..10).chain(120..135).chain([4000]) {
+            for before in [0, 1, 3, 126, 127, 128, 129] {
+                let mut bytes: Vec<u8> = (0..before).map(|i| (i * 7) as u8).collect();
+                bytes.extend(std::iter::repeat_n(77, length));
+                let mut found = vec![0; bytes.len()];
+                assert!(unpack(&packed(&bytes), &mut found, 1));
+                assert_eq!(found, bytes, "{before} literals, a run of {length}");
+            }
+        }
+    }
+
+    proptest! {
+        #[test]
+        fn every_plane_comes_back(bytes in proptest::collection::vec((0u8..3, 1usize..200), 0..20)) {
+            let mut bytes: Vec<u8> = bytes.iter().flat_map(|&(byte, n)| std::iter::repeat_n(byte, n)).collect();
+            bytes.truncate(4096);
+            let mut found = vec![0; bytes.len()];
+            prop_assert!(unpack(&packed(&bytes), &mut found, 1));
+            prop_assert_eq!(found, bytes);
+        }
+    }
+}
