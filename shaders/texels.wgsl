@@ -89,20 +89,33 @@ fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     return texel;
 }
 
+// Of an octave, the part over which previews mix two levels: elsewhere one lookup does.
+const MIXED: f32 = 0.3;
+
 // The same between two levels. Where one has nothing, the other's colour is taken.
 fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
-    let highest = f32(max(sheet.log_size.x, sheet.log_size.y));
-    let lower = floor(min(level, highest));
-    let share = min(level, highest) - lower;
-    var texel = texel_at_level(sheet, at, u32(lower));
-    if share > 0.0 {
-        let coarse = texel_at_level(sheet, at, u32(lower) + 1u);
-        let fine_share = select(0.0, 1.0 - share, texel.w >= 0.0);
-        let coarse_share = select(0.0, share, coarse.w >= 0.0);
-        let sum = max(fine_share + coarse_share, 1e-6);
-        let color = (texel.rgb * fine_share + coarse.rgb * coarse_share) / sum;
-        let confidence = max(texel.w, 0.0) * (1.0 - share) + max(coarse.w, 0.0) * share;
-        texel = vec4f(color, confidence);
+    let held = min(level, f32(max(sheet.log_size.x, sheet.log_size.y)));
+    let lower = floor(held);
+    var share = held - lower;
+    if STORED {
+        share = clamp((share - 0.5) / MIXED + 0.5, 0.0, 1.0);
     }
-    return texel;
+    var color = vec3f(0.0);
+    var present = 1e-6;
+    var confidence = 0.0;
+    var next = select(lower, lower + 1.0, share == 1.0);
+    var part = select(1.0 - share, 1.0, share == 1.0);
+    loop {
+        let texel = texel_at_level(sheet, at, u32(next));
+        let there = select(0.0, part, texel.w >= 0.0);
+        color += there * texel.rgb;
+        present += there;
+        confidence += there * texel.w;
+        if next > lower || share == 0.0 {
+            break;
+        }
+        next += 1.0;
+        part = share;
+    }
+    return vec4f(color / present, select(confidence, -1.0, present < 1e-5));
 }

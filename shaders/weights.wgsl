@@ -11,14 +11,14 @@ fn atan_of_unit(x: f32) -> f32 {
     return x * odd;
 }
 
-// The angle between two directions, in radians, from the chord against its complement.
+// The angle between two directions of any length, in radians, from sine and cosine.
 fn angle_between(a: vec3f, b: vec3f) -> f32 {
-    let u = normalize(a);
-    let v = normalize(b);
-    let chord = length(u - v);
-    let rest = length(u + v);
-    let half = atan_of_unit(min(chord, rest) / max(chord, rest));
-    return 2.0 * select(half, 1.5707963 - half, chord > rest);
+    let sine = length(cross(a, b));
+    let cosine = dot(a, b);
+    let steep = sine > abs(cosine);
+    let acute = atan_of_unit(min(sine, abs(cosine)) / max(sine, abs(cosine)));
+    let half = select(acute, 1.5707963 - acute, steep);
+    return select(half, 3.1415927 - half, cosine < 0.0);
 }
 
 // From 0 at 0 to 1 from 1 on: 1 - (1 - share)^8.
