@@ -9,14 +9,11 @@ use crate::geometry::PixelRect;
 pub struct Ramp {
     /// From 0 to 1 within so many texels of the border, at most 32.
     pub width_px: f32,
-    /// Also towards the outside of outlines, where another surface or nothing follows; else only towards
-    /// texels that are needed and hidden.
-    pub at_outlines: bool,
 }
 
 impl Default for Ramp {
     fn default() -> Self {
-        Self { width_px: 8.0, at_outlines: true }
+        Self { width_px: 8.0 }
     }
 }
 
@@ -32,21 +29,12 @@ impl Ramp {
         if self.width_px <= 0.0 { 1.0 } else { ((distance - 0.5) / self.width_px).clamp(1.0 / 255.0, 1.0) }
     }
 
-    /// What confidence falls towards: the texels that are `needed` and no `content`, or all that are not.
-    fn border(&self, content: &Spans, needed: &Spans) -> Spans {
-        if self.at_outlines {
-            let around = content.bounds().grown(self.reach() as u32 + 1);
-            content.complement(around)
-        } else {
-            needed.minus(content)
-        }
-    }
-
     /// Calls `put(x, y, confidence)` for every texel of `content` whose confidence may be below 1, by the
-    /// exact Euclidean distance. `needed`: what faces cover.
-    pub fn each(&self, content: &Spans, needed: &Spans, mut put: impl FnMut(i32, i32, f32)) {
-        let border = self.border(content, needed);
+    /// exact Euclidean distance to the nearest texel that is not: hidden, or beyond the outline, where
+    /// another surface or nothing follows.
+    pub fn each(&self, content: &Spans, mut put: impl FnMut(i32, i32, f32)) {
         let reach = self.reach();
+        let border = content.complement(content.bounds().grown(reach as u32 + 1));
         let near = content.intersection(&border.grown(reach));
         let values: Vec<f32> =
             (0..=far(reach)).map(|square| self.value(f32::from(square as u16).sqrt())).collect();
@@ -152,20 +140,17 @@ mod tests {
     fn confidence_is_the_exact_distance_to_the_border() {
         let mut dice = Dice::new(5);
         for case in 0..20 {
-            let ramp = Ramp { width_px: [8.0, 3.0][case % 2], at_outlines: case % 4 < 2 };
-            let needed = blob(&mut dice, 40);
-            let content = needed.minus(&blob(&mut dice, 14));
+            let ramp = Ramp { width_px: [8.0, 3.0][case % 2] };
+            let content = blob(&mut dice, 40).minus(&blob(&mut dice, 14));
             let mut found = std::collections::HashMap::new();
-            ramp.each(&content, &needed, |x, y, confidence| {
+            ramp.each(&content, |x, y, confidence| {
                 assert!(found.insert((x, y), confidence).is_none(), "twice at {x}, {y}");
             });
             for y in -2..42 {
                 for x in -2..42 {
-                    let is_border =
-                        |x, y| !holds(&content, x, y) && (ramp.at_outlines || holds(&needed, x, y));
                     let mut distance = f32::INFINITY;
                     for (bx, by) in (-12..52).flat_map(|by| (-12..52).map(move |bx| (bx, by))) {
-                        if is_border(bx, by) {
+                        if !holds(&content, bx, by) {
                             distance = distance.min(((bx - x) as f32).hypot((by - y) as f32));
                         }
                     }
@@ -179,8 +164,8 @@ mod tests {
 
     #[test]
     fn a_border_of_no_width_trusts_everything() {
-        let ramp = Ramp { width_px: 0.0, at_outlines: true };
+        let ramp = Ramp { width_px: 0.0 };
         let content = Spans::of_rows(0..3, |_, out| out.push(0..3));
-        ramp.each(&content, &content, |x, y, confidence| assert_eq!(confidence, 1.0, "{x}, {y}"));
+        ramp.each(&content, |x, y, confidence| assert_eq!(confidence, 1.0, "{x}, {y}"));
     }
 }

@@ -6,7 +6,7 @@ use glam::Vec4;
 
 use super::SheetPixels;
 use super::confidence::Ramp;
-use super::halving::{Kernel, Light, Rows};
+use super::halving::{Light, Rows};
 use super::sources::{BESIDE, COVERED};
 use super::spans::Spans;
 use super::srgb::Srgb;
@@ -18,8 +18,6 @@ use crate::geometry::PixelRect;
 pub struct PyramidOptions {
     /// Confidence near borders.
     pub ramp: Ramp,
-    /// How levels are made of one another.
-    pub kernel: Kernel,
 }
 
 /// All levels of a sheet.
@@ -126,16 +124,16 @@ pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) 
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
     let mut first = photo_level(from_corner, pixels);
-    trust(&mut first, &needed, options.ramp);
+    trust(&mut first, options.ramp);
     let mut levels = Vec::with_capacity(shape.levels() as usize);
-    let mut light = (shape.levels() > 1)
-        .then(|| Light::half_of(&Decoded { level: &first, srgb }, shape.halves(0), options.kernel));
+    let mut light =
+        (shape.levels() > 1).then(|| Light::half_of(&Decoded { level: &first, srgb }, shape.halves(0)));
     first.carry(srgb, |x, y| beside(from_corner, pixels, x, y));
     levels.push(first);
     while let Some(above) = light.take() {
         let level = levels.len() as u32;
         if level + 1 < shape.levels() {
-            light = Some(Light::half_of(&above, shape.halves(level), options.kernel));
+            light = Some(Light::half_of(&above, shape.halves(level)));
         }
         levels.push(encoded(above, srgb));
     }
@@ -190,9 +188,9 @@ fn beside(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 
 }
 
 /// Alpha becomes confidence.
-fn trust(level: &mut Level, needed: &Spans, ramp: Ramp) {
+fn trust(level: &mut Level, ramp: Ramp) {
     let content = std::mem::take(&mut level.content);
-    ramp.each(&content, needed, |x, y, trust| {
+    ramp.each(&content, |x, y, trust| {
         let at = level.index(x, y) + 3;
         level.rgba[at] = byte(f32::from(level.rgba[at]) / 255.0 * trust);
     });
