@@ -8,7 +8,7 @@ use std::ops::Range;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::relief::STEEPEST;
+use super::relief::LEAST_FACING;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Projector, Server, Sources};
 use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at, border_ramp};
@@ -262,7 +262,7 @@ impl<C: Confidence> Finder<'_, C> {
         let middle = (low + high) / 2.0;
         let radius = polygon.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
         // The relief moves a point along its ray, by height / cosine at most.
-        let facing = (subject.clearance / (middle.length() + radius)).max(STEEPEST);
+        let facing = (subject.clearance / (middle.length() + radius)).max(LEAST_FACING);
         let radius = radius + subject.height / facing;
         Some(Patch { middle_in_world: self.shot.pose.world_from_camera(middle), polygon, middle, radius })
     }

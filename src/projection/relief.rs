@@ -66,14 +66,17 @@ impl FaceRelief {
     pub fn meet(&self, eye: DVec3, point_in_world: DVec3, normal: DVec3) -> DVec3 {
         let ray = (point_in_world - eye).normalize();
         let facing = normal.dot(ray);
-        let slope = if facing < 0.0 { facing.min(-STEEPEST) } else { facing.max(STEEPEST) };
+        let slope = if facing < 0.0 { facing.min(-LEAST_FACING) } else { facing.max(LEAST_FACING) };
         let near = point_in_world + ray * (self.height(point_in_world) / slope);
         point_in_world + ray * (self.height(near) / slope)
     }
 }
 
-/// A face seen more edge-on than this is not moved further: cosine of the angle to the normal.
-pub const STEEPEST: f64 = 0.1;
+/// A face seen more edge-on than this is not moved further: cosine of the angle between ray and normal.
+pub const LEAST_FACING: f64 = 0.1;
+
+/// The name that `shaders/project.wgsl` has for it.
+pub use LEAST_FACING as STEEPEST;
 
 /// The heights of all faces that have any.
 #[derive(Debug, Clone, PartialEq, Default)]

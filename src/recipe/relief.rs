@@ -34,7 +34,7 @@ impl SiteRelief {
     pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
-        let inputs = &format!("{inputs} {options:?}");
+        let inputs = &format!("{inputs} {}", options.fingerprint());
         let mut opened = Self { site: site.clone(), memory, whole: Arc::default(), witnesses: None };
         if let Some(relief) = read_relief(&file, inputs) {
             opened.whole = Arc::new(relief);

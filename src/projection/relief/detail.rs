@@ -17,16 +17,16 @@ pub struct Detail {
 }
 
 /// Texels of the finest level of one photo: hundreds of photos fit into memory.
-const MOST_TEXELS: usize = 2 << 20;
+pub(super) const MOST_TEXELS: usize = 2 << 20;
 
 /// Half the side of the square of surroundings, in texels, without the middle.
-const AROUND: usize = 3;
+pub(super) const AROUND: usize = 3;
 
 /// Deviation that is as good as noise, of full range: below it contrast is not raised.
-const NOISE: f32 = 0.04;
+pub(super) const NOISE: f32 = 0.04;
 
 /// Steps of a stored value per unit: values beyond 3.2 deviations are cut off.
-const STEPS: f32 = 40.0;
+pub(super) const STEPS: f32 = 40.0;
 
 const NOTHING: i8 = i8::MIN;
 

@@ -20,7 +20,7 @@ use crate::task::Task;
 const LARGE: usize = 1 << 15;
 
 /// A photo is a witness of a face from so many blocks on: fewer are a corner seen by chance.
-const LEAST_BLOCKS: u32 = 8;
+pub(super) const LEAST_BLOCKS: u32 = 8;
 
 /// Estimates the relief of all faces from photos, `witnesses[i]` being photo i. Billboards and faces that
 /// fewer than two photos show have none. The result does not depend on the number of threads.

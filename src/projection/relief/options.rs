@@ -1,5 +1,11 @@
 //! How relief is estimated.
 
+use super::{detail, estimate, sweep, witness};
+
+/// Counts the ways in which heights were ever estimated: one more with every change that neither an option
+/// nor a constant tells, so that heights kept from before are not taken for today's.
+const METHOD: u32 = 1;
+
 /// Options of [`super::estimate_relief`]. Lengths are relative, because a site's unit is not known.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReliefOptions {
@@ -46,5 +52,30 @@ impl ReliefOptions {
     /// Heights tried, the plane's own among them.
     pub fn hypotheses(&self) -> usize {
         2 * self.steps as usize + 1
+    }
+
+    /// All that decides on the heights besides the site: equal texts, equal heights.
+    pub fn fingerprint(&self) -> String {
+        let details = (detail::MOST_TEXELS, detail::AROUND, detail::NOISE, detail::STEPS);
+        let witnesses = (witness::BLOCK_PX, witness::SAME_SURFACE, estimate::LEAST_BLOCKS);
+        let sweep = sweep::TEXELS_PER_CELL;
+        format!("method {METHOD}, {self:?}, details {details:?}, witnesses {witnesses:?}, sweep {sweep:?}")
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn other_options_have_another_fingerprint() {
+        let options = ReliefOptions::default();
+        let others = [
+            ReliefOptions { cell_px: 9.0, ..options },
+            ReliefOptions { reach: 0.02, ..options },
+            ReliefOptions { jump_cost: 2.0, ..options },
+        ];
+        assert_eq!(options.fingerprint(), ReliefOptions::default().fingerprint());
+        assert!(others.iter().all(|other| other.fingerprint() != options.fingerprint()));
     }
 }

@@ -16,7 +16,7 @@ use crate::task::Task;
 
 /// Texels of the details that are compared to a cell's side: it sees some texture, and the details are
 /// no finer than what one height can bring into register.
-const TEXELS_PER_CELL: f64 = 2.0;
+pub(super) const TEXELS_PER_CELL: f64 = 2.0;
 
 /// How a photo sees a plot: homogeneous pixels of `low + u, v` on the plane and `t` over it are
 /// `origin + u * along[0] + v * along[1] + t * along[2]`, the third one the depth.

@@ -23,10 +23,10 @@ pub struct Witness {
 }
 
 /// Side of a block, in pixels: about a cell's.
-const BLOCK_PX: u32 = 8;
+pub(super) const BLOCK_PX: u32 = 8;
 
 /// Two surfaces this near to each other, relative to their depth, are one: windows in their wall.
-const SAME_SURFACE: f64 = 5e-4;
+pub(super) const SAME_SURFACE: f64 = 5e-4;
 
 impl Witness {
     /// Of a photo with its pixels; `surface` is the whole model's.
