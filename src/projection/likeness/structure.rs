@@ -133,6 +133,37 @@ mod tests {
         }
     }
 
+    /// A slope with noise, and the same darker with noise of its own.
+    fn slope_with_noise(seed: u64, width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
+        let mut dice = Dice::new(seed);
+        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let samples = places.flat_map(|(x, y)| (0..3).map(move |c| 5 * x + 3 * y + 40 * c));
+        samples
+            .map(|slope| {
+                let truth = slope % 200 + dice.whole(0, 40);
+                (truth as u8, (truth * 3 / 4 + dice.whole(0, 50)) as u8)
+            })
+            .unzip()
+    }
+
+    /// What scikit-image 0.26.0 (numpy 2.4.6) makes of the same pictures, whose samples it was given by a
+    /// copy of [`Dice`] in Python: `skimage.metrics.structural_similarity(truth, predicted, win_size=7,
+    /// channel_axis=2, data_range=255)`, which leaves out a border of three pixels from the mean.
+    #[test]
+    fn it_is_what_scikit_image_says() {
+        let said = [
+            (71, 40, 30, 0.7220631566709595),
+            (72, 7, 7, 0.6503538966141718),
+            (73, 64, 9, 0.7078609290968728),
+        ];
+        for (seed, width, height, expected) in said {
+            let (truth, predicted) = slope_with_noise(seed, width, height);
+            let compared = Compared { width, height, truth: &truth, predicted: &predicted };
+            let found = structural_similarity(&compared, &vec![true; (width * height) as usize]).unwrap();
+            assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
+        }
+    }
+
     #[test]
     fn a_picture_is_like_itself_and_two_flat_ones_are_compared_by_their_means() {
         let picture = noise(3, 9, 8);
