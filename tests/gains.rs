@@ -6,7 +6,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
-use quadratura::projection::{Gains, PhotoId, Projector, view_gain};
+use quadratura::projection::exposure::{Estimate, Shares};
+use quadratura::projection::{PhotoId, Projector};
 use quadratura::recipe::gains::{estimate_of_photos, photo_gains};
 use quadratura::scene::{Photo, Site};
 use quadratura::task::{Event, Task};
@@ -45,13 +46,14 @@ fn correlation(pairs: &[(f64, f64)]) -> f64 {
 }
 
 /// Root mean square, over photos and channels, of the gains, and of the errors with which each photo's
-/// is predicted from the others.
-fn left_out(site: &Site, gains: &Gains) -> (f64, f64) {
+/// is predicted from the others, by nearness and the meter.
+fn left_out(site: &Site, Estimate { gains, reach, .. }: &Estimate) -> (f64, f64) {
     let projector = |p: &Photo| Projector { name: p.name.clone(), camera: p.camera, pose: p.pose };
     let photos: Vec<Projector> = site.photos.iter().map(projector).collect();
     let (mut known, mut missed) = (0.0, 0.0);
     for (i, gain) in gains.of_photo.iter().enumerate() {
-        let predicted = view_gain(&photos[i].pose, gains, &photos, &[PhotoId(i as u32)]);
+        let view = &photos[i].pose;
+        let predicted = gains.of_view(view, &Shares::of(view, *reach, &photos, &[PhotoId(i as u32)]));
         for c in 0..3 {
             known += gain[c] * gain[c];
             missed += (predicted[c] - gain[c]).powi(2);
@@ -61,11 +63,12 @@ fn left_out(site: &Site, gains: &Gains) -> (f64, f64) {
     ((known / count).sqrt(), (missed / count).sqrt())
 }
 
-fn print(site: &Site, gains: &Gains) {
+fn print(site: &Site, found: &Estimate) {
+    let gains = &found.gains;
     for (photo, [r, g, b]) in site.photos.iter().zip(&gains.of_photo) {
         println!("{:24} {r:+.4} {g:+.4} {b:+.4}", photo.name);
     }
-    let (known, missed) = left_out(site, gains);
+    let (known, missed) = left_out(site, found);
     println!("the meter is followed by {:.3?}", gains.meter.follows);
     println!("gains {known:.4} rms, predicted from the others with {missed:.4} rms error");
 }
@@ -78,7 +81,7 @@ fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
         "{} points, {} pairs, {:.4?} before, {:.4?} after",
         found.points, found.pairs, found.before, found.after
     );
-    print(&site, &found.gains);
+    print(&site, &found);
     let truth = true_exposures(&folder);
     let of = |name: &str| truth.iter().find(|(photo, _)| photo == name).unwrap().1;
     for c in 0..3 {
@@ -90,7 +93,7 @@ fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
     }
     assert!((0..3).all(|c| found.after[c] < 0.75 * found.before[c]), "{found:?}");
     assert!(found.alone.is_empty() && found.components == 1, "{found:?}");
-    let (known, missed) = left_out(&site, &found.gains);
+    let (known, missed) = left_out(&site, &found);
     assert!(missed < known, "the nearest photos say less than none: {missed} of {known}");
 }
 
@@ -103,9 +106,9 @@ fn the_castles_exposures_follow_the_view_and_are_predicted() {
         "{} points, {} pairs, {:.4?} before, {:.4?} after",
         found.points, found.pairs, found.before, found.after
     );
-    print(&site, &found.gains);
+    print(&site, &found);
     assert!((0..3).all(|c| found.after[c] < 0.6 * found.before[c]), "{found:?}");
-    let (known, missed) = left_out(&site, &found.gains);
+    let (known, missed) = left_out(&site, &found);
     assert!(missed < 0.25 * known, "{missed} of {known}");
 }
 

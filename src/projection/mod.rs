@@ -24,7 +24,7 @@ pub mod tiles;
 pub mod twin;
 pub mod weights;
 
-pub use exposure::{Gains, view_gain};
+pub use exposure::Gains;
 pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
 pub use sources::{
     Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,

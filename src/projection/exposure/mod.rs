@@ -6,7 +6,7 @@
 //! of their mean colours ([`ratios`]), and the gains that explain those best, robustly ([`solve`]).
 //! What the photos do *not* tell is how bright the site was: gains are relative, 0 on average.
 //!
-//! A view has an exposure, too: a blend of the photos' gains by nearness ([`near`]), carried to what the
+//! A view has an exposure, too: a blend of the photos' gains by what they show of it ([`seen`]), carried to what the
 //! view's exposure meter would read where the photos were metered ([`meter`]); a photo's own camera shows
 //! the photo as it is.
 //!
@@ -22,7 +22,7 @@ pub mod seen;
 pub mod solve;
 
 pub use meter::Meter;
-pub use near::{Shares, view_gain};
+pub use near::Shares;
 pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
 pub use ratios::{Ratio, pairwise_ratios};
 pub use seen::seen_shares;
@@ -42,9 +42,6 @@ pub struct Gains {
     /// By photo, as [`super::Sources::photos`]: natural logarithm of photo / common exposure in linear
     /// light, per channel R, G, B.
     pub of_photo: Vec<[f64; 3]>,
-    /// How far from their cameras surfaces typically are, in world units: what a step of the camera is
-    /// measured by ([`view_gain`]).
-    pub reach: f64,
     /// Tells from a view what its exposure would be, where the photos' exposures were told so.
     pub meter: Meter,
 }
@@ -52,7 +49,7 @@ pub struct Gains {
 impl Gains {
     /// All photos as they are.
     pub fn none(photos: usize) -> Self {
-        Self { of_photo: vec![[0.0; 3]; photos], reach: 1.0, meter: Meter::default() }
+        Self { of_photo: vec![[0.0; 3]; photos], meter: Meter::default() }
     }
 }
 
@@ -79,6 +76,9 @@ impl Default for ExposureOptions {
 pub struct Estimate {
     /// The gains.
     pub gains: Gains,
+    /// How far from their cameras surfaces typically are, in world units: what a step of the camera is
+    /// measured by ([`Shares::of`]).
+    pub reach: f64,
     /// Surface points that two photos or more show, with usable colours.
     pub points: usize,
     /// Pairs of photos at points.
@@ -129,7 +129,8 @@ pub fn estimate_gains(
     let reach = typical_distance(&points);
     let meter = Meter::of(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
     Ok(Estimate {
-        gains: Gains { of_photo: fit.of_photo, reach, meter },
+        gains: Gains { of_photo: fit.of_photo, meter },
+        reach,
         points: shared,
         pairs: ratios.len(),
         alone: fit.alone,

@@ -1,5 +1,5 @@
-//! The exposure of a view: a blend of the photos' gains by nearness, corrected by what a camera's meter
-//! would read there.
+//! The exposure of a view: a blend of the photos' gains, by the shares that they have in the picture or by
+//! nearness, corrected by what a camera's meter would read there.
 
 use glam::DVec3;
 
@@ -16,19 +16,6 @@ const FADES_AT_RAD: f64 = 1.0;
 /// exposures follow the view and on one where they were drawn by lot.
 const POWER: i32 = 3;
 
-/// The log gain of a view, R, G, B: Shepard's interpolation (1968) of the photos' gains and of 0, the
-/// common exposure, which counts as a photo that is always one radian away. Where the photos'
-/// exposures were metered ([`super::Meter`]) each photo's gain is first carried to what the view's
-/// meter reads: a photo beside a view that looks into the light says little about it as it is.
-///
-/// Nearness is measured in radians, of parallax and of turning: a step of the camera counts by the
-/// angle under which a surface at [`Gains::reach`] would see it. At a photo's own camera (position and
-/// direction; the lens does not matter) the result is exactly that photo's gain, and it is continuous
-/// in the camera everywhere. Photos in `without` do not count.
-pub fn view_gain(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
-    gains.of_view(view, &Shares::of(view, gains.reach, photos, without))
-}
-
 impl Gains {
     /// What each photo's linear colours are multiplied with in a shot, R, G, B. `shares` is asked where the
     /// shot has an exposure of its own.
@@ -41,7 +28,9 @@ impl Gains {
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
     }
 
-    /// The log gain of a view, R, G, B, to which the photos contribute with these shares.
+    /// The log gain of a view, R, G, B, to which the photos contribute with these shares. Where the photos'
+    /// exposures were metered ([`super::Meter`]) each photo's gain is first carried to what the view's
+    /// meter reads: a photo beside a view that looks into the light says little about it as it is.
     pub fn of_view(&self, view: &Pose, shares: &Shares) -> [f64; 3] {
         let own = |c: usize| {
             let of_photo = shares.of_photo.iter().zip(&self.of_photo);
@@ -52,7 +41,7 @@ impl Gains {
     }
 }
 
-/// How much the photos say about a view, and the common exposure with them; all sum to 1.
+/// How much the photos say about a view's gain, and the common exposure with them; all sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shares {
     /// By photo; 0 for those that do not take part.
@@ -64,7 +53,13 @@ pub struct Shares {
 }
 
 impl Shares {
-    /// At a view.
+    /// By nearness to a view alone: Shepard's interpolation (1968) of the photos' gains and of 0, the common
+    /// exposure, which counts as a photo that is always one radian away.
+    ///
+    /// Nearness is measured in radians, of parallax and of turning: a step of the camera counts by the
+    /// angle under which a surface at the distance `reach` (in world units) would see it. At a photo's own
+    /// camera (position and direction; the lens does not matter) that photo's share is exactly 1, and
+    /// shares are continuous in the camera everywhere. Photos in `without` have none.
     pub fn of(view: &Pose, reach: f64, photos: &[Projector], without: &[PhotoId]) -> Self {
         let takes_part: Vec<bool> =
             (0..photos.len() as u32).map(|photo| !without.contains(&PhotoId(photo))).collect();
@@ -108,15 +103,20 @@ mod tests {
         let camera = centred(300, 200, 300.0);
         let projector = |pose| Projector { name: String::new(), camera, pose };
         let of_photo = (0..count).map(|_| [0; 3].map(|_: i32| dice.between(-0.5, 0.5))).collect();
-        let gains = Gains { of_photo, reach: 8.0, meter: Meter::default() };
+        let gains = Gains { of_photo, meter: Meter::default() };
         (poses.into_iter().map(projector).collect(), gains)
+    }
+
+    /// By nearness; surfaces are 8 units away.
+    fn near(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
+        gains.of_view(view, &Shares::of(view, 8.0, photos, without))
     }
 
     #[test]
     fn a_photos_own_camera_has_exactly_its_gain() {
         let (photos, gains) = photos(&mut Dice::new(11), 30);
         for (photo, gain) in photos.iter().zip(&gains.of_photo) {
-            assert_eq!(view_gain(&photo.pose, &gains, &photos, &[]), *gain);
+            assert_eq!(near(&photo.pose, &gains, &photos, &[]), *gain);
         }
     }
 
@@ -124,9 +124,9 @@ mod tests {
     fn a_photo_left_out_does_not_tell_its_gain() {
         let (photos, mut gains) = photos(&mut Dice::new(12), 5);
         let own = PhotoId(2);
-        let before = view_gain(&photos[2].pose, &gains, &photos, &[own]);
+        let before = near(&photos[2].pose, &gains, &photos, &[own]);
         gains.of_photo[2] = [9.0; 3];
-        assert_eq!(view_gain(&photos[2].pose, &gains, &photos, &[own]), before);
+        assert_eq!(near(&photos[2].pose, &gains, &photos, &[own]), before);
     }
 
     #[test]
@@ -135,7 +135,7 @@ mod tests {
         let eye = photos[3].pose.center_in_world();
         let at = |step: f64| {
             let pose = look_at(eye + DVec3::new(step, 0.3 * step, 0.0), DVec3::new(0.0, 1.0, 2.0 + step));
-            view_gain(&pose, &gains, &photos, &[])[0]
+            near(&pose, &gains, &photos, &[])[0]
         };
         let largest = |steps: i32| {
             let place = |k: i32| f64::from(k) / f64::from(steps);
@@ -149,7 +149,7 @@ mod tests {
     fn far_from_every_photo_the_exposure_is_the_common_one() {
         let (photos, gains) = photos(&mut Dice::new(14), 4);
         let pose = look_at(DVec3::new(900.0, 0.0, 2.0), DVec3::new(1000.0, 1.0, 2.0));
-        assert!(view_gain(&pose, &gains, &photos, &[]).iter().all(|gain| gain.abs() < 1e-3));
-        assert_eq!(view_gain(&pose, &Gains::none(0), &[], &[]), [0.0; 3]);
+        assert!(near(&pose, &gains, &photos, &[]).iter().all(|gain| gain.abs() < 1e-3));
+        assert_eq!(near(&pose, &Gains::none(0), &[], &[]), [0.0; 3]);
     }
 }

@@ -3,11 +3,15 @@
 use glam::{DVec2, DVec3};
 
 use super::Shares;
+use crate::geometry::Plane;
+use crate::geometry::polygon::fit_plane;
 use crate::projection::cells::{Candidate, Cells};
-use crate::projection::surface::Surface;
-use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit, weights};
+use crate::projection::surface::{Hit, Surface};
+use crate::projection::weights::{
+    Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, weights,
+};
 use crate::projection::{PhotoId, Shot, Sources};
-use crate::scene::{FaceId, Model};
+use crate::scene::Model;
 
 /// Rays per picture, across and down: enough that one more or less at an edge is a thousandth of the
 /// whole, which no eye sees.
@@ -61,7 +65,7 @@ impl Looker<'_> {
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[place], px.x as u32 / side, px.y as u32 / side);
         let point = eye + direction * hit.t;
-        let penalties: Vec<f64> = list.iter().map(|c| self.penalty(hit.face, c, point)).collect();
+        let penalties: Vec<f64> = list.iter().map(|c| self.penalty(&hit, c, point)).collect();
         for (candidate, weight) in list.iter().zip(weights(&penalties, &self.shot.blend)) {
             let photo = self.sources.servers[candidate.server as usize].photo;
             tell(photo.0 as usize, weight);
@@ -69,20 +73,76 @@ impl Looker<'_> {
     }
 
     /// As far as it is known without looking at texels.
-    fn penalty(&self, face: FaceId, candidate: &Candidate, point: DVec3) -> f64 {
+    fn penalty(&self, hit: &Hit, candidate: &Candidate, point: DVec3) -> f64 {
         let server = &self.sources.servers[candidate.server as usize];
         let photo = self.sources.photo(server.photo);
         let in_photo = photo.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px));
-        let Some(px) = px else { return f64::INFINITY };
-        let plane = &self.model.face(face).plane;
+        let (Some(px), Some(plane)) = (px, self.plane(hit)) else { return f64::INFINITY };
         let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
+        let other_side = server.back == (plane.signed_distance(eye) > 0.0);
+        if other_side && !self.model.object(self.model.face(hit.face).object).billboard {
+            return f64::INFINITY;
+        }
         let depth = self.shot.pose.camera_from_world(point).z;
         let octaves = octaves_missing(
-            pixels_per_unit(&self.shot.camera, plane, eye, depth),
-            pixels_per_unit(&photo.camera, plane, center, in_photo.z),
+            pixels_per_unit(&self.shot.camera, &plane, eye, depth),
+            pixels_per_unit(&photo.camera, &plane, center, in_photo.z),
         );
-        let angle = angle_at(point, eye, center);
+        let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
         Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0 }.penalty(&self.shot.blend)
+    }
+
+    /// The face's plane; of a face that is not planar its triangle's.
+    fn plane(&self, hit: &Hit) -> Option<Plane> {
+        let face = self.model.face(hit.face);
+        if face.planar {
+            return Some(face.plane);
+        }
+        let corners = self.model.face_triangles(hit.face)[hit.triangle as usize];
+        fit_plane(&corners.map(|vertex| self.model.vertices[vertex as usize]))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PixelRect;
+    use crate::projection::cells::{Unknown, cells};
+    use crate::projection::{Domain, Projector, Server, Sheet, SheetId};
+    use crate::scene::synthetic::{Modeller, centred, look_at};
+
+    /// What a view from the front shows of a wall that one photo saw from the front and one from behind.
+    fn shares(billboard: bool) -> Vec<f64> {
+        let mut m = Modeller::new();
+        let (origin, u, v) = (DVec3::new(-5.0, 0.0, -5.0), DVec3::X * 10.0, DVec3::Z * 10.0);
+        m.object("wall").quad_facing(DVec3::NEG_Y, origin, u, v);
+        let mut model = (*m.finish()).clone();
+        model.objects[0].billboard = billboard;
+        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let projector = |y: f64| {
+            let pose = look_at(DVec3::new(0.5, y, 0.0), DVec3::ZERO);
+            Projector { name: String::new(), camera: centred(64, 64, 64.0), pose }
+        };
+        let server =
+            |i: u32| Server { sheet: SheetId(i), photo: PhotoId(i), back: i == 1, domain: Domain::Whole };
+        let sheet = |i: u32| Sheet { photo: PhotoId(i), id: i.to_string(), rect };
+        let sources = Sources {
+            photos: [-5.0, 5.0].map(projector).to_vec(),
+            sheets: (0..2).map(sheet).collect(),
+            servers: (0..2).map(server).collect(),
+            of_face: std::iter::once(0..2).collect(),
+        };
+        let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
+        let cells = cells(&model, &sources, &shot, 16, &[], &Unknown);
+        seen_shares(&shot, &model, &sources, &Surface::of(&model), &cells).of_photo
+    }
+
+    #[test]
+    fn a_photo_of_the_other_side_has_no_part_in_the_exposure_of_what_it_serves_last() {
+        for billboard in [false, true] {
+            let shares = shares(billboard);
+            assert!(shares[0] > 0.999 && shares[1] < 1e-3, "billboard {billboard}: {shares:?}");
+        }
     }
 }
