@@ -18,13 +18,14 @@ use quadratura::recipe::sheets::SheetFiles;
 use quadratura::recipe::sources::sources;
 use quadratura::scene::{FaceId, PhotoPixels, Site};
 use quadratura::task::Task;
+use tempfile::TempDir;
 
 use crate::common;
 
 /// Some photos of a site, with their stacks.
 pub struct Bench {
-    /// Holds the stacks.
-    _folder: tempfile::TempDir,
+    /// Holds the stacks, and photos that were made for the test.
+    _folder: TempDir,
     pub gpu: Gpu,
     pub site: Site,
     pub sources: Arc<Sources>,
@@ -36,20 +37,24 @@ impl Bench {
     /// The piazza, of its photos those whose names begin so. `None` without an adapter.
     pub fn piazza(photos: &[&str]) -> Option<Self> {
         let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
-        Self::new(common::site(&folder, "photos", "piazza.obj"), photos)
+        Self::some(common::site(&folder, "photos", "piazza.obj"), photos)
     }
 
     /// The castle, in the same way; `None` where it is not beside the project, too.
     pub fn castle(photos: &[&str]) -> Option<Self> {
         let folder = common::castle()?;
-        Self::new(common::site(&folder, "images", "castle.obj"), photos)
+        Self::some(common::site(&folder, "images", "castle.obj"), photos)
     }
 
-    fn new(mut site: Site, photos: &[&str]) -> Option<Self> {
-        let rasteriser = common::gpu_rasteriser()?;
+    fn some(mut site: Site, photos: &[&str]) -> Option<Self> {
         site.photos.retain(|photo| photos.iter().any(|name| photo.name.starts_with(name)));
-        assert_eq!(site.photos.len(), photos.len());
-        let folder = tempfile::tempdir().unwrap();
+        assert!(site.photos.len() >= photos.len(), "{} photos", site.photos.len());
+        Self::of(site, tempfile::tempdir().unwrap())
+    }
+
+    /// A site, all of it; `folder` takes the stacks.
+    pub fn of(site: Site, folder: TempDir) -> Option<Self> {
+        let rasteriser = common::gpu_rasteriser()?;
         let stacks = stacks(&site, folder.path(), &rasteriser);
         let store = StackStore::new(folder.path());
         let gains = photo_gains(&site, &stacks, folder.path(), 1 << 30, &Task::silent()).unwrap();
@@ -78,18 +83,18 @@ impl Bench {
         Shot::new(self.site.photos[photo].camera, self.site.photos[photo].pose)
     }
 
-    /// For each pixel of a photo which of the servers of its face serves it there: a number for the element
-    /// or piece that it belongs to, 0 for none. `faces` as [`quadratura::projection::Renders::faces`].
-    pub fn parts(&self, photo: usize, faces: &[u32]) -> Vec<u32> {
+    /// For each pixel of a photo the image layer that shows there what the pixel's face is, plus 1; 0 for
+    /// none. `faces` as [`quadratura::projection::Renders::faces`]; `at` is the place in the pixel that they
+    /// were looked for at.
+    pub fn layers(&self, photo: usize, faces: &[u32], at: DVec2) -> Vec<u32> {
         let width = self.site.photos[photo].camera.width;
-        let part = |(i, face): (u32, &u32)| {
-            let px = DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
-            let first = self.sources.of_face.get(face.checked_sub(1)? as usize)?.start;
-            let servers = self.sources.servers_of(FaceId(face - 1)).iter();
-            let serves = |s: &Server| s.photo == PhotoId(photo as u32) && s.domain.holds(px);
-            servers.zip(first + 1..).find(|(server, _)| serves(server)).map(|(_, number)| number)
+        let layer = |(i, face): (u32, &u32)| {
+            let px = DVec2::new(f64::from(i % width), f64::from(i / width)) + at;
+            let face = FaceId(face.checked_sub(1)?);
+            let serves = |s: &&Server| s.photo == PhotoId(photo as u32) && s.domain.holds(px);
+            self.sources.servers_of(face).iter().find(serves).map(|server| server.sheet.0 + 1)
         };
-        (0..).zip(faces).map(|pixel| part(pixel).unwrap_or(0)).collect()
+        (0..).zip(faces).map(|pixel| layer(pixel).unwrap_or(0)).collect()
     }
 
     pub fn pixels(&self, photo: usize) -> PhotoPixels {

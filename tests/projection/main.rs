@@ -5,8 +5,12 @@
 mod common;
 
 mod bench;
+mod flights;
 mod gpu_twin;
 mod layered;
 mod own_camera;
+mod patch;
 mod popping;
+mod random_scenes;
 mod shear;
+mod shoot;

@@ -2,8 +2,9 @@
 //! and to test them against.
 //!
 //! Per pixel centre: a ray, the face that owns what it meets, every sheet that serves that face, their
-//! penalties, the k best, their colours in linear light. Texels are looked up at level 0, bilinearly, so
-//! it is the truth where the view is at least as fine as the photos; one sample a pixel.
+//! penalties, the k best, their colours in linear light. One sample a pixel in either quality, so at the
+//! outlines of faces it is not the truth of *final* pictures; and texels are filtered in linear light in
+//! either, so between texels of much contrast it is not that of *preview*.
 
 mod point;
 mod sample;
@@ -18,9 +19,10 @@ use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use self::point::Place;
+use self::sample::Lookup;
 use super::cells::{Unknown, cells};
 use super::exposure::seen_shares;
-use super::pyramid::{Level, PyramidOptions, pyramid};
+use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
 use super::surface::{Hit, Surface};
 use super::{Gains, Picture, Renders, SheetId, Shot, Shown, Sources, Texels};
@@ -47,8 +49,8 @@ pub struct Twin {
     relief: Relief,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
-    /// Level 0 of the sheets that were needed so far.
-    levels: BTreeMap<SheetId, Level>,
+    /// The sheets that were needed so far.
+    sheets: BTreeMap<SheetId, Lookup>,
 }
 
 impl Twin {
@@ -62,7 +64,7 @@ impl Twin {
         options: PyramidOptions,
     ) -> Self {
         let surface = Surface::of(&model);
-        Self { model, surface, sources, gains, relief, texels, options, levels: BTreeMap::new() }
+        Self { model, surface, sources, gains, relief, texels, options, sheets: BTreeMap::new() }
     }
 
     /// What the centre of each pixel meets, in row order from the top.
@@ -81,15 +83,14 @@ impl Twin {
     /// Decodes what serves these faces and is not there yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
         let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.sheet);
-        let missing: BTreeSet<SheetId> = serving.filter(|sheet| !self.levels.contains_key(sheet)).collect();
+        let missing: BTreeSet<SheetId> = serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
         let decode = |sheet: SheetId| {
             task.go_on()?;
             let pixels = self.texels.sheet(sheet)?;
-            let mut levels = pyramid(self.sources.sheet(sheet).rect, &pixels, &self.options).levels;
-            Ok((sheet, levels.swap_remove(0)))
+            Ok((sheet, Lookup::new(self.sources.sheet(sheet).rect, &pixels, &self.options)))
         };
         let decoded: Vec<_> = missing.into_par_iter().map(decode).collect::<Result<_>>()?;
-        self.levels.extend(decoded);
+        self.sheets.extend(decoded);
         Ok(())
     }
 

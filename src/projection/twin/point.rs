@@ -3,14 +3,14 @@
 use glam::{DVec2, DVec3};
 
 use super::Twin;
-use super::sample::sample;
+use super::sample::Footprint;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
 use crate::projection::surface::Hit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, weights,
 };
-use crate::projection::{Mode, Server, Shot};
+use crate::projection::{Mode, Projector, Quality, Server, Shot};
 use crate::scene::FaceId;
 
 /// Confidences below half a step of 8 bits are none.
@@ -77,28 +77,51 @@ impl<'a> Place<'a> {
         if other_side && !self.is_billboard() {
             return None;
         }
-        let rect = self.twin.sources.sheet(server.sheet).rect;
-        let (colour, confidence) = sample(&self.twin.levels[&server.sheet], rect, px)?;
-        let border = border(&photo.camera, px);
+        let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
+        let depth = self.shot.pose.camera_from_world(self.on_plane).z;
+        let in_view = pixels_per_unit(&self.shot.camera, &self.plane, eye, depth);
+        let of_photo = pixels_per_unit(&photo.camera, &self.plane, center, in_photo.z);
+        let footprint = match self.shot.quality {
+            Quality::Preview => Footprint::Square(of_photo / in_view),
+            Quality::Final => {
+                let [a, b] = self.steps(depth).map(|step| image_step(photo, in_photo, step));
+                Footprint::Sides(a, b)
+            }
+        };
+        let texel = self.twin.sheets[&server.sheet].texel(px, footprint)?;
+        let (colour, confidence, border) = (texel.colour, texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
         }
-        let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
-        let depth = self.shot.pose.camera_from_world(self.on_plane).z;
-        let octaves = octaves_missing(
-            pixels_per_unit(&self.shot.camera, &self.plane, eye, depth),
-            pixels_per_unit(&photo.camera, &self.plane, center, in_photo.z),
-        );
+        let octaves = octaves_missing(in_view, of_photo);
         let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
         let penalty = Claim { angle, octaves, border, confidence }.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
         Some((penalty, colour))
     }
 
+    /// How the point on the plane, `depth` before the view, moves in the world when its pixel does by one:
+    /// to the right and down.
+    fn steps(&self, depth: f64) -> [DVec3; 2] {
+        let Shot { camera, pose, .. } = self.shot;
+        let axes = pose.rotation.transpose();
+        let ray = (self.on_plane - self.shot.viewpoint()) / depth;
+        let (normal, facing) = (self.plane.normal, self.plane.normal.dot(ray));
+        let step = |of_ray: DVec3| depth * (of_ray - ray * (normal.dot(of_ray) / facing));
+        [step(axes.x_axis / camera.fx), step(axes.y_axis / camera.fy)]
+    }
+
     fn is_billboard(&self) -> bool {
         let model = &self.twin.model;
         model.object(model.face(self.face).object).billboard
     }
+}
+
+/// How the image of a point (given in the photo's camera frame) moves when the point does, in pixels.
+fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2 {
+    let step = photo.pose.rotation * step_in_world;
+    let across = step.truncate() - in_photo.truncate() * (step.z / in_photo.z);
+    across * DVec2::new(photo.camera.fx, photo.camera.fy) / in_photo.z
 }
 
 /// The face's plane; of a face that is not planar its triangle's.

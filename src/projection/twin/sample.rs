@@ -1,44 +1,155 @@
-//! The texel at a position of a sheet, between four of level 0.
+//! A sheet's texels at a position, filtered as a view needs it (`shaders/texels.wgsl`, and `sheet_texel` of
+//! `shaders/project.wgsl`): in linear light in either quality.
 
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
-use crate::projection::pyramid::Level;
+use crate::projection::SheetPixels;
+use crate::projection::pyramid::{Level, Pyramid, PyramidOptions, pyramid};
+use crate::projection::shot::MOST_TAPS;
+use crate::projection::tiles::{Occupancy, TILE};
 use crate::scene::light::LINEAR_OF_BYTE;
 
 /// So near to a texel's centre, as a share of its width, it is taken as it is, and the shares between
 /// are stretched to meet that (`DEAD` of `shaders/texels.wgsl`).
 const DEAD: f64 = 0.02;
 
-/// Linear colour and confidence at a photo position; `None` where the sheet has no tile: beyond its
-/// rectangle by more than half a texel.
-pub fn sample(level: &Level, rect: PixelRect, px: DVec2) -> Option<([f64; 3], f64)> {
-    let size = DVec2::new(rect.w.into(), rect.h.into());
-    let at = px - DVec2::new(rect.x.into(), rect.y.into());
-    if at.min_element() <= -0.5 || (at - size).max_element() >= 0.5 {
-        return None;
+/// While the footprint is below 1.1 texels, level 0 alone is looked up.
+const SHARP: f64 = 1.1;
+
+/// Linear colour and confidence.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+pub struct Texel {
+    pub colour: [f64; 3],
+    pub confidence: f64,
+}
+
+impl Texel {
+    fn add(&mut self, share: f64, other: &Self) {
+        (0..3).for_each(|c| self.colour[c] += share * other.colour[c]);
+        self.confidence += share * other.confidence;
     }
-    let at = at.clamp(DVec2::ZERO, size) - 0.5;
-    let base = at.floor();
-    let share = ((at - base - DEAD) / (1.0 - 2.0 * DEAD)).clamp(DVec2::ZERO, DVec2::ONE);
-    let (x, y) = (base.x as i32, base.y as i32);
-    let (mut colour, mut confidence) = ([0.0; 3], 0.0);
-    for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-        let along = |step: i32, share: f64| if step == 1 { share } else { 1.0 - share };
-        let weight = along(dx, share.x) * along(dy, share.y);
-        let texel = texel(level, x + dx, y + dy);
-        (0..3).for_each(|c| colour[c] += weight * f64::from(LINEAR_OF_BYTE[usize::from(texel[c])]));
-        confidence += weight * f64::from(texel[3]) / 255.0;
+}
+
+/// What a pixel of the view covers of a photo, in pixels of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Footprint {
+    /// As wide as it is high, with this side: *preview*.
+    Square(f64),
+    /// The parallelogram of these sides: what a step of one pixel to the right and one down is: *final*.
+    Sides(DVec2, DVec2),
+}
+
+/// A sheet, ready to be looked up.
+#[derive(Debug)]
+pub struct Lookup {
+    rect: PixelRect,
+    pyramid: Pyramid,
+    occupancy: Occupancy,
+}
+
+impl Lookup {
+    /// `rect`: the sheet's, in photo pixels.
+    pub fn new(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Self {
+        let pyramid = pyramid(rect, pixels, options);
+        Self { rect, occupancy: Occupancy::of(&pyramid), pyramid }
     }
-    Some((colour, confidence))
+
+    /// The texel at a photo position; `None` where there is no tile: far from all content, or beyond the
+    /// rectangle by more than half a texel.
+    pub fn texel(&self, px: DVec2, footprint: Footprint) -> Option<Texel> {
+        let at = px - DVec2::new(self.rect.x.into(), self.rect.y.into());
+        if at.min_element() <= -0.5 || (at - self.size()).max_element() >= 0.5 {
+            return None;
+        }
+        match footprint {
+            Footprint::Square(side) => self.between_levels(at, level_of(side)),
+            Footprint::Sides(a, b) => self.along(at, a, b),
+        }
+    }
+
+    fn size(&self) -> DVec2 {
+        DVec2::new(self.rect.w.into(), self.rect.h.into())
+    }
+
+    /// Taps along the longer axis of the ellipse that the sides make of the unit circle, each as wide as
+    /// the shorter one.
+    fn along(&self, at: DVec2, a: DVec2, b: DVec2) -> Option<Texel> {
+        let sum = 0.5 * (a.length_squared() + b.length_squared());
+        let difference = 0.5 * (a.length_squared() - b.length_squared());
+        let root = difference.hypot(a.dot(b));
+        let longer = (sum + root).sqrt();
+        let shorter = (sum - root).max(0.0).sqrt().max(longer / MOST_TAPS);
+        let angle = 0.5 * a.dot(b).atan2(difference);
+        let axis = a * angle.cos() + b * angle.sin();
+        // A tap more is worth it from a tenth of a width on.
+        let taps = (longer / shorter.max(1.0) - 0.1).ceil().clamp(1.0, MOST_TAPS);
+        let taps = if longer < SHARP { 1 } else { taps as u32 };
+        let place = |tap: u32| at + axis * ((f64::from(tap) + 0.5) / f64::from(taps) - 0.5);
+        let found: Vec<Texel> =
+            (0..taps).filter_map(|tap| self.between_levels(place(tap), level_of(shorter))).collect();
+        let mut mean = Texel::default();
+        found.iter().for_each(|texel| mean.add(1.0 / found.len() as f64, texel));
+        // A tap that finds nothing says nothing about colour, but counts for confidence.
+        mean.confidence *= found.len() as f64 / f64::from(taps);
+        (!found.is_empty()).then_some(mean)
+    }
+
+    /// Between two levels; where one has nothing the other's colour is taken.
+    fn between_levels(&self, at: DVec2, level: f64) -> Option<Texel> {
+        let level = level.min((self.pyramid.levels.len() - 1) as f64);
+        let (fine, share) = (level.floor() as u32, level.fract());
+        if share == 0.0 {
+            return self.in_level(at, fine);
+        }
+        match (self.in_level(at, fine), self.in_level(at, fine + 1)) {
+            (Some(fine), Some(coarse)) => {
+                let mut mixed = Texel::default();
+                mixed.add(1.0 - share, &fine);
+                mixed.add(share, &coarse);
+                Some(mixed)
+            }
+            (Some(fine), None) => Some(Texel { confidence: (1.0 - share) * fine.confidence, ..fine }),
+            (None, Some(coarse)) => Some(Texel { confidence: share * coarse.confidence, ..coarse }),
+            (None, None) => None,
+        }
+    }
+
+    /// Between four texels of a level, `at` in texels of level 0 from the sheet's corner; `None` where the
+    /// level has no tile.
+    fn in_level(&self, at: DVec2, level: u32) -> Option<Texel> {
+        let [width, height] = self.pyramid.shape.size(level).map(f64::from);
+        let at = at.clamp(DVec2::ZERO, self.size()) * DVec2::new(width, height) / self.size();
+        let tile = |at: f64, size: f64| (at.min(size - 1.0) / f64::from(TILE)) as u32;
+        if !self.occupancy.holds(level, tile(at.x, width), tile(at.y, height)) {
+            return None;
+        }
+        let base = (at - 0.5).floor();
+        let share = ((at - 0.5 - base - DEAD) / (1.0 - 2.0 * DEAD)).clamp(DVec2::ZERO, DVec2::ONE);
+        let mut between = Texel::default();
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let along = |step: i32, share: f64| if step == 1 { share } else { 1.0 - share };
+            let weight = along(dx, share.x) * along(dy, share.y);
+            let level = &self.pyramid.levels[level as usize];
+            between.add(weight, &stored(level, base.x as i32 + dx, base.y as i32 + dy));
+        }
+        Some(between)
+    }
+}
+
+/// The level whose texels are as wide as the footprint.
+fn level_of(footprint: f64) -> f64 {
+    (footprint / SHARP).log2().max(0.0)
 }
 
 /// Beyond what is kept there is nothing.
-fn texel(level: &Level, x: i32, y: i32) -> [u8; 4] {
+fn stored(level: &Level, x: i32, y: i32) -> Texel {
     let kept = level.rect;
     if x < kept.x || y < kept.y || x >= kept.right() || y >= kept.bottom() {
-        return [0; 4];
+        return Texel::default();
     }
     let at = level.index(x, y);
-    [0, 1, 2, 3].map(|channel| level.rgba[at + channel])
+    let [r, g, b, confidence] = [0, 1, 2, 3].map(|channel| level.rgba[at + channel]);
+    let colour = [r, g, b].map(|byte| f64::from(LINEAR_OF_BYTE[usize::from(byte)]));
+    Texel { colour, confidence: f64::from(confidence) / 255.0 }
 }
