@@ -17,6 +17,10 @@ const DEAD: f64 = 0.02;
 /// While the footprint is below 1.1 texels, level 0 alone is looked up.
 const SHARP: f64 = 1.1;
 
+/// Of an octave, the part over which *preview* mixes two levels (`MIXED` of `shaders/texels.wgsl`): elsewhere
+/// one lookup does.
+const MIXED: f64 = 0.3;
+
 /// Linear colour and confidence.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Texel {
@@ -63,7 +67,11 @@ impl Lookup {
             return None;
         }
         match footprint {
-            Footprint::Square(side) => self.between_levels(at, level_of(side)),
+            Footprint::Square(side) => {
+                let level = level_of(side);
+                let share = ((level.fract() - 0.5) / MIXED + 0.5).clamp(0.0, 1.0);
+                self.between_levels(at, level.floor() + share)
+            }
             Footprint::Sides(a, b) => self.along(at, a, b),
         }
     }
