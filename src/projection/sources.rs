@@ -36,7 +36,8 @@ pub struct Sheet {
     pub photo: PhotoId,
     /// Its token in the stack.
     pub id: String,
-    /// In photo pixels; may reach outside the photo; sides are powers of two.
+    /// The layer's rectangle, moved to where it takes few tiles ([`super::tiles::in_few_tiles`]): photo pixels;
+    /// may reach outside the photo; sides are powers of two.
     pub rect: PixelRect,
 }
 

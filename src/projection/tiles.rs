@@ -24,6 +24,36 @@ pub const MOST_LEVELS: usize = 16;
 /// longer side.
 pub const TAIL_SPOTS: [[u32; 2]; 6] = [[36, 32], [56, 20], [48, 20], [36, 20], [36, 0], [0, 0]];
 
+/// Sheets are moved by multiples of this, so that at the five finest levels the same texels make up one of
+/// the next level wherever the sheet lies.
+const STEP: i32 = 16;
+
+/// The rectangle of an image layer (photo pixels), moved so that the part of it that is needed lies in few
+/// tiles: its own place was chosen for whoever paints on it. As many pixels as gutters have stay around what
+/// is needed, where there were as many.
+pub fn in_few_tiles(rect: PixelRect, needed: PixelRect) -> PixelRect {
+    if needed.is_empty() || needed.intersection(&rect) != needed {
+        return rect;
+    }
+    let x = rect.x + moved([rect.x, rect.right()], [needed.x, needed.right()]);
+    let y = rect.y + moved([rect.y, rect.bottom()], [needed.y, needed.bottom()]);
+    PixelRect { x, y, ..rect }
+}
+
+/// By how much, along one axis, given first and one past the last pixel of both.
+fn moved([low, high]: [i32; 2], needed: [i32; 2]) -> i32 {
+    let gutter = GUTTER as i32;
+    let (before, after) = (needed[0] - low, high - needed[1]);
+    let tiles = |by: i32| {
+        let tile = |at: i32| (at - low - by).clamp(0, high - low - 1) / TILE as i32;
+        // What lies next to a tile makes it occupied, too.
+        tile(needed[1]) - tile(needed[0] - 1)
+    };
+    let most = (before - gutter).max(0) / STEP;
+    let least = -((after - gutter).max(0) / STEP);
+    (least..=most).rev().map(|steps| steps * STEP).min_by_key(|by| tiles(*by)).unwrap_or(0)
+}
+
 /// A tile, or the tail, which is the tile 0, 0 of the first level in it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {

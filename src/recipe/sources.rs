@@ -9,6 +9,7 @@ use crate::document::Stack;
 use crate::document::stack::ImageLayer;
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::projection::tiles::in_few_tiles;
 use crate::projection::{Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, Sources};
 use crate::scene::{FaceId, Model, Photo, Site};
 
@@ -75,7 +76,8 @@ impl StackReader<'_> {
         all.for_each(|&e| sheets_of[e as usize] += 1);
         for layer in &self.stack.image_layers {
             let sheet = SheetId(sheets.len() as u32);
-            sheets.push(Sheet { photo: self.id, id: layer.id.clone(), rect: layer.rect });
+            let rect = in_few_tiles(layer.rect, layer.needed_rect);
+            sheets.push(Sheet { photo: self.id, id: layer.id.clone(), rect });
             for &e in &layer.elements {
                 let element = elements[e as usize];
                 let shared = sheets_of[e as usize] > 1;

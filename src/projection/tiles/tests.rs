@@ -133,3 +133,40 @@ fn only_tiles_that_differ_are_not_the_same() {
         assert!([x, y] != tile || !before.same_tile(&after, key));
     }
 }
+
+/// Tiles of level 0 that a rectangle needs, and those next to it.
+fn tiles_of(rect: PixelRect, needed: PixelRect) -> i32 {
+    let near = needed.grown(1).intersection(&rect);
+    let count = |low: i32, high: i32| (high - 1) / TILE as i32 - low / TILE as i32 + 1;
+    count(near.x - rect.x, near.right() - rect.x) * count(near.y - rect.y, near.bottom() - rect.y)
+}
+
+#[test]
+fn a_sheet_is_moved_to_where_it_takes_fewer_tiles_and_keeps_what_is_needed_with_its_gutter() {
+    let mut dice = Dice::new(12);
+    let (mut before, mut after) = (0, 0);
+    for _ in 0..2000 {
+        let side = |dice: &mut Dice| 1 << dice.whole(0, 12);
+        let at = |dice: &mut Dice| dice.whole(0, 5000) as i32 - 1000;
+        let rect = PixelRect { x: at(&mut dice), y: at(&mut dice), w: side(&mut dice), h: side(&mut dice) };
+        let share = |dice: &mut Dice, side: u32| {
+            let (a, b) = (dice.whole(0, side - 1), dice.whole(0, side - 1));
+            [a.min(b) as i32, a.max(b) as i32 + 1]
+        };
+        let (x, y) = (share(&mut dice, rect.w), share(&mut dice, rect.h));
+        let needed = PixelRect::from_edges(rect.x + x[0], rect.y + y[0], rect.x + x[1], rect.y + y[1]);
+        let moved = in_few_tiles(rect, needed);
+        assert_eq!((moved.w, moved.h), (rect.w, rect.h));
+        assert!((moved.x - rect.x) % 16 == 0 && (moved.y - rect.y) % 16 == 0);
+        let around = needed.grown(GUTTER);
+        let kept = around.intersection(&rect);
+        assert_eq!(kept.intersection(&moved), kept, "{rect:?} {needed:?} {moved:?}");
+        before += tiles_of(rect, needed);
+        after += tiles_of(moved, needed);
+        assert!(tiles_of(moved, needed) <= tiles_of(rect, needed), "{rect:?} {needed:?} {moved:?}");
+    }
+    assert!(f64::from(after) < 0.97 * f64::from(before), "{after} of {before} tiles");
+    let rect = PixelRect { x: 0, y: 0, w: 256, h: 256 };
+    let nothing = PixelRect { x: 9, y: 9, w: 0, h: 0 };
+    assert_eq!(in_few_tiles(rect, nothing), rect);
+}
