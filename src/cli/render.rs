@@ -34,16 +34,18 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let views = opened.views(&Asked { source: args.source(), size, fps: args.fps }, task)?;
     write_path(args, &views)?;
     let options = RenderOptions { out: args.out.clone(), film: film(args, &views) };
-    let report = match args.show.shown() {
-        Some(shown) => draw_shots(args, shown, &opened, &views, &options, task),
-        None => draw_exploded(args, &opened, &views, &options, task),
-    }?;
+    let (report, of_layers) = match args.show.shown() {
+        Some(shown) => draw_shots(args, shown, &opened, &views, &options, task)?,
+        None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),
+    };
     let mut problems: Vec<_> =
         opened.problems.iter().chain(&views.problems).map(ToString::to_string).collect();
     problems.extend(report.failed.iter().map(|(view, error)| format!("{view}: {error}")));
+    problems.extend(of_layers);
     Ok(outcome(args, &report, views.path.is_some(), problems))
 }
 
+/// The pictures, and what went wrong with single image layers.
 fn draw_shots(
     args: &RenderArgs,
     shown: Shown,
@@ -51,7 +53,7 @@ fn draw_shots(
     views: &Views,
     options: &RenderOptions,
     task: &Task,
-) -> Result<RenderReport> {
+) -> Result<(RenderReport, Vec<String>)> {
     let look = args.look.look(opened, shown)?;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
@@ -59,7 +61,7 @@ fn draw_shots(
     let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     let report = render(&views.list, &mut draw, options, task)?;
     task.note(format!("textures: {}", renderer.renderer().tiles().statistics()));
-    Ok(report)
+    Ok((report, renderer.problems()))
 }
 
 fn draw_exploded(

@@ -39,6 +39,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(ToString::to_string).collect();
     problems.extend(report.failed.iter().map(|(photo, error)| format!("{photo}: {error}")));
+    problems.extend(renderer.problems());
     Ok(outcome(args, &options, &report, problems))
 }
 

@@ -6,13 +6,24 @@ use std::sync::Arc;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
 use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::task::Task;
 
 /// A sheet and its pyramid.
 pub type Made = (SheetId, Arc<Pyramid>);
+
+/// What became of sheets that were asked for: pyramids of those that could be read, and why the others
+/// could not.
+#[derive(Debug, Default)]
+pub struct Batch {
+    /// In the order in which they were asked for.
+    pub made: Vec<Made>,
+    /// In the same order.
+    pub failed: Vec<(SheetId, Error)>,
+}
 
 /// Texels of sheets that are decoded at once: bounds the memory for it.
 const BATCH_TEXELS: u64 = 32 << 20;
@@ -34,13 +45,32 @@ impl Maker {
         Arc::new(pyramid(self.rects[sheet.0 as usize], pixels, &self.options))
     }
 
+    /// Of a sheet that holds nothing.
+    pub fn of_nothing(&self, sheet: SheetId) -> Arc<Pyramid> {
+        let rect = PixelRect { w: 0, h: 0, ..self.rects[sheet.0 as usize] };
+        self.of_pixels(sheet, &SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() })
+    }
+
     /// Of their files, in parallel.
     ///
     /// # Errors
-    /// Those of [`Texels`].
-    pub fn make_all(&self, sheets: &[SheetId]) -> Result<Vec<Made>> {
-        let make = |sheet: &SheetId| Ok((*sheet, self.of_pixels(*sheet, &self.texels.sheet(*sheet)?)));
-        sheets.par_iter().map(make).collect()
+    /// [`Error::Cancelled`]; what is wrong with single sheets is in the batch.
+    pub fn make_all(&self, sheets: &[SheetId], task: &Task) -> Result<Batch> {
+        let make = |sheet: &SheetId| {
+            task.go_on()?;
+            match self.texels.sheet(*sheet) {
+                Err(Error::Cancelled) => Err(Error::Cancelled),
+                read => Ok((*sheet, read.map(|pixels| self.of_pixels(*sheet, &pixels)))),
+            }
+        };
+        let mut batch = Batch::default();
+        for (sheet, made) in sheets.par_iter().map(make).collect::<Result<Vec<_>>>()? {
+            match made {
+                Ok(pyramid) => batch.made.push((sheet, pyramid)),
+                Err(error) => batch.failed.push((sheet, error)),
+            }
+        }
+        Ok(batch)
     }
 }
 
@@ -98,18 +128,19 @@ impl Pyramids {
         batches
     }
 
-    /// The pyramids of sheets, and how many of them had to be made.
+    /// The pyramids of sheets, first those that are here, and how many of them had to be made.
     ///
     /// # Errors
-    /// Those of [`Texels`].
-    pub fn get(&mut self, sheets: &[SheetId]) -> Result<(Vec<Made>, usize)> {
+    /// As [`Maker::make_all`].
+    pub fn get(&mut self, sheets: &[SheetId], task: &Task) -> Result<(Batch, usize)> {
         let cached: Vec<_> = sheets.iter().map(|sheet| (*sheet, self.cached(*sheet))).collect();
         let missing: Vec<SheetId> =
             cached.iter().filter(|(_, cached)| cached.is_none()).map(|(sheet, _)| *sheet).collect();
-        let made = self.maker.make_all(&missing)?;
+        let Batch { made, failed } = self.maker.make_all(&missing, task)?;
         self.keep(&made);
+        let decoded = made.len();
         let cached = cached.into_iter().filter_map(|(sheet, cached)| Some((sheet, cached?)));
-        Ok((cached.chain(made).collect(), missing.len()))
+        Ok((Batch { made: cached.chain(made).collect(), failed }, decoded))
     }
 
     /// The pyramid of a sheet, if it is here.
@@ -144,7 +175,6 @@ impl Pyramids {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
 
     /// Sheets that have no files.
     struct None;
@@ -178,8 +208,11 @@ mod tests {
         assert_eq!(there, [true, false, true]);
         pyramids.keep(&[(SheetId(2), one.clone())]);
         assert!(pyramids.cached(SheetId(0)).is_some() && pyramids.bytes == 2 * one.bytes());
-        assert_eq!(pyramids.get(&[SheetId(2)]).unwrap().1, 0);
-        assert!(pyramids.get(&[SheetId(2), SheetId(1)]).is_err(), "one of them has to be read");
+        let task = Task::silent();
+        assert_eq!(pyramids.get(&[SheetId(2)], &task).unwrap().1, 0);
+        let (batch, made) = pyramids.get(&[SheetId(2), SheetId(1)], &task).unwrap();
+        assert_eq!((batch.made.len(), made), (1, 0));
+        assert_eq!(batch.failed[0].0, SheetId(1), "it has to be read");
     }
 
     #[test]

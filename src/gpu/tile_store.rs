@@ -5,6 +5,7 @@ mod loading;
 #[cfg(test)]
 mod tests;
 
+use std::collections::BTreeSet;
 use std::sync::Arc;
 
 use glam::{DVec2, IVec2};
@@ -76,6 +77,8 @@ pub struct TileStore {
     /// No more slots than this: the budget's, or fewer where the device had no memory for them.
     most_slots: u32,
     generation: u64,
+    /// Sheets whose files could not be read: they serve nothing.
+    unreadable: BTreeSet<SheetId>,
     /// The last wants, and what was left out of them.
     settled: (Vec<Want>, usize),
     uploading: Option<SubmissionIndex>,
@@ -109,6 +112,7 @@ impl TileStore {
             pyramids: Pyramids::new(texels, rects, options.pyramid, options.cache_bytes),
             residency,
             generation: 0,
+            unreadable: BTreeSet::new(),
             settled: Default::default(),
             uploading: None,
         })
@@ -150,11 +154,11 @@ impl TileStore {
     }
 
     /// Brings what a view needs to the device; what was not wanted for the longest time leaves. Where the
-    /// budget does not hold it all, every sheet gets coarser by the same number of levels.
+    /// budget does not hold it all, every sheet gets coarser by the same number of levels. A sheet that
+    /// cannot be read serves nothing from then on, with a note; see [`Self::unreadable`].
     ///
     /// # Errors
-    /// [`crate::Error::Input`] and [`crate::Error::Io`] for sheets that cannot be read, [`crate::Error::Cancelled`]; what was
-    /// loaded until then stays. [`crate::Error::Gpu`] when the device has no memory at all; where it has less
+    /// [`crate::Error::Cancelled`]; what was loaded until then stays. [`crate::Error::Gpu`] when the device has no memory at all; where it has less
     /// than the budget, less is resident.
     pub fn load(&mut self, wants: &[Want], task: &Task) -> Result<Loaded> {
         if wants == self.settled.0 {
@@ -178,6 +182,7 @@ impl TileStore {
     pub fn replace_sheet(&mut self, sheet: SheetId, pixels: &SheetPixels) -> Result<Loaded> {
         let new = self.pyramids.maker().of_pixels(sheet, pixels);
         let old = self.pyramids.cached(sheet);
+        self.unreadable.remove(&sheet);
         self.learn(sheet, &new);
         self.settled.0.clear();
         let mut changed = self.residency.resident_of(sheet);
@@ -190,6 +195,11 @@ impl TileStore {
         self.pyramids.keep(&made);
         self.write_tables();
         Ok(loaded)
+    }
+
+    /// Sheets whose files could not be read when they were wanted.
+    pub fn unreadable(&self) -> &BTreeSet<SheetId> {
+        &self.unreadable
     }
 
     /// What texture memory holds, and what it costs.

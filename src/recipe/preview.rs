@@ -60,7 +60,7 @@ pub fn open(
     let (store, site) = (StackStore::new(folder), &opened.site);
     let stacks = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks));
-    let files = SheetFiles::new(&store, &site.photos, &stacks);
+    let files = SheetFiles::new(&store, &stacks);
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
     let memory = default_memory();
     let gains = match options.gains {
@@ -80,6 +80,19 @@ impl Preview {
     /// The renderer itself.
     pub fn renderer(&mut self) -> &mut Renderer {
         &mut self.renderer
+    }
+
+    /// What went wrong with single image layers, as far as they were wanted until now, while pictures were
+    /// made without them.
+    pub fn problems(&self) -> Vec<String> {
+        let unreadable = self.renderer.tiles().unreadable().len();
+        let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
+        let problem = || {
+            format!(
+                "{unreadable} {layers} could not be read and {were} left out of all pictures; see the notes"
+            )
+        };
+        (unreadable > 0).then(problem).into_iter().collect()
     }
 
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {

@@ -35,6 +35,24 @@ fn photos_are_rendered_from_their_own_cameras_and_an_edited_picture_stays() {
 }
 
 #[test]
+fn an_image_layer_that_cannot_be_read_is_left_out_and_the_picture_is_drawn() {
+    let Some(site) = built() else { return };
+    let stack = fs::read(site.path("project/stacks/left.png/stack.json")).unwrap();
+    let stack: serde_json::Value = serde_json::from_slice(&stack).unwrap();
+    let largest = stack["image_layers"].as_array().unwrap().iter().max_by_key(|l| l["texels_used"].as_u64());
+    let file = largest.unwrap()["file"].as_str().unwrap();
+    let path = site.path("project/stacks/left.png").join(file);
+    let bytes = fs::read(&path).unwrap();
+    fs::write(&path, &bytes[..bytes.len() / 2]).unwrap();
+    for words in ["render project --cameras photos --out views", "score project"] {
+        let told = stderr_of(&site.run(words).failure().code(1));
+        assert!(told.contains(file) && told.contains("1 image layer could not be read"), "{told}");
+    }
+    let picture = image::open(site.path("views/left.png")).unwrap().to_rgba8();
+    assert!(picture.pixels().any(|pixel| pixel.0[3] == 255), "other layers serve");
+}
+
+#[test]
 fn a_photo_seen_by_its_own_camera_is_the_photo() {
     let Some(site) = built() else { return };
     site.run("render project --cameras photos --out views --mode best").success();

@@ -9,7 +9,7 @@ use wgpu::PollType;
 use super::{Loaded, TileStore};
 use crate::error::{Error, Result};
 use crate::gpu::atlas::{Strip, place};
-use crate::gpu::pyramids::Made;
+use crate::gpu::pyramids::{Batch, Made};
 use crate::projection::SheetId;
 use crate::projection::pyramid::Pyramid;
 use crate::projection::residency::Want;
@@ -62,15 +62,18 @@ impl TileStore {
             return Ok(());
         }
         let texels: u64 = unknown.iter().map(|sheet| self.pyramids.area(*sheet)).sum();
-        let (mut decoded, mut seen) = (Vec::new(), 0);
+        let (mut decoded, mut seen) = (Batch::default(), 0);
         for batch in self.pyramids.batches(unknown).into_iter().chain([Vec::new()]) {
             task.step("load layers", seen, texels)?;
-            loaded.sheets += decoded.len();
-            seen += decoded.iter().map(|(sheet, _)| self.pyramids.area(*sheet)).sum::<u64>();
+            self.give_up(&decoded.failed, task);
+            loaded.sheets += decoded.made.len();
+            let failed = decoded.failed.iter().map(|(sheet, _)| sheet);
+            let all = decoded.made.iter().map(|(sheet, _)| sheet).chain(failed);
+            seen += all.map(|sheet| self.pyramids.area(*sheet)).sum::<u64>();
             let maker = self.pyramids.maker();
             let sofar = SoFar { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
             let (brought, next) =
-                rayon::join(|| self.bring_new(wants, &decoded, sofar), || maker.make_all(&batch));
+                rayon::join(|| self.bring_new(wants, &decoded.made, sofar), || maker.make_all(&batch, task));
             loaded.tiles += brought?;
             decoded = next?;
         }
@@ -121,7 +124,8 @@ impl TileStore {
         let sheets: BTreeSet<SheetId> = missing.iter().map(|key| key.sheet).collect();
         for batch in self.pyramids.batches(sheets) {
             task.go_on()?;
-            let (pyramids, decoded) = self.pyramids.get(&batch)?;
+            let (Batch { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
+            self.give_up(&failed, task);
             loaded.sheets += decoded;
             let is_own = |key: &&TileKey| pyramids.iter().any(|(sheet, _)| *sheet == key.sheet);
             let own: Vec<TileKey> = missing.iter().filter(is_own).copied().collect();
@@ -130,6 +134,16 @@ impl TileStore {
             loaded.tiles += self.bring_rest(&pyramids)?;
         }
         Ok(())
+    }
+
+    /// Sheets that cannot be read serve nothing from now on.
+    fn give_up(&mut self, failed: &[(SheetId, Error)], task: &Task) {
+        for (sheet, error) in failed {
+            task.note(format!("an image layer serves nothing: {error}"));
+            let nothing = self.pyramids.maker().of_nothing(*sheet);
+            self.learn(*sheet, &nothing);
+            self.unreadable.insert(*sheet);
+        }
     }
 
     /// Brings the other tiles of decoded sheets, too, if nobody has to leave for them.

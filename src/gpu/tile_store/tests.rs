@@ -5,7 +5,7 @@ use std::sync::{Arc, Mutex};
 use wgpu::{BufferUsages, ShaderStages};
 
 use super::{Storage, TextureOptions, TileStore};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::gpu::bindings::Kind;
 use crate::gpu::device::Gpu;
@@ -17,7 +17,7 @@ use crate::projection::srgb::Srgb;
 use crate::projection::tiles;
 use crate::projection::{PhotoId, Projector, Sheet, SheetId, SheetPixels, Sources, Texels};
 use crate::scene::synthetic::Dice;
-use crate::task::Task;
+use crate::task::{Event, Task};
 
 /// One lookup per thread.
 const LOOK: &str = "
@@ -307,6 +307,46 @@ fn what_lies_on_the_device_is_not_read_again() {
         assert_eq!((again.tiles, again.sheets), (0, 0));
     }
     assert!(scene.made.reads.lock().unwrap().iter().all(|reads| *reads == 1));
+}
+
+/// The sheets of a test, of which one cannot be read.
+struct Torn(Arc<Made>, SheetId);
+
+impl Texels for Torn {
+    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+        if sheet == self.1 { Err(Error::Request("torn".into())) } else { self.0.sheet(sheet) }
+    }
+}
+
+#[test]
+fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_go_on() {
+    let scene = scene(6, &SIZES);
+    let torn = SheetId(2);
+    let texels = Arc::new(Torn(scene.made.clone(), torn));
+    let mut store = TileStore::new(&Gpu::noop(), &scene.sources, texels, TextureOptions::default()).unwrap();
+    let notes: Arc<Mutex<Vec<String>>> = Arc::default();
+    let told = notes.clone();
+    let task = Task::new(move |event| {
+        if let Event::Note { text, .. } = event {
+            told.lock().unwrap().push(text);
+        }
+    });
+    let wants: Vec<Want> = (0..SIZES.len() as u32).map(|sheet| Want::all(SheetId(sheet))).collect();
+    let loaded = store.load(&wants, &task).unwrap();
+    assert_eq!((loaded.sheets, loaded.left_out), (SIZES.len() - 1, 0));
+    store.load(&[Want::all(torn)], &task).unwrap();
+    let notes = notes.lock().unwrap().clone();
+    assert!(notes.len() == 1 && notes[0].contains("torn"), "{notes:?}");
+    assert_eq!(store.unreadable().iter().collect::<Vec<_>>(), [&torn]);
+    let served = |sheet: SheetId| {
+        let record = store.residency.records()[sheet.0 as usize];
+        store.residency.entries()[record.offsets[record.levels as usize - 1] as usize] != NOTHING
+    };
+    assert!((0..SIZES.len() as u32).map(SheetId).all(|sheet| served(sheet) == (sheet != torn)));
+    // Whole again, it serves.
+    store.replace_sheet(torn, &scene.made.sheet(torn).unwrap()).unwrap();
+    store.load(&[Want::all(torn)], &task).unwrap();
+    assert!(store.unreadable().is_empty() && store.residency.resident_of(torn).len() > 1);
 }
 
 #[test]
