@@ -444,3 +444,6 @@ fn extent(polygon: &[DVec3], camera: &Pinhole) -> Option<(DVec2, DVec2)> {
     let first = px.next()?;
     Some(px.fold((first, first), |(low, high), p| (low.min(p), high.max(p))))
 }
+
+#[cfg(test)]
+mod tests;

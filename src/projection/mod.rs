@@ -2,25 +2,16 @@
 //! may serve a face, and how photos are weighed; `gpu` draws it.
 
 pub mod cells;
-#[cfg(test)]
-mod cells_tests;
-pub mod confidence;
 pub mod exposure;
 pub mod flight;
 pub mod framing;
 pub mod frustum;
-pub mod halving;
-pub mod least_confidence;
 pub mod likeness;
-pub mod pyramid;
 pub mod relief;
-pub mod residency;
 pub mod shot;
 pub mod sources;
-pub mod spans;
-pub mod srgb;
 pub mod surface;
-pub mod tiles;
+mod texels;
 pub mod twin;
 pub mod weights;
 
@@ -29,3 +20,4 @@ pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
 pub use sources::{
     Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,
 };
+pub use texels::{confidence, halving, least_confidence, pyramid, residency, spans, srgb, tiles};

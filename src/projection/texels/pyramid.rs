@@ -4,14 +4,14 @@
 
 use glam::Vec4;
 
-use super::SheetPixels;
 use super::confidence::Ramp;
 use super::halving::{Light, Rows};
-use super::sources::{BESIDE, COVERED};
 use super::spans::Spans;
 use super::srgb::Srgb;
 use super::tiles::{GUTTER, Shape};
 use crate::geometry::PixelRect;
+use crate::projection::SheetPixels;
+use crate::projection::sources::{BESIDE, COVERED};
 
 /// How a pyramid is made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]

@@ -7,9 +7,9 @@ use std::ops::Range;
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-use super::SheetId;
 use super::tiles::{MOST_LEVELS, Occupancy, Shape, TILE, TileKey};
 use crate::geometry::PixelRect;
+use crate::projection::SheetId;
 
 /// An entry of a page table: nothing is there.
 pub const NOTHING: u32 = u32::MAX;

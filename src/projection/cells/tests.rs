@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3, dvec3};
 
-use super::cells::{Cells, Confidence, Unknown, cells};
-use super::shot::{Blend, Mode, Shot};
-use super::sources::{Domain, PhotoId, Projector, Server, Sheet, SheetId, Sources};
-use super::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit, weights};
+use super::{Cells, Confidence, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
+use crate::projection::shot::{Blend, Mode, Shot};
+use crate::projection::sources::{Domain, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit, weights};
 use crate::scene::Model;
 use crate::scene::synthetic::{Dice, centred, look_at, random};
 

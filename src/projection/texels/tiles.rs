@@ -5,9 +5,9 @@
 //! *slot* of 68 x 68: itself and two texels of its neighbours on every side, so that filtering never
 //! leaves the slot. Levels of at most 32 texels lie in one slot together, the sheet's *tail*.
 
-use super::SheetId;
 use super::pyramid::{Level, Pyramid};
 use crate::geometry::PixelRect;
+use crate::projection::SheetId;
 
 /// Side of a tile, in texels.
 pub const TILE: u32 = 64;
