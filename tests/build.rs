@@ -115,6 +115,16 @@ impl Bench {
         found
     }
 
+    /// A transparent pixel is black, or has the colour of the photo there, which is valid.
+    fn check_transparent(&self, pixel: &[u16], x: i32, y: i32) {
+        if pixel[3] > 0 || pixel.iter().all(|&s| s == 0) {
+            return;
+        }
+        let truth = self.noise.pixel(x as u32, y as u32, self.bits);
+        assert!(truth[3] > 0, "colour where the photo is not valid");
+        assert!(pixel[..3] == truth[..3] || pixel[..3] == darkest_blue(self.bits), "{pixel:?} for {truth:?}");
+    }
+
     /// Stacks all layers back to front over nothing, and checks every layer's own promises.
     fn check_content(&self, stack: &Stack) {
         let (width, height) = (self.noise.width, self.noise.height);
@@ -132,7 +142,8 @@ impl Bench {
                 let y = layer.rect.y + (i as u32 / w) as i32;
                 let inside = (0..width as i32).contains(&x) && (0..height as i32).contains(&y);
                 assert!(inside || (pixel[3] == 0 && needed == 0), "texels outside the photo");
-                assert!(needed > 0 || pixel.iter().all(|&s| s == 0), "colour where no element is");
+                assert!(needed > 0 || pixel[3] == 0, "opaque where no element is");
+                self.check_transparent(pixel, x, y);
                 if needed > 0 {
                     let at = (y as u32 * width + x as u32) as usize;
                     needed_anywhere[at] = true;
@@ -148,6 +159,11 @@ impl Bench {
             assert_eq!(pixel, expected, "pixel {i}");
         }
     }
+}
+
+/// What black becomes beside an outline.
+fn darkest_blue(bits: u8) -> [u16; 3] {
+    [0, 0, if bits == 8 { 1 } else { 257 }]
 }
 
 fn rich_scene() -> Scene {

@@ -4,24 +4,47 @@ use std::fs::File;
 use std::io::{BufWriter, Write};
 use std::path::Path;
 
-use png::{BitDepth, ColorType, Compression, Encoder};
+use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::layers::content::PixelSpan;
 use crate::scene::pixels::{PhotoPixels, Samples};
 
-/// Writes the rectangle `rect` of the photo with the pixels of `spans` (photo coordinates, rising)
-/// as they are, opaque where the photo is valid, and everything else transparent black. Bits and
-/// ICC profile are the photo's. Returns the size of the file in bytes.
+/// Pixels of a photo that an image layer has, in photo coordinates.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LayerSpans<'a> {
+    /// It shows them: opaque.
+    pub visible: &'a [PixelSpan],
+    /// It does not, but has their colour, which is never black then: transparent.
+    pub beside: &'a [PixelSpan],
+}
+
+/// Samples of one depth.
+struct Range<T> {
+    /// Full alpha.
+    full: T,
+    /// The largest sample that is 0 in 8 bits.
+    dark: T,
+    /// The smallest that is 1 in 8 bits and no rounding away from it.
+    faint: T,
+}
+
+const BYTES: Range<u8> = Range { full: u8::MAX, dark: 0, faint: 1 };
+const WORDS: Range<u16> = Range { full: u16::MAX, dark: 128, faint: 257 };
+
+/// Writes the rectangle `rect` of the photo with the pixels of `spans` as they are where the photo is
+/// valid, and everything else transparent black. Black pixels beside what is visible are written as the
+/// darkest blue: black there means that nothing is known. Bits and ICC profile are the photo's. Returns
+/// the size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn write_layer(path: &Path, pixels: &PhotoPixels, rect: PixelRect, spans: &[PixelSpan]) -> Result<u64> {
+pub fn write_layer(path: &Path, pixels: &PhotoPixels, rect: PixelRect, spans: LayerSpans) -> Result<u64> {
     let (depth, data) = match &pixels.samples {
-        Samples::U8(samples) => (BitDepth::Eight, rgba(samples, u8::MAX, pixels, rect, spans)),
+        Samples::U8(samples) => (BitDepth::Eight, rgba(samples, &BYTES, pixels, rect, spans)),
         Samples::U16(samples) => {
-            let native = rgba(samples, u16::MAX, pixels, rect, spans);
+            let native = rgba(samples, &WORDS, pixels, rect, spans);
             (BitDepth::Sixteen, native.iter().flat_map(|s| s.to_be_bytes()).collect())
         }
     };
@@ -63,35 +86,52 @@ fn within(span: &PixelSpan, rect: PixelRect) -> Option<(usize, usize, usize)> {
     ((0..i64::from(rect.h)).contains(&y) && x0 < x1).then_some((y as usize, x0 as usize, x1 as usize))
 }
 
-fn rgba<T: Copy + Default + PartialEq>(
+fn rgba<T: Copy + Default + PartialOrd>(
     samples: &[T],
-    full: T,
+    range: &Range<T>,
     pixels: &PhotoPixels,
     rect: PixelRect,
-    spans: &[PixelSpan],
+    spans: LayerSpans,
 ) -> Vec<T> {
-    let width = rect.w as usize;
-    let mut data = vec![T::default(); width * rect.h as usize * 4];
-    for span in spans {
-        let Some((y, x0, x1)) = within(span, rect) else { continue };
-        let source_x = (x0 as i64 + i64::from(rect.x)) as u32;
-        let first = pixels.index(source_x, span.y) * pixels.channels;
-        let source = &samples[first..first + (x1 - x0) * pixels.channels];
-        let target = &mut data[(y * width + x0) * 4..(y * width + x1) * 4];
-        copy_opaque(source, pixels.channels, full, target);
-    }
+    let mut data = vec![T::default(); rect.area() as usize * 4];
+    let mut put = |spans: &[PixelSpan], to_texel: &dyn Fn([T; 4]) -> [T; 4]| {
+        for span in spans {
+            let Some((y, x0, x1)) = within(span, rect) else { continue };
+            let source_x = (x0 as i64 + i64::from(rect.x)) as u32;
+            let first = pixels.index(source_x, span.y) * pixels.channels;
+            let source = &samples[first..first + (x1 - x0) * pixels.channels];
+            let width = rect.w as usize;
+            let target = &mut data[(y * width + x0) * 4..(y * width + x1) * 4];
+            copy_valid(source, pixels.channels, range.full, target, to_texel);
+        }
+    };
+    put(spans.beside, &|texel| transparent(texel, range));
+    put(spans.visible, &|texel| texel);
     data
 }
 
-fn copy_opaque<T: Copy + PartialEq>(source: &[T], channels: usize, full: T, target: &mut [T]) {
-    let targets = target.chunks_exact_mut(4);
+/// Of a valid pixel: its colour, which is not black.
+fn transparent<T: Copy + Default + PartialOrd>([r, g, b, _]: [T; 4], range: &Range<T>) -> [T; 4] {
+    let is_black = [r, g, b].iter().all(|sample| *sample <= range.dark);
+    let b = if is_black { range.faint } else { b };
+    [r, g, b, T::default()]
+}
+
+fn copy_valid<T: Copy + PartialEq>(
+    source: &[T],
+    channels: usize,
+    full: T,
+    target: &mut [T],
+    to_texel: impl Fn([T; 4]) -> [T; 4],
+) {
+    let targets = target.as_chunks_mut::<4>().0.iter_mut();
     if channels == 3 {
-        for (target, source) in targets.zip(source.chunks_exact(3)) {
-            target.copy_from_slice(&[source[0], source[1], source[2], full]);
+        for (target, &[r, g, b]) in targets.zip(source.as_chunks::<3>().0) {
+            *target = to_texel([r, g, b, full]);
         }
     } else {
-        for (target, source) in targets.zip(source.chunks_exact(4)).filter(|(_, s)| s[3] == full) {
-            target.copy_from_slice(source);
+        for (target, source) in targets.zip(source.as_chunks::<4>().0).filter(|(_, s)| s[3] == full) {
+            *target = to_texel(*source);
         }
     }
 }
@@ -129,6 +169,9 @@ fn encode(
     info.icc_profile = icc.map(|profile| profile.to_vec().into());
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
+    // The best filter of each row makes files 14 % smaller, takes half as long again to write, and twice as
+    // long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
+    encoder.set_filter(Filter::Up);
     encoder.write_header()?.write_image_data(data)
 }
 
@@ -172,10 +215,27 @@ mod tests {
         let rect = PixelRect { x: -1, y: 1, w: 4, h: 2 };
         let Samples::U8(samples) = &pixels.samples else { unreachable!("made of bytes above") };
         let spans = [PixelSpan { y: 0, x0: 0, x1: 3 }, PixelSpan { y: 1, x0: 0, x1: 2 }];
-        let data = rgba(samples, 255, &pixels, rect, &spans);
+        let spans = LayerSpans { visible: &spans, beside: &[] };
+        let data = rgba(samples, &BYTES, &pixels, rect, spans);
         let opaque: Vec<usize> = (0..8).filter(|i| data[i * 4 + 3] == 255).collect();
         assert_eq!(opaque, [1]);
         assert_eq!(data[4..8], [9, 9, 9, 255]);
         assert!(data[8..].iter().all(|&s| s == 0));
+    }
+
+    #[test]
+    fn beside_what_is_visible_a_transparent_pixel_has_the_photos_colour_and_is_never_black() {
+        let span = |x0, x1| [PixelSpan { y: 0, x0, x1 }];
+        let rect = PixelRect { x: 0, y: 0, w: 4, h: 1 };
+        let samples = Samples::U8(vec![7, 8, 9, 0, 0, 0, 1, 2, 3, 4, 5, 6]);
+        let bytes = PhotoPixels { width: 4, height: 1, channels: 3, samples, icc: None };
+        let spans = LayerSpans { visible: &span(2, 3), beside: &span(0, 3) };
+        let Samples::U8(samples) = &bytes.samples else { unreachable!("made of bytes above") };
+        let data = rgba(samples, &BYTES, &bytes, rect, spans);
+        assert_eq!(data, [7, 8, 9, 0, 0, 0, 1, 0, 1, 2, 3, 255, 0, 0, 0, 0]);
+        let samples = [100, 128, 0, 0, 129, 0, 1, 2, 3, 4, 5, 6];
+        let words = PhotoPixels { samples: Samples::U16(samples.to_vec()), ..bytes };
+        let data = rgba(&samples, &WORDS, &words, rect, spans);
+        assert_eq!(data[..8], [100, 128, 257, 0, 0, 129, 0, 0]);
     }
 }

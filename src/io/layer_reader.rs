@@ -111,7 +111,7 @@ fn broken(path: &Path, error: png::DecodingError) -> Error {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layer_png::{write_layer, write_mask};
+    use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
     use crate::layers::content::PixelSpan;
     use crate::scene::pixels::{PhotoPixels, Samples};
 
@@ -134,7 +134,7 @@ mod tests {
         let bytes = photo(Samples::U8((0..40 * 12 * 3).map(value).collect()));
         let words = photo(Samples::U16((0..40 * 12 * 3).map(|i| u16::from(value(i)) * 257 + 100).collect()));
         for pixels in [&bytes, &words] {
-            write_layer(&path, pixels, RECT, &spans()).unwrap();
+            write_layer(&path, pixels, RECT, LayerSpans { visible: &spans(), beside: &[] }).unwrap();
             let texels = read_layer(&path, RECT, CROP).unwrap();
             for (i, texel) in texels.as_chunks::<4>().0.iter().enumerate() {
                 let (x, y) = (1 + i % 20, 3 + i / 20);

@@ -1,6 +1,8 @@
 //! What each image layer holds: which of its texels some element covers, and which of these the
 //! photo shows. Spans of pixels, not pictures: colour comes from the photo when files are written.
 
+use std::ops::Range;
+
 use rayon::prelude::*;
 
 use super::cluster::Clusters;
@@ -9,6 +11,7 @@ use super::parts::Layers;
 use super::runs::{Run, Runs, is_visible, item_of};
 use super::view::View;
 use crate::geometry::PixelRect;
+use crate::projection::spans::Spans;
 
 /// Pixels `x0..x1` of row `y` of the photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -41,6 +44,19 @@ impl Content {
         count(&self.visible)
     }
 
+    /// The pixels of a photo of this width and height that lie one pixel beyond what is visible, or beyond
+    /// what is covered: rising, possibly twice, and visible ones among them. What the photo shows there is of
+    /// another surface, and of use where colour is carried past outlines.
+    pub fn beside(&self, [width, height]: [u32; 2]) -> Vec<PixelSpan> {
+        let photo = PixelRect { x: 0, y: 0, w: width, h: height };
+        let ring = |spans: &[PixelSpan]| {
+            let inside = as_set(spans);
+            inside.grown(1).minus(&inside)
+        };
+        let rings = [ring(&self.visible), ring(&self.needed)];
+        rings.iter().flat_map(|ring| ring.iter()).filter_map(|(y, run)| span_within(y, run, photo)).collect()
+    }
+
     /// Bounding box of `needed`; empty where nothing is.
     pub fn needed_rect(&self) -> PixelRect {
         let boxes = self
@@ -49,6 +65,23 @@ impl Content {
             .map(|s| PixelRect::from_edges(s.x0 as i32, s.y as i32, s.x1 as i32, s.y as i32 + 1));
         boxes.reduce(|a, b| a.union(&b)).unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
     }
+}
+
+/// Spans that rise, as a set.
+fn as_set(spans: &[PixelSpan]) -> Spans {
+    let Some((first, last)) = spans.first().zip(spans.last()) else { return Spans::default() };
+    let mut rest = spans.iter().peekable();
+    Spans::of_rows(first.y as i32..last.y as i32 + 1, |y, out| {
+        while let Some(span) = rest.next_if(|span| span.y as i32 == y) {
+            out.push(span.x0 as i32..span.x1 as i32);
+        }
+    })
+}
+
+fn span_within(y: i32, run: &Range<i32>, rect: PixelRect) -> Option<PixelSpan> {
+    let (x0, x1) = (run.start.max(rect.x), run.end.min(rect.right()));
+    let inside = (rect.y..rect.bottom()).contains(&y) && x0 < x1;
+    inside.then_some(PixelSpan { y: y as u32, x0: x0 as u32, x1: x1 as u32 })
 }
 
 fn count(spans: &[PixelSpan]) -> u64 {
@@ -186,5 +219,19 @@ mod tests {
         let mut spans = vec![span(1, 0, 2), span(0, 4, 9), span(0, 0, 5), span(0, 9, 10), span(1, 3, 4)];
         unite(&mut spans);
         assert_eq!(spans, [span(0, 0, 10), span(1, 0, 2), span(1, 3, 4)]);
+    }
+
+    #[test]
+    fn beside_an_outline_lie_the_photos_own_pixels_one_away() {
+        let span = |y, x0, x1| PixelSpan { y, x0, x1 };
+        // Two rows at the photo's left edge; of the second row one pixel is hidden.
+        let content = Content {
+            needed: vec![span(1, 0, 3), span(2, 0, 3)],
+            visible: vec![span(1, 0, 3), span(2, 0, 2)],
+        };
+        let mut beside = content.beside([10, 3]);
+        unite(&mut beside);
+        assert_eq!(beside, [span(0, 0, 4), span(1, 3, 4), span(2, 2, 4)]);
+        assert!(Content::default().beside([10, 3]).is_empty());
     }
 }

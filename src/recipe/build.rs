@@ -11,7 +11,7 @@ use super::named::photos_named;
 use super::side_by_side::SideBySide;
 use crate::document::stack::{Reason, Stack, Untextured};
 use crate::error::Result;
-use crate::io::layer_png::{write_layer, write_mask};
+use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
 use crate::io::photo::read_photo;
 use crate::io::stack_store::{StackStore, StackWriter};
 use crate::layers::runs::{is_visible, item_of};
@@ -132,7 +132,9 @@ fn write_files(
             task.go_on()?;
             let layer_file = writer.folder().join(&layer.file);
             let needed_file = writer.folder().join(&layer.needed_file);
-            Ok(write_layer(&layer_file, pixels, layer.rect, &content.visible)?
+            let beside = content.beside([pixels.width, pixels.height]);
+            let spans = LayerSpans { visible: &content.visible, beside: &beside };
+            Ok(write_layer(&layer_file, pixels, layer.rect, spans)?
                 + write_mask(&needed_file, layer.rect, &content.needed)?)
         })
         .sum()

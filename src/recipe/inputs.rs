@@ -7,6 +7,9 @@ use crate::io::hash::hash_file;
 use crate::layers::Options;
 use crate::scene::{Model, Photo};
 
+/// Counts the changes to what a build makes of the same inputs.
+const REVISION: u32 = 1;
+
 /// What all photos of a project share: model, options, program.
 #[derive(Debug)]
 pub struct Inputs<'a> {
@@ -29,7 +32,7 @@ impl<'a> Inputs<'a> {
         let (camera, pose) = (&photo.camera, &photo.pose);
         let camera = (camera.width, camera.height, camera.matrix_rows());
         let pose = (pose.rotation_rows(), pose.translation);
-        let program = env!("CARGO_PKG_VERSION");
+        let program = (env!("CARGO_PKG_VERSION"), REVISION);
         let all = (program, &photo.name, pixels, &self.model, camera, pose, self.options);
         let text = serde_json::to_vec(&all).expect("plain data is JSON");
         Ok(blake3::hash(&text).to_hex().to_string())

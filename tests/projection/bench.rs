@@ -61,7 +61,7 @@ impl Bench {
         Some(Self {
             gpu: Gpu::headless().unwrap(),
             sources: sources(&site, &stacks).into(),
-            texels: Arc::new(SheetFiles::new(&store, &site.photos, &stacks)),
+            texels: Arc::new(SheetFiles::new(&store, &stacks)),
             _folder: folder,
             gains,
             site,

@@ -31,24 +31,35 @@ impl Mask {
 
 type PngReader = Reader<BufReader<File>>;
 
-/// Reads an RGBA PNG of 8 or 16 bits that has to be `width` x `height` pixels large.
+/// Reads an RGBA PNG of 8 or 16 bits that has to be `width` x `height` pixels large. Transparent pixels
+/// come black: the colours that stacks keep beside outlines are for textures, not for image editors.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be opened, [`Error::Input`] when it is no such PNG.
 pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
     let mut reader = opened(file, width, height, Transformations::IDENTITY)?;
     let samples = match reader.output_color_type() {
-        (ColorType::Rgba, BitDepth::Eight) => Samples::U8(bytes_of(file, &mut reader)?),
+        (ColorType::Rgba, BitDepth::Eight) => Samples::U8(blackened(bytes_of(file, &mut reader)?)),
         (ColorType::Rgba, BitDepth::Sixteen) => {
             let bytes = bytes_of(file, &mut reader)?;
             let (pairs, _) = bytes.as_chunks::<2>();
-            Samples::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect())
+            Samples::U16(blackened(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect()))
         }
         (colour, depth) => {
             return Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")));
         }
     };
     Ok(Raster::new(width, height, samples))
+}
+
+fn blackened<T: Copy + Default + PartialEq>(mut rgba: Vec<T>) -> Vec<T> {
+    let clear = T::default();
+    rgba.as_chunks_mut::<4>()
+        .0
+        .iter_mut()
+        .filter(|texel| texel[3] == clear)
+        .for_each(|texel| *texel = [clear; 4]);
+    rgba
 }
 
 /// Reads a PNG in shades of grey, 1 to 8 bits, that has to be `width` x `height` pixels large.
