@@ -104,8 +104,7 @@ impl Bvh {
     pub fn first_hit(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
         let inverse = direction.recip();
         let mut best: Option<(f64, u32)> = None;
-        let mut open = Vec::with_capacity(64);
-        open.extend((!self.nodes.is_empty()).then_some((0u32, 0.0)));
+        let mut open = Open::new((!self.nodes.is_empty()).then_some((0u32, 0.0)));
         while let Some((at, enters)) = open.pop() {
             let reach = best.map_or(limit, |(t, _)| t);
             if enters >= reach {
@@ -122,9 +121,12 @@ impl Bvh {
                 let enter = |child: u32| {
                     self.nodes[child as usize].entered(origin, inverse, reach).map(|t| (child, t))
                 };
-                let mut children = [enter(at + 1), enter(node.start)];
-                children.sort_by(|a, b| b.map_or(0.0, |b| b.1).total_cmp(&a.map_or(0.0, |a| a.1)));
-                open.extend(children.into_iter().flatten());
+                match (enter(at + 1), enter(node.start)) {
+                    // The nearer one is looked into first, the second one where they are alike.
+                    (Some(first), Some(second)) if first.1 < second.1 => open.push_both(second, first),
+                    (Some(first), Some(second)) => open.push_both(first, second),
+                    (child, None) | (None, child) => child.into_iter().for_each(|child| open.push(child)),
+                }
             }
         }
         best
@@ -188,6 +190,34 @@ impl Bvh {
             }
         }
         ControlFlow::Continue(())
+    }
+}
+
+/// Nodes that are still to be looked into, with where the ray enters them: one for each level of the tree
+/// and one more at most, and halving a list has not more levels than its length has bits.
+struct Open {
+    nodes: [(u32, f64); 34],
+    count: usize,
+}
+
+impl Open {
+    fn new(first: Option<(u32, f64)>) -> Self {
+        Self { nodes: [first.unwrap_or_default(); 34], count: usize::from(first.is_some()) }
+    }
+
+    fn push(&mut self, node: (u32, f64)) {
+        self.nodes[self.count] = node;
+        self.count += 1;
+    }
+
+    fn push_both(&mut self, later: (u32, f64), sooner: (u32, f64)) {
+        self.push(later);
+        self.push(sooner);
+    }
+
+    fn pop(&mut self) -> Option<(u32, f64)> {
+        self.count = self.count.checked_sub(1)?;
+        Some(self.nodes[self.count])
     }
 }
 

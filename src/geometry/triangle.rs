@@ -50,10 +50,14 @@ pub fn ray_hit(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option
     }
     let from_a = origin - a;
     let u = from_a.dot(across) / determinant;
+    // Most triangles are missed on this side already.
+    if !(0.0..=1.0).contains(&u) {
+        return None;
+    }
     let around = from_a.cross(ab);
     let v = direction.dot(around) / determinant;
     let t = ac.dot(around) / determinant;
-    (u >= 0.0 && v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
+    (v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
 }
 
 /// How far two triangles run through each other: the least of how far each reaches through the

@@ -3,7 +3,7 @@
 
 use rayon::prelude::*;
 
-use crate::scene::PhotoPixels;
+use crate::scene::{PhotoPixels, Samples};
 
 /// Luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. Exposure,
 /// vignetting and haze, which change slowly over a photo, are gone; so are differences between photos of
@@ -95,30 +95,38 @@ struct Luminance {
 
 impl Luminance {
     fn of(pixels: &PhotoPixels) -> Self {
-        let row = |y: u32| {
-            (0..pixels.width).map(move |x| {
-                let [r, g, b, _] = pixels.rgba16(x, y).map(f32::from);
-                // Rec. 601 weights.
-                let luma = (0.299 * r + 0.587 * g + 0.114 * b) / 65535.0;
-                if pixels.is_valid(x, y) { luma } else { f32::NAN }
-            })
-        };
-        let values = (0..pixels.height).into_par_iter().flat_map_iter(row).collect();
-        Self { width: pixels.width as usize, height: pixels.height as usize, values }
+        let [width, height] = [pixels.width as usize, pixels.height as usize];
+        let mut values = vec![0.0; width * height];
+        values.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            let from = y * width * pixels.channels;
+            let range = from..from + width * pixels.channels;
+            match (&pixels.samples, pixels.has_alpha()) {
+                (Samples::U8(samples), false) => {
+                    fill::<_, 3>(row, &samples[range], 255, |s| u16::from(s) * 257)
+                }
+                (Samples::U8(samples), true) => {
+                    fill::<_, 4>(row, &samples[range], 255, |s| u16::from(s) * 257)
+                }
+                (Samples::U16(samples), false) => fill::<_, 3>(row, &samples[range], 65535, |s| s),
+                (Samples::U16(samples), true) => fill::<_, 4>(row, &samples[range], 65535, |s| s),
+            }
+        });
+        Self { width, height, values }
     }
 
     /// Half the size: means of 2 x 2, not valid unless all four are. A last odd row or column is left
     /// out, so that texel positions stay halves of pixel positions.
     fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
-        let texel = |y: usize| {
-            (0..width).map(move |x| {
-                let first = 2 * y * self.width + 2 * x;
-                let [a, b] = [first, first + self.width].map(|i| self.values[i] + self.values[i + 1]);
-                0.25 * (a + b)
-            })
-        };
-        let values = (0..height).into_par_iter().flat_map_iter(texel).collect();
+        let mut values = vec![0.0; width * height];
+        values.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
+            let [upper, lower] =
+                [2 * y, 2 * y + 1].map(|y| &self.values[y * self.width..(y + 1) * self.width]);
+            let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
+            for (value, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
+                *value = 0.25 * ((a + b) + (c + d));
+            }
+        });
         Self { width, height, values }
     }
 
@@ -132,9 +140,13 @@ impl Luminance {
         let (width, height) = (self.width, self.height);
         let mut across = vec![0.0; self.values.len()];
         across.par_chunks_mut(width).zip(self.values.par_chunks(width)).for_each(|(sums, row)| {
-            for (x, sum) in sums.iter_mut().enumerate() {
-                let around = &row[x.saturating_sub(AROUND)..(x + AROUND + 1).min(width)];
-                *sum = around.iter().filter(|value| !value.is_nan()).sum();
+            let mut padded = vec![0.0; width + 2 * AROUND];
+            for (to, value) in padded[AROUND..].iter_mut().zip(row) {
+                *to = if value.is_nan() { 0.0 } else { *value };
+            }
+            // From left to right, for all texels of the row at once.
+            for shifted in padded.windows(width) {
+                sums.iter_mut().zip(shifted).for_each(|(sum, value)| *sum += value);
             }
         });
         let mut sums = vec![0.0; self.values.len()];
@@ -149,10 +161,24 @@ impl Luminance {
     }
 }
 
+/// A row of luminance; `full` is the alpha of what is valid, where there is alpha.
+fn fill<T: Copy + PartialEq, const CHANNELS: usize>(
+    row: &mut [f32],
+    samples: &[T],
+    full: T,
+    in_16_bits: impl Fn(T) -> u16,
+) {
+    for (value, pixel) in row.iter_mut().zip(samples.as_chunks::<CHANNELS>().0) {
+        let [r, g, b] = [pixel[0], pixel[1], pixel[2]].map(|sample| f32::from(in_16_bits(sample)));
+        // Rec. 601 weights.
+        let luma = (0.299 * r + 0.587 * g + 0.114 * b) / 65535.0;
+        *value = if pixel.get(3).is_none_or(|alpha| *alpha == full) { luma } else { f32::NAN };
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::Samples;
     use crate::scene::synthetic::Dice;
 
     fn noise(gain: f64, alpha: impl Fn(usize) -> u8) -> PhotoPixels {
