@@ -49,7 +49,7 @@ struct Relief {
 }
 
 // A face seen more edge-on than this is not moved further: cosine of the angle to the normal.
-const STEEPEST: f32 = 0.1;
+const LEAST_FACING: f32 = 0.1;
 
 struct Drawn {
     @builtin(position) position: vec4f,
@@ -98,7 +98,7 @@ fn height_at(drawn: Drawn, p: vec3f) -> f32 {
 fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
     let ray = normalize(p);
     let facing = dot(drawn.plane.xyz, ray);
-    let slope = select(-1.0, 1.0, facing >= 0.0) * max(abs(facing), STEEPEST);
+    let slope = select(-1.0, 1.0, facing >= 0.0) * max(abs(facing), LEAST_FACING);
     let near = p + ray * (height_at(drawn, p) / slope);
     return p + ray * (height_at(drawn, near) / slope);
 }
@@ -128,17 +128,15 @@ fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx
     let axis = a * cos(angle) + b * sin(angle);
     let taps = select(clamp(ceil(longer / max(shorter, 1.0) - 0.1), 1.0, MOST_TAPS), 1.0, longer < 1.1);
     let level = max(0.0, log2(max(shorter, longer / MOST_TAPS)) - 0.1375);
+    // Past what a photo shows there is no colour to be had: taps count as far as they are trusted.
     var color = vec3f(0.0);
     var confidence = 0.0;
-    var present = 0.0;
     for (var tap = 0.0; tap < taps; tap += 1.0) {
         let texel = texel_at(place, at + axis * ((tap + 0.5) / taps - 0.5), level);
-        let share = select(0.0, 1.0, texel.w >= 0.0);
-        color += texel.rgb * share;
+        color += texel.rgb * max(texel.w, 0.0);
         confidence += max(texel.w, 0.0);
-        present += share;
     }
-    return vec4f(color / max(present, 1.0), select(confidence / taps, -1.0, present == 0.0));
+    return vec4f(color / max(confidence, 1e-6), confidence / taps);
 }
 
 @fragment

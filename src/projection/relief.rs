@@ -75,9 +75,6 @@ impl FaceRelief {
 /// A face seen more edge-on than this is not moved further: cosine of the angle between ray and normal.
 pub const LEAST_FACING: f64 = 0.1;
 
-/// The name that `shaders/project.wgsl` has for it.
-pub use LEAST_FACING as STEEPEST;
-
 /// The heights of all faces that have any.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Relief {

@@ -14,7 +14,7 @@ use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
 use crate::error::Result;
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
-use crate::projection::relief::{Relief, STEEPEST};
+use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::projection::{
     Blend, Gains, Mode, Quality, Renders, SheetId, SheetPixels, Shot, Shown, Sources, Texels,
@@ -103,7 +103,9 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
             ref other => panic!("{name} is {other:?}"),
         }
     };
-    for (name, rust) in [("LEAST_ANGLE", LEAST_ANGLE), ("OTHER_SIDE", OTHER_SIDE), ("STEEPEST", STEEPEST)] {
+    for (name, rust) in
+        [("LEAST_ANGLE", LEAST_ANGLE), ("OTHER_SIDE", OTHER_SIDE), ("LEAST_FACING", LEAST_FACING)]
+    {
         assert_eq!(says(name), rust as f32, "{name}");
     }
 }

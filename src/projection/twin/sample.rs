@@ -96,10 +96,11 @@ impl Lookup {
         let place = |tap: u32| at + axis * ((f64::from(tap) + 0.5) / f64::from(taps) - 0.5);
         let found: Vec<Texel> =
             (0..taps).filter_map(|tap| self.between_levels(place(tap), level_of(shorter))).collect();
+        // Past what the photo shows there is no colour to be had: taps count as far as they are trusted.
+        let trusted: f64 = found.iter().map(|texel| texel.confidence).sum();
         let mut mean = Texel::default();
-        found.iter().for_each(|texel| mean.add(1.0 / found.len() as f64, texel));
-        // A tap that finds nothing says nothing about colour, but counts for confidence.
-        mean.confidence *= found.len() as f64 / f64::from(taps);
+        found.iter().for_each(|texel| mean.add(texel.confidence / trusted.max(1e-6), texel));
+        mean.confidence = trusted / f64::from(taps);
         (!found.is_empty()).then_some(mean)
     }
 
@@ -160,4 +161,23 @@ fn stored(level: &Level, x: i32, y: i32) -> Texel {
     let [r, g, b, confidence] = [0, 1, 2, 3].map(|channel| level.rgba[at + channel]);
     let colour = [r, g, b].map(|byte| f64::from(LINEAR_OF_BYTE[usize::from(byte)]));
     Texel { colour, confidence: f64::from(confidence) / 255.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_long_footprint_that_reaches_past_what_the_photo_shows_is_not_darkened_by_it() {
+        // White in the left half; in the same tiles, nothing.
+        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let kept = PixelRect { w: 32, ..rect };
+        let pixels = SheetPixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
+        let lookup = Lookup::new(rect, &pixels, &PyramidOptions::default());
+        let long = Footprint::Sides(DVec2::new(16.0, 0.0), DVec2::new(0.0, 2.0));
+        let texel = lookup.texel(DVec2::new(30.0, 32.0), long).unwrap();
+        // 8 bits at the border of what is kept, where colour is carried.
+        assert!(texel.colour.iter().all(|c| (c - 1.0).abs() < 0.01), "{texel:?}");
+        assert!(texel.confidence > 0.0 && texel.confidence < 0.6, "{texel:?}");
+    }
 }
