@@ -2,10 +2,11 @@
 //!
 //! `compare_layers list FILE` prints what the file says, and how long it took to say it.
 //! `compare_layers name FILE` prints the name of a layer that is fit to be painted on.
-//! `compare_layers same BEFORE AFTER [--painted TOKEN] [--cropped]` fails unless every layer of BEFORE is in
-//! AFTER at its place, with every sample as it was, but for the layer that was painted on. With `--cropped`
-//! the editor may have cut off transparent surroundings and dropped colours under transparent pixels. AFTER
-//! may have 16 bits where BEFORE has 8.
+//! `compare_layers same BEFORE AFTER [OPTION]...` fails unless every layer of BEFORE is in AFTER at its place,
+//! with every sample, mask, opacity, mode and group as it was. AFTER may have 16 bits where BEFORE has 8. Options:
+//! `--painted TOKEN`: but for the pixels of this layer, which have to differ; `--cropped`: the editor may have cut
+//! off transparent surroundings and dropped colours under transparent pixels, and the document key;
+//! `--other-format`: the document key may be gone.
 
 use std::path::Path;
 use std::process::ExitCode;
@@ -24,10 +25,7 @@ fn main() -> ExitCode {
         ["list", file] => list(Path::new(file)),
         ["name", file] => name(Path::new(file)),
         ["same", before, after, options @ ..] => same(Path::new(before), Path::new(after), options),
-        _ => Err(
-            "usage: compare_layers list FILE | name FILE | same BEFORE AFTER [--painted TOKEN] [--cropped]"
-                .into(),
-        ),
+        _ => Err("usage: compare_layers list FILE | name FILE | same BEFORE AFTER [OPTION]...".into()),
     };
     match outcome {
         Ok(text) => println!("{text}"),
@@ -86,7 +84,8 @@ fn same(before: &Path, after: &Path, options: &[&str]) -> Outcome {
     if before.layers.len() != after.layers.len() {
         return Err(format!("{} layers became {}", before.layers.len(), after.layers.len()).into());
     }
-    if !cropped && before.key != after.key {
+    let other_format = options.contains(&"--other-format");
+    if !cropped && !other_format && before.key != after.key {
         return Err(format!("the key {:?} became {:?}", before.key, after.key).into());
     }
     let pairs: Vec<_> = before.layers.iter().zip(&after.layers).collect();
@@ -120,6 +119,16 @@ fn compare(before: &EditedLayer, after: &EditedLayer, cropped: bool) -> Result<u
     if before.visible != after.visible {
         return Err(differs("visibility"));
     }
+    // A PSD stores opacity in 255 steps.
+    if (before.opacity - after.opacity).abs() > 0.5 / 255.0 + 1e-6 || before.blend != after.blend {
+        return Err(differs("opacity or mode"));
+    }
+    if before.hidden_by_group != after.hidden_by_group {
+        return Err(differs("groups' visibility"));
+    }
+    if masked(before)? != masked(after)? {
+        return Err(differs("masks"));
+    }
     let (old, new) = (before.pixels.read()?, after.pixels.read()?);
     let (old, new) = if old.depth() == new.depth() { (old, new) } else { (sixteen(&old), sixteen(&new)) };
     if cropped {
@@ -134,6 +143,21 @@ fn compare(before: &EditedLayer, after: &EditedLayer, cropped: bool) -> Result<u
         (Samples::U16(a), Samples::U16(b)) => different(a, b),
         _ => u64::MAX,
     })
+}
+
+/// What the mask says of each pixel of its layer, in 8 bits; whether it is switched on.
+fn masked(layer: &EditedLayer) -> Result<Option<(bool, Vec<u8>)>, quadratura::Error> {
+    let Some(mask) = &layer.mask else { return Ok(None) };
+    let pixels = mask.pixels.read()?;
+    let at = |x: i32, y: i32| {
+        let (x, y) = (x - mask.rect.x, y - mask.rect.y);
+        let inside = (0..mask.rect.w as i32).contains(&x) && (0..mask.rect.h as i32).contains(&y);
+        let value = if inside { pixels.at(x as u32, y as u32) } else { mask.outside };
+        (value * 255.0).round() as u8
+    };
+    let rows = layer.rect.y..layer.rect.bottom();
+    let values = rows.flat_map(|y| (layer.rect.x..layer.rect.right()).map(move |x| (x, y)));
+    Ok(Some((mask.enabled, values.map(|(x, y)| at(x, y)).collect())))
 }
 
 fn different<T: PartialEq>(a: &[T], b: &[T]) -> u64 {

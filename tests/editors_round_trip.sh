@@ -48,7 +48,17 @@ through_gimp() {
         proven "GIMP, ${1##*.} in 16 bits, saved as $kind" "$1" "$work/wide.$kind"
     done
 }
-GIMP_U16=PRECISION-U16-NON-LINEAR
+GIMP_U16=250 # its number for 16 bits with the tone curve of the profile
+
+# masks FILE: a layer with a mask, an opacity and a mode, a copy of it, a hidden group, a larger canvas; GIMP saves
+# that four times, and the four have to say the same.
+masks() {
+    rm -f "$work"/masked*
+    gimp "(change-and-save \"$1\" $GIMP_U16 \"$work/masked\")"
+    for file in masked.psd masked16.xcf masked16.psd; do
+        proven "GIMP, masked.xcf against $file" "$work/masked.xcf" "$work/$file" --other-format
+    done
+}
 
 # through_krita FILE: saved as PSD. Krita cuts off what is transparent around a layer.
 through_krita() {
@@ -86,6 +96,7 @@ exported() {
 }
 
 "$target/release/examples/invented_exports" "$work/invented"
+masks "$work/invented/out/eight.png.xcf"
 all_formats eight.png "$work/invented/out"
 for kind in xcf psd; do
     file=$work/invented/out/sixteen.png.$kind

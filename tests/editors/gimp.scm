@@ -1,4 +1,5 @@
-; What tests/editors.sh and tests/editors_round_trip.sh have GIMP do. Script-Fu, because Debian's GIMP 2.10 has no Python.
+; What tests/editors.sh and tests/editors_round_trip.sh have GIMP do. Script-Fu, because Debian's GIMP
+; 2.10 has no Python.
 
 (define (opened file)
   (car (gimp-file-load RUN-NONINTERACTIVE file file)))
@@ -38,4 +39,29 @@
     (if (not (= precision (car (gimp-image-get-precision image))))
         (gimp-image-convert-precision image precision))
     (save-layered image out)
+    (gimp-image-delete image)))
+
+; Changes what can be changed of a layer besides its pixels, and saves the document as BASE.xcf and
+; BASE.psd, then in another precision as BASE16.xcf and BASE16.psd.
+(define (change-and-save in precision base)
+  (let* ((image (opened in))
+         (group (aref (cadr (gimp-image-get-layers image)) 0))
+         (layer (aref (cadr (gimp-item-get-children group)) 1))
+         (twin (car (gimp-layer-copy layer FALSE)))
+         (mask (car (gimp-layer-create-mask layer ADD-MASK-WHITE))))
+    (gimp-layer-add-mask layer mask)
+    (gimp-image-select-ellipse image CHANNEL-OP-REPLACE 20 10 90 70)
+    (gimp-context-set-foreground '(0 0 0))
+    (gimp-drawable-edit-fill mask FILL-FOREGROUND)
+    (gimp-selection-none image)
+    (gimp-layer-set-opacity layer 40)
+    (gimp-layer-set-mode layer LAYER-MODE-MULTIPLY)
+    (gimp-image-insert-layer image twin group 0)
+    (gimp-item-set-visible group FALSE)
+    (gimp-image-resize image 1000 900 10 20)
+    (save-layered image (string-append base ".xcf"))
+    (save-layered image (string-append base ".psd"))
+    (gimp-image-convert-precision image precision)
+    (save-layered image (string-append base "16.xcf"))
+    (save-layered image (string-append base "16.psd"))
     (gimp-image-delete image)))

@@ -85,6 +85,13 @@ fn the_same_document_gives_the_same_xcf_whatever_the_number_of_threads() {
     assert_eq!(one_thread.install(|| plan.bytes(format)), here);
 }
 
+/// As Krita's own files are.
+fn archive_without_a_stack() -> Vec<u8> {
+    let mut archive = zip::ZipWriter::new(std::io::Cursor::new(Vec::new()));
+    archive.start_file("mimetype", zip::write::SimpleFileOptions::default()).unwrap();
+    archive.finish().unwrap().into_inner()
+}
+
 #[test]
 fn a_file_that_is_no_layered_image_is_named_with_what_to_do() {
     let folder = tempfile::tempdir().unwrap();
@@ -94,6 +101,7 @@ fn a_file_that_is_no_layered_image_is_named_with_what_to_do() {
         (b"\xff\xd8\xff\xe0", "JPEG"),
         (b"II*\0", "TIFF"),
         (b"hello", "hello"),
+        (&archive_without_a_stack(), "no OpenRaster"),
     ] {
         let file = folder.path().join("file.psd");
         std::fs::write(&file, content).unwrap();

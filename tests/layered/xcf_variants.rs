@@ -104,6 +104,19 @@ fn groups_masks_parasites_and_the_rest_are_told() {
 }
 
 #[test]
+fn the_key_of_a_psd_that_gimp_saved_as_xcf_is_found_in_its_metadata() {
+    let xml = b"<?xml version='1.0' encoding='UTF-8'?>\n<metadata>\n  <tag name=\"Exif.Image.Orientation\">1</tag>\n  \
+        <tag name=\"Xmp.dc.identifier\">k&amp;1</tag>\n</metadata>\n\0";
+    let key = |list: &[(&str, &[u8])]| {
+        let layers = vec![Layer::new("a", (1, 1), 1, vec![0; 4])];
+        read(&File { properties: vec![(21, parasites(list))], ..File::new(11, layers) }).key
+    };
+    assert_eq!(key(&[("gimp-image-metadata", xml)]), Some("k&1".into()));
+    assert_eq!(key(&[("quadratura-key", b"ours"), ("gimp-image-metadata", xml)]), Some("ours".into()));
+    assert_eq!(key(&[("gimp-image-metadata", b"<broken")]), None);
+}
+
+#[test]
 fn rgb_grey_and_indexed_become_rgba() {
     let of = |model, kind, pixels: Vec<u8>| {
         let properties = vec![(1, [numbers(&[2]), vec![10, 20, 30, 40, 50, 60]].concat())];

@@ -189,7 +189,9 @@ impl Raster {
         let seen = self.coloured_rect();
         let mut hasher = blake3::Hasher::new();
         hasher.update(&[self.depth().bits()]);
-        for number in [seen.x + x, seen.y + y, seen.w as i32, seen.h as i32] {
+        // Where nothing is to be seen, editors put the layer anywhere.
+        let (left, top) = if seen.is_empty() { (0, 0) } else { (seen.x + x, seen.y + y) };
+        for number in [left, top, seen.w as i32, seen.h as i32] {
             hasher.update(&number.to_le_bytes());
         }
         match &self.samples {
@@ -306,6 +308,11 @@ mod tests {
         let tight = raster(3, 3, &[(0, 0, [9, 8, 7, 255]), (2, 2, [1, 1, 1, 3])]);
         assert_eq!(wide.hash_at(-2, 10), tight.hash_at(0, 11));
         assert_ne!(wide.hash_at(-2, 10), tight.hash_at(0, 10), "moved");
+    }
+
+    #[test]
+    fn what_has_nothing_to_be_seen_has_one_hash_wherever_it_lies() {
+        assert_eq!(raster(6, 5, &[]).hash_at(40, -3), raster(1, 1, &[(0, 0, [9, 9, 9, 0])]).hash_at(0, 0));
     }
 
     #[test]

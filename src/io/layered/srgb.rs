@@ -22,8 +22,8 @@ fn text(text: &str) -> Vec<u8> {
     [b"mluc", &[0; 4], one_record_of_12, b"enUS", &length, &at_28, units.as_flattened()].concat()
 }
 
-/// The curve (a v + b)^2.4 above 0.04045 and v / 12.92 below.
-fn tone_curve() -> Vec<u8> {
+/// The curve (a v + b)^2.4 above 0.04045 and v / 12.92 below, as a profile's tag holds it.
+pub fn tone_curve() -> Vec<u8> {
     let values = [2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045];
     let mut curve = numbers(b"para", &values);
     curve.splice(8..8, [0, 3, 0, 0]); // kind 3: these five parameters

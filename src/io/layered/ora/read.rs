@@ -32,6 +32,12 @@ const MOST_INFLATED: u64 = 1032;
 /// [`Error::Input`] when it is no such file or damaged, [`Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut archive = Archive::open(bytes)?;
+    if archive.zip.index_for_name("stack.xml").is_none() {
+        // Krita's own .kra is such an archive.
+        let found = "an archive without stack.xml, which is no OpenRaster file";
+        let remedy = "save it from the image editor as PSD or OpenRaster";
+        return Err(Error::input(bytes.path(), "", found, remedy));
+    }
     let xml = archive.text("stack.xml")?;
     let mut notes = Vec::new();
     let image = parse(&xml, &mut notes)

@@ -1,7 +1,11 @@
 //! What an XCF says of the image and of a layer besides pixels: a list of numbered properties.
 
 use super::items::Item;
+use crate::io::layered::psd::resources::escaped;
 use crate::io::layered::{Layer, LayeredDocument, Tag};
+
+/// The tag of [`parasite::METADATA`] that holds the document key, as in a PSD.
+pub const KEY_TAG: &str = "Xmp.dc.identifier";
 
 /// Numbers of properties.
 pub mod number {
@@ -32,6 +36,9 @@ pub mod parasite {
     pub const ICC: &str = "icc-profile";
     /// GIMP's own; shown in the properties of the image.
     pub const COMMENT: &str = "gimp-comment";
+    /// GIMP's own: what it makes XMP of when it exports to PSD, and what a PSD's XMP becomes when that is saved
+    /// as XCF. XML: `<metadata>` with a `<tag name="Xmp.dc.identifier">` and others.
+    pub const METADATA: &str = "gimp-image-metadata";
     /// The document key.
     pub const KEY: &str = "quadratura-key";
     /// The token of an image layer.
@@ -62,9 +69,19 @@ pub fn image_properties(document: &LayeredDocument) -> Vec<u8> {
     put_parasite(&mut parasites, parasite::KEY, parasite::PERSISTENT, document.key.as_bytes());
     let comment = [document.title.as_bytes(), &[0]].concat(); // GIMP wants the NUL here
     put_parasite(&mut parasites, parasite::COMMENT, parasite::PERSISTENT, &comment);
+    put_parasite(&mut parasites, parasite::METADATA, parasite::PERSISTENT, metadata(document).as_bytes());
     put(&mut out, number::PARASITES, &parasites);
     put(&mut out, number::END, &[]);
     out
+}
+
+/// With a NUL behind it, as GIMP has it.
+fn metadata(document: &LayeredDocument) -> String {
+    let (key, title) = (escaped(&document.key), escaped(&document.title));
+    format!(
+        "<?xml version='1.0' encoding='UTF-8'?>\n<metadata>\n  <tag name=\"{KEY_TAG}\">{key}</tag>\n  \
+         <tag name=\"Xmp.dc.title\">{title}</tag>\n</metadata>\n\0"
+    )
 }
 
 /// The properties of a layer or group.

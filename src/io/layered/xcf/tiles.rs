@@ -146,28 +146,63 @@ fn put_run(byte: Option<&u8>, length: usize, out: &mut Vec<u8>) {
 }
 
 /// Fills `tile`, pixels of `bytes_per_pixel` bytes each, with what its code says; false when the code ends too
-/// early or says too much. What follows is not looked at.
-pub fn unpack(mut code: &[u8], tile: &mut [u8], bytes_per_pixel: usize) -> bool {
+/// early or says too much. What follows is not looked at. `planes` is memory to work in.
+pub fn unpack(mut code: &[u8], tile: &mut [u8], bytes_per_pixel: usize, planes: &mut Vec<u8>) -> bool {
+    planes.resize(tile.len(), 0);
     let pixels = tile.len() / bytes_per_pixel;
-    for byte in 0..bytes_per_pixel {
-        let mut done = 0;
-        while done < pixels {
-            let Some((literal, count, rest)) = header(code) else { return false };
-            let used = if literal { count } else { 1 };
-            if count > pixels - done || used > rest.len() {
-                return false;
-            }
-            let targets = tile[byte..].iter_mut().step_by(bytes_per_pixel).skip(done).take(count);
-            if literal {
-                targets.zip(rest).for_each(|(to, from)| *to = *from);
-            } else {
-                targets.for_each(|to| *to = rest[0]);
-            }
-            code = &rest[used..];
-            done += count;
+    for plane in planes.chunks_exact_mut(pixels.max(1)) {
+        match unpack_plane(code, plane) {
+            Some(rest) => code = rest,
+            None => return false,
         }
     }
+    interleave(planes, tile, bytes_per_pixel);
     true
+}
+
+/// Fills one plane; what follows its code.
+fn unpack_plane<'c>(mut code: &'c [u8], mut plane: &mut [u8]) -> Option<&'c [u8]> {
+    while !plane.is_empty() {
+        let (literal, count, rest) = header(code)?;
+        let (here, later) = plane.split_at_mut_checked(count)?;
+        if literal {
+            let (bytes, rest) = rest.split_at_checked(count)?;
+            here.copy_from_slice(bytes);
+            code = rest;
+        } else {
+            let (byte, rest) = rest.split_first()?;
+            here.fill(*byte);
+            code = rest;
+        }
+        plane = later;
+    }
+    Some(code)
+}
+
+/// From plane after plane to pixel after pixel; the widths of 8- and 16-bit layers are unrolled.
+fn interleave(planes: &[u8], tile: &mut [u8], bytes_per_pixel: usize) {
+    match bytes_per_pixel {
+        1 => tile.copy_from_slice(planes),
+        3 => interleave_of::<3>(planes, tile),
+        4 => interleave_of::<4>(planes, tile),
+        8 => interleave_of::<8>(planes, tile),
+        _ => {
+            let pixels = tile.len() / bytes_per_pixel;
+            for (byte, plane) in planes.chunks_exact(pixels.max(1)).enumerate() {
+                let targets = tile[byte..].iter_mut().step_by(bytes_per_pixel);
+                targets.zip(plane).for_each(|(to, from)| *to = *from);
+            }
+        }
+    }
+}
+
+fn interleave_of<const N: usize>(planes: &[u8], tile: &mut [u8]) {
+    let count = tile.len() / N;
+    let planes: [&[u8]; N] = std::array::from_fn(|plane| &planes[plane * count..][..count]);
+    let (pixels, _) = tile.as_chunks_mut::<N>();
+    for (i, pixel) in pixels.iter_mut().enumerate() {
+        *pixel = std::array::from_fn(|byte| planes[byte][i]);
+    }
 }
 
 /// Whether bytes follow as they are, how many pixels they speak for, and what follows.
@@ -186,6 +221,10 @@ mod tests {
     use super::*;
     use proptest::prelude::*;
 
+    fn unpacked(code: &[u8], tile: &mut [u8], bytes_per_pixel: usize) -> bool {
+        unpack(code, tile, bytes_per_pixel, &mut Vec::new())
+    }
+
     fn packed(bytes: &[u8]) -> Vec<u8> {
         let mut out = Vec::new();
         pack(bytes, &mut out);
@@ -195,12 +234,15 @@ mod tests {
     #[test]
     fn code_is_read_by_the_definition() {
         let mut tile = [0; 6];
-        assert!(unpack(&[1, 9, 255, 8, 127, 0, 3, 7], &mut tile, 1));
+        assert!(unpacked(&[1, 9, 255, 8, 127, 0, 3, 7], &mut tile, 1));
         assert_eq!(tile, [9, 9, 8, 7, 7, 7]);
-        assert!(unpack(&[128, 0, 2, 1, 2, 254, 3, 4, 1, 5, 99], &mut tile, 3));
+        assert!(unpacked(&[128, 0, 2, 1, 2, 254, 3, 4, 1, 5, 99], &mut tile, 3));
         assert_eq!(tile, [1, 3, 5, 2, 4, 5]);
+        let by_two = [[0, 1], [1, 2], [2, 3]].concat();
+        assert!(unpacked(&[0, 0, 0, 1, 0, 2, 0, 1, 0, 2, 0, 3], &mut tile, 2));
+        assert_eq!(tile[..], by_two);
         for wrong in [&[6, 9][..], &[5], &[128, 0, 6, 1], &[127, 1], &[250, 1, 2], &[]] {
-            assert!(!unpack(wrong, &mut tile, 1), "{wrong:?}");
+            assert!(!unpacked(wrong, &mut tile, 1), "{wrong:?}");
         }
     }
 
@@ -216,7 +258,7 @@ mod tests {
                 let mut bytes: Vec<u8> = (0..before).map(|i| (i * 7) as u8).collect();
                 bytes.extend(std::iter::repeat_n(77, length));
                 let mut found = vec![0; bytes.len()];
-                assert!(unpack(&packed(&bytes), &mut found, 1));
+                assert!(unpacked(&packed(&bytes), &mut found, 1));
                 assert_eq!(found, bytes, "{before} literals, a run of {length}");
             }
         }
@@ -228,7 +270,7 @@ mod tests {
             let mut bytes: Vec<u8> = bytes.iter().flat_map(|&(byte, n)| std::iter::repeat_n(byte, n)).collect();
             bytes.truncate(4096);
             let mut found = vec![0; bytes.len()];
-            prop_assert!(unpack(&packed(&bytes), &mut found, 1));
+            prop_assert!(unpacked(&packed(&bytes), &mut found, 1));
             prop_assert_eq!(found, bytes);
         }
     }

@@ -8,6 +8,7 @@ mod head;
 mod layers;
 mod modes;
 mod precision;
+mod profile;
 mod properties;
 mod tiles;
 
@@ -39,13 +40,14 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
         notes.push("it has no layers".into());
     }
     let layers = layers::read_all(&places, &head, &properties, bytes, &mut notes)?;
+    let icc = properties.icc;
     Ok(EditedDocument {
         format: ExportFormat::Xcf,
         width: head.width,
         height: head.height,
         depth: head.precision.depth(),
-        icc: properties.icc,
-        key: properties.key,
+        icc: if head.precision.linear { icc.map(profile::with_tone_curve) } else { icc },
+        key: properties.key.or(properties.metadata_key),
         layers,
         notes,
     })

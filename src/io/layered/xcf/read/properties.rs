@@ -3,7 +3,7 @@
 use super::{pointer, text};
 use crate::error::Result;
 use crate::io::layered::bytes::Cursor;
-use crate::io::layered::xcf::properties::{number, parasite};
+use crate::io::layered::xcf::properties::{KEY_TAG, number, parasite};
 
 /// What a list of properties says; what is missing has its default.
 #[derive(Debug)]
@@ -26,6 +26,8 @@ pub struct Properties {
     pub colour_map: Vec<[u8; 3]>,
     pub icc: Option<Vec<u8>>,
     pub key: Option<String>,
+    /// The document key as GIMP has it from a PSD.
+    pub metadata_key: Option<String>,
     pub layer: Option<String>,
 }
 
@@ -45,6 +47,7 @@ impl Default for Properties {
             colour_map: Vec::new(),
             icc: None,
             key: None,
+            metadata_key: None,
             layer: None,
         }
     }
@@ -52,6 +55,8 @@ impl Default for Properties {
 
 /// Groups within groups, at most: GIMP's users end far below it.
 const DEEPEST: u64 = 100;
+/// Bytes of GIMP's metadata that are looked at: with a thumbnail in it, it may be long.
+const LONGEST_METADATA: u64 = 1 << 22;
 /// Bytes of our own parasites, at most.
 const LONGEST_TOKEN: u64 = 1000;
 
@@ -110,12 +115,23 @@ impl Properties {
             match name.as_str() {
                 parasite::ICC => self.icc = Some(data.take(length)?),
                 parasite::KEY => self.key = token(&mut data)?,
+                parasite::METADATA => self.metadata_key = key_in_metadata(&mut data)?,
                 parasite::LAYER => self.layer = token(&mut data)?,
                 _ => {}
             }
         }
         Ok(())
     }
+}
+
+/// What GIMP keeps of a PSD's XMP. It is nothing that a file is refused for.
+fn key_in_metadata(data: &mut Cursor) -> Result<Option<String>> {
+    let bytes = data.take(data.left().min(LONGEST_METADATA))?;
+    let text = String::from_utf8_lossy(&bytes);
+    let Ok(document) = roxmltree::Document::parse(text.trim_end_matches('\0')) else { return Ok(None) };
+    let tag = document.descendants().find(|node| node.attribute("name") == Some(KEY_TAG));
+    let key = tag.and_then(|tag| tag.text()).map(|key| key.trim().to_owned());
+    Ok(key.filter(|key| !key.is_empty()))
 }
 
 /// A short text that may end with a NUL.

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::head::Head;
 use super::pointer;
-use super::precision::Precision;
+use super::precision::{Kind, Precision};
 use crate::error::Result;
 use crate::io::layered::bytes::FileBytes;
 use crate::io::layered::xcf::tiles::{TILE, unpack};
@@ -66,6 +66,9 @@ pub struct TileTable {
     compression: Compression,
     colours: Arc<[[u8; 3]]>,
 }
+
+/// As GIMP 2.10 stores 16 bits.
+const PLAIN_16: Precision = Precision { kind: Kind::U16, linear: false, big_endian: true };
 
 /// The place and length of a tile's code.
 type Code = (u64, u64);
@@ -180,6 +183,11 @@ impl TileTable {
         let colour = move |sample: &[u8]| precision.sample16(sample, precision.linear);
         let alpha = move |sample: Option<&[u8]>| sample.map_or(u16::MAX, |s| precision.sample16(s, false));
         match self.model {
+            // What is most common, without a choice for every sample.
+            Model::Rgba if precision == PLAIN_16 => self.filled(4, |pixel, out| {
+                let samples = pixel.as_chunks().0.iter().map(|bytes| u16::from_be_bytes(*bytes));
+                out.iter_mut().zip(samples).for_each(|(to, sample)| *to = sample);
+            }),
             Model::Rgb | Model::Rgba => self.filled(4, |pixel, out| {
                 let mut samples = pixel.chunks_exact(step);
                 out.iter_mut().zip(samples.by_ref().take(3)).for_each(|(to, from)| *to = colour(from));
@@ -262,7 +270,7 @@ impl TileTable {
         decoder.tile.resize(size, 0);
         let whole = match self.compression {
             Compression::None => code.get(..size).map(|code| decoder.tile.copy_from_slice(code)).is_some(),
-            Compression::Rle => unpack(&code, &mut decoder.tile, self.bytes_per_pixel()),
+            Compression::Rle => unpack(&code, &mut decoder.tile, self.bytes_per_pixel(), &mut decoder.planes),
             Compression::Zlib => decoder.inflate(&code),
         };
         if !whole {
@@ -277,6 +285,7 @@ impl TileTable {
 #[derive(Default)]
 struct Decoder {
     tile: Vec<u8>,
+    planes: Vec<u8>,
     zlib: Option<Decompress>,
 }
 
