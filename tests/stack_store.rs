@@ -24,6 +24,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         needed_rect: rect,
         texels_used: 0,
         texels_visible: 0,
+        fill: None,
         uv_from_world: [[0.0; 4]; 3],
     };
     Stack {
@@ -42,6 +43,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         texels_used: 0,
         texels_unmerged: 0,
         bytes: 0,
+        fill: None,
         untextured: vec![],
         notes: vec![],
         counts: Default::default(),

@@ -8,6 +8,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
 use crate::geometry::Similarity;
+use crate::layers::fill::{FillOptions, Invent};
 use crate::layers::{BoxShape, Method, Options};
 use crate::recipe::open::Opened;
 use crate::task::Task;
@@ -53,6 +54,8 @@ pub enum Command {
     Check(CheckArgs),
     /// Sort the surfaces of every photo by visibility and make its layer stack
     Build(BuildArgs),
+    /// Fill what the photos did not show: from other photos, by example, or smoothly
+    Fill(FillArgs),
     /// Write the stacks as files for an image editor
     Export(ExportArgs),
     /// Project the stacks back onto the model: pictures from new viewpoints
@@ -117,6 +120,51 @@ pub struct BuildArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct FillArgs {
+    /// The project's folder
+    pub project: PathBuf,
+    #[command(flatten)]
+    pub photos: PhotoArgs,
+    /// Leave this object as the photos show it (may be given several times; `NAME*` for all that begin
+    /// so) [default: the project's]
+    #[arg(long, value_name = "OBJECT")]
+    pub without: Vec<String>,
+    /// How that is made which no photo shows [default: the project's]
+    #[arg(long, value_enum)]
+    pub invent: Option<InventArg>,
+    /// Keep these options in project.json. Without it they hold for this time only, and the next fill
+    /// without them fills these photos again
+    #[arg(long)]
+    pub save_options: bool,
+    /// Memory for decoded photos, such as 4G or 800M [default: a quarter of the machine's]
+    #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
+    pub memory: Option<u64>,
+    /// Fill again what is up to date
+    #[arg(long)]
+    pub force: bool,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum InventArg {
+    /// Of patches of what photos show of the surface
+    Exemplar,
+    /// Smoothly
+    Diffusion,
+}
+
+impl FillArgs {
+    /// `options` with those that were given.
+    pub fn applied_to(&self, options: &FillOptions) -> FillOptions {
+        let invent = self.invent.map_or(options.invent, |invent| match invent {
+            InventArg::Exemplar => Invent::Exemplar,
+            InventArg::Diffusion => Invent::Diffusion,
+        });
+        let without = if self.without.is_empty() { &options.without } else { &self.without };
+        FillOptions { without: without.clone(), invent }
+    }
+}
+
+#[derive(Debug, Args)]
 pub struct ExportArgs {
     /// The project's folder
     pub project: PathBuf,
@@ -128,6 +176,9 @@ pub struct ExportArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
+    /// Write also where every filled texel comes from: a coloured PNG per image layer and a legend
+    #[arg(long)]
+    pub provenance: bool,
     /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub memory: Option<u64>,

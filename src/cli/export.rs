@@ -12,7 +12,7 @@ use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
 use crate::io::stack_store::StackStore;
-use crate::recipe::export::{ExportOptions, Exported, export};
+use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::survey::{StackState, Survey};
 use crate::scene::Photo;
@@ -30,6 +30,9 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
         ..ExportOptions::default()
     };
     let exported = export(&args.project, &photos, &args.out, &options, task)?;
+    if args.provenance {
+        write_provenance(&args.project, &photos, &args.out, task)?;
+    }
     Ok(report(&exported, args.photos.problems_of(&opened, task)))
 }
 

@@ -4,12 +4,14 @@ use serde_json::{Value, json};
 
 use super::Outcome;
 use super::args::InfoArgs;
+use super::fill_table::FillTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::Untextured;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
+use crate::recipe::fill::{FillState, fill_inputs};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{FaceInStack, StackState, Survey, face_in_stack, face_named};
 use crate::scene::Photo;
@@ -37,12 +39,15 @@ fn about_photos(
 ) -> Result<(String, Value)> {
     let mut table = StackTable::default();
     let mut untextured = Untextured::default();
+    let mut filling = FillTable::default();
+    let fill_inputs = fill_inputs_now(opened, store);
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
         table.add(&photo.name, state.word(), state.stack());
         if let Some(stack) = state.stack() {
             untextured.add(stack);
+            filling.add(stack, FillState::of(stack, &fill_inputs).word());
         }
         if let StackState::Broken(error) = &state {
             task.of(&photo.name).note(error.to_string());
@@ -50,11 +55,12 @@ fn about_photos(
     }
     let model = &opened.site.model;
     let mut text = format!(
-        "{}, {} in {}\n\n{}\n",
+        "{}, {} in {}\n\n{}\n{}\n",
         counted(opened.site.photos.len(), "photo"),
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
         table.text(),
+        filling.text(),
     );
     let in_detail = !args.photos.names.is_empty();
     text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
@@ -69,10 +75,18 @@ fn about_photos(
         "faces": model.faces.len(),
         "objects": model.objects.len(),
         "photos": table.into_json(),
+        "filling": filling.into_json(),
         "untextured": untextured.to_json(),
         "stacks_without_photo": strangers,
     });
     Ok((text, json))
+}
+
+/// What fillings would be made of now. A stack that cannot be read is none here; it is told elsewhere.
+fn fill_inputs_now(opened: &Opened, store: &StackStore) -> String {
+    let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
+    let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
+    fill_inputs(opened, &stacks, &opened.project.fill)
 }
 
 /// Stacks whose photo has left the project.

@@ -22,6 +22,8 @@ mod bytes;
 mod check;
 mod export;
 mod fault;
+mod fill;
+mod fill_table;
 mod info;
 mod machine;
 mod new;
@@ -76,6 +78,7 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
         Command::Info(args) => info::run(args, task),
         Command::Check(args) => check::run(args, task),
         Command::Build(args) => build::run(args, task),
+        Command::Fill(args) => fill::run(args, task),
         Command::Export(args) => export::run(args, task),
         Command::Render(args) => render::run(args, task),
         Command::Score(args) => score::run(args, task),

@@ -34,7 +34,9 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
         ignore_background: args.ignore_background,
         pictures: args.pictures.clone(),
     };
-    let preview = args.look.preview();
+    let mut preview = args.look.preview();
+    // Where photos are left out by turns, what fills the others is made of them.
+    preview.filled &= args.cameras.is_some();
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
     let mut problems: Vec<_> = opened.problems.iter().chain(&problems).map(ToString::to_string).collect();
@@ -80,6 +82,7 @@ fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
         "quality": format!("{:?}", options.look.quality).to_lowercase(),
         "exposure": format!("{:?}", options.look.exposure).to_lowercase(),
         "relief": !args.look.flat,
+        "filled": args.cameras.is_some() && !args.look.unfilled,
         "without": args.look.without,
         "ignored": options.ignored,
         "background_ignored": options.ignore_background,
@@ -118,7 +121,8 @@ fn legend(args: &ScoreArgs) -> String {
     let predicted = if args.cameras.is_some() {
         "Held-out photos, predicted from the project's."
     } else {
-        "Each photo is predicted from the others, without itself."
+        "Each photo is predicted from the others, without itself and without what fills them: it may have \
+         given that."
     };
     let ignored = match (args.ignore.is_empty(), args.ignore_background) {
         (true, false) => String::new(),

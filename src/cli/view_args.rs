@@ -110,6 +110,9 @@ pub struct LookArgs {
     /// Show faces flat, as they were modelled, without the relief that the photos tell
     #[arg(long)]
     pub flat: bool,
+    /// Show hidden texels empty, as the photos left them, whatever filled them
+    #[arg(long)]
+    pub unfilled: bool,
     /// Bytes of textures on the GPU, at most, such as 2G: where they do not hold all, textures are coarser
     /// [default: 4G]
     #[arg(long, value_name = "BYTES", value_parser = super::bytes::parse_bytes)]
@@ -176,7 +179,8 @@ pub enum ShowArg {
 impl LookArgs {
     /// How the project is made ready for it.
     pub fn preview(&self) -> PreviewOptions {
-        let mut options = PreviewOptions { relief: !self.flat, ..PreviewOptions::default() };
+        let mut options =
+            PreviewOptions { relief: !self.flat, filled: !self.unfilled, ..PreviewOptions::default() };
         options.textures.budget_bytes = self.texture_memory.unwrap_or(options.textures.budget_bytes);
         if self.compressed {
             options.textures.storage = Storage::Compressed;

@@ -4,6 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::geometry::Similarity;
 use crate::layers::Options;
+use crate::layers::fill::FillOptions;
 
 /// The version this program writes; it reads this one and older ones.
 pub const PROJECT_VERSION: u32 = 1;
@@ -27,6 +28,9 @@ pub struct Project {
     /// How stacks are built. Those left out have their defaults.
     #[serde(default)]
     pub options: Options,
+    /// How hidden texels are filled.
+    #[serde(default, skip_serializing_if = "FillOptions::is_default")]
+    pub fill: FillOptions,
 }
 
 #[cfg(test)]
@@ -39,6 +43,7 @@ mod tests {
         let project: Project = serde_json::from_str(text).unwrap();
         assert_eq!(project.world_from_model, Similarity::IDENTITY);
         assert_eq!(project.options, Options::default());
+        assert_eq!(project.fill, FillOptions::default());
     }
 
     #[test]

@@ -43,6 +43,9 @@ pub struct Stack {
     pub texels_unmerged: u64,
     /// Bytes of the layer files.
     pub bytes: u64,
+    /// What filled its hidden texels, once that was done.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fill: Option<StackFill>,
     /// Faces without texture from this photo, with the reason.
     pub untextured: Vec<Untextured>,
     /// What the user should know: cuts that failed, violations of the published method.
@@ -160,8 +163,55 @@ pub struct ImageLayer {
     pub texels_used: u64,
     /// Texels covered and visible.
     pub texels_visible: u64,
+    /// The filling, where there is any.
+    #[serde(flatten)]
+    pub fill: Option<LayerFill>,
     /// 3 rows x 4: (u q, v q, q) = rows * (x, y, z, 1), u and v in 0..1 of the rectangle, v down.
     pub uv_from_world: [[f64; 4]; 3],
+}
+
+/// The filling of an image layer: files of its rectangle.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct LayerFill {
+    /// RGBA PNG: opaque where a hidden texel was filled, else transparent. It never holds a texel of `file`.
+    pub filled_file: String,
+    /// 8-bit PNG: how far the filling is trusted, in 255ths; 0 where nothing was filled.
+    pub confidence_file: String,
+    /// 8- or 16-bit PNG: the place in [`StackFill::origins`] of where a filled texel comes from; 0 elsewhere.
+    pub provenance_file: String,
+    /// Texels filled.
+    pub texels_filled: u64,
+}
+
+/// What filled the hidden texels of a stack.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct StackFill {
+    /// Hash of everything it was made of; when it still matches, nothing is filled again.
+    pub inputs: String,
+    /// What the numbers of the provenance files mean; the first stands for no filling.
+    pub origins: Vec<String>,
+    /// Hidden texels.
+    pub texels_hidden: u64,
+    /// Of these: given by other photos.
+    pub texels_from_photos: u64,
+    /// Made by example.
+    pub texels_by_example: u64,
+    /// Made by diffusion.
+    pub texels_diffused: u64,
+    /// Bytes of the filling's files.
+    pub bytes: u64,
+}
+
+/// Names in [`StackFill::origins`] that are no photos'. Photos' names hold no brackets at both ends.
+pub mod origins {
+    /// No filling.
+    pub const NONE: &str = "[none]";
+    /// An artist's hand.
+    pub const PAINTED: &str = "[painted]";
+    /// Invented by example.
+    pub const EXEMPLAR: &str = "[exemplar]";
+    /// Invented by diffusion.
+    pub const DIFFUSED: &str = "[diffused]";
 }
 
 /// A face that this photo gives no texture.

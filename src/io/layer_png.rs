@@ -64,6 +64,38 @@ pub fn write_mask(path: &Path, rect: PixelRect, spans: &[PixelSpan]) -> Result<u
     write(path, rect, ColorType::Grayscale, BitDepth::One, None, &data)
 }
 
+/// Writes RGBA samples of `rect`, row by row. Returns bytes.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_rgba(path: &Path, rect: PixelRect, samples: &Samples, icc: Option<&[u8]>) -> Result<u64> {
+    write_samples(path, rect, ColorType::Rgba, samples, icc)
+}
+
+/// Writes one sample a pixel of `rect`, row by row. Returns bytes.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn write_grey(path: &Path, rect: PixelRect, samples: &Samples) -> Result<u64> {
+    write_samples(path, rect, ColorType::Grayscale, samples, None)
+}
+
+fn write_samples(
+    path: &Path,
+    rect: PixelRect,
+    color: ColorType,
+    samples: &Samples,
+    icc: Option<&[u8]>,
+) -> Result<u64> {
+    match samples {
+        Samples::U8(samples) => write(path, rect, color, BitDepth::Eight, icc, samples),
+        Samples::U16(samples) => {
+            let bytes: Vec<u8> = samples.iter().flat_map(|s| s.to_be_bytes()).collect();
+            write(path, rect, color, BitDepth::Sixteen, icc, &bytes)
+        }
+    }
+}
+
 /// Sets bits `x0..x1` of a row; the first pixel is the highest bit of its byte.
 fn set_bits(row: &mut [u8], x0: usize, x1: usize) {
     let (first, last) = (x0 / 8, (x1 - 1) / 8);

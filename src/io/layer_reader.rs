@@ -53,6 +53,27 @@ pub fn read_mask(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u8
     Ok(mask)
 }
 
+/// Samples in shades of grey, 8 or 16 bits, as they are; `crop.w * crop.h`, rows from the top.
+///
+/// # Errors
+/// [`Error::Io`], and [`Error::Input`] for a file that is no such PNG of the size of `rect`.
+pub fn read_grey(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u16>> {
+    let mut reader = open(path, rect)?;
+    let mut grey = Vec::with_capacity(crop.area() as usize);
+    let (skipped, count) = ((crop.x - rect.x) as usize, crop.w as usize);
+    match reader.output_color_type() {
+        (ColorType::Grayscale, BitDepth::Eight) => rows(path, &mut reader, rect, crop, |row| {
+            grey.extend(row[skipped..skipped + count].iter().map(|sample| u16::from(*sample)));
+        })?,
+        (ColorType::Grayscale, BitDepth::Sixteen) => rows(path, &mut reader, rect, crop, |row| {
+            let samples = row[2 * skipped..2 * (skipped + count)].as_chunks().0;
+            grey.extend(samples.iter().map(|sample| u16::from_be_bytes(*sample)));
+        })?,
+        (colour, depth) => return Err(unexpected(path, format!("{colour:?} of {depth:?} bits, not grey"))),
+    }
+    Ok(grey)
+}
+
 type Png = Reader<BufReader<File>>;
 
 fn open(path: &Path, rect: PixelRect) -> Result<Png> {

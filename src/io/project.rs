@@ -129,6 +129,7 @@ mod tests {
     use super::*;
     use crate::geometry::Similarity;
     use crate::layers::Options;
+    use crate::layers::fill::FillOptions;
 
     fn project() -> Project {
         Project {
@@ -138,6 +139,7 @@ mod tests {
             model: "../site/castle.obj".into(),
             world_from_model: Similarity::IDENTITY,
             options: Options { margin: 4, ..Options::default() },
+            fill: FillOptions { without: vec!["tractor".into()], ..FillOptions::default() },
         }
     }
 

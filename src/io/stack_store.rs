@@ -142,6 +142,27 @@ impl StackStore {
         Ok(StackWriter { store: self.clone(), photo: photo.to_owned(), folder })
     }
 
+    /// Starts a new version of a current stack, with all files that it names but those of a filling, and
+    /// the stack as [`StackWriter::commit`] takes it: without a filling, its files by their bare names.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when a file is gone or the project cannot be written to.
+    pub fn amend(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
+        let photo = &stack.photo.name;
+        let (writer, home) = (self.begin(photo)?, self.folder(photo));
+        let mut bare = stack.clone();
+        bare.bytes -= bare.fill.take().map_or(0, |fill| fill.bytes.min(stack.bytes));
+        for layer in &mut bare.image_layers {
+            layer.fill = None;
+            for file in [&mut layer.file, &mut layer.needed_file] {
+                let name = file.rsplit('/').next().unwrap_or_default().to_owned();
+                link(&home.join(&*file), &writer.folder().join(&name))?;
+                *file = name;
+            }
+        }
+        Ok((writer, bare))
+    }
+
     /// Clears away what killed builds left over. Returns where in `inbox/` files are now that
     /// somebody had changed.
     ///
@@ -223,6 +244,10 @@ impl StackWriter {
         for layer in &mut stack.image_layers {
             layer.file = format!("{version}/{}", layer.file);
             layer.needed_file = format!("{version}/{}", layer.needed_file);
+            if let Some(fill) = &mut layer.fill {
+                let files = [&mut fill.filled_file, &mut fill.confidence_file, &mut fill.provenance_file];
+                files.into_iter().for_each(|file| *file = format!("{version}/{file}"));
+            }
         }
         let text = to_json(&stack);
         record.stack = hash_bytes(&text);
@@ -282,6 +307,14 @@ impl StackWriter {
         write_atomically(&file, text)?;
         Ok(kept)
     }
+}
+
+/// The same file under another name: at no cost where the file system can, else as a copy.
+fn link(file: &Path, name: &Path) -> Result<()> {
+    if fs::hard_link(file, name).is_err() {
+        fs::copy(file, name).map_err(Error::io(file, "copy it"))?;
+    }
+    Ok(())
 }
 
 fn versions_in(folder: &Path) -> Result<Vec<String>> {

@@ -1,5 +1,6 @@
 //! The method, one file per step in reading order: what a photo sees, its fragments and the table
-//! of occlusions, cycles, elements and visibility layers, image layers, their content.
+//! of occlusions, cycles, elements and visibility layers, image layers, their content, and what fills
+//! what the photo did not show of them.
 
 pub mod options;
 pub mod view;
@@ -21,6 +22,7 @@ pub mod pieces;
 
 pub mod cluster;
 pub mod content;
+pub mod fill;
 
 pub mod sort;
 #[cfg(test)]

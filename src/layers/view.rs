@@ -134,7 +134,7 @@ impl View {
 }
 
 /// Homogeneous clip coordinates (x, y, w) of a point in the camera frame, see [`View::corners`].
-fn clip_from_camera(p: DVec3, camera: &Pinhole) -> [f32; 3] {
+pub fn clip_from_camera(p: DVec3, camera: &Pinhole) -> [f32; 3] {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let x = 2.0 * (camera.fx * p.x + camera.cx * p.z) / width - p.z;
     let y = p.z - 2.0 * (camera.fy * p.y + camera.cy * p.z) / height;

@@ -127,15 +127,19 @@ pub const COVERED: u8 = 1;
 /// outline it is carried past it in place of a guess, because such pixels are mixtures of both.
 pub const BESIDE: u8 = 2;
 
+/// The texel is not the photo's: it was filled, and its alpha is how far it is trusted. Confidence falls
+/// beside it as beside an empty one.
+pub const FILLED: u8 = 4;
+
 /// The texels of a sheet, as its files have them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct SheetPixels {
     /// The part of the sheet's rectangle that holds anything, in photo pixels; all else is empty.
     pub rect: PixelRect,
     /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4`, rows from the top, not premultiplied. Alpha 0:
-    /// nothing there.
+    /// nothing there; else how far the texel is trusted.
     pub rgba: Vec<u8>,
-    /// [`COVERED`] and [`BESIDE`], or 0; `rect.w * rect.h`.
+    /// [`COVERED`], [`BESIDE`] and [`FILLED`], or 0; `rect.w * rect.h`.
     pub needed: Vec<u8>,
 }
 

@@ -40,6 +40,7 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
         texels_used: image_layers.iter().map(|l| l.texels_used).sum(),
         texels_unmerged: sorted.texels_unmerged,
         bytes: 0,
+        fill: None,
         untextured: untextured(model, sorted),
         notes: notes(model, sorted, options),
         counts: counts(sorted, options),
@@ -150,6 +151,7 @@ fn image_layer(
         needed_rect: content.needed_rect(),
         texels_used: content.texels_used(),
         texels_visible: content.texels_visible(),
+        fill: None,
         uv_from_world: uv_from_world(&photo.camera, &photo.pose, cluster.rect),
         id,
     }

@@ -11,6 +11,7 @@ use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
 use crate::io::project::{refuse_content, relative_to, write_project};
 use crate::layers::Options;
+use crate::layers::fill::FillOptions;
 use crate::task::Task;
 
 /// What a new project is made of. Paths are relative to the working folder.
@@ -64,6 +65,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             model,
             world_from_model: new.world_from_model,
             options: new.options.clone(),
+            fill: FillOptions::default(),
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

@@ -7,6 +7,7 @@ pub mod check;
 pub mod create;
 pub mod exploded;
 pub mod export;
+pub mod fill;
 pub mod gains;
 pub mod inputs;
 pub mod named;

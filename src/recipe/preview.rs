@@ -26,11 +26,13 @@ pub struct PreviewOptions {
     pub gains: bool,
     /// Surfaces are shown with the relief that the photos tell.
     pub relief: bool,
+    /// Hidden texels are shown as they were filled, where they were.
+    pub filled: bool,
 }
 
 impl Default for PreviewOptions {
     fn default() -> Self {
-        Self { textures: TextureOptions::default(), gains: true, relief: true }
+        Self { textures: TextureOptions::default(), gains: true, relief: true, filled: true }
     }
 }
 
@@ -60,7 +62,7 @@ pub fn open(
     let (store, site) = (StackStore::new(folder), &opened.site);
     let stacks = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks));
-    let files = SheetFiles::new(&store, &stacks);
+    let files = SheetFiles::new(&store, &stacks, options.filled);
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
     let memory = default_memory();
     let gains = match options.gains {

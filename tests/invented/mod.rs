@@ -164,6 +164,7 @@ fn layer(plan: &Plan, index: u32, needed: &[bool], visible: &[bool]) -> ImageLay
         needed_rect,
         texels_used: used.len() as u64,
         texels_visible: visible.iter().filter(|v| **v).count() as u64,
+        fill: None,
         uv_from_world: [[0.0; 4]; 3],
     }
 }
@@ -220,6 +221,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         texels_used: image_layers.iter().map(|layer| layer.texels_used).sum(),
         texels_unmerged: 0,
         bytes: 0,
+        fill: None,
         untextured: vec![],
         notes: vec![],
         counts: Default::default(),

@@ -61,7 +61,7 @@ impl Bench {
         Some(Self {
             gpu: Gpu::headless().unwrap(),
             sources: sources(&site, &stacks).into(),
-            texels: Arc::new(SheetFiles::new(&store, &stacks)),
+            texels: Arc::new(SheetFiles::new(&store, &stacks, true)),
             _folder: folder,
             gains,
             site,

@@ -125,6 +125,19 @@ impl Raster {
         }
     }
 
+    /// Lays this raster over another of its size and depth: that shows where this one is fully transparent.
+    ///
+    /// # Panics
+    /// When they differ in size or depth.
+    pub fn lay_over(&mut self, below: &Self) {
+        assert_eq!((self.width, self.height), (below.width, below.height), "two rasters of one size");
+        match (&mut self.samples, &below.samples) {
+            (Samples::U8(own), Samples::U8(below)) => lay_over(own, below),
+            (Samples::U16(own), Samples::U16(below)) => lay_over(own, below),
+            _ => assert_eq!(self.depth(), below.depth(), "two rasters of one depth"),
+        }
+    }
+
     /// The part in `rect`, which is counted from the top left corner of this raster and lies
     /// within it.
     ///
@@ -213,6 +226,15 @@ fn with_alpha<T: Copy>(rgb: &[T], full: T) -> Vec<T> {
 fn row_of<T>(samples: &[T], width: u32, rect: PixelRect, y: u32) -> &[T] {
     let start = (rect.y as usize + y as usize) * width as usize + rect.x as usize;
     &samples[RGBA * start..RGBA * (start + rect.w as usize)]
+}
+
+fn lay_over<T: Copy + PartialEq + Default>(own: &mut [T], below: &[T]) {
+    let clear = T::default();
+    for (own, below) in own.as_chunks_mut::<RGBA>().0.iter_mut().zip(below.as_chunks::<RGBA>().0) {
+        if own[3] == clear {
+            *own = *below;
+        }
+    }
 }
 
 fn cropped<T: Copy>(samples: &[T], width: u32, rect: PixelRect) -> Vec<T> {

@@ -5,6 +5,7 @@
 //! |---|---|---|
 //! | `passes::nearest` | *nearest* | inverse depth of the nearest fragment, per pixel |
 //! | `passes::presence` | *item* | the working set; where and by which item the others are hidden |
+//! | `passes::owners` | | who owns each pixel |
 //! | `passes::lists` | *lists* | every fragment of the working set, per pixel |
 //! | [`super::count_pairs`] | *pairs* | the table of occlusions |
 //!
@@ -61,6 +62,12 @@ impl Rasteriser for SoftwareRasteriser {
         let lists = passes::lists(&Drawing::new(view), tolerance, working, task)?;
         peeling::stencil(view, &lists, tolerance, working, task)
     }
+}
+
+/// Per pixel, row by row from the top, the item that owns it plus one: of those visible there, within the
+/// tolerance of the nearest, the last in model order. 0 where there is none.
+pub fn owners(view: &View, tolerance: f32) -> Vec<u32> {
+    passes::owners(&Drawing::new(view), tolerance)
 }
 
 #[cfg(test)]

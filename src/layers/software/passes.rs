@@ -118,6 +118,21 @@ fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
     working.into_iter().zip(first_hidden).map(presence).collect()
 }
 
+/// Pass *owners*: see [`super::owners`].
+pub fn owners(drawing: &Drawing, tolerance: f32) -> Vec<u32> {
+    let of_band = |rows: Range<u32>| {
+        let nearest = nearest(drawing, &rows);
+        let mut owners = vec![0; drawing.pixels(&rows)];
+        drawing.each_fragment(&rows, |item, pixel, inverse_depth| {
+            if !is_behind(inverse_depth, nearest[pixel], tolerance) {
+                owners[pixel] = item.0 + 1;
+            }
+        });
+        owners
+    };
+    drawing.bands().into_par_iter().map(of_band).collect::<Vec<_>>().concat()
+}
+
 /// Names the owners of the pixels where items are hidden.
 pub fn name_owners(presence: &mut [Presence], lists: &FragmentLists) {
     for presence in presence {

@@ -11,7 +11,7 @@ use super::srgb::Srgb;
 use super::tiles::{GUTTER, Shape};
 use crate::geometry::PixelRect;
 use crate::projection::SheetPixels;
-use crate::projection::sources::{BESIDE, COVERED};
+use crate::projection::sources::{BESIDE, COVERED, FILLED};
 
 /// How a pyramid is made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -124,7 +124,8 @@ pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) 
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
     let mut first = photo_level(from_corner, pixels);
-    trust(&mut first, options.ramp);
+    let filled = runs_where(from_corner, &pixels.needed, |needed| needed & FILLED != 0);
+    trust(&mut first, &filled, options.ramp);
     let mut levels = Vec::with_capacity(shape.levels() as usize);
     let mut light =
         (shape.levels() > 1).then(|| Light::half_of(&Decoded { level: &first, srgb }, shape.halves(0)));
@@ -187,10 +188,11 @@ fn beside(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 
     (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
 }
 
-/// Alpha becomes confidence.
-fn trust(level: &mut Level, ramp: Ramp) {
+/// Alpha becomes confidence. What was filled keeps its own: it is invented beside what the photo shows, not
+/// taken for it.
+fn trust(level: &mut Level, filled: &Spans, ramp: Ramp) {
     let content = std::mem::take(&mut level.content);
-    ramp.each(&content, |x, y, trust| {
+    ramp.each(&content.minus(filled), |x, y, trust| {
         let at = level.index(x, y) + 3;
         level.rgba[at] = byte(f32::from(level.rgba[at]) / 255.0 * trust);
     });

@@ -239,7 +239,11 @@ impl<'a> Content<'a> {
         self.task.go_on()?;
         let layer = self.layer(index);
         let place = self.exported_rect(layer);
-        let whole = read_rgba(&self.folder.join(&layer.file), layer.rect.w, layer.rect.h)?;
+        let mut whole = read_rgba(&self.folder.join(&layer.file), layer.rect.w, layer.rect.h)?;
+        if let Some(fill) = &layer.fill {
+            let filling = read_rgba(&self.folder.join(&fill.filled_file), layer.rect.w, layer.rect.h)?;
+            whole.lay_over(&filling);
+        }
         let pixels = whole.cropped(moved(place, &layer.rect));
         self.hashes[index].get_or_init(|| pixels.hash_at(place.x, place.y));
         Ok(Arc::new(pixels))

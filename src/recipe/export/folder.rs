@@ -41,7 +41,10 @@ pub fn fill(
         named.iter().find(|(name, _)| *name == layer.name).map(|(_, file)| file.clone())
     })?;
     let mut described = stack.clone();
+    // The layers hold their filling themselves.
+    described.fill = None;
     for layer in &mut described.image_layers {
+        layer.fill = None;
         folder.copy(&needed_file(layer), &content.folder.join(&layer.needed_file))?;
         layer.file = layer_file(layer);
         layer.needed_file = needed_file(layer);

@@ -10,12 +10,14 @@ mod guide;
 mod names;
 mod one;
 mod place;
+mod provenance;
 
 use std::fs;
 use std::path::Path;
 
 pub use compose::{Content, Hidden};
 pub use one::ExportReport;
+pub use provenance::write_provenance;
 
 use self::one::Exporter;
 use super::side_by_side::SideBySide;

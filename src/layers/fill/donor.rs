@@ -1,0 +1,270 @@
+//! A photo that gives: its colours at several levels of detail, and what it shows where.
+
+use std::sync::Arc;
+
+use glam::DVec2;
+use rayon::prelude::*;
+
+use super::surfaces::{SurfaceId, Surfaces};
+use crate::error::Result;
+use crate::geometry::{Pinhole, Plane, Pose};
+use crate::layers::software::owners;
+use crate::layers::view::{Item, View};
+use crate::projection::srgb::Srgb;
+use crate::projection::{PhotoId, Projector};
+use crate::scene::{Model, PhotoPixels};
+
+/// Where the photos come from: files, or a test's own.
+pub trait Donors: Sync {
+    /// The photo, ready to give; none where it cannot be read.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>>;
+}
+
+/// A photo gives nothing nearer to another depth than so many pixels: models are wrong by a few, and what
+/// lies behind an edge must not be taken for what lies before it.
+const INSIDE_PX: usize = 4;
+
+/// Two surfaces whose depths differ by less than this share are one at a pixel: windows in their wall. What
+/// `projection::relief` calls the same surface.
+const SAME_DEPTH: f32 = 5e-4;
+
+/// Planes that lean against each other by less than 2.5 degrees are parallel (cosine).
+const PARALLEL: f64 = 0.999;
+
+/// Neighbouring pixels have the same depth up to this share of it, beside what slopes explain.
+const JUMP: f32 = 3e-3;
+
+/// Levels of detail: coarser than an eighth, neighbours of the surface would be mixed in.
+const LEVELS: usize = 4;
+
+/// The pixel lies [`INSIDE_PX`] inside of what the photo shows of its surface.
+const INSIDE: u32 = 1 << 31;
+
+/// A photo, ready to give.
+pub struct Donor {
+    /// Size and K in pixels.
+    pub camera: Pinhole,
+    /// World to camera.
+    pub pose: Pose,
+    /// Bits of a sample in its file: 8 or 16. Here all have 8.
+    pub bits: u8,
+    /// Its colour profile.
+    pub icc: Option<Vec<u8>>,
+    view: View,
+    planes: Vec<Plane>,
+    /// For each surface its item in `view`, or [`NOWHERE`].
+    item_of: Vec<u32>,
+    /// Per pixel the item that owns it plus one, 0 for none, and [`INSIDE`].
+    shown: Vec<u32>,
+    levels: Vec<Level>,
+}
+
+const NOWHERE: u32 = u32::MAX;
+
+/// One level of detail: sRGB, 8 bits, three samples a pixel, rows from the top.
+struct Level {
+    width: usize,
+    height: usize,
+    rgb: Vec<u8>,
+}
+
+impl Donor {
+    /// Of a photo with its pixels, and the model in world coordinates; `tolerance` is that of occlusion.
+    pub fn new(
+        projector: &Projector,
+        pixels: &PhotoPixels,
+        model: &Model,
+        surfaces: &Surfaces,
+        tolerance: f32,
+    ) -> Self {
+        let Projector { camera, pose, .. } = projector;
+        let view = View::new(model, camera, pose);
+        let mut item_of = vec![NOWHERE; surfaces.len()];
+        let mut planes = Vec::with_capacity(view.items.len());
+        for (i, item) in (0..).zip(&view.items) {
+            let surface = surfaces.id(item.face, item.triangle);
+            item_of[surface.0 as usize] = i;
+            planes.push(surfaces.get(surface).plane);
+        }
+        let mut shown = owners(&view, tolerance);
+        remove_invalid(&mut shown, pixels);
+        mark_inside(&mut shown, &view);
+        let (bits, icc, levels) = (pixels.bits(), pixels.icc.clone(), levels(pixels));
+        Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, shown, levels }
+    }
+
+    /// The model as the photo sees it.
+    pub fn view(&self) -> &View {
+        &self.view
+    }
+
+    /// The item of a surface, if that may cover pixels of this photo.
+    pub fn item(&self, surface: SurfaceId) -> Option<u32> {
+        Some(self.item_of[surface.0 as usize]).filter(|item| *item != NOWHERE)
+    }
+
+    /// The item with this index.
+    pub fn seen(&self, item: u32) -> &Item {
+        &self.view.items[item as usize]
+    }
+
+    /// Whether the photo shows the item's plane at a position, well inside of what it shows of it.
+    pub fn shows(&self, item: u32, px: DVec2) -> bool {
+        let inside = px.x >= 0.0 && px.y >= 0.0;
+        let (x, y) = (px.x as u32, px.y as u32);
+        if !inside || x >= self.camera.width || y >= self.camera.height {
+            return false;
+        }
+        let shown = self.shown[y as usize * self.camera.width as usize + x as usize];
+        shown & INSIDE != 0 && self.owns(item, x, y)
+    }
+
+    /// Whether the photo shows the item's plane at a pixel, be it at its border.
+    pub fn owns(&self, item: u32, x: u32, y: u32) -> bool {
+        let shown = self.shown[y as usize * self.camera.width as usize + x as usize] & !INSIDE;
+        shown.checked_sub(1).is_some_and(|owner| owner == item || self.is_level(owner, item, x, y))
+    }
+
+    /// Two items have one plane as far as a pixel can tell.
+    fn is_level(&self, a: u32, b: u32, x: u32, y: u32) -> bool {
+        let depth = |item: u32| self.view.items[item as usize].inverse_depth.at(x, y);
+        let normal = |item: u32| self.planes[item as usize].normal;
+        (depth(a) / depth(b) - 1.0).abs() <= SAME_DEPTH && normal(a).dot(normal(b)).abs() >= PARALLEL
+    }
+
+    /// The level of detail at which `ratio` of the photo's pixels lie along one that is asked for.
+    pub fn level_for(&self, ratio: f64) -> usize {
+        (ratio.max(1.0).log2().round() as usize).min(self.levels.len() - 1)
+    }
+
+    /// The colour of a pixel: linear light, full range 1.
+    pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
+        let at = 3 * (y as usize * self.camera.width as usize + x as usize);
+        [0, 1, 2].map(|c| Srgb::tables().linear(self.levels[0].rgb[at + c]))
+    }
+
+    /// The colour at a position, between four pixels of a level: linear light, full range 1.
+    pub fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
+        let Level { width, height, rgb } = &self.levels[level];
+        let srgb = Srgb::tables();
+        let scale = 1.0 / f64::from(1u32 << level);
+        let at = (px * scale - 0.5).clamp(DVec2::ZERO, DVec2::new((*width - 1) as f64, (*height - 1) as f64));
+        let (x, y) = (at.x as usize, at.y as usize);
+        let (sx, sy) = ((at.x - x as f64) as f32, (at.y - y as f64) as f32);
+        let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
+        let texel = |x: usize, y: usize, c: usize| srgb.linear(rgb[3 * (y * width + x) + c]);
+        [0, 1, 2].map(|c| {
+            let above = texel(x, y, c) * (1.0 - sx) + texel(x1, y, c) * sx;
+            let below = texel(x, y1, c) * (1.0 - sx) + texel(x1, y1, c) * sx;
+            above * (1.0 - sy) + below * sy
+        })
+    }
+
+    /// Bytes that it takes.
+    pub fn bytes(&self) -> u64 {
+        4 * self.shown.len() as u64 + self.levels.iter().map(|level| level.rgb.len() as u64).sum::<u64>()
+    }
+}
+
+/// Where the photo is not valid it shows nothing.
+fn remove_invalid(shown: &mut [u32], pixels: &PhotoPixels) {
+    if !pixels.has_alpha() {
+        return;
+    }
+    for (i, shown) in (0..).zip(shown) {
+        if !pixels.is_valid(i % pixels.width, i / pixels.width) {
+            *shown = 0;
+        }
+    }
+}
+
+/// Marks the pixels that have no other depth within [`INSIDE_PX`] pixels along rows and columns.
+fn mark_inside(shown: &mut [u32], view: &View) {
+    let (width, height) = (view.width as usize, view.height as usize);
+    let owners = &*shown;
+    let differs = |x: usize, y: usize| {
+        let jump_to = |x1: usize, y1: usize| {
+            let inside = x1 < width && y1 < height;
+            inside && is_jump(view, [owners[y * width + x], owners[y1 * width + x1]], [x, y], [x1, y1])
+        };
+        jump_to(x + 1, y)
+            || jump_to(x, y + 1)
+            || jump_to(x.wrapping_sub(1), y)
+            || jump_to(x, y.wrapping_sub(1))
+    };
+    let mut jumps = vec![0u8; width * height];
+    jumps.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        row.iter_mut().enumerate().for_each(|(x, jump)| *jump = differs(x, y).into());
+    });
+    let wide: Vec<u8> = jumps.par_chunks(width).flat_map_iter(grown_along).collect();
+    shown.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+        let rows = y.saturating_sub(INSIDE_PX)..(y + INSIDE_PX + 1).min(height);
+        for (x, shown) in row.iter_mut().enumerate() {
+            if *shown != 0 && rows.clone().all(|y| wide[y * width + x] == 0) {
+                *shown |= INSIDE;
+            }
+        }
+    });
+}
+
+/// A row with every mark grown to both sides.
+fn grown_along(row: &[u8]) -> Vec<u8> {
+    let mut grown = vec![0u8; row.len()];
+    for (x, _) in row.iter().enumerate().filter(|(_, mark)| **mark != 0) {
+        grown[x.saturating_sub(INSIDE_PX)..(x + INSIDE_PX + 1).min(row.len())].fill(1);
+    }
+    grown
+}
+
+/// Whether the depth jumps between two neighbours: neither plane explains the other's depth.
+fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool {
+    if owners[0] == owners[1] {
+        return false;
+    }
+    if owners.contains(&0) {
+        return true;
+    }
+    let [i, j] = owners.map(|owner| view.items[owner as usize - 1].inverse_depth);
+    let off = |p: [usize; 2]| {
+        let (x, y) = (p[0] as u32, p[1] as u32);
+        let (di, dj) = (i.at(x, y), j.at(x, y));
+        let slopes = i.a.abs() + i.b.abs() + j.a.abs() + j.b.abs();
+        (di - dj).abs() - slopes - JUMP * di.abs().max(dj.abs())
+    };
+    off(a).min(off(b)) > 0.0
+}
+
+fn levels(pixels: &PhotoPixels) -> Vec<Level> {
+    let (width, height) = (pixels.width as usize, pixels.height as usize);
+    let rows = (0..pixels.height).into_par_iter().flat_map_iter(|y| {
+        (0..pixels.width).flat_map(move |x| {
+            let [r, g, b, _] = pixels.rgba16(x, y);
+            [r, g, b].map(|value| ((u32::from(value) * 255 + 32767) / 65535) as u8)
+        })
+    });
+    let mut levels = vec![Level { width, height, rgb: rows.collect() }];
+    while levels.len() < LEVELS && levels[levels.len() - 1].width.min(levels[levels.len() - 1].height) > 1 {
+        levels.push(halved(&levels[levels.len() - 1]));
+    }
+    levels
+}
+
+/// Means of two by two, in linear light; an odd last row or column is dropped.
+fn halved(level: &Level) -> Level {
+    let (width, height) = (level.width / 2, level.height / 2);
+    let srgb = Srgb::tables();
+    let rgb = (0..height).into_par_iter().flat_map_iter(|y| {
+        let texel = move |x: usize, y: usize, c: usize| srgb.linear(level.rgb[3 * (y * level.width + x) + c]);
+        (0..width).flat_map(move |x| {
+            [0, 1, 2].map(|c| {
+                let (x, y) = (2 * x, 2 * y);
+                let sum = texel(x, y, c) + texel(x + 1, y, c) + texel(x, y + 1, c) + texel(x + 1, y + 1, c);
+                srgb.encoded(sum / 4.0)
+            })
+        })
+    });
+    Level { width, height, rgb: rgb.collect() }
+}

@@ -1,0 +1,161 @@
+//! Invented by example: what is unknown of a plane picture is put together of patches of what is known.
+//!
+//! Wexler, Shechtman and Irani (*Space-Time Completion of Video*, 2007) say what is wanted: every patch that
+//! holds something unknown should look like some patch that is known. It is found from coarse to fine, in
+//! turns: each patch looks for its likest ([`search`], after Barnes, Shechtman, Finkelstein and Goldman,
+//! *PatchMatch*, 2009), then every unknown cell takes the mean of what its patches say ([`level`]). Facades
+//! repeat: the shifts by which the known part is most like itself ([`shifts`], He and Sun, *Statistics of Patch
+//! Offsets for Image Completion*, 2012) are tried everywhere, and they and shifts along the axes are
+//! preferred: the plane is upright, so that both are the facade's own (Huang, Kang, Ahuja and Kopf, *Image
+//! Completion using Planar Structure Guidance*, 2014). The finest grid only copies, by the shifts found below it.
+
+mod level;
+mod random;
+mod search;
+mod shifts;
+
+use self::level::{Level, levels};
+use self::search::Field;
+use super::push_pull::Grid;
+
+/// What is known of a cell.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Cell {
+    /// Not asked for.
+    Outside,
+    /// Asked for.
+    Unknown,
+    /// There is a colour.
+    Known,
+}
+
+/// A plane picture with holes.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Canvas {
+    /// Columns and rows.
+    pub size: [usize; 2],
+    /// Square roots of linear light, so that differences are about as large as they look.
+    pub colours: Vec<[f32; 3]>,
+    /// One a colour.
+    pub cells: Vec<Cell>,
+}
+
+impl Canvas {
+    /// All of it outside.
+    pub fn new(size: [usize; 2]) -> Self {
+        let count = size[0] * size[1];
+        Self { size, colours: vec![[0.0; 3]; count], cells: vec![Cell::Outside; count] }
+    }
+
+    /// All colours, those that are not known by diffusion; none where nothing is known.
+    pub fn diffused(&self) -> Option<Vec<[f32; 3]>> {
+        let weights = self.cells.iter().map(|cell| if *cell == Cell::Known { 1.0 } else { 0.0 }).collect();
+        Grid { size: self.size, values: self.colours.clone(), weights }.filled()
+    }
+}
+
+/// Cells on either side of a patch's middle: seven by seven cells hold a corner of a window.
+const REACH: usize = 3;
+
+/// Patches to take from, at least: from fewer nothing can be put together but repetitions of them.
+const LEAST_SOURCES: usize = 256;
+
+/// The unknown may be so many times as large as what is known: beyond, repetition is all that is seen.
+const MOST_INVENTED: usize = 12;
+
+/// Patches that look for their likest on the finest grid at most: beyond, shifts found at half the size are
+/// as good.
+const MOST_SEARCHED: usize = 40_000;
+
+/// Turns on the coarsest grid, where everything is decided, and on each finer one.
+const TURNS: [usize; 2] = [10, 3];
+
+/// Makes the unknown cells known by example. False, and nothing changed, where there is too little to take
+/// examples from. The same canvas and seed give the same picture on any number of threads.
+pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
+    let unknown = canvas.cells.iter().filter(|cell| **cell == Cell::Unknown).count();
+    let known = canvas.cells.iter().filter(|cell| **cell == Cell::Known).count();
+    if unknown == 0 || unknown > MOST_INVENTED * known {
+        return false;
+    }
+    let Some(diffused) = canvas.diffused() else { return false };
+    let mut levels = levels(canvas, diffused);
+    // The finest that is searched; coarser ones have fewer targets still.
+    let finest = levels.iter().position(|l| l.targets.len() <= MOST_SEARCHED).unwrap_or(levels.len() - 1);
+    let coarsest = match levels.iter().rposition(|l| l.sources.len() >= LEAST_SOURCES) {
+        Some(coarsest) if coarsest >= finest => coarsest,
+        _ => return false,
+    };
+    let shifts = shifts::dominant(&levels[finest..=coarsest], seed);
+    let mut field: Option<Field> = None;
+    for at in (finest..=coarsest).rev() {
+        let shifts: Vec<[i32; 2]> = shifts.iter().map(|shift| shift.at(at - finest)).collect();
+        let turns = TURNS[usize::from(at < coarsest)];
+        let level = &mut levels[at];
+        let mut next = match field.take() {
+            None => Field::random(level, seed),
+            Some(coarser) => coarser.refined(level, seed),
+        };
+        if at < coarsest {
+            level.vote(&next);
+        }
+        for turn in 0..turns {
+            next.search(level, &shifts, seed ^ (at * 64 + turn) as u64);
+            level.vote(&next);
+        }
+        field = Some(next);
+    }
+    let field = field.expect("one grid at least was searched");
+    copy(canvas, &levels[finest], &field, finest);
+    true
+}
+
+/// Gives every unknown cell of the canvas what lies at its shift, found on a grid 2^level as coarse: the mean
+/// over the four nearest cells of that grid, by nearness, so that no blocks are seen.
+fn copy(canvas: &mut Canvas, level: &Level, field: &Field, coarser: usize) {
+    let scale = 1 << coarser;
+    let [width, height] = canvas.size;
+    let before = canvas.clone();
+    for (i, cell) in before.cells.iter().enumerate().filter(|(_, cell)| **cell == Cell::Unknown) {
+        let (x, y) = (i % width, i / width);
+        let (mut sum, mut weight) = ([0.0; 3], 0.0);
+        for (near, share) in nearest(x, y, scale, level.size) {
+            let Some([sx, sy]) = field.shift(level, near) else { continue };
+            let (sx, sy) = (x as i32 + sx * scale as i32, y as i32 + sy * scale as i32);
+            let inside = sx >= 0 && sy >= 0 && (sx as usize) < width && (sy as usize) < height;
+            let from = if inside { sy as usize * width + sx as usize } else { continue };
+            if before.cells[from] == Cell::Known {
+                (0..3).for_each(|c| sum[c] += share * before.colours[from][c]);
+                weight += share;
+            }
+        }
+        debug_assert!(*cell == Cell::Unknown);
+        canvas.colours[i] = if weight > 0.0 {
+            sum.map(|sum| sum / weight)
+        } else {
+            level.colours
+                [(y / scale).min(level.size[1] - 1) * level.size[0] + (x / scale).min(level.size[0] - 1)]
+        };
+        canvas.cells[i] = Cell::Known;
+    }
+}
+
+/// The four cells of a coarser grid around one of the finest, with shares that add up to 1.
+fn nearest(x: usize, y: usize, scale: usize, size: [usize; 2]) -> [(usize, f32); 4] {
+    let along = |at: usize, count: usize| {
+        let place = ((at as f32 + 0.5) / scale as f32 - 0.5).clamp(0.0, (count - 1) as f32);
+        let first = place as usize;
+        (first, (first + 1).min(count - 1), place - first as f32)
+    };
+    let (x0, x1, sx) = along(x, size[0]);
+    let (y0, y1, sy) = along(y, size[1]);
+    [
+        (y0 * size[0] + x0, (1.0 - sx) * (1.0 - sy)),
+        (y0 * size[0] + x1, sx * (1.0 - sy)),
+        (y1 * size[0] + x0, (1.0 - sx) * sy),
+        (y1 * size[0] + x1, sx * sy),
+    ]
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,213 @@
+//! Each patch looks for its likest: PatchMatch, all patches at once in each round, so that the result does
+//! not depend on threads.
+
+use rayon::prelude::*;
+
+use super::REACH;
+use super::level::Level;
+use super::random::{number, within};
+
+/// For each patch that holds something unknown the middle of the known patch that is likest so far.
+pub struct Field {
+    /// By cell; [`NONE`] where the cell is the middle of no such patch.
+    source: Vec<u32>,
+    cost: Vec<f32>,
+}
+
+const NONE: u32 = u32::MAX;
+
+/// Neighbours a patch learns from, so many cells away: far ones first, so that what is good spreads fast.
+const JUMPS: [i32; 2] = [5, 1];
+
+/// How much less likely a shift is that neither repeats nor runs along an axis: its cost counts so much more.
+const IRREGULAR: f32 = 1.15;
+
+impl Field {
+    /// Any known patch for each.
+    pub fn random(level: &Level, seed: u64) -> Self {
+        Self::of(level, |target| level.sources[number(seed, target.into(), 0) as usize % level.sources.len()])
+    }
+
+    /// The field of a grid of half the size, taken over to `level`.
+    pub fn refined(&self, level: &Level, seed: u64) -> Self {
+        let [width, height] = level.size;
+        let coarse = [width.div_ceil(2), height.div_ceil(2)];
+        Self::of(level, |target| {
+            let (x, y) = (target as usize % width, target as usize / width);
+            let source = self.source[y / 2 * coarse[0] + x / 2];
+            let (sx, sy) = (source as usize % coarse[0] * 2 + x % 2, source as usize / coarse[0] * 2 + y % 2);
+            let found = (source != NONE && sx < width && sy < height).then(|| sy * width + sx);
+            match found.filter(|source| level.is_source[*source]) {
+                Some(source) => source as u32,
+                None => level.sources[number(seed, target.into(), 1) as usize % level.sources.len()],
+            }
+        })
+    }
+
+    fn of(level: &Level, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
+        let mut field =
+            Self { source: vec![NONE; level.colours.len()], cost: vec![0.0; level.colours.len()] };
+        for &target in &level.targets {
+            field.source[target as usize] = source_of(target);
+        }
+        field
+    }
+
+    /// The likest known patch of the patch around a cell, and how unlike it is.
+    pub fn best(&self, cell: usize) -> Option<(u32, f32)> {
+        (self.source[cell] != NONE).then(|| (self.source[cell], self.cost[cell]))
+    }
+
+    /// The way from a cell to its example, in columns and rows.
+    pub fn shift(&self, level: &Level, cell: usize) -> Option<[i32; 2]> {
+        let (source, _) = self.best(cell)?;
+        let width = level.size[0] as i32;
+        let (source, cell) = (source as i32, cell as i32);
+        Some([source % width - cell % width, source / width - cell / width])
+    }
+
+    /// The cost that three of four patches stay below.
+    pub fn usual_cost(&self) -> f32 {
+        let costs = self.source.iter().zip(&self.cost).filter(|(source, _)| **source != NONE);
+        let mut costs: Vec<f32> = costs.map(|(_, cost)| *cost).collect();
+        if costs.is_empty() {
+            return 0.0;
+        }
+        let place = costs.len() * 3 / 4;
+        *costs.select_nth_unstable_by(place, f32::total_cmp).1
+    }
+
+    /// One turn: every patch is compared anew, then learns from its neighbours, tries the shifts that repeat,
+    /// and looks around at random, ever nearer.
+    pub fn search(&mut self, level: &Level, shifts: &[[i32; 2]], seed: u64) {
+        let measure = Measure { level, shifts };
+        for (round, jump) in (0..).zip(JUMPS) {
+            let before = &*self;
+            let found: Vec<(u32, u32, f32)> = level
+                .targets
+                .par_iter()
+                .map(|&target| {
+                    let mut best = Best::new(&measure, target, before.source[target as usize]);
+                    before.learn(&mut best, jump);
+                    if round == 0 {
+                        shifts.iter().for_each(|shift| best.offer(*shift));
+                    } else {
+                        best.look_around(seed);
+                    }
+                    (target, best.source, best.cost)
+                })
+                .collect();
+            for (target, source, cost) in found {
+                (self.source[target as usize], self.cost[target as usize]) = (source, cost);
+            }
+        }
+    }
+
+    /// Offers the shifts of the four neighbours `jump` cells away.
+    fn learn(&self, best: &mut Best, jump: i32) {
+        let level = best.measure.level;
+        let [width, height] = level.size.map(|side| side as i32);
+        let (x, y) = (best.target as i32 % width, best.target as i32 / width);
+        for (dx, dy) in [(-jump, 0), (jump, 0), (0, -jump), (0, jump)] {
+            let (nx, ny) = (x + dx, y + dy);
+            if nx >= 0 && ny >= 0 && nx < width && ny < height {
+                let shift = self.shift(level, (ny * width + nx) as usize);
+                shift.into_iter().for_each(|shift| best.offer(shift));
+            }
+        }
+    }
+}
+
+/// The best example of a patch so far.
+struct Best<'a> {
+    measure: &'a Measure<'a>,
+    target: u32,
+    source: u32,
+    cost: f32,
+}
+
+impl<'a> Best<'a> {
+    fn new(measure: &'a Measure<'a>, target: u32, source: u32) -> Self {
+        Self { measure, target, source, cost: measure.cost(target, source, f32::INFINITY) }
+    }
+
+    fn offer(&mut self, [dx, dy]: [i32; 2]) {
+        let level = self.measure.level;
+        let [width, height] = level.size.map(|side| side as i32);
+        let (x, y) = (self.target as i32 % width + dx, self.target as i32 / width + dy);
+        if x < 0 || y < 0 || x >= width || y >= height {
+            return;
+        }
+        let source = (y * width + x) as u32;
+        if source == self.source || !level.is_source[source as usize] {
+            return;
+        }
+        let cost = self.measure.cost(self.target, source, self.cost);
+        if cost < self.cost {
+            (self.source, self.cost) = (source, cost);
+        }
+    }
+
+    fn look_around(&mut self, seed: u64) {
+        let [width, height] = self.measure.level.size.map(|side| side as i32);
+        let mut reach = width.max(height);
+        let mut step = 2;
+        while reach >= 1 {
+            let random = number(seed, self.target.into(), step);
+            let (dx, dy) = (within(random & 0xffff_ffff, reach), within(random >> 32, reach));
+            let (source, target) = (self.source as i32, self.target as i32);
+            let shift = [source % width - target % width, source / width - target / width];
+            self.offer([shift[0] + dx, shift[1] + dy]);
+            reach /= 2;
+            step += 1;
+        }
+    }
+}
+
+/// How unlike two patches are.
+struct Measure<'a> {
+    level: &'a Level,
+    shifts: &'a [[i32; 2]],
+}
+
+impl Measure<'_> {
+    /// The mean squared difference over what counts of the target's patch; it may stop once that is worse
+    /// than `limit`.
+    fn cost(&self, target: u32, source: u32, limit: f32) -> f32 {
+        let level = self.level;
+        let [width, height] = level.size;
+        let (x, y) = (target as usize % width, target as usize / width);
+        let factor = self.factor(target, source);
+        let rows = y.saturating_sub(REACH)..(y + REACH + 1).min(height);
+        let columns = x.saturating_sub(REACH)..(x + REACH + 1).min(width);
+        let mut weight = 0.0;
+        for row in rows.clone() {
+            weight +=
+                level.weights[row * width + columns.start..row * width + columns.end].iter().sum::<f32>();
+        }
+        let bound = limit * weight / factor;
+        let mut sum = 0.0;
+        for row in rows {
+            let at = row * width + columns.start;
+            let from = (at as i64 + i64::from(source) - i64::from(target)) as usize;
+            let count = columns.len();
+            let shown = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
+            for ((a, b), weight) in shown.zip(&level.weights[at..at + count]) {
+                let [r, g, b] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
+                sum += weight * (r * r + g * g + b * b);
+            }
+            if sum > bound {
+                return f32::INFINITY;
+            }
+        }
+        if weight > 0.0 { sum / weight * factor } else { 0.0 }
+    }
+
+    fn factor(&self, target: u32, source: u32) -> f32 {
+        let width = self.level.size[0] as i32;
+        let (source, target) = (source as i32, target as i32);
+        let [dx, dy] = [source % width - target % width, source / width - target / width];
+        let repeats = || self.shifts.iter().any(|[x, y]| (dx - x).abs() <= 1 && (dy - y).abs() <= 1);
+        if dx.abs() <= 1 || dy.abs() <= 1 || repeats() { 1.0 } else { IRREGULAR }
+    }
+}

@@ -1,0 +1,147 @@
+//! The shifts by which what is known is most like itself (He and Sun 2012): how far apart windows and courses
+//! of stone are.
+
+use super::level::Level;
+use super::random::{number, within};
+use super::{REACH, TURNS};
+use rayon::prelude::*;
+
+/// So many are kept: the peaks of the histogram fall off quickly.
+const KEPT: usize = 12;
+
+/// Patches that are asked: enough to fill a histogram.
+const ASKED: usize = 4096;
+
+/// Cells of the grid that is looked at, at most.
+const MOST_CELLS: usize = 160 * 160;
+
+/// Shifts shorter than this share of the longer side are what every picture is like: its own neighbourhood.
+const LEAST_SHARE: f32 = 1.0 / 15.0;
+
+/// A shift, with the grid whose cells it counts.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Shift {
+    cells: [i32; 2],
+    level: usize,
+}
+
+impl Shift {
+    /// In cells of grid number `level`, the finest being 0 of those that were given.
+    pub fn at(&self, level: usize) -> [i32; 2] {
+        self.cells.map(|side| match self.level.checked_sub(level) {
+            Some(finer) => side << finer,
+            None => side >> (level - self.level),
+        })
+    }
+}
+
+/// The dominant shifts of the known part, and those back. `levels` are the grids that are searched.
+pub fn dominant(levels: &[Level], seed: u64) -> Vec<Shift> {
+    let place = levels.iter().position(|l| l.colours.len() <= MOST_CELLS).unwrap_or(levels.len() - 1);
+    let level = &levels[place];
+    let least = ((level.size[0].max(level.size[1]) as f32 * LEAST_SHARE) as i32).max(2 * REACH as i32);
+    let step = level.sources.len().div_ceil(ASKED).max(1);
+    let asked: Vec<u32> = level.sources.iter().copied().step_by(step).collect();
+    let found: Vec<[i32; 2]> =
+        asked.par_iter().filter_map(|&patch| likest(level, patch, least, seed)).collect();
+    peaks(&found, level.size).into_iter().map(|cells| Shift { cells, level: place }).collect()
+}
+
+/// The shift to the likest patch that is `least` cells away or more, by looking at random and around what was
+/// found best.
+fn likest(level: &Level, patch: u32, least: i32, seed: u64) -> Option<[i32; 2]> {
+    let [width, height] = level.size.map(|side| side as i32);
+    let (x, y) = (patch as i32 % width, patch as i32 / width);
+    let mut best: Option<([i32; 2], f32)> = None;
+    let offer = |[dx, dy]: [i32; 2], best: &mut Option<([i32; 2], f32)>| {
+        let (sx, sy) = (x + dx, y + dy);
+        let inside = sx >= 0 && sy >= 0 && sx < width && sy < height;
+        if !inside || dx.abs().max(dy.abs()) < least || !level.is_source[(sy * width + sx) as usize] {
+            return;
+        }
+        let limit = best.map_or(f32::INFINITY, |best| best.1);
+        let cost = difference(level, patch as usize, (sy * width + sx) as usize, limit);
+        if cost < limit {
+            *best = Some(([dx, dy], cost));
+        }
+    };
+    // Along the axes every shift is tried: that is where facades repeat.
+    for shift in (-width..width).map(|dx| [dx, 0]).chain((-height..height).map(|dy| [0, dy])) {
+        offer(shift, &mut best);
+    }
+    for step in 0..64 {
+        let source =
+            level.sources[number(seed, patch.into(), step + 100) as usize % level.sources.len()] as i32;
+        offer([source % width - x, source / width - y], &mut best);
+    }
+    for turn in 0..TURNS[0] as u64 {
+        let reach = (16 >> turn).max(1);
+        let random = number(seed, patch.into(), turn + 200);
+        let from = best?.0;
+        offer([from[0] + within(random & 0xffff, reach), from[1] + within(random >> 32, reach)], &mut best);
+    }
+    best.map(|(shift, _)| shift)
+}
+
+fn difference(level: &Level, a: usize, b: usize, limit: f32) -> f32 {
+    let width = level.size[0];
+    let mut sum = 0.0;
+    for row in 0..=2 * REACH {
+        let first = |middle: usize| middle + row * width - REACH * width - REACH;
+        let (a, b) = (first(a), first(b));
+        let cells = level.colours[a..=a + 2 * REACH].iter().zip(&level.colours[b..=b + 2 * REACH]);
+        sum += cells.map(|(a, b)| (0..3).map(|c| (a[c] - b[c]).powi(2)).sum::<f32>()).sum::<f32>();
+        if sum > limit {
+            return f32::INFINITY;
+        }
+    }
+    sum
+}
+
+/// The fullest places of the histogram of shifts; a shift and the one back count as one, and both are given.
+fn peaks(found: &[[i32; 2]], size: [usize; 2]) -> Vec<[i32; 2]> {
+    let [width, height] = size.map(|side| side as i32);
+    let (columns, rows) = (2 * width + 1, 2 * height + 1);
+    let mut histogram = vec![0u32; (columns * rows) as usize];
+    for &[dx, dy] in found {
+        for [dx, dy] in [[dx, dy], [-dx, -dy]] {
+            for (nx, ny) in (-1..=1).flat_map(|ny| (-1..=1).map(move |nx| (nx, ny))) {
+                let (x, y) = (dx + width + nx, dy + height + ny);
+                if x >= 0 && y >= 0 && x < columns && y < rows {
+                    histogram[(y * columns + x) as usize] += 2 - nx.abs().max(ny.abs()) as u32;
+                }
+            }
+        }
+    }
+    let mut order: Vec<usize> = (0..histogram.len()).filter(|i| histogram[*i] > 0).collect();
+    order.sort_by_key(|i| (std::cmp::Reverse(histogram[*i]), *i));
+    let mut kept: Vec<[i32; 2]> = Vec::new();
+    for i in order {
+        let shift = [i as i32 % columns - width, i as i32 / columns - height];
+        if kept.iter().all(|other| (shift[0] - other[0]).abs().max((shift[1] - other[1]).abs()) > 2) {
+            kept.push(shift);
+        }
+        if kept.len() == KEPT {
+            break;
+        }
+    }
+    kept
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_fullest_places_come_first_and_both_ways() {
+        let found: Vec<[i32; 2]> = [[12, 0]; 9].into_iter().chain([[0, 7]; 4]).chain([[30, 3]]).collect();
+        let kept = peaks(&found, [40, 40]);
+        assert_eq!(kept[..4], [[-12, 0], [12, 0], [0, -7], [0, 7]]);
+    }
+
+    #[test]
+    fn a_shift_is_the_same_way_on_every_grid() {
+        let shift = Shift { cells: [6, -4], level: 1 };
+        assert_eq!([shift.at(0), shift.at(1), shift.at(2)], [[12, -8], [6, -4], [3, -2]]);
+    }
+}

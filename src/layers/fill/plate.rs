@@ -1,0 +1,297 @@
+//! A surface laid flat: what photos show of it, and the rest invented, once for all photos.
+//!
+//! A plate is a picture in the surface's plane, in the common exposure, its rows along the most of the
+//! outline's edges. What no photo shows of the surface is made here, where windows have one size and courses
+//! of stone run straight, and looks the same from wherever it is seen later.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::donor::Donor;
+use super::exemplar::{Canvas, Cell, invent};
+use super::givers::{Place, given, givers};
+use super::photo::Ground;
+use super::surfaces::{Surface, SurfaceId};
+use super::{Invent, Origin};
+use crate::error::Result;
+use crate::geometry::clip::clipped_to_box;
+use crate::geometry::polygon::PlaneFrame;
+use crate::projection::PhotoId;
+use crate::projection::weights::pixels_per_unit;
+use crate::task::Task;
+
+/// Cells of a plate at most: larger ones have larger cells. What is invented needs no more, and an
+/// invented picture of half a million cells takes a second.
+const MOST_CELLS: f64 = (1 << 19) as f64;
+
+/// Photos that a plate is made of at most: the nearest to the surface.
+const MOST_PHOTOS: usize = 16;
+
+/// Side of a block of cells that ask the same photos.
+const BLOCK: usize = 32;
+
+/// Roots of linear light are kept up to this one: four times full range, as photos of other exposures are.
+const MOST_ROOT: f32 = 2.0;
+
+/// A surface laid flat.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Plate {
+    frame: PlaneFrame,
+    low: DVec2,
+    cell: f64,
+    size: [usize; 2],
+    /// Square roots of linear light, in 65535ths of [`MOST_ROOT`].
+    roots: Vec<[u16; 3]>,
+    /// How the unknown was made.
+    pub origin: Origin,
+}
+
+impl Plate {
+    /// The colour at a point over the plane, linear light in the common exposure.
+    pub fn colour(&self, point_in_world: DVec3) -> [f32; 3] {
+        let [width, height] = self.size;
+        let last = DVec2::new((width - 1) as f64, (height - 1) as f64);
+        let at = ((self.frame.flat(point_in_world) - self.low) / self.cell - 0.5).clamp(DVec2::ZERO, last);
+        let (x, y) = (at.x as usize, at.y as usize);
+        let (sx, sy) = ((at.x - x as f64) as f32, (at.y - y as f64) as f32);
+        let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
+        let root = |x: usize, y: usize, c: usize| f32::from(self.roots[y * width + x][c]);
+        [0, 1, 2].map(|c| {
+            let above = root(x, y, c) * (1.0 - sx) + root(x1, y, c) * sx;
+            let below = root(x, y1, c) * (1.0 - sx) + root(x1, y1, c) * sx;
+            let value = (above * (1.0 - sy) + below * sy) * (MOST_ROOT / 65535.0);
+            value * value
+        })
+    }
+}
+
+/// A surface, seen from its front or from its back.
+pub type Side = (SurfaceId, bool);
+
+/// The plates that were needed so far.
+#[derive(Debug, Default)]
+pub struct Plates {
+    made: BTreeMap<Side, Option<Arc<Plate>>>,
+}
+
+impl Plates {
+    /// Makes those of `sides` that are not there yet.
+    ///
+    /// # Errors
+    /// [`crate::Error::Cancelled`].
+    pub fn make(&mut self, ground: &Ground, mut sides: Vec<Side>, task: &Task) -> Result<()> {
+        sides.sort_unstable();
+        sides.dedup();
+        sides.retain(|side| !self.made.contains_key(side));
+        let make = |side: &Side| {
+            task.go_on()?;
+            Ok((*side, plate(ground, *side)?.map(Arc::new)))
+        };
+        let made: Vec<_> = sides.par_iter().map(make).collect::<Result<_>>()?;
+        self.made.extend(made);
+        Ok(())
+    }
+
+    /// The plate of a side; none where it was not made, or no photo shows anything of it.
+    pub fn get(&self, side: Side) -> Option<&Arc<Plate>> {
+        self.made.get(&side)?.as_ref()
+    }
+}
+
+fn plate(ground: &Ground, (id, back): Side) -> Result<Option<Plate>> {
+    let surface = ground.surfaces.get(id);
+    let Some(layout) = Layout::of(ground, surface) else { return Ok(None) };
+    let donors = ground.donors(&layout.photos)?;
+    let mut canvas = layout.canvas(surface);
+    layout.gather(&mut canvas, ground, &donors, (id, back));
+    if canvas.cells.iter().all(|cell| *cell != Cell::Known) {
+        return Ok(None);
+    }
+    // The seed is the surface's own: the same plate whatever else is filled.
+    let by_example = ground.options.invent == Invent::Exemplar && invent(&mut canvas, u64::from(id.0));
+    let Some(colours) = canvas.diffused() else { return Ok(None) };
+    let stored = |value: f32| (value / MOST_ROOT * 65535.0).round().clamp(0.0, 65535.0) as u16;
+    let roots = colours.into_iter().map(|colour| colour.map(stored)).collect();
+    let origin = if by_example { Origin::Exemplar } else { Origin::Diffused };
+    let Layout { frame, low, cell, size, .. } = layout;
+    Ok(Some(Plate { frame, low, cell, size, roots, origin }))
+}
+
+/// Where a plate lies and how fine it is.
+struct Layout {
+    frame: PlaneFrame,
+    low: DVec2,
+    cell: f64,
+    size: [usize; 2],
+    photos: Vec<PhotoId>,
+}
+
+impl Layout {
+    /// What the photos that serve a surface have of it within their frames, in cells as fine as their pixels.
+    fn of(ground: &Ground, surface: &Surface) -> Option<Self> {
+        let frame = along_edges(surface);
+        let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+        let mut densities: Vec<(f64, PhotoId)> = Vec::new();
+        for &photo in &ground.serving[surface.face.0 as usize] {
+            let projector = &ground.photos[photo.0 as usize];
+            let (camera, pose) = (&projector.camera, &projector.pose);
+            let in_camera: Vec<DVec3> = surface.outline.iter().map(|p| pose.camera_from_world(*p)).collect();
+            let frame_px = DVec2::new(f64::from(camera.width), f64::from(camera.height));
+            let clipped = clipped_to_box(&in_camera, camera, DVec2::ZERO, frame_px);
+            if clipped.is_empty() {
+                continue;
+            }
+            for point in &clipped {
+                let flat = frame.flat(pose.world_from_camera(*point));
+                (low, high) = (low.min(flat), high.max(flat));
+            }
+            let nearest = clipped.iter().map(|p| p.z).fold(f64::INFINITY, f64::min);
+            let middle = clipped.iter().map(|p| p.z).sum::<f64>() / clipped.len() as f64;
+            let depth = middle.max(nearest).max(f64::MIN_POSITIVE);
+            densities.push((pixels_per_unit(camera, &surface.plane, pose.center_in_world(), depth), photo));
+        }
+        densities.sort_by(|a, b| b.0.total_cmp(&a.0).then(a.1.cmp(&b.1)));
+        let extent = (high - low).max(DVec2::splat(f64::MIN_POSITIVE));
+        let best = densities.first().filter(|best| best.0 > 0.0 && extent.is_finite())?.0;
+        let cell =
+            (1.0 / best).max((extent.x * extent.y / MOST_CELLS).sqrt()).max(extent.max_element() / 4096.0);
+        let size = [extent.x, extent.y].map(|side| (side / cell).ceil().max(1.0) as usize);
+        let mut photos: Vec<PhotoId> = densities.into_iter().take(MOST_PHOTOS).map(|(_, id)| id).collect();
+        photos.sort_unstable();
+        Some(Self { frame, low, cell, size, photos })
+    }
+
+    fn flat(&self, x: usize, y: usize) -> DVec2 {
+        self.low + (DVec2::new(x as f64, y as f64) + 0.5) * self.cell
+    }
+
+    /// Cells within the outline are unknown, all others outside.
+    fn canvas(&self, surface: &Surface) -> Canvas {
+        let ring: Vec<DVec2> = surface.outline.iter().map(|p| self.frame.flat(*p)).collect();
+        let mut canvas = Canvas::new(self.size);
+        let width = self.size[0];
+        canvas.cells.par_chunks_mut(width).enumerate().for_each(|(row, cells)| {
+            for pair in crossings(&ring, self.flat(0, row).y).chunks_exact(2) {
+                let [from, to] = [pair[0], pair[1]].map(|x| ((x - self.low.x) / self.cell - 0.5).ceil());
+                let [from, to] = [from, to].map(|x| (x.max(0.0) as usize).min(width));
+                cells[from..to.max(from)].fill(Cell::Unknown);
+            }
+        });
+        canvas
+    }
+
+    /// Asks the photos for every cell within the outline.
+    fn gather(&self, canvas: &mut Canvas, ground: &Ground, donors: &[(PhotoId, Arc<Donor>)], side: Side) {
+        let [width, height] = self.size;
+        let columns = width.div_ceil(BLOCK);
+        let blocks: Vec<(usize, usize)> = (0..columns * height.div_ceil(BLOCK))
+            .map(|i| (i % columns * BLOCK, i / columns * BLOCK))
+            .filter(|&(x, y)| {
+                let mut rows = y..(y + BLOCK).min(height);
+                rows.any(|y| canvas.cells[y * width..][x..(x + BLOCK).min(width)].contains(&Cell::Unknown))
+            })
+            .collect();
+        let cells = &canvas.cells;
+        let found: Vec<Vec<(usize, [f32; 3])>> =
+            blocks.par_iter().map(|block| self.gather_block(cells, ground, donors, side, *block)).collect();
+        for (at, colour) in found.into_iter().flatten() {
+            (canvas.cells[at], canvas.colours[at]) = (Cell::Known, colour);
+        }
+    }
+
+    /// The known cells of one block: their places, and roots of their colours.
+    fn gather_block(
+        &self,
+        cells: &[Cell],
+        ground: &Ground,
+        donors: &[(PhotoId, Arc<Donor>)],
+        (id, back): Side,
+        (x0, y0): (usize, usize),
+    ) -> Vec<(usize, [f32; 3])> {
+        let [width, height] = self.size;
+        let surface = ground.surfaces.get(id);
+        let (x1, y1) = ((x0 + BLOCK).min(width), (y0 + BLOCK).min(height));
+        let point = |x: usize, y: usize| ground.risen(surface, self.frame.raised(self.flat(x, y)));
+        let [middle_x, middle_y] = [(x0 + x1) / 2, (y0 + y1) / 2];
+        let probes = [(middle_x, middle_y), (x0, y0), (x1 - 1, y0), (x0, y1 - 1), (x1 - 1, y1 - 1)]
+            .map(|(x, y)| point(x, y));
+        let outwards = if back { -surface.plane.normal } else { surface.plane.normal };
+        // From far away, straight on: what is seen most upright is best.
+        let viewpoint = probes[0] + outwards * (self.cell * 1e6);
+        let density = 1.0 / self.cell;
+        let place = Place { surface: id, plane: surface.plane, back, viewpoint, density, probes: &probes };
+        let givers = givers(donors, ground.gains, &place);
+        if givers.is_empty() {
+            return Vec::new();
+        }
+        let inner = (y0..y1).flat_map(|y| (x0..x1).map(move |x| (x, y)));
+        let inner = inner.filter(|&(x, y)| cells[y * width + x] == Cell::Unknown);
+        let known = inner.filter_map(|(x, y)| {
+            let given = given(&givers, point(x, y), 0)?;
+            Some((y * width + x, given.colour.map(|c| c.max(0.0).sqrt())))
+        });
+        known.collect()
+    }
+}
+
+/// Where a row crosses a ring, rising.
+fn crossings(ring: &[DVec2], y: f64) -> Vec<f64> {
+    let edges = (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]));
+    let crossed = edges.filter(|(a, b)| (a.y <= y) != (b.y <= y));
+    let mut crossings: Vec<f64> = crossed.map(|(a, b)| a.x + (y - a.y) / (b.y - a.y) * (b.x - a.x)).collect();
+    crossings.sort_by(f64::total_cmp);
+    crossings
+}
+
+/// Axes in the plane, one along the direction that most of the outline runs in, at right angles or so:
+/// facades repeat along their edges.
+fn along_edges(surface: &Surface) -> PlaneFrame {
+    let frame = PlaneFrame::of(&surface.plane);
+    let ring: Vec<DVec2> = surface.outline.iter().map(|p| frame.flat(*p)).collect();
+    let edges = (0..ring.len()).map(|i| ring[(i + 1) % ring.len()] - ring[i]);
+    // Four times the angle: edges at right angles to each other say the same (the mean of directions).
+    let sum = edges
+        .filter(|edge| edge.length() > 0.0)
+        .fold(DVec2::ZERO, |sum, edge| sum + DVec2::from_angle(4.0 * edge.to_angle()) * edge.length());
+    let angle = if sum.length() > 0.0 { sum.to_angle() / 4.0 } else { 0.0 };
+    let (sin, cos) = angle.sin_cos();
+    PlaneFrame { u: frame.u * cos + frame.v * sin, v: frame.v * cos - frame.u * sin, ..frame }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Plane;
+    use crate::scene::FaceId;
+
+    #[test]
+    fn a_leaning_rectangle_is_laid_along_its_edges() {
+        let (u, v) = (DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.8, 0.6, 0.0));
+        let outline = vec![DVec3::ZERO, u * 4.0, u * 4.0 + v, v];
+        let plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
+        let frame = along_edges(&Surface { face: FaceId(0), triangle: None, plane, outline });
+        assert!(frame.u.dot(u).abs() > 1.0 - 1e-12 || frame.u.dot(v).abs() > 1.0 - 1e-12);
+        assert!((frame.u.cross(frame.v) - DVec3::Z).length() < 1e-12);
+    }
+
+    #[test]
+    fn a_row_enters_and_leaves_a_ring_with_a_bridged_hole_twice() {
+        let ring = [
+            (0.0, 0.0),
+            (9.0, 0.0),
+            (9.0, 9.0),
+            (0.0, 9.0),
+            (0.0, 0.0),
+            (3.0, 3.0),
+            (3.0, 6.0),
+            (6.0, 6.0),
+            (6.0, 3.0),
+            (3.0, 3.0),
+        ]
+        .map(|(x, y)| DVec2::new(x, y));
+        assert_eq!(crossings(&ring, 4.5), [0.0, 3.0, 6.0, 9.0]);
+    }
+}

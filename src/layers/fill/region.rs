@@ -1,0 +1,175 @@
+//! What is hidden: surface by surface, as spans of photo pixels.
+
+use std::collections::BTreeMap;
+
+use glam::DVec3;
+
+use super::surfaces::SurfaceId;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::layers::content::PixelSpan;
+use crate::layers::software::Footprint;
+use crate::layers::view::{View, clip_from_camera};
+
+/// Hidden pixels of a row, in one image layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub struct HiddenSpan {
+    /// Where, in photo pixels.
+    pub span: PixelSpan,
+    /// The image layer, as the stack counts them.
+    pub layer: u32,
+    /// The place of its first texel among those of the region.
+    pub first: u32,
+}
+
+/// What is hidden of one surface.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Region {
+    /// The surface.
+    pub surface: SurfaceId,
+    /// Rising by row and column.
+    pub spans: Vec<HiddenSpan>,
+}
+
+impl Region {
+    /// How many texels there are.
+    pub fn texels(&self) -> usize {
+        self.spans.last().map_or(0, |last| (last.first + last.span.x1 - last.span.x0) as usize)
+    }
+
+    /// Their bounding box.
+    pub fn rect(&self) -> PixelRect {
+        let of_span = |s: &HiddenSpan| {
+            PixelRect::from_edges(s.span.x0 as i32, s.span.y as i32, s.span.x1 as i32, s.span.y as i32 + 1)
+        };
+        self.spans.iter().map(of_span).reduce(|a, b| a.union(&b)).expect("a region holds a span at least")
+    }
+}
+
+/// Gathers what is hidden, image layer by image layer.
+#[derive(Debug, Default)]
+pub struct Regions {
+    of_surface: BTreeMap<SurfaceId, Vec<(PixelSpan, u32)>>,
+}
+
+impl Regions {
+    /// Adds the hidden pixels of an image layer. `surfaces` and `hidden` have a value a pixel of `rect`, row
+    /// by row; where a hidden pixel has no surface it takes its neighbour's: outlines of rasterisers may
+    /// differ by a pixel.
+    pub fn add(&mut self, layer: u32, rect: PixelRect, surfaces: &[Option<SurfaceId>], hidden: &[bool]) {
+        let width = rect.w as usize;
+        for (row, y) in (rect.y..rect.bottom()).enumerate() {
+            let columns = row * width..(row + 1) * width;
+            let named = named(&surfaces[columns.clone()], &hidden[columns]);
+            let mut x = 0;
+            while x < width {
+                let Some(surface) = named[x] else {
+                    x += 1;
+                    continue;
+                };
+                let end = (x..width).find(|&x| named[x] != Some(surface)).unwrap_or(width);
+                let [x0, x1] = [x, end].map(|x| (rect.x + x as i32) as u32);
+                let spans = self.of_surface.entry(surface).or_default();
+                spans.push((PixelSpan { y: y as u32, x0, x1 }, layer));
+                x = end;
+            }
+        }
+    }
+
+    /// All of it, by surface.
+    pub fn finish(self) -> Vec<Region> {
+        let region = |(surface, mut spans): (SurfaceId, Vec<(PixelSpan, u32)>)| {
+            spans.sort_unstable();
+            let mut first = 0;
+            let counted = spans.into_iter().map(|(span, layer)| {
+                let counted = HiddenSpan { span, layer, first };
+                first += span.x1 - span.x0;
+                counted
+            });
+            Region { surface, spans: counted.collect() }
+        };
+        self.of_surface.into_iter().map(region).collect()
+    }
+}
+
+/// The surface of each hidden pixel of a row; none where it is not hidden, or no surface is near.
+fn named(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Option<SurfaceId>> {
+    let mut last = surfaces.iter().zip(hidden).find_map(|(surface, hidden)| surface.filter(|_| *hidden));
+    let name = |(surface, hidden): (&Option<SurfaceId>, &bool)| {
+        last = surface.or(last);
+        last.filter(|_| *hidden)
+    };
+    surfaces.iter().zip(hidden).map(name).collect()
+}
+
+/// An outline that an image layer holds: a whole surface, or a piece of one.
+pub struct Shape {
+    /// The surface it is of.
+    pub surface: SurfaceId,
+    footprints: Vec<Footprint>,
+}
+
+impl Shape {
+    /// Of a whole item of a view.
+    pub fn of_item(surface: SurfaceId, view: &View, item: u32) -> Self {
+        let first = view.triangle_items.partition_point(|i| *i < item);
+        let of_item = view.triangle_items[first..].iter().take_while(|i| **i == item);
+        let corners = of_item.zip(&view.corners[first..]).map(|(_, corners)| *corners);
+        Self { surface, footprints: footprints(corners, view) }
+    }
+
+    /// Of triangles in world coordinates.
+    pub fn of_triangles(
+        surface: SurfaceId,
+        triangles: &[[DVec3; 3]],
+        camera: &Pinhole,
+        pose: &Pose,
+        view: &View,
+    ) -> Self {
+        let clip = |corner: DVec3| clip_from_camera(pose.camera_from_world(corner), camera);
+        Self { surface, footprints: footprints(triangles.iter().map(|t| t.map(clip)), view) }
+    }
+}
+
+fn footprints(corners: impl Iterator<Item = [[f32; 3]; 3]>, view: &View) -> Vec<Footprint> {
+    corners.filter_map(|corners| Footprint::new(&corners, view.width, view.height)).collect()
+}
+
+/// Which surface each pixel of `rect` belongs to, row by row: of the shapes that cover it the last.
+pub fn painted(shapes: &[Shape], rect: PixelRect) -> Vec<Option<SurfaceId>> {
+    let mut painted = vec![None; rect.area() as usize];
+    for shape in shapes {
+        for footprint in &shape.footprints {
+            let rows = footprint.rows();
+            for y in (rows.start as i32).max(rect.y)..(rows.end as i32).min(rect.bottom()) {
+                let columns = footprint.columns(y as u32);
+                let [x0, x1] = [columns.start, columns.end]
+                    .map(|x| (x as i32).clamp(rect.x, rect.right()) as usize - rect.x as usize);
+                let row = (y - rect.y) as usize * rect.w as usize;
+                painted[row + x0..row + x1.max(x0)].fill(Some(shape.surface));
+            }
+        }
+    }
+    painted
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn hidden_pixels_become_spans_by_surface_and_those_without_one_take_their_neighbours() {
+        let rect = PixelRect { x: 10, y: 5, w: 6, h: 1 };
+        let [a, b] = [0, 1].map(|id| Some(SurfaceId(id)));
+        let mut regions = Regions::default();
+        let hidden = [true, true, false, true, true, true];
+        regions.add(3, rect, &[None, a, a, a, b, None], &hidden);
+        let found = regions.finish();
+        let spans: Vec<_> = found
+            .iter()
+            .flat_map(|r| r.spans.iter().map(|s| (r.surface.0, s.span.x0, s.span.x1, s.layer, s.first)))
+            .collect();
+        assert_eq!(spans, [(0, 10, 12, 3, 0), (0, 13, 14, 3, 2), (1, 14, 16, 3, 0)]);
+        assert_eq!(found[0].texels(), 3);
+        assert_eq!(found[0].rect(), PixelRect { x: 10, y: 5, w: 4, h: 1 });
+    }
+}

@@ -1,0 +1,109 @@
+//! The planar surfaces of a model: what is filled as one.
+
+use glam::DVec3;
+
+use crate::geometry::Plane;
+use crate::geometry::polygon::fit_plane;
+use crate::scene::{FaceId, Model};
+
+/// A surface's place in [`Surfaces`].
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub struct SurfaceId(pub u32);
+
+/// A planar face, or one triangle of a face that is not planar.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Surface {
+    /// The face.
+    pub face: FaceId,
+    /// Which of its triangles, when the face is not planar.
+    pub triangle: Option<u32>,
+    /// Its plane, in world coordinates.
+    pub plane: Plane,
+    /// One ring, holes bridged, in world coordinates.
+    pub outline: Vec<DVec3>,
+}
+
+/// All of them, in the order of faces.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct Surfaces {
+    list: Vec<Surface>,
+    /// For each face its first surface.
+    first: Vec<u32>,
+}
+
+impl Surfaces {
+    /// Those of a model in world coordinates.
+    pub fn of(model: &Model) -> Self {
+        let mut surfaces = Self::default();
+        for face in model.face_ids() {
+            surfaces.first.push(surfaces.list.len() as u32);
+            let plane = model.face(face).plane;
+            if model.face(face).planar {
+                let outline = model.ring_points(face).collect();
+                surfaces.list.push(Surface { face, triangle: None, plane, outline });
+                continue;
+            }
+            for (t, corners) in (0..).zip(model.face_triangles(face)) {
+                let outline = corners.map(|v| model.vertices[v as usize]).to_vec();
+                let plane = fit_plane(&outline).unwrap_or(plane);
+                surfaces.list.push(Surface { face, triangle: Some(t), plane, outline });
+            }
+        }
+        surfaces
+    }
+
+    /// How many there are.
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// There is none.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// The surface with this id.
+    pub fn get(&self, id: SurfaceId) -> &Surface {
+        &self.list[id.0 as usize]
+    }
+
+    /// The surface of a face, or of one of its triangles.
+    pub fn id(&self, face: FaceId, triangle: Option<u32>) -> SurfaceId {
+        SurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
+    }
+
+    /// Which of a face's surfaces a polygon lies on: that whose plane and middle are nearest to it.
+    pub fn of_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
+        let mean = |ring: &[DVec3]| ring.iter().sum::<DVec3>() / ring.len() as f64;
+        let middle = mean(polygon);
+        let far = |surface: &Surface| {
+            let off = polygon.iter().map(|p| surface.plane.signed_distance(*p).abs()).fold(0.0, f64::max);
+            // The plane decides; the middle tells triangles of one plane apart.
+            1e3 * off + mean(&surface.outline).distance(middle)
+        };
+        let first = self.first[face.0 as usize];
+        let of_face = self.list[first as usize..].iter().take_while(|surface| surface.face == face);
+        let nearest = (first..).zip(of_face).min_by(|a, b| far(a.1).total_cmp(&far(b.1)));
+        SurfaceId(nearest.map_or(first, |(id, _)| id))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn a_bent_face_has_a_surface_a_triangle_and_its_pieces_find_theirs() {
+        let scene = closed_form::bent_quad();
+        let surfaces = Surfaces::of(&scene.model);
+        let bent = scene.model.face_ids().find(|face| !scene.model.face(*face).planar).unwrap();
+        for (t, _) in (0..).zip(scene.model.face_triangles(bent)) {
+            let id = surfaces.id(bent, Some(t));
+            let corners = surfaces.get(id).outline.clone();
+            let middle = corners.iter().sum::<DVec3>() / 3.0;
+            let inner: Vec<DVec3> = corners.iter().map(|p| middle + (*p - middle) * 0.3).collect();
+            assert_eq!(surfaces.of_polygon(bent, &inner), id);
+        }
+    }
+}

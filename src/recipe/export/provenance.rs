@@ -1,0 +1,153 @@
+//! Where filled texels come from, as pictures to look at: a colour for each photo that gave, and for what was
+//! invented, with a legend.
+
+use std::path::Path;
+
+use serde::Serialize;
+
+use super::names::layer_name;
+use crate::document::names::file_name_of_photo;
+use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::atomic::write_atomically;
+use crate::io::json::to_json;
+use crate::io::layer_reader::{read_grey, read_layer};
+use crate::io::picture_png::{make_folder, write_picture};
+use crate::io::stack_store::StackStore;
+use crate::scene::Photo;
+use crate::task::Task;
+
+/// What the photo shows itself.
+const SHOWN: [u8; 3] = [96, 96, 96];
+
+/// `legend.json`.
+#[derive(Debug, Serialize)]
+struct Legend<'a> {
+    photo: &'a str,
+    /// Colours, as #rrggbb, and what they stand for.
+    colours: Vec<Entry<'a>>,
+    layers: Vec<Picture>,
+}
+
+#[derive(Debug, Serialize)]
+struct Entry<'a> {
+    colour: String,
+    origin: &'a str,
+}
+
+#[derive(Debug, Serialize)]
+struct Picture {
+    layer: String,
+    file: String,
+    rect: PixelRect,
+}
+
+/// Writes `OUT/<photo>.provenance/`: a PNG for each image layer that was filled, the size of what it needs,
+/// and `legend.json`. A picture that somebody changed stays, and the new one gets a number. Photos without
+/// a filling are noted.
+///
+/// # Errors
+/// [`crate::Error::Io`], [`crate::Error::Input`] for a stack's files, [`crate::Error::Cancelled`].
+pub fn write_provenance(project: &Path, photos: &[&Photo], out: &Path, task: &Task) -> Result<()> {
+    let store = StackStore::new(project);
+    for (done, photo) in (0..).zip(photos) {
+        task.step("provenance", done, photos.len() as u64)?;
+        let Some(stack) = store.current(&photo.name)? else { continue };
+        let Some(fill) = &stack.fill else {
+            task.of(&photo.name)
+                .note("it is not filled, so there is no provenance; `quadratura fill` fills it");
+            continue;
+        };
+        let folder = out.join(format!("{}.provenance", file_name_of_photo(&photo.name)));
+        make_folder(&folder)?;
+        let mut layers = Vec::new();
+        for layer in &stack.image_layers {
+            let Some(of_layer) = &layer.fill else { continue };
+            layers.push(write_one(&store.folder(&photo.name), &folder, layer, of_layer, fill)?);
+        }
+        let legend = Legend { photo: &photo.name, colours: entries(&photo.name, fill), layers };
+        write_atomically(folder.join("legend.json"), &to_json(&legend))?;
+    }
+    Ok(())
+}
+
+fn write_one(
+    stacks: &Path,
+    folder: &Path,
+    layer: &ImageLayer,
+    of_layer: &LayerFill,
+    fill: &StackFill,
+) -> Result<Picture> {
+    let rect = layer.needed_rect.intersection(&layer.rect);
+    let places = read_grey(&stacks.join(&of_layer.provenance_file), layer.rect, rect)?;
+    let shown = read_layer(&stacks.join(&layer.file), layer.rect, rect)?;
+    let mut pixels = Vec::with_capacity(4 * places.len());
+    for (place, shown) in places.iter().zip(shown.as_chunks::<4>().0) {
+        let [r, g, b] = if shown[3] != 0 { SHOWN } else { colour(usize::from(*place), fill) };
+        let holds = shown[3] != 0 || *place != 0;
+        pixels.extend([r, g, b, if holds { u8::MAX } else { 0 }]);
+    }
+    let placed = write_picture(folder, &layer.id, [rect.w, rect.h], &pixels)?;
+    let file = placed.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Picture { layer: layer_name(&layer.name, &layer.id), file, rect })
+}
+
+fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<Entry<'a>> {
+    let named =
+        |[r, g, b]: [u8; 3], origin: &'a str| Entry { colour: format!("#{r:02x}{g:02x}{b:02x}"), origin };
+    let filled = fill.origins.iter().enumerate().skip(1).map(|(i, origin)| named(colour(i, fill), origin));
+    std::iter::once(named(SHOWN, photo)).chain(filled).collect()
+}
+
+/// The colour of a place in the list of origins: warm for what was invented, cool and all different for
+/// photos.
+fn colour(place: usize, fill: &StackFill) -> [u8; 3] {
+    match fill.origins.get(place).map(String::as_str) {
+        None | Some(origins::NONE) => [0; 3],
+        Some(origins::PAINTED) => [255; 3],
+        Some(origins::EXEMPLAR) => [255, 150, 0],
+        Some(origins::DIFFUSED) => [225, 30, 30],
+        // Steps of the golden angle through greens, blues and violets, in two shades.
+        Some(_) => {
+            let hue = 90.0 + (place as f64 * 137.508) % 210.0;
+            let value = if place.is_multiple_of(2) { 0.95 } else { 0.65 };
+            rgb_of(hue, 0.8, value)
+        }
+    }
+}
+
+/// From hue in degrees, saturation and value.
+fn rgb_of(hue: f64, saturation: f64, value: f64) -> [u8; 3] {
+    [5.0, 3.0, 1.0].map(|n: f64| {
+        let k = (n + hue / 60.0) % 6.0;
+        let part = k.min(4.0 - k).clamp(0.0, 1.0);
+        (255.0 * value * (1.0 - saturation * part)).round() as u8
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn colours_go_round_as_they_should_and_those_of_a_legend_differ() {
+        assert_eq!([rgb_of(0.0, 1.0, 1.0), rgb_of(120.0, 1.0, 1.0)], [[255, 0, 0], [0, 255, 0]]);
+        let fixed = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED].map(String::from);
+        let photos = (0..24).map(|i| format!("{i}.jpg"));
+        let fill = StackFill {
+            inputs: String::new(),
+            origins: fixed.into_iter().chain(photos).collect(),
+            texels_hidden: 0,
+            texels_from_photos: 0,
+            texels_by_example: 0,
+            texels_diffused: 0,
+            bytes: 0,
+        };
+        let entries = entries("own.jpg", &fill);
+        let mut colours: Vec<&str> = entries.iter().map(|entry| entry.colour.as_str()).collect();
+        colours.sort_unstable();
+        colours.dedup();
+        assert_eq!(colours.len(), entries.len());
+    }
+}

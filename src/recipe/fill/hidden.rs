@@ -1,0 +1,179 @@
+//! What is hidden in a stack's image layers, surface by surface.
+
+use std::collections::BTreeMap;
+use std::path::Path;
+
+use glam::DVec3;
+use rayon::prelude::*;
+
+use crate::document::stack::ImageLayer;
+use crate::document::{Element, Stack};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::geometry::polygon::{fit_plane, triangulate};
+use crate::io::layer_reader::{read_layer, read_mask};
+use crate::layers::fill::region::{Region, Regions, Shape, painted};
+use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
+use crate::scene::{FaceId, Model};
+
+/// What there is to fill.
+pub(super) struct Hidden {
+    /// By surface.
+    pub regions: Vec<Region>,
+    /// Hidden texels, also those that stay empty.
+    pub texels: u64,
+}
+
+/// One image layer's pixels within the box of what it needs.
+struct Pixels {
+    rect: PixelRect,
+    needed: Vec<u8>,
+    visible: Vec<bool>,
+}
+
+impl Pixels {
+    fn read(layer: &ImageLayer, folder: &Path) -> Result<Self> {
+        let rect = layer.needed_rect.intersection(&layer.rect);
+        if rect.is_empty() {
+            return Ok(Self { rect, needed: Vec::new(), visible: Vec::new() });
+        }
+        let rgba = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
+        let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
+        let visible = rgba.as_chunks::<4>().0.iter().map(|texel| texel[3] != 0).collect();
+        Ok(Self { rect, needed, visible })
+    }
+
+    fn places(&self) -> impl Iterator<Item = (usize, i32, i32)> {
+        let width = self.rect.w.max(1) as usize;
+        let rect = self.rect;
+        (0..self.visible.len()).map(move |i| (i, rect.x + (i % width) as i32, rect.y + (i / width) as i32))
+    }
+}
+
+/// Nothing is visible at a pixel.
+const NOTHING: u32 = u32::MAX;
+
+/// The hidden pixels of all image layers. A pixel that would lie before what another layer shows there is
+/// left out: that happens where an overlap was forgiven, and the stack must still give the photo back.
+///
+/// # Errors
+/// [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
+pub(super) fn hidden_regions(
+    stack: &Stack,
+    folder: &Path,
+    own: &Donor,
+    model: &Model,
+    surfaces: &Surfaces,
+    options: &FillOptions,
+) -> Result<Hidden> {
+    let read = |layer: &ImageLayer| Pixels::read(layer, folder);
+    let layers: Vec<Pixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
+    let front = front(stack, &layers);
+    let shaper = Shaper { stack, own, model, surfaces, faces: faces_by_name(model) };
+    let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
+    let fills = |id: SurfaceId| {
+        let object = model.face(surfaces.get(id).face).object;
+        options.fills(&model.object(object).name)
+    };
+    let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &Pixels))| {
+        let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[*e as usize]).collect();
+        let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
+        let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
+        let texels = (0..painted.len()).filter(|i| is_hidden(*i)).count() as u64;
+        let width = stack.photo.width as usize;
+        let hidden: Vec<bool> = pixels
+            .places()
+            .map(|(i, x, y)| {
+                let front = front[y as usize * width + x as usize];
+                is_hidden(i) && (front == NOTHING || front < index as u32)
+            })
+            .collect();
+        // What is left out keeps its pixels: its neighbours must not take them.
+        let hidden: Vec<bool> =
+            hidden.iter().zip(&painted).map(|(hidden, id)| *hidden && id.is_none_or(fills)).collect();
+        painted.iter_mut().for_each(|id| *id = id.filter(|id| fills(*id)));
+        (painted, hidden, texels)
+    };
+    let found: Vec<_> = stack.image_layers.par_iter().zip(&layers).enumerate().map(of_layer).collect();
+    let (mut regions, mut texels) = (Regions::default(), 0);
+    for ((index, pixels), (painted, hidden, count)) in (0..).zip(&layers).zip(found) {
+        regions.add(index, pixels.rect, &painted, &hidden);
+        texels += count;
+    }
+    Ok(Hidden { regions: regions.finish(), texels })
+}
+
+/// Per pixel of the photo the first image layer of the stack that shows it.
+fn front(stack: &Stack, layers: &[Pixels]) -> Vec<u32> {
+    let width = stack.photo.width as usize;
+    let mut front = vec![NOTHING; width * stack.photo.height as usize];
+    for (index, pixels) in layers.iter().enumerate().rev() {
+        for (_, x, y) in pixels.places().filter(|(i, _, _)| pixels.visible[*i]) {
+            front[y as usize * width + x as usize] = index as u32;
+        }
+    }
+    front
+}
+
+fn faces_by_name(model: &Model) -> BTreeMap<&str, &[FaceId]> {
+    model.objects.iter().map(|object| (object.name.as_str(), &object.faces[..])).collect()
+}
+
+/// Makes outlines of what elements hold.
+struct Shaper<'a> {
+    stack: &'a Stack,
+    own: &'a Donor,
+    model: &'a Model,
+    surfaces: &'a Surfaces,
+    faces: BTreeMap<&'a str, &'a [FaceId]>,
+}
+
+impl Shaper<'_> {
+    /// Of some elements, in model order: where outlines share a pixel the last owns it. Behind them stand
+    /// faces that were cut, whole, for pixels that rounding leaves between their pieces.
+    fn shapes(&self, elements: &[&Element]) -> Vec<Shape> {
+        let mut behind: Vec<(FaceId, Shape)> = Vec::new();
+        let mut shapes: Vec<(FaceId, Shape)> = Vec::new();
+        for element in elements {
+            let of_object = self.faces.get(element.object.as_str()).copied().unwrap_or_default();
+            let face = |index: u32| of_object.get(index as usize).copied();
+            for face in element.faces.iter().filter_map(|index| face(*index)) {
+                shapes.extend(self.whole(face).into_iter().map(|shape| (face, shape)));
+            }
+            for &[index, piece] in &element.pieces {
+                let Some(face) = face(index) else { continue };
+                behind.extend(self.whole(face).into_iter().map(|shape| (face, shape)));
+                shapes.extend(self.piece(&element.object, face, piece).map(|shape| (face, shape)));
+            }
+        }
+        behind.sort_by_key(|(face, _)| *face);
+        shapes.sort_by_key(|(face, _)| *face);
+        behind.into_iter().chain(shapes).map(|(_, shape)| shape).collect()
+    }
+
+    fn whole(&self, face: FaceId) -> Vec<Shape> {
+        let triangles = self.model.face_triangles(face).len() as u32;
+        let parts: Vec<Option<u32>> =
+            if self.model.face(face).planar { vec![None] } else { (0..triangles).map(Some).collect() };
+        let shape = |part: Option<u32>| {
+            let surface = self.surfaces.id(face, part);
+            Some(Shape::of_item(surface, self.own.view(), self.own.item(surface)?))
+        };
+        parts.into_iter().filter_map(shape).collect()
+    }
+
+    fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<Shape> {
+        let index = self.model.face(face).index;
+        let named =
+            |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
+        let ring = &self.stack.pieces.iter().find(named)?.polygon;
+        let ring: Vec<DVec3> = ring.iter().map(|p| DVec3::from_array(*p)).collect();
+        let triangulation = triangulate(&ring, &fit_plane(&ring)?);
+        let corners = [&ring[..], &triangulation.crossings[..]].concat();
+        let triangles: Vec<[DVec3; 3]> =
+            triangulation.triangles.iter().map(|t| t.map(|i| corners[i as usize])).collect();
+        let surface = self.surfaces.of_polygon(face, &ring);
+        let (camera, pose) = (&self.own.camera, &self.own.pose);
+        Some(Shape::of_triangles(surface, &triangles, camera, pose, self.own.view()))
+    }
+}
