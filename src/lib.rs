@@ -11,10 +11,10 @@
 //! | [`geometry`] | camera, lens, plane, polygon, rectangle: pure mathematics |
 //! | [`scene`] | photo, model, site: what was photographed; immutable |
 //! | [`projection`] | novel views: sheared frusta, which image layers serve a face, weights |
-//! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content |
+//! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //! | [`document`] | what is saved: the authored project, the derived stack |
 //! | [`io`], [`gpu`] | files and passes; they do not know each other |
-//! | [`recipe`] | open, sort, cluster, extract, save: the program without a face |
+//! | [`recipe`] | open, sort, cluster, extract, fill, save: the program without a face |
 //! | [`cli`] | what was typed, what it means, run |
 //!
 //! # A program without a command line

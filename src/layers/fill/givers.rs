@@ -37,6 +37,8 @@ pub struct Place<'a> {
     pub back: bool,
     /// From where it is looked at; its penalty is the angle between the rays (see `projection::weights`).
     pub viewpoint: DVec3,
+    /// Photos whose ray leans more against the viewpoint's give nothing, in radians.
+    pub most_angle: f64,
     /// Pixels along a world unit that are wanted.
     pub density: f64,
     /// Points of the neighbourhood, its middle first.
@@ -94,8 +96,12 @@ fn giver<'a>(photo: PhotoId, donor: &'a Donor, gains: &Gains, place: &Place) -> 
     let shows = place.probes.iter().filter_map(|point| seen(*point)).any(|(px, _)| donor.shows(item, px));
     let eye = donor.pose.center_in_world();
     let density = pixels_per_unit(&donor.camera, &place.plane, eye, depth);
+    let angle = angle_at(at, place.viewpoint, eye);
+    if angle > place.most_angle {
+        return None;
+    }
     let claim = Claim {
-        angle: angle_at(at, place.viewpoint, eye),
+        angle,
         octaves: octaves_missing(place.density, density),
         border: border(&donor.camera, px).max(f64::EPSILON),
         confidence: 1.0,

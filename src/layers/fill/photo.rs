@@ -95,6 +95,10 @@ pub struct Filled {
 /// Photos that give to one photo at most: the memory for them is bounded, and more give nothing new.
 const MOST_DONORS: usize = 24;
 
+/// A billboard is filled from photos that see it from nearly the same direction, ten degrees or less: what is
+/// seen through leaves moves behind them.
+const BILLBOARD_ANGLE: f64 = 0.17;
+
 /// Side of a block of pixels that asks the same photos.
 const BLOCK: u32 = 32;
 
@@ -116,7 +120,9 @@ pub fn fill_photo(
     let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
     let from_photos = task.timed("from photos", || job.from_photos(&regions, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
-    let sides: Vec<Side> = lacking.filter_map(|(region, _)| job.side(region)).collect();
+    // A billboard has no picture of its own in its plane.
+    let flat = lacking.filter(|(region, _)| !ground.surfaces.get(region.surface).billboard);
+    let sides: Vec<Side> = flat.filter_map(|(region, _)| job.side(region)).collect();
     task.timed("invent", || plates.make(ground, sides, task))?;
     let finish = |(region, given): (Region, Vec<Option<Given>>)| {
         task.go_on()?;
@@ -347,8 +353,9 @@ impl<'a> Asker<'a> {
         let depth =
             if depth > 0.0 { depth } else { job.own.pose.camera_from_world(surface.outline[0]).z.abs() };
         let density = pixels_per_unit(&job.own.camera, &surface.plane, eye, depth.max(f64::MIN_POSITIVE));
-        let place =
-            Place { surface: id, plane: surface.plane, back, viewpoint: eye, density, probes: &probes };
+        let most_angle = if surface.billboard { BILLBOARD_ANGLE } else { std::f64::consts::PI };
+        let plane = surface.plane;
+        let place = Place { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
         let givers = givers(job.donors, job.ground.gains, &place);
         (!givers.is_empty()).then_some(Self { job, surface, givers })
     }

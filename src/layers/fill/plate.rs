@@ -222,7 +222,9 @@ impl Layout {
         // From far away, straight on: what is seen most upright is best.
         let viewpoint = probes[0] + outwards * (self.cell * 1e6);
         let density = 1.0 / self.cell;
-        let place = Place { surface: id, plane: surface.plane, back, viewpoint, density, probes: &probes };
+        let most_angle = std::f64::consts::PI;
+        let plane = surface.plane;
+        let place = Place { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
         let givers = givers(donors, ground.gains, &place);
         if givers.is_empty() {
             return Vec::new();
@@ -272,7 +274,8 @@ mod tests {
         let (u, v) = (DVec3::new(0.6, 0.8, 0.0), DVec3::new(-0.8, 0.6, 0.0));
         let outline = vec![DVec3::ZERO, u * 4.0, u * 4.0 + v, v];
         let plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
-        let frame = along_edges(&Surface { face: FaceId(0), triangle: None, plane, outline });
+        let frame =
+            along_edges(&Surface { face: FaceId(0), triangle: None, plane, outline, billboard: false });
         assert!(frame.u.dot(u).abs() > 1.0 - 1e-12 || frame.u.dot(v).abs() > 1.0 - 1e-12);
         assert!((frame.u.cross(frame.v) - DVec3::Z).length() < 1e-12);
     }

@@ -21,6 +21,8 @@ pub struct Surface {
     pub plane: Plane,
     /// One ring, holes bridged, in world coordinates.
     pub outline: Vec<DVec3>,
+    /// A flat stand-in for foliage and the like: what is seen through it depends on where one stands.
+    pub billboard: bool,
 }
 
 /// All of them, in the order of faces.
@@ -38,15 +40,16 @@ impl Surfaces {
         for face in model.face_ids() {
             surfaces.first.push(surfaces.list.len() as u32);
             let plane = model.face(face).plane;
+            let billboard = model.object(model.face(face).object).billboard;
             if model.face(face).planar {
                 let outline = model.ring_points(face).collect();
-                surfaces.list.push(Surface { face, triangle: None, plane, outline });
+                surfaces.list.push(Surface { face, triangle: None, plane, outline, billboard });
                 continue;
             }
             for (t, corners) in (0..).zip(model.face_triangles(face)) {
                 let outline = corners.map(|v| model.vertices[v as usize]).to_vec();
                 let plane = fit_plane(&outline).unwrap_or(plane);
-                surfaces.list.push(Surface { face, triangle: Some(t), plane, outline });
+                surfaces.list.push(Surface { face, triangle: Some(t), plane, outline, billboard });
             }
         }
         surfaces
