@@ -118,7 +118,7 @@ pub fn fill_photo(
     let donors = ground.donors(&nearest_donors(ground, photo, &regions))?;
     let job = Job { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
-    let from_photos = task.timed("from photos", || job.from_photos(&regions, task))?;
+    let from_photos = task.timed("from photos", || job.ask(&regions, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
     // A billboard has no picture of its own in its plane.
     let flat = lacking.filter(|(region, _)| !ground.surfaces.get(region.surface).billboard);
@@ -157,6 +157,9 @@ struct Job<'a> {
     donors: &'a [(PhotoId, Arc<Donor>)],
 }
 
+/// The place of a row's first texel in its region, and what is given to each.
+type GivenRow = (usize, Vec<Option<Given>>);
+
 /// Hidden pixels of one region within one block.
 struct Block<'a> {
     region: usize,
@@ -172,15 +175,14 @@ impl Job<'_> {
     }
 
     /// What other photos give, a value a hidden pixel.
-    fn from_photos(&self, regions: &[Region], task: &Task) -> Result<Vec<Vec<Option<Given>>>> {
+    fn ask(&self, regions: &[Region], task: &Task) -> Result<Vec<Vec<Option<Given>>>> {
         let blocks: Vec<Block> =
             regions.iter().enumerate().flat_map(|(index, region)| blocks(index, region)).collect();
         let ask = |block: &Block| {
             task.go_on()?;
             Ok((block.region, self.ask_block(&regions[block.region], block)))
         };
-        let found: Vec<(usize, Vec<(usize, Vec<Option<Given>>)>)> =
-            blocks.par_iter().map(ask).collect::<Result<_>>()?;
+        let found: Vec<(usize, Vec<GivenRow>)> = blocks.par_iter().map(ask).collect::<Result<_>>()?;
         let mut texels: Vec<Vec<Option<Given>>> = regions.iter().map(|r| vec![None; r.texels()]).collect();
         for (region, rows) in found {
             for (first, row) in rows {
@@ -190,8 +192,8 @@ impl Job<'_> {
         Ok(texels)
     }
 
-    /// The rows of one block: the place of the first texel, and what is given.
-    fn ask_block(&self, region: &Region, block: &Block) -> Vec<(usize, Vec<Option<Given>>)> {
+    /// The rows of one block.
+    fn ask_block(&self, region: &Region, block: &Block) -> Vec<GivenRow> {
         let Some(asker) = Asker::new(self, region, block.corner) else { return Vec::new() };
         let mut rows = Vec::new();
         for hidden in &block.spans {
