@@ -10,9 +10,11 @@ const PAGES: &[&str] = &["README.md", "CHANGELOG.md", "docs", "projects/piazza/R
 /// Types that are written to files: every field is described in `docs/formats.md`.
 const FILE_TYPES: &[&str] = &[
     "src/document/stack.rs",
+    "src/document/colour.rs",
     "src/document/project.rs",
     "src/document/export_record.rs",
     "src/document/camera_path.rs",
+    "src/recipe/colour.rs",
     "src/recipe/score/report.rs",
     "src/layers/options.rs",
 ];

@@ -6,8 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};
 
+use quadratura::document::Colour;
 use quadratura::projection::exposure::{Estimate, Shares};
-use quadratura::projection::{PhotoId, Projector};
+use quadratura::projection::{Gains, PhotoId, Projector};
 use quadratura::recipe::gains::{estimate_of_photos, photo_gains};
 use quadratura::scene::{Photo, Site};
 use quadratura::task::{Event, Task};
@@ -76,7 +77,7 @@ fn print(site: &Site, found: &Estimate) {
 #[test]
 fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
     let (folder, site) = piazza();
-    let found = estimate_of_photos(&site, MEMORY, &Task::silent()).unwrap();
+    let found = estimate_of_photos(&site, &Colour::default(), MEMORY, &Task::silent()).unwrap();
     println!(
         "{} points, {} pairs, {:.4?} before, {:.4?} after",
         found.points, found.pairs, found.before, found.after
@@ -101,7 +102,7 @@ fn the_piazzas_exposures_are_found_as_its_film_shows_them() {
 fn the_castles_exposures_follow_the_view_and_are_predicted() {
     let Some(folder) = common::castle() else { return };
     let site = common::site(&folder, "images", "castle.obj");
-    let found = estimate_of_photos(&site, MEMORY, &Task::silent()).unwrap();
+    let found = estimate_of_photos(&site, &Colour::default(), MEMORY, &Task::silent()).unwrap();
     println!(
         "{} points, {} pairs, {:.4?} before, {:.4?} after",
         found.points, found.pairs, found.before, found.after
@@ -130,7 +131,8 @@ fn gains_are_kept_until_something_changes_and_broken_photos_do_without() {
         })
     };
     let stacks = [None, None, None];
-    let gains = |site: &Site| photo_gains(site, &stacks, folder.path(), MEMORY, &task).unwrap();
+    let gains =
+        |site: &Site| photo_gains(site, &stacks, &Colour::default(), folder.path(), MEMORY, &task).unwrap();
     let first = gains(&site);
     assert_eq!(*notes.lock().unwrap(), [site.photos[2].name.clone()]);
     assert!(first.of_photo[0] != [0.0; 3] && first.of_photo[2] == [0.0; 3], "{first:?}");
@@ -147,4 +149,40 @@ fn gains_are_kept_until_something_changes_and_broken_photos_do_without() {
     site.photos[1].camera.cx += 40.0;
     assert_ne!(gains(&site), first);
     assert_eq!(notes.lock().unwrap().len(), 3);
+}
+
+#[test]
+fn what_is_decided_changes_the_photo_it_is_about_and_nothing_else() {
+    let (_, mut site) = piazza();
+    site.photos.truncate(4);
+    let folder = tempfile::tempdir().unwrap();
+    let stacks = [const { None }; 4];
+    let name = |photo: usize| site.photos[photo].name.clone();
+    let gains = |site: &Site, colour: &Colour| {
+        photo_gains(site, &stacks, colour, folder.path(), MEMORY, &Task::silent()).unwrap()
+    };
+    let estimated = gains(&site, &Colour::default());
+
+    let mut colour = Colour::default();
+    colour.fixed.insert(name(1), [1.0, 0.0, -0.5]);
+    let fixed = gains(&site, &colour);
+    assert_eq!(fixed.of_photo[1], [1.0, 0.0, -0.5].map(|stops: f64| stops * std::f64::consts::LN_2));
+    for photo in [0, 2, 3] {
+        assert_eq!(fixed.of_photo[photo], estimated.of_photo[photo]);
+    }
+    colour.even = false;
+    assert_eq!(gains(&site, &colour), Gains::none(4));
+
+    // A photo that is left out is not even looked at.
+    let left_out = Colour { left_out: [name(3)].into(), ..Colour::default() };
+    let file = site.photos[3].file.clone();
+    site.photos[3].file = folder.path().join("nowhere");
+    let without = gains(&site, &left_out).of_photo;
+    assert_eq!(without[3], [0.0; 3]);
+    for c in 0..3 {
+        let sum: f64 = without.iter().map(|gain| gain[c]).sum();
+        assert!(sum.abs() < 1e-9 && without[0][c] != estimated.of_photo[0][c], "{without:?}");
+    }
+    site.photos[3].file = file;
+    assert_eq!(gains(&site, &Colour::default()), estimated, "all is taken back");
 }

@@ -7,6 +7,7 @@ use clap::{ArgAction, Args, Parser, Subcommand, ValueEnum};
 
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
+use crate::document::colour::MOST_STOPS;
 use crate::geometry::Similarity;
 use crate::layers::fill::{FillOptions, Invent};
 use crate::layers::{BoxShape, Method, Options};
@@ -58,6 +59,8 @@ pub enum Command {
     Fill(FillArgs),
     /// Write the stacks as files for an image editor
     Export(ExportArgs),
+    /// Show and decide how the photos' exposures are evened out
+    Colour(ColourArgs),
     /// Project the stacks back onto the model: pictures from new viewpoints
     Render(RenderArgs),
     /// Predict photos from the others and measure how like they are
@@ -185,6 +188,35 @@ pub struct ExportArgs {
 }
 
 #[derive(Debug, Args)]
+pub struct ColourArgs {
+    /// The project's folder
+    pub project: PathBuf,
+    /// Give this photo a gain, in stops by which it is brighter than the exposure that all are brought to:
+    /// red, green and blue, or one number for all three (may be given several times)
+    #[arg(long, value_name = "PHOTO=R,G,B", value_parser = fixed_gain)]
+    pub fix: Vec<(String, [f64; 3])>,
+    /// Do not ask this photo when gains are estimated: its own is 0, unless it is fixed (may be given
+    /// several times)
+    #[arg(long, value_name = "PHOTO")]
+    pub leave_out: Vec<String>,
+    /// Take back what was fixed or left out of this photo (may be given several times)
+    #[arg(long, value_name = "PHOTO")]
+    pub free: Vec<String>,
+    /// Pictures come out with the exposure of this photo; `none`: with that of the photos near each view
+    #[arg(long, value_name = "PHOTO|none")]
+    pub reference: Option<String>,
+    /// Show, fill and compare photos as they are, and keep what was decided
+    #[arg(long, conflicts_with = "on")]
+    pub off: bool,
+    /// Even exposures out again
+    #[arg(long)]
+    pub on: bool,
+    /// Take back all decisions, before others of this command
+    #[arg(long)]
+    pub reset: bool,
+}
+
+#[derive(Debug, Args)]
 pub struct InfoArgs {
     /// The project's folder
     pub project: PathBuf,
@@ -300,6 +332,22 @@ impl From<BoxArg> for BoxShape {
     }
 }
 
+fn fixed_gain(text: &str) -> Result<(String, [f64; 3]), String> {
+    let expected =
+        || format!("expected a photo and stops such as 0001.jpg=0.5,0.4,0.4, {MOST_STOPS} at most");
+    // Names may have a `=`, stops have none.
+    let (photo, stops) = text.rsplit_once('=').ok_or_else(expected)?;
+    let stops: Vec<f64> =
+        stops.split(',').map(|s| s.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
+    let stops = match stops[..] {
+        [all] => [all; 3],
+        [r, g, b] => [r, g, b],
+        _ => return Err(expected()),
+    };
+    let in_range = !photo.is_empty() && stops.iter().all(|s| s.abs() <= MOST_STOPS);
+    if in_range { Ok((photo.to_owned(), stops)) } else { Err(expected()) }
+}
+
 fn tolerance(text: &str) -> Result<f32, String> {
     let tolerance = text.parse().map_err(|_| "expected a number such as 0.0001".to_string())?;
     let options = Options { tolerance, ..Options::default() };
@@ -325,6 +373,15 @@ mod tests {
         let of_project = Options { min_support: 3, ..Options::default() };
         let expected = Options { margin: 4, published: true, boxes: BoxShape::Exact, ..of_project.clone() };
         assert_eq!(args.options.applied_to(&of_project), expected);
+    }
+
+    #[test]
+    fn gains_are_three_numbers_or_one_and_photos_may_have_any_name() {
+        assert_eq!(fixed_gain("a=b.jpg=0.5,-1,0"), Ok(("a=b.jpg".into(), [0.5, -1.0, 0.0])));
+        assert_eq!(fixed_gain("1.jpg=-0.5"), Ok(("1.jpg".into(), [-0.5; 3])));
+        for text in ["1.jpg", "1.jpg=", "1.jpg=1,2", "=1", "1.jpg=NaN", "1.jpg=99"] {
+            assert!(fixed_gain(text).is_err(), "{text}");
+        }
     }
 
     #[test]

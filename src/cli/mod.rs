@@ -20,6 +20,7 @@ pub mod args;
 mod build;
 mod bytes;
 mod check;
+mod colour;
 mod export;
 mod fault;
 mod fill;
@@ -80,6 +81,7 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
         Command::Build(args) => build::run(args, task),
         Command::Fill(args) => fill::run(args, task),
         Command::Export(args) => export::run(args, task),
+        Command::Colour(args) => colour::run(args, task),
         Command::Render(args) => render::run(args, task),
         Command::Score(args) => score::run(args, task),
         Command::Completions { shell } => Ok(completions(*shell)),

@@ -11,6 +11,7 @@ use crate::io::camera_path::write_camera_path;
 use crate::io::film::kind_of;
 use crate::io::stack_store::StackStore;
 use crate::projection::{PhotoId, Renders, Shown};
+use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
@@ -54,7 +55,7 @@ fn draw_shots(
     options: &RenderOptions,
     task: &Task,
 ) -> Result<(RenderReport, Vec<String>)> {
-    let look = args.look.look(opened, shown)?;
+    let look = args.look.look(opened, shown, usual_exposure(opened))?;
     let gpu = task.timed("start the GPU", Gpu::headless)?;
     let preview = args.look.preview();
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;

@@ -4,11 +4,11 @@ use serde_json::json;
 
 use super::Outcome;
 use super::table::Table;
-use super::view_args::{ScoreArgs, size};
+use super::view_args::{ScoreArgs, exposure_name, size};
 use crate::error::{Error, Result};
 use crate::gpu::Gpu;
-use crate::projection::Shown;
 use crate::projection::likeness::Likeness;
+use crate::projection::{Exposure, Shown};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
 use crate::recipe::score::{
@@ -28,7 +28,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
     let (opened, gpu) = (opened?, gpu?);
     let (questions, problems) = questions(args, &opened, task)?;
     let options = ScoreOptions {
-        look: args.look.look(&opened, Shown::Colour)?,
+        look: args.look.look(&opened, Shown::Colour, Exposure::Near)?,
         size: size(args.size, args.scale).unwrap_or(Size::Scaled(USUAL_SCALE)),
         ignored: args.ignore.clone(),
         ignore_background: args.ignore_background,
@@ -80,7 +80,7 @@ fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
         "mode": options.look.blend.mode.name(),
         "photos_per_point": options.look.blend.photos,
         "quality": format!("{:?}", options.look.quality).to_lowercase(),
-        "exposure": format!("{:?}", options.look.exposure).to_lowercase(),
+        "exposure": exposure_name(options.look.exposure),
         "relief": !args.look.flat,
         "filled": args.cameras.is_some() && !args.look.unfilled,
         "without": args.look.without,

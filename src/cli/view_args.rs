@@ -8,6 +8,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
 use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
+use crate::recipe::colour::reference;
 use crate::recipe::named::place_of_photo;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::PreviewOptions;
@@ -104,9 +105,10 @@ pub struct LookArgs {
     /// At most so many photos share a surface point [default: 4]
     #[arg(long, value_name = "K", value_parser = RangedU64ValueParser::<u32>::new().range(1..=Blend::MOST.into()))]
     pub photos_per_point: Option<u32>,
-    /// The exposure of pictures: that of photos taken near by, one for all, or photos as they are
-    #[arg(long, value_enum, default_value_t)]
-    pub exposure: ExposureArg,
+    /// The exposure of pictures [default of render: reference where `colour` chose one, else near; of
+    /// score: near]
+    #[arg(long, value_enum)]
+    pub exposure: Option<ExposureArg>,
     /// Show faces flat, as they were modelled, without the relief that the photos tell
     #[arg(long)]
     pub flat: bool,
@@ -145,11 +147,15 @@ pub enum QualityArg {
     Final,
 }
 
-#[derive(Debug, Clone, Copy, Default, ValueEnum)]
+#[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum ExposureArg {
-    #[default]
+    /// That of the photos taken near by
     Near,
+    /// That of the photo that `colour --reference` chose
+    Reference,
+    /// The one that all photos are brought to
     Common,
+    /// Photos as they are
     Raw,
 }
 
@@ -188,12 +194,12 @@ impl LookArgs {
         options
     }
 
-    /// The look that was asked for.
+    /// The look that was asked for; `usual` is the exposure where none was.
     ///
     /// # Errors
-    /// [`Error::Request`] for a photo to leave out that the project does not have, and when none would be
-    /// left.
-    pub fn look(&self, opened: &Opened, shown: Shown) -> Result<Look> {
+    /// [`Error::Request`] for a photo to leave out that the project does not have, when none would be
+    /// left, and for the exposure of a reference that was not chosen.
+    pub fn look(&self, opened: &Opened, shown: Shown, usual: Exposure) -> Result<Look> {
         let blend = Blend::default();
         let without = self.without.iter().map(|name| place_of_photo(&opened.site, name));
         let without: Vec<_> = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
@@ -212,13 +218,34 @@ impl LookArgs {
             },
             shown,
             exposure: match self.exposure {
-                ExposureArg::Near => Exposure::Near,
-                ExposureArg::Common => Exposure::Common,
-                ExposureArg::Raw => Exposure::Raw,
+                None => usual,
+                Some(ExposureArg::Near) => Exposure::Near,
+                Some(ExposureArg::Reference) => exposure_of_reference(opened)?,
+                Some(ExposureArg::Common) => Exposure::Common,
+                Some(ExposureArg::Raw) => Exposure::Raw,
             },
             flat: self.flat,
             without,
         })
+    }
+}
+
+fn exposure_of_reference(opened: &Opened) -> Result<Exposure> {
+    let reference = reference(&opened.project.colour, &opened.site).map(Exposure::Of);
+    reference.ok_or_else(|| {
+        Error::Request(
+            "--exposure reference: there is none; `quadratura colour --reference` chooses one".into(),
+        )
+    })
+}
+
+/// An exposure as it is typed.
+pub fn exposure_name(exposure: Exposure) -> &'static str {
+    match exposure {
+        Exposure::Near => "near",
+        Exposure::Of(_) => "reference",
+        Exposure::Common => "common",
+        Exposure::Raw => "raw",
     }
 }
 

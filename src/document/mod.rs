@@ -1,10 +1,12 @@
 //! What is saved: the authored project and the derived stacks.
 
 pub mod camera_path;
+pub mod colour;
 pub mod export_record;
 pub mod names;
 pub mod project;
 pub mod stack;
 
+pub use colour::Colour;
 pub use project::Project;
 pub use stack::{Element, ImageLayer, Stack};

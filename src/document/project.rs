@@ -2,6 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::Colour;
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -31,6 +32,9 @@ pub struct Project {
     /// How hidden texels are filled.
     #[serde(default, skip_serializing_if = "FillOptions::is_default")]
     pub fill: FillOptions,
+    /// What was decided about the photos' exposures.
+    #[serde(default, skip_serializing_if = "Colour::is_default")]
+    pub colour: Colour,
 }
 
 #[cfg(test)]
@@ -44,6 +48,7 @@ mod tests {
         assert_eq!(project.world_from_model, Similarity::IDENTITY);
         assert_eq!(project.options, Options::default());
         assert_eq!(project.fill, FillOptions::default());
+        assert_eq!(project.colour, Colour::default());
     }
 
     #[test]

@@ -31,8 +31,9 @@ pub fn read_project(folder: &Path) -> Result<Project> {
     }
     refuse_other_versions(&file)?;
     let project: Project = read_json(&file, LARGEST_PROJECT, REMEDY)?;
-    match project.options.problem() {
-        Some(problem) => Err(Error::input(file, "options", problem, REMEDY)),
+    let problems = [("options", project.options.problem()), ("colour", project.colour.problem())];
+    match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
+        Some((place, problem)) => Err(Error::input(file, place, problem, REMEDY)),
         None => Ok(project),
     }
 }
@@ -127,6 +128,7 @@ fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::document::Colour;
     use crate::geometry::Similarity;
     use crate::layers::Options;
     use crate::layers::fill::FillOptions;
@@ -140,6 +142,7 @@ mod tests {
             world_from_model: Similarity::IDENTITY,
             options: Options { margin: 4, ..Options::default() },
             fill: FillOptions { without: vec!["tractor".into()], ..FillOptions::default() },
+            colour: Colour { reference: Some("0001.jpg".into()), ..Colour::default() },
         }
     }
 
@@ -176,6 +179,9 @@ mod tests {
         let text =
             r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m", "options": {"tolerance": 2}}"#;
         assert!(refused(text).contains("tolerance"));
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m",
+            "colour": {"fixed": {"a.jpg": [0, 0, 99]}}}"#;
+        assert!(refused(text).contains("colour: a.jpg is fixed"), "{}", refused(text));
     }
 
     #[test]

@@ -120,6 +120,8 @@ pub enum Exposure {
     Near,
     /// The exposure that all photos are brought to.
     Common,
+    /// That of one photo, wherever the picture is taken from.
+    Of(PhotoId),
     /// Photos as they are, differences and all.
     Raw,
 }

@@ -5,13 +5,14 @@
 use std::ops::Range;
 
 use glam::DVec2;
+use serde::{Deserialize, Serialize};
 
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::FaceId;
 
 /// A photo's place in [`Sources::photos`], which is the site's order.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct PhotoId(pub u32);
 
 /// An image layer's place in [`Sources::sheets`].

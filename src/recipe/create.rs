@@ -4,8 +4,8 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::open::{Opened, open_site};
-use crate::document::Project;
 use crate::document::project::PROJECT_VERSION;
+use crate::document::{Colour, Project};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
@@ -66,6 +66,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             world_from_model: new.world_from_model,
             options: new.options.clone(),
             fill: FillOptions::default(),
+            colour: Colour::default(),
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

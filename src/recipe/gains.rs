@@ -1,12 +1,14 @@
-//! The photos' exposure gains: estimated once from the photos themselves, then kept in `cache/`.
+//! The photos' exposure gains: estimated once from the photos themselves, then kept in `cache/`; what the
+//! user decided about them comes on top, whenever they are used.
 
+use std::f64::consts::LN_2;
 use std::path::Path;
 
 use glam::DVec2;
 use serde::{Deserialize, Serialize};
 
 use super::budget::Budget;
-use crate::document::Stack;
+use crate::document::{Colour, Stack};
 use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::hash::hash_bytes;
@@ -26,43 +28,77 @@ struct Kept {
     inputs: String,
     /// In the site's order.
     photos: Vec<String>,
-    gains: Gains,
+    estimate: Estimate,
 }
 
-const VERSION: u32 = 1;
+/// Of the file.
+const VERSION: u32 = 2;
+/// Of what [`inputs`] hashes, and of what is made of it.
+const INPUTS_VERSION: u32 = 1;
 const LARGEST: u64 = 64 << 20;
 
-/// The gains of a project's photos, in the site's order: those in `cache/` if they were made of the
-/// same stacks, else new ones, which are put there. `stacks` as in the site; only what they were made
-/// of is looked at. A photo that cannot be read is noted and gets gain 0. `memory`: bytes that photos
-/// decoded at the same time may take.
+/// The gains that a project's photos are shown and filled with, in the site's order: the estimate
+/// ([`photo_estimate`]) and what `colour` says against it.
 ///
 /// # Errors
-/// [`Error::Cancelled`]. A cache that cannot be written is a note.
+/// As [`photo_estimate`].
 pub fn photo_gains(
     site: &Site,
     stacks: &[Option<Stack>],
+    colour: &Colour,
     folder: &Path,
     memory: u64,
     task: &Task,
 ) -> Result<Gains> {
-    let file = folder.join("cache/gains.json");
-    let inputs = inputs(site, stacks);
-    if let Some(kept) = kept_gains(&file, &inputs) {
-        return Ok(kept);
+    if !colour.even {
+        return Ok(Gains::none(site.photos.len()));
     }
-    let estimate = estimate_of_photos(site, memory, task)?;
-    if let Err(error) = keep(&file, inputs, site, &estimate.gains) {
-        task.note(format!("the gains are not kept: {error}"));
-    }
-    Ok(estimate.gains)
+    let estimate = photo_estimate(site, stacks, colour, folder, memory, task)?;
+    Ok(decided(estimate.gains, colour, site))
 }
 
-/// The estimate from the photos' files, whatever is in the cache.
+/// The estimate in `cache/` if it was made of the same stacks and the same photos were left out, else a new
+/// one, which is put there. `stacks` as in the site; only what they were made of is looked at. A photo that
+/// cannot be read is noted and gets gain 0. `memory`: bytes that photos decoded at the same time may take.
+///
+/// # Errors
+/// [`Error::Cancelled`]. A cache that cannot be written is a note.
+pub fn photo_estimate(
+    site: &Site,
+    stacks: &[Option<Stack>],
+    colour: &Colour,
+    folder: &Path,
+    memory: u64,
+    task: &Task,
+) -> Result<Estimate> {
+    let file = folder.join("cache/gains.json");
+    let inputs = estimate_inputs(site, stacks, colour);
+    if let Some(kept) = kept_estimate(&file, &inputs) {
+        return Ok(kept);
+    }
+    let estimate = estimate_of_photos(site, colour, memory, task)?;
+    if let Err(error) = keep(&file, inputs, site, &estimate) {
+        task.note(format!("the gains are not kept: {error}"));
+    }
+    Ok(estimate)
+}
+
+/// Fixed gains in the place of estimated ones; the others stay as they are.
+fn decided(mut gains: Gains, colour: &Colour, site: &Site) -> Gains {
+    for (photo, gain) in site.photos.iter().zip(&mut gains.of_photo) {
+        if let Some(stops) = colour.fixed.get(&photo.name) {
+            *gain = stops.map(|stops| stops * LN_2);
+        }
+    }
+    gains
+}
+
+/// The estimate from the photos' files, whatever is in the cache. Photos that `colour` leaves out are not
+/// looked at.
 ///
 /// # Errors
 /// [`Error::Cancelled`].
-pub fn estimate_of_photos(site: &Site, memory: u64, task: &Task) -> Result<Estimate> {
+pub fn estimate_of_photos(site: &Site, colour: &Colour, memory: u64, task: &Task) -> Result<Estimate> {
     let projector =
         |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
     let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
@@ -70,6 +106,9 @@ pub fn estimate_of_photos(site: &Site, memory: u64, task: &Task) -> Result<Estim
     let budget = Budget::new(memory);
     let colours = |photo: PhotoId, centers: &[DVec2]| {
         let photo = &site.photos[photo.0 as usize];
+        if colour.left_out.contains(&photo.name) {
+            return Ok(vec![None; centers.len()]);
+        }
         let measured = budget.with(decoded_bytes(photo), || colours_of(photo, centers, &options, task));
         measured.or_else(|error| unmeasured(photo, centers, &error, task))
     };
@@ -108,20 +147,29 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
         (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.inputs.clone()))
     };
     let photos: Vec<_> = site.photos.iter().zip(stacks).map(of_photo).collect();
-    let text = serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), VERSION, photos)).expect("plain data is JSON");
+    let text =
+        serde_json::to_vec(&(env!("CARGO_PKG_VERSION"), INPUTS_VERSION, photos)).expect("plain data is JSON");
+    hash_bytes(&text)
+}
+
+/// [`inputs`], and the photos of the site that are left out.
+fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> String {
+    let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
+    let left_out: Vec<bool> = left_out.collect();
+    let text = serde_json::to_vec(&(inputs(site, stacks), left_out)).expect("plain data is JSON");
     hash_bytes(&text)
 }
 
 /// A cache that is missing, broken or of something else is no cache.
-fn kept_gains(file: &Path, inputs: &str) -> Option<Gains> {
+fn kept_estimate(file: &Path, inputs: &str) -> Option<Estimate> {
     let kept: Kept = read_json(file, LARGEST, "it is made again").ok()?;
-    (kept.version == VERSION && kept.inputs == inputs).then_some(kept.gains)
+    (kept.version == VERSION && kept.inputs == inputs).then_some(kept.estimate)
 }
 
-fn keep(file: &Path, inputs: String, site: &Site, gains: &Gains) -> Result<()> {
+fn keep(file: &Path, inputs: String, site: &Site, estimate: &Estimate) -> Result<()> {
     let folder = file.parent().expect("it lies in cache/");
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    let kept = Kept { version: VERSION, inputs, photos, gains: gains.clone() };
+    let kept = Kept { version: VERSION, inputs, photos, estimate: estimate.clone() };
     write_atomically(file, &to_json(&kept))
 }

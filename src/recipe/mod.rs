@@ -4,6 +4,7 @@ pub mod assemble;
 pub mod budget;
 pub mod build;
 pub mod check;
+pub mod colour;
 pub mod create;
 pub mod exploded;
 pub mod export;

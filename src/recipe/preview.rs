@@ -64,9 +64,9 @@ pub fn open(
     let sources = Arc::new(sources(site, &stacks));
     let files = SheetFiles::new(&store, &stacks, options.filled);
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
-    let memory = default_memory();
+    let (memory, colour) = (default_memory(), &opened.project.colour);
     let gains = match options.gains {
-        true => task.timed("gains", || photo_gains(site, &stacks, folder, memory, task))?,
+        true => task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?,
         false => Gains::none(site.photos.len()),
     };
     let inputs = gains::inputs(site, &stacks);

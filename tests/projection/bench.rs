@@ -4,6 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
+use quadratura::document::Colour;
 use quadratura::document::Stack;
 use quadratura::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
 use quadratura::io::photo::read_photo;
@@ -57,7 +58,8 @@ impl Bench {
         let rasteriser = common::gpu_rasteriser()?;
         let stacks = stacks(&site, folder.path(), &rasteriser);
         let store = StackStore::new(folder.path());
-        let gains = photo_gains(&site, &stacks, folder.path(), 1 << 30, &Task::silent()).unwrap();
+        let gains =
+            photo_gains(&site, &stacks, &Colour::default(), folder.path(), 1 << 30, &Task::silent()).unwrap();
         Some(Self {
             gpu: Gpu::headless().unwrap(),
             sources: sources(&site, &stacks).into(),

@@ -13,6 +13,7 @@
 //! Panoramas are evened out in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
+pub mod grounds;
 pub mod meter;
 pub mod near;
 pub mod patch;
@@ -21,6 +22,7 @@ pub mod ratios;
 pub mod seen;
 pub mod solve;
 
+pub use grounds::{Grounds, grounds};
 pub use meter::Meter;
 pub use near::Shares;
 pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
@@ -72,10 +74,12 @@ impl Default for ExposureOptions {
 }
 
 /// What came of an estimate.
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The gains.
     pub gains: Gains,
+    /// By photo, what its gain rests on.
+    pub grounds: Vec<Grounds>,
     /// How far from their cameras surfaces typically are, in world units: what a step of the camera is
     /// measured by ([`Shares::of`]).
     pub reach: f64,
@@ -129,6 +133,7 @@ pub fn estimate_gains(
     let reach = typical_distance(&points);
     let meter = Meter::of(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
     Ok(Estimate {
+        grounds: grounds(photos.len(), &points, &measured, &ratios, &fit.of_photo),
         gains: Gains { of_photo: fit.of_photo, meter },
         reach,
         points: shared,

@@ -23,6 +23,7 @@ impl Gains {
         let view = match shot.exposure {
             Exposure::Near => self.of_view(&shot.pose, &shares()),
             Exposure::Common => [0.0; 3],
+            Exposure::Of(photo) => self.of_photo[photo.0 as usize],
             Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
         };
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
@@ -117,6 +118,19 @@ mod tests {
         let (photos, gains) = photos(&mut Dice::new(11), 30);
         for (photo, gain) in photos.iter().zip(&gains.of_photo) {
             assert_eq!(near(&photo.pose, &gains, &photos, &[]), *gain);
+        }
+    }
+
+    #[test]
+    fn with_the_exposure_of_a_photo_that_one_stays_as_it_is_and_the_others_follow() {
+        let (photos, gains) = photos(&mut Dice::new(15), 4);
+        let mut shot = Shot::new(photos[0].camera, photos[1].pose);
+        shot.exposure = Exposure::Of(PhotoId(2));
+        let factors = gains.factors(&shot, || unreachable!("no view decides"));
+        assert_eq!(factors[2], [1.0; 3]);
+        for (factor, gain) in factors.iter().zip(&gains.of_photo) {
+            let brought = (0..3).all(|c| (gain[c] + factor[c].ln() - gains.of_photo[2][c]).abs() < 1e-12);
+            assert!(brought, "{factor:?} {gain:?}");
         }
     }
 

@@ -100,6 +100,19 @@ fn known_exposures_are_found_to_one_percent() {
 }
 
 #[test]
+fn what_a_gain_rests_on_is_counted_and_a_photo_that_disagrees_shows_it() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    shoot.visited = vec![2];
+    let found = shoot.estimate();
+    let most = found.points as u32;
+    assert!(found.grounds.iter().all(|of| of.points > 50 && of.points <= most), "{:?}", found.grounds);
+    let residual = |photo: usize| found.grounds[photo].residual;
+    assert!((0..10).all(|photo| residual(photo) > 0.005 && residual(photo) < 0.05), "{:?}", found.grounds);
+    let others = (0..10).filter(|photo| *photo != 2).map(residual).fold(0.0, f64::max);
+    assert!(residual(2) > others, "{:?}", found.grounds);
+}
+
+#[test]
 fn somebody_in_white_in_two_photos_does_not_disturb() {
     let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.visited = vec![2, 7];

@@ -1,0 +1,104 @@
+//! `quadratura colour`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::ColourArgs;
+use super::table::{Table, counted};
+use crate::error::Result;
+use crate::io::lock::ProjectLock;
+use crate::io::project::{read_project, write_project};
+use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour, colour_report, edited};
+use crate::recipe::open::{Opened, open_site};
+use crate::task::Task;
+
+pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
+    let edits = edits(args);
+    let mut project = read_project(&args.project)?;
+    let mut _lock = None;
+    if !edits.is_empty() {
+        _lock = Some(ProjectLock::take(&args.project)?);
+        // Somebody may have decided something else before the lock was ours.
+        project = read_project(&args.project)?;
+    }
+    let mut opened = open_site(&args.project, project, task)?;
+    let colour = edited(&opened.project.colour, &edits, &opened.site)?;
+    if colour != opened.project.colour {
+        opened.project.colour = colour;
+        write_project(&args.project, &opened.project)?;
+    }
+    let report = colour_report(&args.project, &opened, task)?;
+    Ok(outcome(&opened, &report))
+}
+
+/// What was typed: first what takes back, then what decides.
+fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
+    let mut edits: Vec<ColourEdit> = args.reset.then_some(ColourEdit::Reset).into_iter().collect();
+    edits.extend(args.free.iter().cloned().map(ColourEdit::Free));
+    edits.extend(args.leave_out.iter().cloned().map(ColourEdit::LeaveOut));
+    edits.extend(args.fix.iter().cloned().map(|(photo, stops)| ColourEdit::Fix(photo, stops)));
+    let reference = args.reference.as_ref();
+    edits.extend(reference.map(|name| ColourEdit::Reference((name != "none").then(|| name.clone()))));
+    edits.extend(args.off.then_some(ColourEdit::Even(false)));
+    edits.extend(args.on.then_some(ColourEdit::Even(true)));
+    edits
+}
+
+fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
+    let problems: Vec<String> = opened.problems.iter().map(ToString::to_string).collect();
+    let text = format!("{}\n{}", photos(report), legend(report));
+    let mut json = json!(report);
+    json["problems"] = json!(problems);
+    Outcome { text, json, problems }
+}
+
+fn photos(report: &ColourReport) -> String {
+    let mut table = Table::new(&["photo", "R", "G", "B", "points", "residual", "gain", ""]);
+    for photo in &report.photos {
+        let residual = if photo.points > 0 { format!("{:.3}", photo.residual) } else { "-".into() };
+        let grounds = [photo.points.to_string(), residual, origin(photo, report.even)];
+        let reference = if photo.reference { "reference" } else { "" };
+        let row = [photo.photo.clone()].into_iter().chain(photo.stops.map(signed)).chain(grounds);
+        table.row(row.chain([reference.to_owned()]));
+    }
+    table.render()
+}
+
+/// Where the gain comes from.
+fn origin(photo: &PhotoColour, even: bool) -> String {
+    let estimated = photo.estimated.map(|stops| stops.map(signed).join(" "));
+    match (even, photo.fixed, photo.left_out, estimated) {
+        (false, ..) => "off".into(),
+        (_, true, true, _) => "fixed, left out of the estimate".into(),
+        (_, true, false, Some(estimated)) => format!("fixed; estimated {estimated}"),
+        (_, true, false, None) => "fixed; shares no point".into(),
+        (_, false, true, _) => "left out".into(),
+        (_, false, false, Some(_)) => "estimated".into(),
+        (_, false, false, None) => "shares no point".into(),
+    }
+}
+
+fn signed(stops: f64) -> String {
+    // No negative zero.
+    let rounded = (stops * 100.0).round() / 100.0 + 0.0;
+    format!("{rounded:+.2}")
+}
+
+fn legend(report: &ColourReport) -> String {
+    let three = |stops: [f64; 3]| stops.map(|stops| format!("{stops:.3}")).join(" ");
+    let off = if report.even { "" } else { "Off: photos are shown and filled as they are.\n" };
+    let groups = match report.groups {
+        0 => "No two photos share a point: nothing is known of exposures.\n".to_owned(),
+        1 => String::new(),
+        groups => format!("{groups} groups of photos share no point: each is 0 on average.\n"),
+    };
+    format!(
+        "R, G, B: stops by which a photo is brighter than the exposure that all are brought to;\n\
+         residual: what differs at a point after that, in stops, the median.\n\
+         {off}{groups}{} and {}: R, G, B differ by {} stops as the photos are, {} with estimated gains.\n",
+        counted(report.points, "point"),
+        counted(report.pairs, "comparison"),
+        three(report.before),
+        three(report.after),
+    )
+}

@@ -1,0 +1,97 @@
+//! What the user decided about the photos' exposures: `colour` of `project.json`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+/// Nothing photographed differs by more: from moonlight to noon are 18 stops.
+pub const MOST_STOPS: f64 = 20.0;
+
+/// Decisions about colour, by the photos' names. They change how photos are shown and what fillings are
+/// made of, never a photo or paint: without them, and with [`Colour::even`] off, all is as before.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct Colour {
+    /// Differences of exposure between photos are evened out; off: photos are taken as they are.
+    #[serde(skip_serializing_if = "is_true")]
+    pub even: bool,
+    /// The photo whose exposure pictures come out with; none: each view has that of the photos near it.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// Gains that replace the estimated ones: stops (factors of 2 in linear light) by which the photo is
+    /// brighter than the exposure that all are brought to, R, G, B.
+    #[serde(skip_serializing_if = "BTreeMap::is_empty")]
+    pub fixed: BTreeMap<String, [f64; 3]>,
+    /// Photos that are not asked when gains are estimated; theirs are 0, unless they are fixed.
+    #[serde(skip_serializing_if = "BTreeSet::is_empty")]
+    pub left_out: BTreeSet<String>,
+}
+
+impl Default for Colour {
+    fn default() -> Self {
+        Self { even: true, reference: None, fixed: BTreeMap::new(), left_out: BTreeSet::new() }
+    }
+}
+
+fn is_true(value: &bool) -> bool {
+    *value
+}
+
+impl Colour {
+    /// Nothing was decided.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// What is out of range, and what is expected.
+    pub fn problem(&self) -> Option<String> {
+        let wrong = |stops: &&[f64; 3]| !stops.iter().all(|s| s.abs() <= MOST_STOPS);
+        let (photo, stops) = self.fixed.iter().find(|(_, stops)| wrong(stops))?;
+        Some(format!("{photo} is fixed at {stops:?} stops; expected {MOST_STOPS} at most, up or down"))
+    }
+
+    /// Takes back what was decided about one photo's gain.
+    pub fn free(&mut self, photo: &str) {
+        self.fixed.remove(photo);
+        self.left_out.remove(photo);
+    }
+
+    /// The photos that something was decided about, each once, in alphabetical order.
+    pub fn named(&self) -> BTreeSet<&str> {
+        let names = self.fixed.keys().chain(&self.left_out).chain(&self.reference);
+        names.map(String::as_str).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_what_was_decided_is_written_and_comes_back() {
+        assert_eq!(serde_json::to_string(&Colour::default()).unwrap(), "{}");
+        let mut colour = Colour { reference: Some("a.jpg".into()), ..Colour::default() };
+        colour.fixed.insert("b.jpg".into(), [0.5, 0.25, -1.0]);
+        colour.left_out.insert("c.jpg".into());
+        let text = serde_json::to_string(&colour).unwrap();
+        let expected = r#"{"reference":"a.jpg","fixed":{"b.jpg":[0.5,0.25,-1.0]},"left_out":["c.jpg"]}"#;
+        assert_eq!(text, expected);
+        assert_eq!(serde_json::from_str::<Colour>(&text).unwrap(), colour);
+        assert_eq!(colour.named().into_iter().collect::<Vec<_>>(), ["a.jpg", "b.jpg", "c.jpg"]);
+        colour.free("b.jpg");
+        colour.free("c.jpg");
+        colour.reference = None;
+        assert!(colour.is_default());
+    }
+
+    #[test]
+    fn a_gain_out_of_range_is_told_with_its_photo() {
+        let mut colour = Colour::default();
+        colour.fixed.insert("b.jpg".into(), [0.0, 21.0, 0.0]);
+        assert!(colour.problem().unwrap().contains("b.jpg"));
+        colour.fixed.insert("b.jpg".into(), [0.0, f64::NAN, 0.0]);
+        assert!(colour.problem().is_some());
+        colour.fixed.insert("b.jpg".into(), [0.0, -20.0, 0.0]);
+        assert_eq!(colour.problem(), None);
+    }
+}

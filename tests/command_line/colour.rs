@@ -1,0 +1,123 @@
+//! `colour` on the tiny site, with photos of one grey each: the second has twice the light of the first.
+
+use std::fs;
+
+use image::{Rgb, RgbImage};
+
+use super::common::gpu_rasteriser;
+use super::site::{PHOTOS, Site, stderr_of, stdout_of};
+
+/// sRGB of a grey, and of twice its light (0.1274 and 0.2546).
+const GREYS: [u8; 2] = [100, 138];
+
+fn grey() -> Site {
+    let site = Site::new();
+    for (name, grey) in PHOTOS.iter().zip(GREYS) {
+        RgbImage::from_pixel(160, 120, Rgb([grey; 3])).save(site.path("photos").join(name)).unwrap();
+    }
+    site.make_project();
+    site
+}
+
+fn project_file(site: &Site) -> String {
+    fs::read_to_string(site.path("project/project.json")).unwrap()
+}
+
+#[test]
+fn colour_tells_by_how_much_photos_differ_and_on_what_that_rests() {
+    let site = grey();
+    let told = site.json("colour project --json");
+    let stops = |photo: usize, c: usize| told["photos"][photo]["stops"][c].as_f64().unwrap();
+    for c in 0..3 {
+        assert!((stops(1, c) - stops(0, c) - 1.0).abs() < 0.01, "{told:#}");
+        assert!((stops(1, c) + stops(0, c)).abs() < 1e-9, "0 on average: {told:#}");
+    }
+    assert!(told["photos"][0]["points"].as_u64().unwrap() > 10, "{told:#}");
+    let text = stdout_of(&site.run("colour project").success());
+    assert!(text.contains("+0.50") && text.contains("-0.50") && text.contains("estimated"), "{text}");
+    assert!(!project_file(&site).contains("colour"), "asking decides nothing");
+}
+
+#[test]
+fn decisions_are_kept_in_the_project_and_taking_them_back_brings_every_byte_back() {
+    let site = grey();
+    let before = project_file(&site);
+    let told = stdout_of(&site.run("colour project --fix left=0.3,0.2,-0.1 --reference left").success());
+    assert!(told.contains("+0.30") && told.contains("fixed; estimated -0.50") && told.contains("reference"));
+    let after = project_file(&site);
+    assert!(after.contains("\"colour\"") && after.contains("left.png"), "{after}");
+    let again = site.json("colour project --json");
+    assert_eq!(again["photos"][0]["fixed"], true);
+    assert_eq!(again["photos"][1]["fixed"], false);
+
+    let told = site.json("colour project --free left --leave-out left --reference none --json");
+    assert_eq!(told["photos"][0]["left_out"], true);
+    assert_eq!(told["photos"][0]["stops"][0], 0.0);
+    assert_eq!(told["photos"][1]["estimated"], serde_json::Value::Null, "nobody is left to compare with");
+    site.run("colour project --reset").success();
+    assert_eq!(project_file(&site), before);
+}
+
+#[test]
+fn wrong_decisions_change_nothing_and_say_what_was_expected() {
+    let site = grey();
+    let before = project_file(&site);
+    let told = stderr_of(&site.run("colour project --fix left=much").failure().code(2));
+    assert!(told.contains("0001.jpg=0.5,0.4,0.4"), "{told}");
+    let told = stderr_of(&site.run("colour project --leave-out nobody --reference noone").failure().code(1));
+    assert!(told.contains("nobody") && told.contains("noone"), "{told}");
+    assert_eq!(project_file(&site), before);
+    fs::write(
+        site.path("project/project.json"),
+        before.replace("\"options\"", "\"colour\": {\"evn\": 1}, \"options\""),
+    )
+    .unwrap();
+    let told = stderr_of(&site.run("colour project").failure().code(1));
+    assert!(told.contains("evn"), "{told}");
+}
+
+/// What a picture shows of the wall, and its bytes.
+fn rendered(site: &Site, out: &str, options: &str) -> [(u8, Vec<u8>); 2] {
+    site.run(&format!("render project --cameras photos --mode best --out {out} {options}")).success();
+    ["left.png", "north%20side%2Ft%C3%BCr%202.png"].map(|name| {
+        let file = site.path(out).join(name);
+        (image::open(&file).unwrap().to_rgba8().get_pixel(20, 40).0[1], fs::read(file).unwrap())
+    })
+}
+
+#[test]
+fn pictures_come_out_as_the_reference_has_it_and_without_it_as_before() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = grey();
+    site.run("build project").success();
+    let own = rendered(&site, "own", "");
+    assert!(
+        own[0].0.abs_diff(GREYS[0]) <= 1 && own[1].0.abs_diff(GREYS[1]) <= 1,
+        "{} {}",
+        own[0].0,
+        own[1].0
+    );
+
+    let told = stderr_of(&site.run("render project --cameras photos --out x --exposure reference").failure());
+    assert!(told.contains("colour --reference"), "{told}");
+    site.run("colour project --reference left").success();
+    let alike = rendered(&site, "alike", "");
+    assert!(alike.iter().all(|(grey, _)| grey.abs_diff(GREYS[0]) <= 1), "{} {}", alike[0].0, alike[1].0);
+    let near = rendered(&site, "near", "--exposure near");
+    assert_eq!(near, own);
+
+    // A photo said to be two stops too bright is shown at a quarter of its light in the reference's.
+    site.run("colour project --fix left=0 --fix").failure().code(2);
+    let mut command = site.command("colour project --fix left=0 --fix");
+    command.arg(format!("{}=2", PHOTOS[1])).assert().success();
+    let darker = rendered(&site, "darker", "");
+    // 0.2546 / 4 = 0.0637 is stored as 71.
+    assert!(darker[1].0.abs_diff(71) <= 1, "{}", darker[1].0);
+
+    site.run("colour project --off").success();
+    assert!(rendered(&site, "off", "")[1].0.abs_diff(GREYS[1]) <= 1);
+    site.run("colour project --reset").success();
+    assert_eq!(rendered(&site, "back", ""), own, "every byte is back");
+}
