@@ -152,6 +152,16 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     hash_bytes(&text)
 }
 
+/// What was decided about the gains themselves, not about the exposure of pictures; empty where nothing was.
+pub(super) fn decisions(colour: &Colour) -> String {
+    let of_gains = Colour { reference: None, ..colour.clone() };
+    if of_gains.is_default() {
+        String::new()
+    } else {
+        serde_json::to_string(&of_gains).expect("plain data is JSON")
+    }
+}
+
 /// [`inputs`], and the photos of the site that are left out.
 fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));

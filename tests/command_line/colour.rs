@@ -121,3 +121,25 @@ fn pictures_come_out_as_the_reference_has_it_and_without_it_as_before() {
     site.run("colour project --reset").success();
     assert_eq!(rendered(&site, "back", ""), own, "every byte is back");
 }
+
+#[test]
+fn fillings_made_with_other_gains_are_stale_until_the_decision_is_taken_back() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = grey();
+    site.run("build project").success();
+    site.run("fill project").success();
+    let states = || {
+        let told = site.json("info project --json");
+        let rows = told["filling"].as_array().unwrap().clone();
+        rows.iter().map(|row| row["state"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
+    };
+    assert_eq!(states(), ["filled", "filled"]);
+    site.run("colour project --reference left").success();
+    assert_eq!(states(), ["filled", "filled"], "a reference is about pictures only");
+    site.run("colour project --fix left=0.1").success();
+    assert_eq!(states(), ["stale", "stale"]);
+    site.run("colour project --reset").success();
+    assert_eq!(states(), ["filled", "filled"]);
+}

@@ -106,6 +106,7 @@ impl Bench {
             model: ".".into(),
             world_from_model: Similarity::IDENTITY,
             options: Options::default(),
+            colour: Default::default(),
             fill: FillOptions::default(),
         };
         Opened { project, site: self.site.clone(), points: Vec::new(), problems: Vec::new() }

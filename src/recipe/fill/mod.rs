@@ -90,7 +90,8 @@ impl FillState {
 /// Hash of all that fillings are made of: every photo may give to every other.
 pub fn fill_inputs(opened: &Opened, stacks: &[Option<Stack>], options: &FillOptions) -> String {
     let options = serde_json::to_string(options).expect("plain data is JSON");
-    let text = format!("{VERSION} {} {options}", gains::inputs(&opened.site, stacks));
+    let colour = gains::decisions(&opened.project.colour);
+    let text = format!("{VERSION} {} {options}{colour}", gains::inputs(&opened.site, stacks));
     hash_bytes(text.as_bytes())
 }
 
@@ -116,8 +117,8 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
     }
-    let memory = request.memory;
-    let gains = task.timed("gains", || photo_gains(site, &stacks, folder, memory, task))?;
+    let (memory, colour) = (request.memory, &opened.project.colour);
+    let gains = task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?;
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
     let surfaces = Surfaces::of(&site.model);
