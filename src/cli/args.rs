@@ -118,6 +118,10 @@ pub struct BuildArgs {
     /// Build again what is up to date
     #[arg(long)]
     pub force: bool,
+    /// Leave exposure gains and relief to whoever needs them first: the stacks are ready sooner, the first
+    /// picture later
+    #[arg(long)]
+    pub stacks_only: bool,
     #[command(flatten)]
     pub options: OptionArgs,
 }

@@ -16,6 +16,7 @@ use crate::io::stack_store::StackStore;
 use crate::layers::Options;
 use crate::recipe::build::{BuildOptions, Built, build};
 use crate::recipe::open::{Opened, open_site};
+use crate::recipe::preview;
 use crate::task::Task;
 
 pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
@@ -38,6 +39,9 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         force: args.force,
     };
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
+    if !args.stacks_only {
+        preview::prepare(&args.project, &opened, task)?;
+    }
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     for file in kept {
         task.note(format!("a file that was changed by hand is now {}", file.display()));

@@ -64,18 +64,46 @@ pub fn open(
     let sources = Arc::new(sources(site, &stacks));
     let files = SheetFiles::new(&store, &stacks, options.filled);
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
-    let (memory, colour) = (default_memory(), &opened.project.colour);
-    let gains = match options.gains {
-        true => task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?,
-        false => Gains::none(site.photos.len()),
-    };
-    let inputs = gains::inputs(site, &stacks);
-    let relief = task.timed("relief", || {
-        options.relief.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
-    })?;
+    let (gains, relief) = told_by_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
     let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
     Ok(Preview { renderer, relief, without: Vec::new() })
+}
+
+/// Estimates gains and relief and puts them into `cache/`, so that the first picture need not wait for
+/// them. Nothing is done while a photo has no stack of the project as it is: they would not hold for long.
+///
+/// # Errors
+/// Those of [`open`].
+pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
+    let store = StackStore::new(folder);
+    let survey = Survey::new(opened, &store);
+    let mut stacks = Vec::with_capacity(opened.site.photos.len());
+    for photo in &opened.site.photos {
+        let StackState::Current(stack) = survey.state(photo)? else { return Ok(()) };
+        stacks.push(Some(stack));
+    }
+    told_by_photos(folder, opened, &stacks, &PreviewOptions::default(), task).map(drop)
+}
+
+/// Gains and relief, as far as they are wanted.
+fn told_by_photos(
+    folder: &Path,
+    opened: &Opened,
+    stacks: &[Option<Stack>],
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<(Gains, Option<SiteRelief>)> {
+    let (site, memory, colour) = (&opened.site, default_memory(), &opened.project.colour);
+    let gains = match options.gains {
+        true => task.timed("gains", || photo_gains(site, stacks, colour, folder, memory, task))?,
+        false => Gains::none(site.photos.len()),
+    };
+    let inputs = gains::inputs(site, stacks);
+    let relief = task.timed("relief", || {
+        options.relief.then(|| SiteRelief::open(site, &inputs, folder, memory, task)).transpose()
+    })?;
+    Ok((gains, relief))
 }
 
 impl Preview {
