@@ -5,6 +5,7 @@ mod colour;
 #[path = "../common/mod.rs"]
 mod common;
 mod faults;
+mod filling;
 mod site;
 mod stopped;
 mod usage;

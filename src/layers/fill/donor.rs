@@ -21,6 +21,9 @@ pub trait Donors: Sync {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>>;
+
+    /// So many may be held at the same time: as many as memory allows, two at least.
+    fn at_once(&self) -> usize;
 }
 
 /// A photo gives nothing nearer to another depth than so many pixels: models are wrong by a few, and what
@@ -161,6 +164,12 @@ impl Donor {
             let below = texel(x, y1, c) * (1.0 - sx) + texel(x1, y1, c) * sx;
             above * (1.0 - sy) + below * sy
         })
+    }
+
+    /// About how many bytes one of a camera takes.
+    pub fn bytes_of(camera: &Pinhole) -> u64 {
+        // Owner, colours, and a third of those once more for the coarser levels.
+        u64::from(camera.width) * u64::from(camera.height) * (4 + 3 + 1)
     }
 
     /// Bytes that it takes.

@@ -92,7 +92,8 @@ pub struct Filled {
     pub regions: Vec<FilledRegion>,
 }
 
-/// Photos that give to one photo at most: the memory for them is bounded, and more give nothing new.
+/// Photos that give to one photo at most: more give nothing new. Where photos are so large that memory does
+/// not hold as many, fewer do.
 const MOST_DONORS: usize = 24;
 
 /// A billboard is filled from photos that see it from nearly the same direction, ten degrees or less: what is
@@ -145,7 +146,7 @@ fn nearest_donors(ground: &Ground, photo: PhotoId, regions: &[Region]) -> Vec<Ph
     shared[photo.0 as usize] = 0;
     let mut order: Vec<usize> = (0..shared.len()).filter(|i| shared[*i] > 0).collect();
     order.sort_by_key(|i| (std::cmp::Reverse(shared[*i]), *i));
-    order.truncate(MOST_DONORS);
+    order.truncate(MOST_DONORS.min(ground.source.at_once()));
     order.sort_unstable();
     order.into_iter().map(|i| PhotoId(i as u32)).collect()
 }

@@ -30,6 +30,10 @@ const MOST_CELLS: f64 = (1 << 19) as f64;
 /// Photos that a plate is made of at most: the nearest to the surface.
 const MOST_PHOTOS: usize = 16;
 
+/// Cells of all plates that are kept at most, six bytes each; beyond, all are made again when they are asked
+/// for, and are the same.
+const MOST_KEPT: usize = 1 << 27;
+
 /// Side of a block of cells that ask the same photos.
 const BLOCK: usize = 32;
 
@@ -83,6 +87,9 @@ impl Plates {
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn make(&mut self, ground: &Ground, mut sides: Vec<Side>, task: &Task) -> Result<()> {
+        if self.made.values().flatten().map(|plate| plate.roots.len()).sum::<usize>() > MOST_KEPT {
+            self.made.clear();
+        }
         sides.sort_unstable();
         sides.dedup();
         sides.retain(|side| !self.made.contains_key(side));
@@ -159,7 +166,8 @@ impl Layout {
         let cell =
             (1.0 / best).max((extent.x * extent.y / MOST_CELLS).sqrt()).max(extent.max_element() / 4096.0);
         let size = [extent.x, extent.y].map(|side| (side / cell).ceil().max(1.0) as usize);
-        let mut photos: Vec<PhotoId> = densities.into_iter().take(MOST_PHOTOS).map(|(_, id)| id).collect();
+        let most = MOST_PHOTOS.min(ground.source.at_once());
+        let mut photos: Vec<PhotoId> = densities.into_iter().take(most).map(|(_, id)| id).collect();
         photos.sort_unstable();
         Some(Self { frame, low, cell, size, photos })
     }

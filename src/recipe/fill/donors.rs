@@ -73,4 +73,11 @@ impl Donors for PhotoDonors<'_> {
         self.keep(photo, &donor);
         Ok(donor)
     }
+
+    /// Of the largest photo; as many again may be held for what is made of them beside.
+    fn at_once(&self) -> usize {
+        let photos = self.opened.site.photos.iter();
+        let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);
+        (self.memory / (2 * largest)).max(2) as usize
+    }
 }
