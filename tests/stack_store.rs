@@ -34,6 +34,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         photo: StackPhoto { name: PHOTO.into(), width: 4, height: 4 },
         camera: StackCamera { K: [[0.0; 3]; 3], R: [[0.0; 3]; 3], t: [0.0; 3] },
         visibility_layers: vec![],
+        surfaces: vec![],
         pieces: vec![],
         occlusions: vec![],
         forgiven: vec![],

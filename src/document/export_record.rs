@@ -5,11 +5,11 @@ use std::collections::BTreeSet;
 
 use serde::{Deserialize, Serialize};
 
-use super::stack::{Element, Piece, StackCamera, StackPhoto};
+use super::stack::{Element, Piece, StackCamera, StackPhoto, Surface};
 use crate::geometry::PixelRect;
 
 /// The version this program writes; it reads no other.
-pub const RECORD_VERSION: u32 = 1;
+pub const RECORD_VERSION: u32 = 2;
 
 /// The kinds of layered images that are exported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
@@ -54,6 +54,15 @@ pub struct ExportRecord {
     /// The pieces that the elements of `layers` name.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pieces: Vec<Piece>,
+    /// The surfaces that the elements of `layers` name, in the model's order.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub surfaces: Vec<Surface>,
+    /// Files below `paint/` that were shown in the layers: what is painted over them contradicts nobody.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub paint: BTreeSet<String>,
+    /// The colour profile in the document, a file below `exports/pixels/`; none: it had none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub profile: Option<String>,
 }
 
 /// A file as it was written.
@@ -78,11 +87,24 @@ pub struct ExportedLayer {
     pub rect: PixelRect,
     /// Of the pixels in the document, in photo pixels: a part of `rect`.
     pub exported_rect: PixelRect,
+    /// The bounding box of what some element covers, in photo pixels; a part of `exported_rect`.
+    pub needed_rect: PixelRect,
     /// Hash of what is to be seen and where: the same for a layer that came back untouched, even
     /// when the editor cropped it to what is not transparent.
     pub pixels: String,
+    /// The pixels themselves.
+    pub baseline: Baseline,
     /// What it textures.
     pub elements: Vec<Element>,
+}
+
+/// The pixels of an image layer as they were exported, kept to tell what was painted since.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct Baseline {
+    /// RGBA PNG below `exports/pixels/`, named by its content.
+    pub file: String,
+    /// What it shows, in photo pixels.
+    pub rect: PixelRect,
 }
 
 /// A layer that is no image layer.
@@ -94,6 +116,8 @@ pub struct Helper {
     pub role: HelperRole,
     /// Its place, in photo pixels.
     pub rect: PixelRect,
+    /// As that of an image layer: tells whether somebody painted on it.
+    pub pixels: String,
 }
 
 /// What a helper layer is there for.

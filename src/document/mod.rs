@@ -4,6 +4,7 @@ pub mod camera_path;
 pub mod colour;
 pub mod export_record;
 pub mod names;
+pub mod paint;
 pub mod project;
 pub mod stack;
 

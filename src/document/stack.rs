@@ -6,7 +6,7 @@ use crate::geometry::PixelRect;
 use crate::layers::Method;
 
 /// The version this program writes; it reads no other.
-pub const STACK_VERSION: u32 = 1;
+pub const STACK_VERSION: u32 = 2;
 
 /// All image layers of one photo, nearest first, and what they were made of.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -23,6 +23,8 @@ pub struct Stack {
     pub camera: StackCamera,
     /// Layer by layer, nearest first, the elements. Occlusions count through them in this order.
     pub visibility_layers: Vec<Vec<Element>>,
+    /// The flat surfaces that elements are made of, as the model had them, in its order.
+    pub surfaces: Vec<Surface>,
     /// Pieces of faces that were cut, and triangles of faces that are not planar.
     pub pieces: Vec<Piece>,
     /// Who hides whom, between elements numbered in reading order of `visibility_layers`.
@@ -115,6 +117,20 @@ pub struct Element {
     pub back: Vec<u32>,
 }
 
+/// A flat surface: a planar face, or one triangle of a face that is not planar.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Surface {
+    /// Unique name of the object.
+    pub object: String,
+    /// Index within the object.
+    pub face: u32,
+    /// Which of its triangles, for a face that is not planar.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub triangle: Option<u32>,
+    /// One ring in world coordinates, holes bridged, wound like the face.
+    pub outline: Vec<[f64; 3]>,
+}
+
 /// A piece of a face.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Piece {
@@ -124,6 +140,9 @@ pub struct Piece {
     pub face: u32,
     /// Index within the face.
     pub piece: u32,
+    /// The triangle that it is of, for a face that is not planar.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub triangle: Option<u32>,
     /// One simple ring in world coordinates, holes bridged, wound like the face, may be concave.
     pub polygon: Vec<[f64; 3]>,
 }

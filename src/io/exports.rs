@@ -1,15 +1,21 @@
 //! The records of what was exported, `exports/<document key>.json`, and the one question that they
 //! answer at once: is this file still as we wrote it?
 
+use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use super::atomic::write_atomically;
+use super::baselines::Baselines;
 use super::hash::hash_file;
 use super::json::{read_json, to_json};
 use crate::document::export_record::{ExportRecord, ExportedFile, RECORD_VERSION};
 use crate::error::{Error, Result};
 
+/// The pixels of so many exports of a photo are kept. Each is linked from a stack as long as that is there; what
+/// is older has to be exported again before it can be painted on.
+const EXPORTS_WITH_PIXELS: usize = 8;
 /// Larger ones are no records of ours.
 const LARGEST_RECORD: u64 = 1 << 28;
 const REMEDY: &str = "move it away; files exported with it are then taken for changed ones";
@@ -61,6 +67,28 @@ impl ExportStore {
         write_atomically(&file, &to_json(&record))
     }
 
+    /// Removes the pixels of all but the last few exports of each photo, and those that no record names.
+    ///
+    /// # Errors
+    /// [`Error::Io`]
+    pub fn forget_old_pixels(&self, kept: &Baselines) -> Result<()> {
+        let mut by_age: Vec<_> = self.files()?.into_iter().map(|file| (written_at(&file), file)).collect();
+        by_age.sort();
+        let mut exports: BTreeMap<String, usize> = BTreeMap::new();
+        let mut names = BTreeSet::new();
+        for (_, file) in by_age.into_iter().rev() {
+            // Nobody knows what a record needs that cannot be read.
+            let Ok(record) = read(&file) else { return Ok(()) };
+            let count = exports.entry(record.photo.name.clone()).or_default();
+            *count += 1;
+            if *count <= EXPORTS_WITH_PIXELS {
+                names.extend(record.layers.into_iter().map(|layer| layer.baseline.file));
+                names.extend(record.profile);
+            }
+        }
+        kept.retain(&names)
+    }
+
     fn files(&self) -> Result<Vec<PathBuf>> {
         if !self.folder.is_dir() {
             return Ok(Vec::new());
@@ -76,6 +104,11 @@ impl ExportStore {
         files.sort();
         Ok(files)
     }
+}
+
+/// When a record was written last; what cannot be told counts as the oldest.
+fn written_at(file: &Path) -> Option<SystemTime> {
+    fs::metadata(file).and_then(|metadata| metadata.modified()).ok()
 }
 
 fn read(file: &Path) -> Result<ExportRecord> {
@@ -139,6 +172,9 @@ mod tests {
             layers: vec![],
             helpers: vec![],
             pieces: vec![],
+            surfaces: vec![],
+            paint: BTreeSet::new(),
+            profile: None,
         }
     }
 

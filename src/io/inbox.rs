@@ -56,7 +56,7 @@ fn free_names(file: &Path, folder: &Path) -> impl Iterator<Item = PathBuf> {
 }
 
 /// A hard link costs nothing and cannot be half done; not every file system has them.
-fn link_or_copy(from: &Path, to: &Path) -> io::Result<()> {
+pub(super) fn link_or_copy(from: &Path, to: &Path) -> io::Result<()> {
     match fs::hard_link(from, to) {
         Err(error) if error.kind() != ErrorKind::AlreadyExists => copy_to_new(from, to),
         done => done,

@@ -1,6 +1,7 @@
 //! Files: cameras, models, photos, layered images. One file per format.
 
 pub mod atomic;
+pub mod baselines;
 pub mod camera_path;
 pub mod cameras;
 pub mod exports;
@@ -14,6 +15,7 @@ pub mod layered;
 pub mod lock;
 pub mod models;
 pub mod overlay;
+pub mod paint_store;
 pub mod photo;
 pub mod photo_list;
 pub mod picture_png;

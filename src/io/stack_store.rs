@@ -187,6 +187,11 @@ impl StackStore {
         Ok(kept)
     }
 
+    /// The project's folder.
+    pub fn project(&self) -> &Path {
+        &self.project
+    }
+
     fn stacks(&self) -> PathBuf {
         self.project.join("stacks")
     }

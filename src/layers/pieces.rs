@@ -53,7 +53,7 @@ fn side_of(ring: &[DVec3], plane: &Plane, side: &Side, eye: DVec3) -> Vec<Vec<DV
 }
 
 /// The outline of an item, in world coordinates.
-fn outline(model: &Model, view: &View, item: u32) -> Vec<DVec3> {
+pub fn outline(model: &Model, view: &View, item: u32) -> Vec<DVec3> {
     let item = &view.items[item as usize];
     match item.triangle {
         None => model.ring_points(item.face).collect(),

@@ -4,6 +4,7 @@
 pub mod cells;
 pub mod exposure;
 pub mod flight;
+pub mod footprint;
 pub mod framing;
 pub mod frustum;
 pub mod likeness;

@@ -2,12 +2,13 @@
 
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
-    Untextured,
+    Surface, Untextured,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
-use crate::layers::pieces::{NodePieces, pieces_of_nodes};
+use crate::layers::nodes::Node;
+use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
 use crate::layers::rasteriser::Presence;
 use crate::layers::view::Absence;
 use crate::layers::{Method, Options, Sorted};
@@ -32,7 +33,8 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
             height: photo.camera.height,
         },
         camera: camera(&photo.camera, &photo.pose),
-        pieces: piece_list(model, &pieces),
+        surfaces: surfaces(model, sorted),
+        pieces: piece_list(model, sorted, &pieces),
         occlusions: supports(&sorted.layers.occlusions.edges),
         forgiven: if stencil { Vec::new() } else { supports(&forgiven) },
         unresolved: if stencil { Vec::new() } else { supports(&unresolved) },
@@ -93,9 +95,30 @@ fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
     layers
 }
 
-fn piece_list(model: &Model, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
-    let of_node = |p: &NodePieces| {
+/// What the working set is made of, in the model's order.
+fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
+    let mut items: Vec<u32> = sorted.nodes.list.iter().map(|node| node.item).collect();
+    items.sort_unstable();
+    items.dedup();
+    let surface = |index: u32| {
+        let item = &sorted.view.items[index as usize];
+        let face = model.face(item.face);
+        let outline = outline(model, &sorted.view, index);
+        Surface {
+            object: model.object(face.object).name.clone(),
+            face: face.index,
+            triangle: item.triangle,
+            outline: outline.iter().map(|p| p.to_array()).collect(),
+        }
+    };
+    items.into_iter().map(surface).collect()
+}
+
+fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
+    let of_node = |(node, p): (&Node, &Option<NodePieces>)| {
+        let Some(p) = p else { return Vec::new() };
         let face = model.face(p.face);
+        let triangle = sorted.view.items[node.item as usize].triangle;
         let object = model.object(face.object).name.clone();
         (p.first..)
             .zip(&p.rings)
@@ -103,11 +126,12 @@ fn piece_list(model: &Model, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
                 object: object.clone(),
                 face: face.index,
                 piece,
+                triangle,
                 polygon: ring.iter().map(|p| p.to_array()).collect(),
             })
             .collect::<Vec<_>>()
     };
-    pieces.iter().flatten().flat_map(of_node).collect()
+    sorted.nodes.list.iter().zip(pieces).flat_map(of_node).collect()
 }
 
 fn supports(edges: &[(u32, u32, u32)]) -> Vec<Support> {

@@ -62,7 +62,7 @@ pub fn open(
     let (store, site) = (StackStore::new(folder), &opened.site);
     let stacks = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks));
-    let files = SheetFiles::new(&store, &stacks, options.filled);
+    let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
     let (gains, relief) = told_by_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();

@@ -1,13 +1,18 @@
-//! The files of the current stacks as texels of sheets.
+//! The files of the current stacks, and the paint on them, as texels of sheets.
 
 use std::path::PathBuf;
 
+use super::layer_pixels::shown;
+use super::paint::PhotoPaint;
 use crate::document::Stack;
+use crate::document::paint::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
+use crate::io::layered::raster::in_8_bits;
+use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
-use crate::projection::sources::{BESIDE, FILLED};
+use crate::projection::sources::{BESIDE, COVERED, FILLED};
 use crate::projection::{SheetId, SheetPixels, Texels};
 
 /// Where the texels of each sheet are. Sheets are counted as in [`crate::projection::Sources::sheets`]:
@@ -15,6 +20,8 @@ use crate::projection::{SheetId, SheetPixels, Texels};
 #[derive(Debug, Default)]
 pub struct SheetFiles {
     files: Vec<SheetFile>,
+    /// By photo; empty without paint.
+    painted: Vec<Option<(Stack, PhotoPaint)>>,
 }
 
 #[derive(Debug, Clone)]
@@ -26,6 +33,10 @@ struct SheetFile {
     /// Of the files.
     rect: PixelRect,
     needed_rect: PixelRect,
+    /// Index of the photo.
+    photo: usize,
+    /// Its place in the stack.
+    layer: usize,
 }
 
 impl SheetFiles {
@@ -33,9 +44,10 @@ impl SheetFiles {
     /// read when they are asked for: where a build replaces a stack in the meantime they are gone, and the
     /// stacks have to be read again. `filled`: with what filled the hidden texels, where there is any.
     pub fn new(store: &StackStore, stacks: &[Option<Stack>], filled: bool) -> Self {
-        let files = stacks.iter().flatten().flat_map(|stack| {
+        let stacks = stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
+        let files = stacks.flat_map(|(photo, stack)| {
             let folder = store.folder(&stack.photo.name);
-            stack.image_layers.iter().map(move |layer| SheetFile {
+            stack.image_layers.iter().enumerate().map(move |(place, layer)| SheetFile {
                 texels: folder.join(&layer.file),
                 needed: folder.join(&layer.needed_file),
                 filled: layer
@@ -45,9 +57,23 @@ impl SheetFiles {
                     .map(|fill| [&fill.filled_file, &fill.confidence_file].map(|file| folder.join(file))),
                 rect: layer.rect,
                 needed_rect: layer.needed_rect,
+                photo,
+                layer: place,
             })
         });
-        Self { files: files.collect() }
+        Self { files: files.collect(), painted: Vec::new() }
+    }
+
+    /// The same with the paint of the project, as it is now.
+    ///
+    /// # Errors
+    /// When the book of paint cannot be read.
+    pub fn with_paint(mut self, store: &StackStore, stacks: &[Option<Stack>]) -> Result<Self> {
+        let paint = PaintStore::new(store.project());
+        let book = paint.read()?;
+        let of_stack = |stack: &Stack| (stack.clone(), PhotoPaint::of(&book, paint.clone(), stack));
+        self.painted = stacks.iter().map(|stack| stack.as_ref().map(of_stack)).collect();
+        Ok(self)
     }
 
     /// How many sheets there are.
@@ -82,6 +108,9 @@ impl Texels for SheetFiles {
             let confidence = read_grey(confidence, file.rect, rect)?;
             fill_in(&mut rgba, &mut needed, &colours, &confidence);
         }
+        if let Some(Some((stack, paint))) = self.painted.get(file.photo) {
+            lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
+        }
         Ok(SheetPixels { rect, rgba, needed })
     }
 }
@@ -107,10 +136,34 @@ fn fill_in(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16
     }
 }
 
+/// Lays paint on texels: where faces cover it is there like the photo itself, past their outlines its colour helps.
+fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch) {
+    for (x, y, colour) in paint.iter() {
+        if x < rect.x || y < rect.y || x >= rect.right() || y >= rect.bottom() {
+            continue;
+        }
+        let at = (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
+        let mut texel = shown(colour).map(in_8_bits);
+        let (covered, a) = (needed[at] & COVERED != 0, texel[3]);
+        let below = &mut rgba[4 * at..4 * at + 4];
+        if needed[at] & FILLED != 0 && a != 0 {
+            texel = over_filling(texel, below);
+        }
+        below.copy_from_slice(&[texel[0], texel[1], texel[2], if covered { texel[3] } else { 0 }]);
+        needed[at] = if covered || a == 0 { needed[at] & COVERED } else { BESIDE };
+    }
+}
+
+/// Soft paint lets the filling through.
+fn over_filling(paint: [u8; 4], filling: &[u8]) -> [u8; 4] {
+    let share = f32::from(paint[3]) / 255.0;
+    let mixed = |i: usize, full: f32| (full * share + f32::from(filling[i]) * (1.0 - share)).round() as u8;
+    [0, 1, 2, 3].map(|i| mixed(i, if i == 3 { 255.0 } else { f32::from(paint[i]) }))
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::sources::COVERED;
 
     #[test]
     fn transparent_pixels_with_a_colour_lie_beside_what_the_layer_shows() {
@@ -127,5 +180,25 @@ mod tests {
         fill_in(&mut rgba, &mut needed, &[[7, 8, 9, 255]; 3].concat(), &[30, 30, 0]);
         assert_eq!(rgba, [1, 2, 3, 255, 7, 8, 9, 30, 0, 0, 0, 0]);
         assert_eq!(needed, [1, 1 | FILLED, 1]);
+    }
+
+    #[test]
+    fn paint_is_there_like_the_photo_and_helps_past_the_outline() {
+        let rect = PixelRect { x: 3, y: 0, w: 4, h: 1 };
+        let mut rgba = vec![9u8; 16];
+        let mut needed = vec![COVERED, COVERED, BESIDE, 0];
+        let red = [65535, 0, 0, 65535];
+        let paint = Patch::of_pixels(&[(3, 0, red), (4, 0, [0; 4]), (5, 0, red), (9, 0, red)]);
+        lay_paint(&mut rgba, &mut needed, rect, &paint);
+        assert_eq!(rgba, [255, 0, 0, 255, 0, 0, 0, 0, 255, 0, 0, 0, 9, 9, 9, 9]);
+        assert_eq!(needed, [COVERED, COVERED, BESIDE, 0]);
+        let (mut filled, mut needed) = (vec![100, 0, 0, 55], vec![COVERED | FILLED]);
+        let soft = Patch::of_pixels(&[(0, 0, [0, 65535, 0, 51 * 257])]);
+        lay_paint(&mut filled, &mut needed, PixelRect { x: 0, y: 0, w: 1, h: 1 }, &soft);
+        assert_eq!(
+            (filled, needed),
+            (vec![80, 51, 0, 95], vec![COVERED]),
+            "soft paint lets the filling through"
+        );
     }
 }

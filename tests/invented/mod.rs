@@ -213,6 +213,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         photo: StackPhoto { name: plan.photo.into(), width: plan.width, height: plan.height },
         camera: StackCamera { K: [[0.0; 3]; 3], R: [[0.0; 3]; 3], t: [0.0; 3] },
         visibility_layers: vec![(0..plan.layers).map(object).collect()],
+        surfaces: vec![],
         pieces: vec![],
         occlusions: vec![],
         forgiven: vec![],

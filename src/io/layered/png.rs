@@ -37,19 +37,34 @@ type PngReader = Reader<BufReader<File>>;
 /// # Errors
 /// [`Error::Io`] when it cannot be opened, [`Error::Input`] when it is no such PNG.
 pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
+    let samples = match samples_of(file, width, height)? {
+        Samples::U8(samples) => Samples::U8(blackened(samples)),
+        Samples::U16(samples) => Samples::U16(blackened(samples)),
+    };
+    Ok(Raster::new(width, height, samples))
+}
+
+/// The same with the colours of transparent pixels as they are in the file.
+///
+/// # Errors
+/// As [`read_rgba`].
+pub fn read_rgba_as_stored(file: &Path, width: u32, height: u32) -> Result<Raster> {
+    Ok(Raster::new(width, height, samples_of(file, width, height)?))
+}
+
+fn samples_of(file: &Path, width: u32, height: u32) -> Result<Samples> {
     let mut reader = opened(file, width, height, Transformations::IDENTITY)?;
-    let samples = match reader.output_color_type() {
-        (ColorType::Rgba, BitDepth::Eight) => Samples::U8(blackened(bytes_of(file, &mut reader)?)),
+    match reader.output_color_type() {
+        (ColorType::Rgba, BitDepth::Eight) => Ok(Samples::U8(bytes_of(file, &mut reader)?)),
         (ColorType::Rgba, BitDepth::Sixteen) => {
             let bytes = bytes_of(file, &mut reader)?;
             let (pairs, _) = bytes.as_chunks::<2>();
-            Samples::U16(blackened(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect()))
+            Ok(Samples::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect()))
         }
         (colour, depth) => {
-            return Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")));
+            Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")))
         }
-    };
-    Ok(Raster::new(width, height, samples))
+    }
 }
 
 fn blackened<T: Copy + Default + PartialEq>(mut rgba: Vec<T>) -> Vec<T> {

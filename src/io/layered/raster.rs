@@ -116,6 +116,35 @@ impl Raster {
         &mut self.samples
     }
 
+    /// R, G, B, A of the pixel in column `x`, row `y` in 16 bits; 8 bits are scaled to the full range.
+    pub fn rgba16(&self, x: u32, y: u32) -> [u16; RGBA] {
+        let at = RGBA * (y as usize * self.width as usize + x as usize);
+        match &self.samples {
+            Samples::U8(s) => std::array::from_fn(|i| u16::from(s[at + i]) * 257),
+            Samples::U16(s) => std::array::from_fn(|i| s[at + i]),
+        }
+    }
+
+    /// Changes the pixel in column `x`, row `y`; 16 bits are rounded where the raster has 8.
+    pub fn set_rgba16(&mut self, x: u32, y: u32, colour: [u16; RGBA]) {
+        let at = RGBA * (y as usize * self.width as usize + x as usize);
+        match &mut self.samples {
+            Samples::U8(s) => (0..RGBA).for_each(|i| s[at + i] = in_8_bits(colour[i])),
+            Samples::U16(s) => s[at..at + RGBA].copy_from_slice(&colour),
+        }
+    }
+
+    /// The same in another depth. From 16 bits to 8 and back to 16 samples are rounded to the nearest; from 8
+    /// to 16 and back they are the same.
+    pub fn in_depth(self, depth: Depth) -> Self {
+        let samples = match (self.samples, depth) {
+            (Samples::U8(s), Depth::Sixteen) => Samples::U16(s.iter().map(|s| u16::from(*s) * 257).collect()),
+            (Samples::U16(s), Depth::Eight) => Samples::U8(s.iter().map(|s| in_8_bits(*s)).collect()),
+            (samples, _) => samples,
+        };
+        Self { samples, ..self }
+    }
+
     /// True where the pixel in column `x`, row `y` is not fully transparent.
     pub fn has_colour(&self, x: u32, y: u32) -> bool {
         let alpha = RGBA * (y as usize * self.width as usize + x as usize) + 3;
@@ -215,6 +244,11 @@ impl Raster {
         }
         hasher.finalize().to_hex().to_string()
     }
+}
+
+/// The nearest sample of 8 bits.
+pub fn in_8_bits(sample: u16) -> u8 {
+    ((u32::from(sample) + 128) / 257) as u8
 }
 
 fn with_alpha<T: Copy>(rgb: &[T], full: T) -> Vec<T> {
@@ -364,6 +398,16 @@ mod tests {
         let pixels = [(0, 0, [0, 0, 0, 255]), (1, 0, [100, 50, 3, 255]), (2, 0, [7, 8, 9, 255])];
         let expected = [(0, 0, [50, 25, 2, 255]), (1, 0, [7, 8, 9, 255])];
         assert_eq!(raster(3, 1, &pixels).thumbnail(2), raster(2, 1, &expected));
+    }
+
+    #[test]
+    fn every_sample_of_8_bits_survives_16_bits_and_16_bits_are_rounded() {
+        let all = Raster::new(64, 1, Samples::U8((0..=255).collect()));
+        assert_eq!(all.clone().in_depth(Depth::Sixteen).in_depth(Depth::Eight), all);
+        assert_eq!([0, 128, 129, 257 + 128, 65535].map(in_8_bits), [0, 0, 1, 1, 255]);
+        let mut one = Raster::blank(1, 1, Depth::Eight);
+        one.set_rgba16(0, 0, [257, 129, 65535, 600]);
+        assert_eq!(one.rgba16(0, 0), [257, 257, 65535, 514]);
     }
 
     #[test]

@@ -1,19 +1,24 @@
 //! From a stack to a layered document: photo at the bottom, a group per order, the nearest on top.
 
+use std::collections::BTreeMap;
 use std::path::PathBuf;
-use std::sync::{Arc, OnceLock};
+use std::sync::{Arc, Mutex, OnceLock};
 
 use rayon::prelude::*;
 
 use super::guide::{self, Pattern};
 use super::names::{REFERENCE, group_name, guide_name, layer_name};
-use crate::document::export_record::{ExportedLayer, Helper, HelperRole};
+use crate::document::export_record::{Baseline, ExportedLayer, Helper, HelperRole};
 use crate::document::{Element, ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
-use crate::io::layered::png::{read_mask, read_rgba};
+use crate::io::baselines::Baselines;
+use crate::io::hash::hash_file;
+use crate::io::layered::png::read_mask;
 use crate::io::layered::srgb::srgb_profile;
 use crate::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster};
+use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
+use crate::recipe::paint::PhotoPaint;
 use crate::task::Task;
 
 /// A stack with its pixels, to be made into a layered document.
@@ -30,10 +35,16 @@ pub struct Content<'a> {
     pub margin: Option<u32>,
     /// With guides.
     pub guides: bool,
+    /// What was painted on the layers.
+    pub paint: PhotoPaint,
     /// Asked before each layer is read.
     pub task: &'a Task,
     /// Hashes of the layers' pixels, known once these were fetched.
     hashes: Vec<OnceLock<String>>,
+    /// Those of the guides, by order, in the same way.
+    guide_hashes: Mutex<BTreeMap<u32, String>>,
+    /// Whether painted layers still have something to paint.
+    unfinished: Vec<OnceLock<bool>>,
 }
 
 /// The part of an image layer that has to be painted: needed and not visible in the photo.
@@ -73,7 +84,22 @@ impl<'a> Content<'a> {
         task: &'a Task,
     ) -> Self {
         let hashes = stack.image_layers.iter().map(|_| OnceLock::new()).collect();
-        Self { stack, folder, photo, icc, margin: Some(8), guides: true, task, hashes }
+        let unfinished = stack.image_layers.iter().map(|_| OnceLock::new()).collect();
+        let paint = PhotoPaint::default();
+        let guide_hashes = Mutex::default();
+        Self {
+            stack,
+            folder,
+            photo,
+            icc,
+            margin: Some(8),
+            guides: true,
+            paint,
+            task,
+            hashes,
+            guide_hashes,
+            unfinished,
+        }
     }
 
     /// The document, from the bottom to the top; `key` is what it is known by.
@@ -95,7 +121,7 @@ impl<'a> Content<'a> {
     }
 
     /// The photo's own; sRGB for 16 bits without one, which editors would not take for granted.
-    fn profile(&self) -> Option<Vec<u8>> {
+    pub fn profile(&self) -> Option<Vec<u8>> {
         self.icc.clone().or_else(|| (self.depth() == Depth::Sixteen).then(srgb_profile))
     }
 
@@ -104,11 +130,11 @@ impl<'a> Content<'a> {
         self.photo.depth()
     }
 
-    /// What the record says of the image layers.
+    /// What the record says of the image layers, whose pixels are kept in `kept`.
     ///
     /// # Errors
-    /// When a layer's file cannot be read.
-    pub fn exported_layers(&self) -> Result<Vec<ExportedLayer>> {
+    /// When a layer's file cannot be read, or its pixels cannot be kept.
+    pub fn exported_layers(&self, kept: &Baselines) -> Result<Vec<ExportedLayer>> {
         let elements: Vec<&Element> = self.stack.visibility_layers.iter().flatten().collect();
         let exported = |(index, layer): (usize, &ImageLayer)| {
             Ok(ExportedLayer {
@@ -117,23 +143,42 @@ impl<'a> Content<'a> {
                 order: layer.order,
                 rect: layer.rect,
                 exported_rect: self.exported_rect(layer),
+                needed_rect: layer.needed_rect,
                 pixels: self.hash(index)?,
+                baseline: self.baseline(index, kept)?,
                 elements: layer.elements.iter().map(|e| elements[*e as usize].clone()).collect(),
             })
         };
         self.stack.image_layers.iter().enumerate().map(exported).collect()
     }
 
+    /// A layer without paint and filling is the stack's own file.
+    fn baseline(&self, index: usize, kept: &Baselines) -> Result<Baseline> {
+        let layer = self.layer(index);
+        if !self.paint.is_on(index) && layer.fill.is_none() {
+            let file = self.folder.join(&layer.file);
+            return Ok(Baseline { file: kept.keep_file(&file, &hash_file(&file)?)?, rect: layer.rect });
+        }
+        let rect = self.exported_rect(layer);
+        Ok(Baseline { file: kept.keep_pixels(&*self.pixels(index)?)?, rect })
+    }
+
     /// What the record says of the other layers, from the top.
-    pub fn helpers(&self) -> Vec<Helper> {
-        let guide = |order| {
-            let rect = self.needed_by(&self.guided(order))?;
-            Some(Helper { name: guide_name(order), role: HelperRole::Guide, rect })
-        };
-        let mut helpers: Vec<_> = self.orders().into_iter().filter_map(guide).collect();
-        let rect = self.canvas();
-        helpers.push(Helper { name: REFERENCE.into(), role: HelperRole::Reference, rect });
-        helpers
+    ///
+    /// # Errors
+    /// When a guide has to be drawn and what it shows cannot be read.
+    pub fn helpers(&self) -> Result<Vec<Helper>> {
+        let orders = self.orders();
+        let guides = orders.into_iter().filter_map(|order| {
+            let guided = self.guided(order);
+            let rect = self.needed_by(&guided)?;
+            let helper = |pixels| Helper { name: guide_name(order), role: HelperRole::Guide, rect, pixels };
+            Some(self.guide_hash(order, &guided, rect).map(helper))
+        });
+        let mut helpers: Vec<_> = guides.collect::<Result<_>>()?;
+        let (rect, pixels) = (self.canvas(), self.photo.hash_at(0, 0));
+        helpers.push(Helper { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
+        Ok(helpers)
     }
 
     /// Where the pixels of `layer` lie in the document: what is needed, with a margin, but nothing
@@ -170,8 +215,16 @@ impl<'a> Content<'a> {
     /// Those with something to paint.
     fn guided(&self, order: u32) -> Vec<usize> {
         let mut layers = self.in_order(order);
-        layers.retain(|i| self.guides && self.layer(*i).texels_visible < self.layer(*i).texels_used);
+        layers.retain(|i| self.guides && self.is_unfinished(*i));
         layers
+    }
+
+    /// Has something to paint. Where the pixels would have to be asked and cannot be read, it counts as if: they
+    /// are asked again, and then it is said.
+    fn is_unfinished(&self, index: usize) -> bool {
+        let is_hidden = self.layer(index).texels_visible < self.layer(index).texels_used;
+        let any_left = || self.hidden(index).map_or(true, |hidden| hidden.bits.contains(&true));
+        if self.paint.is_on(index) { *self.unfinished[index].get_or_init(any_left) } else { is_hidden }
     }
 
     /// The bounding box of what these layers need.
@@ -224,26 +277,36 @@ impl<'a> Content<'a> {
 
     fn guide(&'a self, order: u32, guided: Vec<usize>) -> Option<Layer<'a>> {
         let rect = self.needed_by(&guided)?;
-        let photo = &self.stack.photo;
-        let pattern = Pattern::for_photo(photo.width, photo.height);
-        let pixels = Box::new(move || {
-            let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
-            let parts: Vec<_> = parts.into_iter().enumerate().collect();
-            Ok(Arc::new(guide::draw(&parts, rect, pattern, self.depth())))
-        });
+        let pixels = Box::new(move || self.drawn_guide(order, &guided, rect).map(Arc::new));
         let name = guide_name(order);
         Some(Layer { name, rect, id: None, visible: false, locked: false, tag: None, pixels })
+    }
+
+    fn drawn_guide(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<Raster> {
+        let photo = &self.stack.photo;
+        let pattern = Pattern::for_photo(photo.width, photo.height);
+        let parts: Vec<_> = guided.par_iter().map(|i| self.hidden(*i)).collect::<Result<_>>()?;
+        let parts: Vec<_> = parts.into_iter().enumerate().collect();
+        let raster = guide::draw(&parts, rect, pattern, self.depth());
+        let mut hashes = self.guide_hashes.lock().expect("no holder of this lock panics");
+        hashes.insert(order, raster.hash_at(rect.x, rect.y));
+        Ok(raster)
+    }
+
+    /// Known once the guide was drawn, as it is for every format.
+    fn guide_hash(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<String> {
+        let known = || self.guide_hashes.lock().expect("no holder of this lock panics").get(&order).cloned();
+        if let Some(hash) = known() {
+            return Ok(hash);
+        }
+        Ok(self.drawn_guide(order, guided, rect)?.hash_at(rect.x, rect.y))
     }
 
     fn pixels(&self, index: usize) -> Result<Arc<Raster>> {
         self.task.go_on()?;
         let layer = self.layer(index);
         let place = self.exported_rect(layer);
-        let mut whole = read_rgba(&self.folder.join(&layer.file), layer.rect.w, layer.rect.h)?;
-        if let Some(fill) = &layer.fill {
-            let filling = read_rgba(&self.folder.join(&fill.filled_file), layer.rect.w, layer.rect.h)?;
-            whole.lay_over(&filling);
-        }
+        let whole = layer_pixels(self.stack, &self.folder, &self.paint, index)?;
         let pixels = whole.cropped(moved(place, &layer.rect));
         self.hashes[index].get_or_init(|| pixels.hash_at(place.x, place.y));
         Ok(Arc::new(pixels))
@@ -260,7 +323,7 @@ impl<'a> Content<'a> {
         self.task.go_on()?;
         let layer = self.layer(index);
         let (w, h) = (layer.rect.w, layer.rect.h);
-        let colours = read_rgba(&self.folder.join(&layer.file), w, h)?;
+        let colours = unfilled_pixels(self.stack, &self.folder, &self.paint, index)?;
         let needed = read_mask(&self.folder.join(&layer.needed_file), w, h)?;
         let rect = layer.needed_rect.intersection(&layer.rect);
         let inner = moved(rect, &layer.rect);

@@ -23,7 +23,9 @@ use self::one::Exporter;
 use super::side_by_side::SideBySide;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
+use crate::io::baselines::Baselines;
 use crate::io::exports::{ExportStore, WrittenFiles};
+use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::scene::Photo;
 use crate::task::Task;
@@ -85,10 +87,14 @@ pub fn export(
 ) -> Result<Exported> {
     fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
     let records = ExportStore::new(project.join("exports"));
+    let paint = PaintStore::new(project);
     let (known, problems) = records.read_all()?;
     problems.iter().for_each(|problem| task.note(problem.to_string()));
     let exporter = Exporter {
         stacks: StackStore::new(project),
+        kept: Baselines::new(&project.join("exports")),
+        book: paint.read()?,
+        paint,
         records,
         written: WrittenFiles::of(&known),
         out,
@@ -97,7 +103,9 @@ pub fn export(
     let at_a_time =
         SideBySide { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
     let work = |photo: &&Photo| exporter.export(photo, &task.of(&photo.name));
-    collect(photos, at_a_time.run(photos, |photo| bytes_for(photo), work, task)?)
+    let exported = collect(photos, at_a_time.run(photos, |photo| bytes_for(photo), work, task)?)?;
+    exporter.records.forget_old_pixels(&exporter.kept)?;
+    Ok(exported)
 }
 
 /// What a photo takes at its peak. Per pixel: the photo as RGBA, its merged picture and that compressed,

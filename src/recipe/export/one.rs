@@ -1,5 +1,6 @@
 //! The export of one photo.
 
+use std::collections::BTreeSet;
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
@@ -12,8 +13,10 @@ use super::place::{self, Place};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::Stack;
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, RECORD_VERSION};
+use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
+use crate::io::baselines::Baselines;
 use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
 use crate::io::hash::{hash_bytes, hash_file};
 use crate::io::json::to_json;
@@ -21,8 +24,10 @@ use crate::io::layered::folder::NewFolder;
 use crate::io::layered::psd::{self, Kind};
 use crate::io::layered::xcf::{self, Version};
 use crate::io::layered::{Fit, LayeredDocument, Raster, ora};
+use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
+use crate::recipe::paint::PhotoPaint;
 use crate::scene::Photo;
 use crate::task::Task;
 
@@ -49,6 +54,9 @@ pub struct ExportReport {
 pub struct Exporter<'a> {
     pub stacks: StackStore,
     pub records: ExportStore,
+    pub kept: Baselines,
+    pub paint: PaintStore,
+    pub book: PaintBook,
     pub written: WrittenFiles,
     pub out: &'a Path,
     pub options: &'a ExportOptions,
@@ -67,8 +75,10 @@ impl Exporter<'_> {
         let raster = Arc::new(Raster::of_photo(pixels));
         let mut content = Content::new(&stack, self.stacks.folder(&photo.name), raster, icc, task);
         content.guides = self.options.guides;
+        content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
-        let job = Job { exporter: self, content: &content, photo_file: &photo.file, key: self.key(&stack) };
+        let key = self.key(&stack, &content.paint);
+        let job = Job { exporter: self, content: &content, photo_file: &photo.file, key };
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
             let (old, new) = (file.display(), path.display());
@@ -78,11 +88,12 @@ impl Exporter<'_> {
         Ok(ExportReport { photo: photo.name.clone(), path, spared, key: job.key, layers, groups, bytes })
     }
 
-    /// The same stack, exported in the same way, has the same key. (`stack.json` names its files by
-    /// their content, so it stands for the pixels, too.)
-    fn key(&self, stack: &Stack) -> String {
+    /// The same stack with the same paint, exported in the same way, has the same key. (`stack.json` and
+    /// the book of paint name their files by their content, so they stand for the pixels, too.)
+    fn key(&self, stack: &Stack, paint: &PhotoPaint) -> String {
         let options = (self.options.format, self.options.margin, self.options.guides);
-        let mut hash = hash_bytes(&[to_json(stack), to_json(&options)].concat());
+        let painted: BTreeSet<&str> = paint.files().collect();
+        let mut hash = hash_bytes(&[to_json(stack), to_json(&options), to_json(&painted)].concat());
         hash.truncate(20);
         hash
     }
@@ -193,12 +204,15 @@ impl Job<'_> {
 
     fn record(&self, files: Vec<ExportedFile>) -> Result<()> {
         let stack = self.content.stack;
-        let layers = self.content.exported_layers()?;
+        let kept = &self.exporter.kept;
+        let layers = self.content.exported_layers(kept)?;
+        let profile = self.content.profile().map(|profile| kept.keep_bytes(&profile, "icc")).transpose()?;
         let named = |object: &str, face: u32, piece: u32| {
             let elements = layers.iter().flat_map(|layer| &layer.elements);
             elements.filter(|e| e.object == object).any(|e| e.pieces.contains(&[face, piece]))
         };
         let pieces = stack.pieces.iter().filter(|p| named(&p.object, p.face, p.piece)).cloned().collect();
+        let surfaces = stack.surfaces.clone();
         self.exporter.records.write(ExportRecord {
             version: RECORD_VERSION,
             key: self.key.clone(),
@@ -208,8 +222,11 @@ impl Job<'_> {
             depth: self.content.depth().bits(),
             inputs: stack.inputs.clone(),
             files: files.into_iter().collect(),
-            helpers: self.content.helpers(),
+            helpers: self.content.helpers()?,
             pieces,
+            surfaces,
+            paint: self.content.paint.files().map(str::to_owned).collect(),
+            profile,
             layers,
         })
     }

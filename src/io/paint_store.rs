@@ -1,0 +1,299 @@
+//! The paint of a project on disk: authored, readable, never half there.
+//!
+//! ```text
+//! paint/paint.json                                what is where, and the last ten imports
+//! paint/<photo>/left wall-3-9c1f….png             what was painted on face 3 of "left wall"
+//! paint/<photo>/left wall-3.beyond-77ab….png      what was painted past its outline
+//! ```
+//!
+//! A file of paint is never changed: its name holds a hash of its content. An import writes new files,
+//! syncs them, and then puts a new `paint.json` in place, by one rename. Only then are files cleared away
+//! that nothing names any more. After a kill at any moment the old paint is there, or the new one, whole;
+//! what was left over is cleared by the next import.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+
+use super::atomic::{remove_leftovers, write_atomically, write_atomically_with};
+use super::hash::{hash_bytes, hash_file};
+use super::json::{read_json, to_json};
+use super::layered::Raster;
+use super::layered::png::{read_rgba_as_stored, write_rgba};
+use crate::document::names::file_name_of_photo;
+use crate::document::paint::{PAINT_VERSION, PaintBook, PaintEntry, Patch};
+use crate::error::{Error, Result};
+use crate::geometry::PixelRect;
+use crate::scene::Samples;
+
+const BOOK: &str = "paint.json";
+/// Ten thousand entries with a history of as many take some tens of MB.
+const LARGEST_BOOK: u64 = 1 << 30;
+const REMEDY: &str = "put the file back as the program wrote it (the pictures beside it hold the paint)";
+/// Digits of the hash in a file's name.
+const DIGITS: usize = 12;
+/// Bytes of an object's name in a file's name, so that the whole stays below the 255 of file systems.
+const LONGEST_READABLE: usize = 120;
+
+/// The paint of the project in one folder. Whoever writes holds the project's lock.
+#[derive(Debug, Clone)]
+pub struct PaintStore {
+    folder: PathBuf,
+}
+
+impl PaintStore {
+    /// Of the project in the folder `project`.
+    pub fn new(project: &Path) -> Self {
+        Self { folder: project.join("paint") }
+    }
+
+    /// What was painted; nothing where there is no paint yet.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Input`] when the book is damaged or of another version.
+    pub fn read(&self) -> Result<PaintBook> {
+        let file = self.folder.join(BOOK);
+        if !file.exists() {
+            return Ok(PaintBook::default());
+        }
+        let book: PaintBook = read_json(&file, LARGEST_BOOK, REMEDY)?;
+        if book.version != PAINT_VERSION {
+            let found = format!("version {}, this program reads version {PAINT_VERSION}", book.version);
+            return Err(Error::input(file, "version", found, "use the program that wrote it"));
+        }
+        Ok(book)
+    }
+
+    /// The pixels of an entry.
+    ///
+    /// # Errors
+    /// [`Error::Io`], and [`Error::Input`] for a file that is no RGBA PNG of the entry's size.
+    pub fn patch(&self, entry: &PaintEntry) -> Result<Patch> {
+        let file = self.folder.join(&entry.file);
+        let raster = read_rgba_as_stored(&file, entry.rect.w, entry.rect.h)?;
+        Ok(patch_of(&raster, entry.rect))
+    }
+
+    /// Keeps the pixels of an entry and gives it the file's name, its rectangle and its count. The paint is not
+    /// part of the project before a book that names the entry is committed.
+    ///
+    /// # Errors
+    /// [`Error::Io`], for instance on a full disk.
+    pub fn add(&self, entry: &mut PaintEntry, patch: &Patch) -> Result<()> {
+        (entry.rect, entry.pixels) = (patch.rect(), patch.count());
+        let mut bytes = Vec::new();
+        let encoded = write_rgba(&mut bytes, &raster_of(patch), None);
+        let photo = self.folder.join(file_name_of_photo(&entry.photo));
+        encoded.map_err(Error::io(&photo, "encode paint for it"))?;
+        entry.file = file_of(entry, &hash_bytes(&bytes)[..DIGITS]);
+        let target = self.folder.join(&entry.file);
+        if target.is_file() && hash_file(&target)? == hash_bytes(&bytes) {
+            return Ok(());
+        }
+        fs::create_dir_all(&photo).map_err(Error::io(&photo, "create the folder"))?;
+        write_atomically_with(target, |out| std::io::Write::write_all(out, &bytes))
+    }
+
+    /// Makes `book` the project's, by one rename, and clears away what it no longer names.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; when the rename did not take place the old book holds, with all its files.
+    pub fn commit(&self, book: &PaintBook) -> Result<()> {
+        let file = self.folder.join(BOOK);
+        if book.is_empty() {
+            remove_if_there(&file)?;
+        } else {
+            fs::create_dir_all(&self.folder).map_err(Error::io(&self.folder, "create the folder"))?;
+            write_atomically(&file, &to_json(book))?;
+        }
+        self.clear(book)
+    }
+
+    /// Removes files of ours that nothing names, and folders that are empty then. What somebody else put
+    /// there stays.
+    fn clear(&self, book: &PaintBook) -> Result<()> {
+        if !self.folder.is_dir() {
+            return Ok(());
+        }
+        remove_leftovers(&self.folder)?;
+        let named = book.files();
+        for photo in entries_of(&self.folder)?.iter().filter(|path| path.is_dir()) {
+            remove_leftovers(photo)?;
+            for file in entries_of(photo)? {
+                let below = file.strip_prefix(&self.folder).unwrap_or(&file);
+                let name = below.to_string_lossy().replace('\\', "/");
+                if !named.contains(name.as_str()) && is_ours(&file)? {
+                    remove_if_there(&file)?;
+                }
+            }
+            remove_if_empty(photo)?;
+        }
+        remove_if_empty(&self.folder)
+    }
+}
+
+/// `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png`
+fn file_of(entry: &PaintEntry, hash: &str) -> String {
+    let harmless = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
+    let mut object: String = entry.object.chars().map(harmless).collect();
+    while object.len() > LONGEST_READABLE {
+        object.pop();
+    }
+    let triangle = entry.triangle.map_or(String::new(), |t| format!(".t{t}"));
+    let beyond = if entry.beyond { ".beyond" } else { "" };
+    format!("{}/{object}-{}{triangle}{beyond}-{hash}.png", file_name_of_photo(&entry.photo), entry.face)
+}
+
+/// The name says the content's hash, and the content agrees: nobody but us made such a file.
+fn is_ours(file: &Path) -> Result<bool> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let Some((_, hash)) = name.strip_suffix(".png").and_then(|stem| stem.rsplit_once('-')) else {
+        return Ok(false);
+    };
+    Ok(hash.len() == DIGITS && file.is_file() && hash_file(file)?.starts_with(hash))
+}
+
+fn entries_of(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))?;
+    let paths = entries.map(|entry| Ok(entry.map_err(Error::io(folder, "read the folder"))?.path()));
+    let mut paths = paths.collect::<Result<Vec<_>>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+fn remove_if_there(file: &Path) -> Result<()> {
+    match fs::remove_file(file) {
+        Err(error) if error.kind() != ErrorKind::NotFound => Err(Error::io(file, "remove it")(error)),
+        _ => Ok(()),
+    }
+}
+
+fn remove_if_empty(folder: &Path) -> Result<()> {
+    if entries_of(folder)?.is_empty() {
+        fs::remove_dir(folder).map_err(Error::io(folder, "remove the empty folder"))?;
+    }
+    Ok(())
+}
+
+fn patch_of(raster: &Raster, rect: PixelRect) -> Patch {
+    let mut patch = Patch::new(rect);
+    for y in 0..rect.h {
+        for x in 0..rect.w {
+            let colour = raster.rgba16(x, y);
+            if colour != [0; 4] {
+                patch.put(rect.x + x as i32, rect.y + y as i32, colour);
+            }
+        }
+    }
+    patch
+}
+
+fn raster_of(patch: &Patch) -> Raster {
+    let rect = patch.rect();
+    let pixels = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
+    let samples = pixels.flat_map(|(x, y)| patch.at(x, y).unwrap_or_default());
+    let samples = match patch.fits_8_bits() {
+        true => Samples::U8(samples.map(|sample| (sample / 257) as u8).collect()),
+        false => Samples::U16(samples.collect()),
+    };
+    Raster::new(rect.w, rect.h, samples)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::paint::{Colour, ERASED};
+
+    fn entry(object: &str, import: u32) -> PaintEntry {
+        PaintEntry {
+            photo: "nord/1.png".into(),
+            object: object.into(),
+            face: 3,
+            triangle: None,
+            beyond: false,
+            layer: "t1".into(),
+            document: "k1".into(),
+            import,
+            view: "v".into(),
+            outline: vec![],
+            file: String::new(),
+            rect: PixelRect { x: 0, y: 0, w: 0, h: 0 },
+            pixels: 0,
+        }
+    }
+
+    fn painted(store: &PaintStore, object: &str, colour: Colour) -> (PaintEntry, Patch) {
+        let patch = Patch::of_pixels(&[(-3, 2, colour), (4, 5, ERASED)]);
+        let mut entry = entry(object, 1);
+        store.add(&mut entry, &patch).unwrap();
+        (entry, patch)
+    }
+
+    fn names(folder: &Path) -> Vec<String> {
+        let below = |path: PathBuf| {
+            let inner = if path.is_dir() { names(&path) } else { vec![] };
+            let name = path.file_name().unwrap().to_string_lossy().into_owned();
+            [vec![name], inner].concat()
+        };
+        entries_of(folder).unwrap().into_iter().flat_map(below).collect()
+    }
+
+    #[test]
+    fn paint_comes_back_in_8_and_in_16_bits_erased_pixels_too() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        for colour in [[257, 0, 514, 65535], [1, 2, 3, 4], [0, 0, 0, 257]] {
+            let (entry, patch) = painted(&store, "wall", colour);
+            assert_eq!(store.patch(&entry).unwrap(), patch);
+            assert_eq!((entry.rect, entry.pixels), (PixelRect { x: -3, y: 2, w: 8, h: 4 }, 2));
+        }
+    }
+
+    #[test]
+    fn an_object_of_any_name_has_a_file() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        for name in ["a/b:c", "\0", "Säule ".repeat(60).as_str(), ""] {
+            let (entry, _) = painted(&store, name, [257; 4]);
+            assert!(project.path().join("paint").join(&entry.file).is_file(), "{}", entry.file);
+        }
+    }
+
+    #[test]
+    fn what_no_book_names_is_cleared_away_and_other_peoples_files_are_not() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        let (kept, _) = painted(&store, "kept", [257; 4]);
+        painted(&store, "left over by a kill", [257; 4]);
+        let theirs = project.path().join("paint/nord%2F1.png/mine-0123456789ab.png");
+        fs::write(&theirs, "not ours").unwrap();
+        let book = PaintBook { entries: vec![kept], ..PaintBook::default() };
+        store.commit(&book).unwrap();
+        assert_eq!(store.read().unwrap(), book);
+        let found = names(&project.path().join("paint"));
+        assert_eq!(found.len(), 4, "{found:?}");
+        assert!(theirs.is_file() && found[2].starts_with("kept-3-"), "{found:?}");
+    }
+
+    #[test]
+    fn a_book_without_anything_leaves_no_folder() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        let (entry, _) = painted(&store, "wall", [257; 4]);
+        store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }).unwrap();
+        store.commit(&PaintBook::default()).unwrap();
+        assert!(names(project.path()).is_empty());
+        assert!(store.read().unwrap().is_empty());
+    }
+
+    #[test]
+    fn a_book_of_another_version_is_refused_with_a_remedy() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        store
+            .commit(&PaintBook { version: 9, entries: vec![entry("a", 1)], ..PaintBook::default() })
+            .unwrap();
+        let said = store.read().unwrap_err().to_string();
+        assert!(said.contains("paint.json") && said.contains("version 9"), "{said}");
+    }
+}

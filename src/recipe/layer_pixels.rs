@@ -1,0 +1,109 @@
+//! The pixels of an image layer as everybody sees them, editors and renderer alike: what the photo shows, what fills
+//! the rest, and what was painted on it.
+
+use std::path::Path;
+
+use super::paint::PhotoPaint;
+use crate::document::Stack;
+use crate::document::paint::{Colour, ERASED, Patch};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layered::Raster;
+use crate::io::layered::png::read_rgba;
+
+/// An image layer of a stack whose files lie below `folder`, as large as its rectangle: paint over filling over photo.
+/// Each painted pixel is there as the artist left it; only soft paint on what was empty lets the filling through.
+///
+/// # Errors
+/// What reading the layer or a file of paint says.
+pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usize) -> Result<Raster> {
+    let image_layer = &stack.image_layers[layer];
+    let rect = image_layer.rect;
+    let mut raster = read_rgba(&folder.join(&image_layer.file), rect.w, rect.h)?;
+    let mut patch = paint.on(stack, layer)?;
+    if let Some(fill) = &image_layer.fill {
+        let filling = read_rgba(&folder.join(&fill.filled_file), rect.w, rect.h)?;
+        patch = over_filling(patch, rect, &raster, &filling);
+        raster.lay_over(&filling);
+    }
+    paint_over(&mut raster, rect, &patch);
+    Ok(raster)
+}
+
+/// The same without what fills it.
+///
+/// # Errors
+/// As [`layer_pixels`].
+pub fn unfilled_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usize) -> Result<Raster> {
+    let rect = stack.image_layers[layer].rect;
+    let mut raster = read_rgba(&folder.join(&stack.image_layers[layer].file), rect.w, rect.h)?;
+    paint_over(&mut raster, rect, &paint.on(stack, layer)?);
+    Ok(raster)
+}
+
+/// Lays paint on a raster whose top left corner is that of `rect`, in photo pixels.
+fn paint_over(raster: &mut Raster, rect: PixelRect, paint: &Patch) {
+    for (x, y, colour) in paint.iter() {
+        if let Some((x, y)) = within(rect, x, y) {
+            raster.set_rgba16(x, y, shown(colour));
+        }
+    }
+}
+
+/// Paint with soft pixels worked into the filling, where the photo shows nothing.
+fn over_filling(paint: Patch, rect: PixelRect, photo: &Raster, filling: &Raster) -> Patch {
+    let mut mixed = paint.clone();
+    for (x, y, colour) in paint.iter().filter(|(_, _, colour)| !matches!(colour[3], 0 | u16::MAX)) {
+        if let Some((u, v)) = within(rect, x, y)
+            && !photo.has_colour(u, v)
+            && filling.has_colour(u, v)
+        {
+            let (below, share) = (filling.rgba16(u, v), f64::from(colour[3]) / 65535.0);
+            let mix = |i: usize| f64::from(colour[i]) * share + f64::from(below[i]) * (1.0 - share);
+            let [r, g, b] = [0, 1, 2].map(|i| mix(i).round() as u16);
+            mixed.put(x, y, [r, g, b, u16::MAX]);
+        }
+    }
+    mixed
+}
+
+/// A pixel of the photo in a raster of `rect`; none outside.
+fn within(rect: PixelRect, x: i32, y: i32) -> Option<(u32, u32)> {
+    let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
+    inside.then(|| ((x - rect.x) as u32, (y - rect.y) as u32))
+}
+
+/// Where paint was taken away there is nothing.
+pub fn shown(colour: Colour) -> Colour {
+    if colour == ERASED { [0; 4] } else { colour }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::layered::Depth;
+
+    #[test]
+    fn a_painted_pixel_is_as_the_artist_left_it_and_an_erased_one_is_empty() {
+        let rect = PixelRect { x: 10, y: 20, w: 3, h: 1 };
+        let mut raster = Raster::blank(3, 1, Depth::Eight);
+        (0..3).for_each(|x| raster.set_rgba16(x, 0, [2570, 2570, 2570, 65535]));
+        let paint = Patch::of_pixels(&[(10, 20, [257, 0, 0, 32896]), (11, 20, ERASED), (13, 20, [1; 4])]);
+        paint_over(&mut raster, rect, &paint);
+        let found: Vec<_> = (0..3).map(|x| raster.rgba16(x, 0)).collect();
+        assert_eq!(found, [[257, 0, 0, 32896], [0; 4], [2570, 2570, 2570, 65535]]);
+    }
+
+    #[test]
+    fn soft_paint_lets_the_filling_through_but_not_the_photo_that_it_replaced() {
+        let rect = PixelRect { x: 0, y: 0, w: 3, h: 1 };
+        let (mut photo, mut filling) =
+            (Raster::blank(3, 1, Depth::Sixteen), Raster::blank(3, 1, Depth::Sixteen));
+        photo.set_rgba16(0, 0, [9, 9, 9, 65535]);
+        (1..3).for_each(|x| filling.set_rgba16(x, 0, [1000, 0, 0, 65535]));
+        let soft = [0, 1000, 0, 13107];
+        let paint = Patch::of_pixels(&[(0, 0, soft), (1, 0, soft), (2, 0, ERASED)]);
+        let found: Vec<_> = over_filling(paint, rect, &photo, &filling).iter().map(|pixel| pixel.2).collect();
+        assert_eq!(found, [soft, [800, 200, 0, 65535], ERASED]);
+    }
+}

@@ -1,0 +1,137 @@
+use glam::{DMat3, DVec3};
+
+use super::home::{Home, Reprojection, home};
+use super::parts::{Parts, Scenery, camera_of};
+use crate::document::Element;
+use crate::document::paint::{PaintEntry, PaintedView, Patch};
+use crate::document::stack::{StackCamera, StackPhoto, Surface};
+use crate::geometry::PixelRect;
+
+const NOTHING: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+
+/// A square of 4 x 4 at `x` to the right and `z` away that faces the camera.
+fn square(object: &str, face: u32, x: f64, z: f64) -> Surface {
+    let corner = |dx: f64, dy: f64| [x + dx, dy, z];
+    let outline = vec![corner(0.0, 0.0), corner(0.0, 4.0), corner(4.0, 4.0), corner(4.0, 0.0)];
+    Surface { object: object.into(), face, triangle: None, outline }
+}
+
+fn painted_on(surface: &Surface) -> PaintEntry {
+    PaintEntry {
+        photo: "a".into(),
+        object: surface.object.clone(),
+        face: surface.face,
+        triangle: None,
+        beyond: false,
+        layer: "t".into(),
+        document: "k".into(),
+        import: 1,
+        view: "v".into(),
+        outline: surface.outline.clone(),
+        file: String::new(),
+        rect: PixelRect { x: 0, y: 0, w: 4, h: 4 },
+        pixels: 16,
+    }
+}
+
+/// A camera at `x` in which one world unit at the depth of ten is one pixel.
+fn view(x: f64) -> PaintedView {
+    PaintedView {
+        photo: StackPhoto { name: "a".into(), width: 20, height: 8 },
+        camera: StackCamera {
+            K: [[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 1.0]],
+            R: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            t: [-x, 0.0, 0.0],
+        },
+    }
+}
+
+/// Where paint of `entry` belongs in a stack of `surfaces`.
+fn home_among(entry: &PaintEntry, surfaces: &[Surface]) -> Home {
+    let view = view(0.0);
+    let scenery = Scenery { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
+    let element =
+        |s: &Surface| Element { object: s.object.clone(), faces: vec![s.face], pieces: vec![], back: vec![] };
+    let elements: Vec<Element> = surfaces.iter().map(element).collect();
+    let with_tiles: Vec<_> = elements.iter().map(|e| (e, None)).collect();
+    let parts: Parts = scenery.parts(&with_tiles, NOTHING);
+    home(entry, &parts.list.iter().collect::<Vec<_>>())
+}
+
+#[test]
+fn a_surface_is_known_by_its_name_and_its_outline() {
+    let (wall, window) = (square("wall", 0, 0.0, 10.0), square("window", 0, 1.0, 10.0));
+    let entry = painted_on(&window);
+    assert_eq!(home_among(&entry, &[wall, window]), Home::Same(vec![1]));
+}
+
+#[test]
+fn an_object_that_was_renamed_and_a_face_with_another_number_are_found_by_the_outline() {
+    let (wall, window) = (square("wall", 0, 0.0, 10.0), square("window", 0, 1.0, 10.0));
+    let entry = painted_on(&window);
+    let mut shifted = Surface { object: "fenster".into(), face: 7, ..window.clone() };
+    shifted.outline.rotate_left(1);
+    assert_eq!(home_among(&entry, &[wall.clone(), shifted]), Home::Same(vec![1]));
+    let other = square("window", 0, 1.0, 30.0);
+    assert_eq!(home_among(&entry, &[wall, other, window]), Home::Same(vec![2]), "not by its name alone");
+}
+
+#[test]
+fn the_parts_that_a_wall_was_split_into_share_its_paint() {
+    let entry = painted_on(&square("wall", 0, 0.0, 10.0));
+    let halves = [square("wall", 0, -2.0, 10.0), square("wall", 1, 2.0, 10.0), square("wall", 2, 0.0, 20.0)];
+    assert_eq!(home_among(&entry, &halves), Home::Spread(vec![0, 1]));
+}
+
+#[test]
+fn paint_of_a_surface_that_is_gone_is_lost_and_not_given_to_another_object() {
+    let entry = painted_on(&square("wall", 0, 0.0, 10.0));
+    assert_eq!(home_among(&entry, &[square("tree", 0, 1.0, 10.0)]), Home::Lost);
+    assert_eq!(home_among(&entry, &[]), Home::Lost);
+}
+
+fn moved(entry: &PaintEntry, patch: &Patch, to: &PaintedView) -> Option<Patch> {
+    let new = camera_of(&to.photo, &to.camera);
+    let photo = PixelRect { x: 0, y: 0, w: 20, h: 8 };
+    Reprojection::between(entry, &view(0.0), new).map(|reprojection| reprojection.applied(patch, photo))
+}
+
+#[test]
+fn under_the_same_camera_paint_stays_at_its_pixels() {
+    let entry = painted_on(&square("wall", 0, 0.0, 10.0));
+    let patch = Patch::of_pixels(&[(1, 1, [257; 4])]);
+    assert_eq!(moved(&entry, &patch, &view(0.0)), None);
+    assert_eq!(moved(&entry, &patch, &view(1e-5)), None, "a thousandth of a pixel is none");
+}
+
+#[test]
+fn a_camera_that_moved_sees_the_paint_at_the_same_place_of_the_wall() {
+    let entry = painted_on(&square("wall", 0, 0.0, 10.0));
+    let patch = Patch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (3, 2, [0; 4]), (2, 1, [514, 0, 0, 65535])]);
+    // Three units to the left: all of the wall moves three pixels to the right.
+    let found = moved(&entry, &patch, &view(-3.0)).unwrap().picked(|_, _, _| true);
+    let expected =
+        Patch::of_pixels(&[(4, 1, [257, 0, 0, 65535]), (6, 2, [0; 4]), (5, 1, [514, 0, 0, 65535])]);
+    assert_eq!(found, expected);
+}
+
+#[test]
+fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
+    let entry = painted_on(&square("wall", 0, 0.0, 10.0));
+    let patch = Patch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (2, 1, [257, 0, 0, 65535])]);
+    let mut double = view(0.0);
+    (double.photo.width, double.photo.height) = (40, 16);
+    double.camera.K = [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0]];
+    let new = camera_of(&double.photo, &double.camera);
+    let reprojection = Reprojection::between(&entry, &view(0.0), new).unwrap();
+    let found = reprojection.applied(&patch, PixelRect { x: 0, y: 0, w: 40, h: 16 }).picked(|_, _, _| true);
+    assert_eq!((found.rect(), found.count()), (PixelRect { x: 2, y: 2, w: 4, h: 2 }, 8));
+}
+
+#[test]
+fn the_camera_of_a_stack_is_the_one_it_was_written_of() {
+    let turned = DMat3::from_rotation_y(0.3) * DMat3::from_rotation_x(-0.8);
+    let pose = crate::geometry::Pose { rotation: turned, translation: DVec3::new(1.0, 2.0, 3.0) };
+    let camera = StackCamera { R: pose.rotation_rows(), t: pose.translation.to_array(), ..view(0.0).camera };
+    assert_eq!(camera_of(&view(0.0).photo, &camera).1, pose);
+}

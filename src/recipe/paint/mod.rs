@@ -1,0 +1,249 @@
+//! Paint on the image layers of today: entries find their surfaces, and surfaces their image layers. Nothing is
+//! written here: paint is authored, and what it looks like in a stack is derived each time.
+
+mod home;
+#[cfg(test)]
+mod home_tests;
+pub mod parts;
+
+use std::cell::OnceCell;
+use std::path::Path;
+
+use self::home::{Home, Reprojection, home};
+use self::parts::{Part, Parts, Scenery, camera_of, holds};
+use crate::document::paint::{PaintBook, PaintEntry, Patch};
+use crate::document::stack::{ImageLayer, Stack};
+use crate::document::{Element, paint::PaintedView};
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::paint_store::PaintStore;
+use crate::projection::spans::Spans;
+
+/// The paint of one photo, laid out on the image layers of its stack.
+#[derive(Debug, Default)]
+pub struct PhotoPaint {
+    store: Option<PaintStore>,
+    /// Of the photo, earlier imports first.
+    entries: Vec<PaintEntry>,
+    views: Vec<PaintedView>,
+    /// For each image layer what may show on it, from the bottom to the top.
+    layers: Vec<Vec<Placed>>,
+    /// Entries whose surface is not in the stack.
+    lost: Vec<usize>,
+}
+
+/// An entry on an image layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Placed {
+    entry: usize,
+    /// In the layer; later ones are drawn on top.
+    part: usize,
+    reach: Reach,
+}
+
+/// Which pixels of an entry show on a part.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Reach {
+    /// All of them.
+    All,
+    /// Those that the part covers.
+    Covered,
+    /// Those that no part of the layer covers.
+    Beyond,
+}
+
+/// Paint that has no place in a photo's stack. It is kept, and shows again when its surface comes back.
+#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
+pub struct LostPaint {
+    /// The photo.
+    pub photo: String,
+    /// `object[index]` of the face that it was painted on.
+    pub face: String,
+    /// Painted pixels.
+    pub pixels: u64,
+    /// What is missing.
+    pub reason: String,
+}
+
+impl PhotoPaint {
+    /// The paint of the project in the folder `project` on the image layers of `stack`.
+    ///
+    /// # Errors
+    /// Those of reading the book; pixels are read later.
+    pub fn open(project: &Path, stack: &Stack) -> Result<Self> {
+        let store = PaintStore::new(project);
+        let book = store.read()?;
+        Ok(Self::of(&book, store, stack))
+    }
+
+    /// The same from a book that was read.
+    pub fn of(book: &PaintBook, store: PaintStore, stack: &Stack) -> Self {
+        let entries: Vec<PaintEntry> = book.of_photo(&stack.photo.name).into_iter().cloned().collect();
+        if entries.is_empty() {
+            return Self::default();
+        }
+        let current = || PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
+        let views =
+            entries.iter().map(|e| book.views.get(&e.view).cloned().unwrap_or_else(current)).collect();
+        let mut paint = Self { store: Some(store), entries, views, ..Self::default() };
+        paint.place(stack);
+        paint
+    }
+
+    fn place(&mut self, stack: &Stack) {
+        self.layers = vec![Vec::new(); stack.image_layers.len()];
+        let parts = parts_of_stack(stack);
+        let all: Vec<(usize, usize)> = parts
+            .iter()
+            .enumerate()
+            .flat_map(|(l, parts)| (0..parts.list.len()).map(move |p| (l, p)))
+            .collect();
+        let flat: Vec<&Part> = all.iter().map(|&(l, p)| &parts[l].list[p]).collect();
+        for (index, entry) in self.entries.iter().enumerate() {
+            let (places, remodelled) = match home(entry, &flat) {
+                Home::Same(places) => (places, false),
+                Home::Spread(places) => (places, true),
+                Home::Lost => {
+                    self.lost.push(index);
+                    continue;
+                }
+            };
+            let at = places.iter().map(|&place| all[place]);
+            if entry.beyond {
+                let layer = stack.image_layers.iter().position(|layer| layer.id == entry.layer);
+                let nearest =
+                    at.clone().find(|(l, _)| layer.is_none_or(|layer| layer == *l)).or(at.clone().next());
+                let placed = |(l, part): (usize, usize)| (layer.unwrap_or(l), part);
+                if let Some((layer, part)) = nearest.map(placed) {
+                    self.layers[layer].push(Placed { entry: index, part, reach: Reach::Beyond });
+                }
+                continue;
+            }
+            for (layer, part) in at {
+                let whole = parts[layer].list[part].is_whole() && !remodelled;
+                let reach = if whole { Reach::All } else { Reach::Covered };
+                self.layers[layer].push(Placed { entry: index, part, reach });
+            }
+        }
+        self.layers.iter_mut().for_each(|placed| placed.sort_unstable());
+    }
+
+    /// There is paint that may show on an image layer.
+    pub fn is_on(&self, layer: usize) -> bool {
+        self.layers.get(layer).is_some_and(|placed| !placed.is_empty())
+    }
+
+    /// The paint on an image layer, in photo pixels; empty where nobody painted.
+    ///
+    /// # Errors
+    /// What reading a file of paint says.
+    pub fn on(&self, stack: &Stack, layer: usize) -> Result<Patch> {
+        let mut patch = Patch::of_pixels(&[]);
+        if !self.is_on(layer) {
+            return Ok(patch);
+        }
+        let parts = parts_of_layer(stack, layer);
+        let all_parts = OnceCell::new();
+        for placed in &self.layers[layer] {
+            let paint = self.patch(placed.entry, stack)?;
+            let shown = paint.picked(|x, y, _| match placed.reach {
+                Reach::All => true,
+                Reach::Covered => holds(parts.covered(&parts.list[placed.part]), x, y),
+                Reach::Beyond => {
+                    !all_parts.get_or_init(|| covered_by_all(&parts)).iter().any(|s| holds(s, x, y))
+                }
+            });
+            patch = patch.under(&shown);
+        }
+        let rect = stack.image_layers[layer].rect;
+        let inside = |x: i32, y: i32| x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
+        Ok(patch.picked(|x, y, _| inside(x, y)))
+    }
+
+    /// Files of paint that may show in the stack: what an export of it depends on.
+    pub fn files(&self) -> impl Iterator<Item = &str> {
+        let lost = |index: &usize| !self.lost.contains(index);
+        (0..self.entries.len()).filter(lost).map(|index| self.entries[index].file.as_str())
+    }
+
+    /// What has no place in the stack: entries without a surface, and pixels that a remodelled surface covers no
+    /// more.
+    ///
+    /// # Errors
+    /// What reading a file of paint says.
+    pub fn lost(&self, stack: &Stack) -> Result<Vec<LostPaint>> {
+        let lost = |entry: &PaintEntry, pixels: u64, reason: &str| LostPaint {
+            photo: entry.photo.clone(),
+            face: entry.face_name(),
+            pixels,
+            reason: reason.into(),
+        };
+        let gone = self.lost.iter().map(|&index| &self.entries[index]);
+        let mut all: Vec<_> =
+            gone.map(|e| lost(e, e.pixels, "this photo's stack has no such surface")).collect();
+        for (index, entry) in self.entries.iter().enumerate() {
+            let unplaced = self.unplaced(index, stack)?;
+            if unplaced > 0 {
+                all.push(lost(entry, unplaced, "the surface is another one now, and does not cover them"));
+            }
+        }
+        Ok(all)
+    }
+
+    /// Pixels of a remodelled surface's paint that no part covers.
+    fn unplaced(&self, index: usize, stack: &Stack) -> Result<u64> {
+        let of_entry = |placed: &&Placed| placed.entry == index;
+        let everywhere = self.layers.iter().flatten().filter(of_entry);
+        let mut reaches = everywhere.map(|placed| placed.reach).peekable();
+        if reaches.peek().is_none() || reaches.any(|reach| reach != Reach::Covered) {
+            return Ok(0);
+        }
+        let mut patch = self.patch(index, stack)?;
+        for layer in 0..self.layers.len() {
+            let parts = parts_of_layer(stack, layer);
+            for placed in self.layers[layer].iter().filter(of_entry) {
+                let covered = parts.covered(&parts.list[placed.part]);
+                patch = patch.picked(|x, y, _| !holds(covered, x, y));
+            }
+        }
+        Ok(patch.count())
+    }
+
+    fn patch(&self, index: usize, stack: &Stack) -> Result<Patch> {
+        let entry = &self.entries[index];
+        let store = self.store.as_ref().expect("who has entries has a store");
+        let patch = store.patch(entry)?;
+        let now = camera_of(&stack.photo, &stack.camera);
+        let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
+        Ok(match Reprojection::between(entry, &self.views[index], now) {
+            Some(moved) => moved.applied(&patch, photo),
+            None => patch,
+        })
+    }
+}
+
+fn covered_by_all<'p>(parts: &'p Parts) -> Vec<&'p Spans> {
+    parts.list.iter().map(|part| parts.covered(part)).collect()
+}
+
+/// The parts of every image layer of a stack.
+fn parts_of_stack(stack: &Stack) -> Vec<Parts<'_>> {
+    (0..stack.image_layers.len()).map(|layer| parts_of_layer(stack, layer)).collect()
+}
+
+/// The parts of an image layer of a stack.
+pub fn parts_of_layer(stack: &Stack, layer: usize) -> Parts<'_> {
+    let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
+    let layer = &stack.image_layers[layer];
+    let shared =
+        |e: u32| stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1;
+    let with_tile = |&e: &u32| (elements[e as usize], shared(e).then_some(layer.needed_rect));
+    let of_layer: Vec<_> = layer.elements.iter().map(with_tile).collect();
+    let scenery = Scenery {
+        photo: &stack.photo,
+        camera: &stack.camera,
+        surfaces: &stack.surfaces,
+        pieces: &stack.pieces,
+    };
+    scenery.parts(&of_layer, layer.rect)
+}
