@@ -35,6 +35,11 @@ step build "$project"
 step export "$project" --format psd --out "$out/psd"
 step export "$project" --format ora --out "$out/ora"
 step export "$project" --format folder --out "$out/folder"
+say
+say "A round window is painted on the church, as an artist would in an image editor, and comes home:"
+cargo run --release --quiet --example paint_mural -- "$out/psd/01_church.jpg.psd" church.facade
+step import "$project" "$out/psd/01_church.jpg.psd"
+step import "$project" --history
 step info "$project"
 step render "$project" --cameras "$sample/heldout/sparse" --out "$out/views" --scale 0.5
 step score "$project" --cameras "$sample/heldout/sparse" --photos "$sample/heldout/photos" --ignore 'tree_*' \

@@ -13,6 +13,7 @@ const FILE_TYPES: &[&str] = &[
     "src/document/colour.rs",
     "src/document/project.rs",
     "src/document/export_record.rs",
+    "src/document/paint/mod.rs",
     "src/document/camera_path.rs",
     "src/recipe/colour.rs",
     "src/recipe/score/report.rs",

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::BuildArgs;
 use super::machine::default_memory;
+use super::painted::Painted;
 use super::stacks::StackTable;
 use super::table::counted;
 use crate::document::Project;
@@ -46,7 +47,8 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     for file in kept {
         task.note(format!("a file that was changed by hand is now {}", file.display()));
     }
-    Ok(report(&opened, &built, args.photos.problems_of(&opened, task)))
+    let painted = Painted::of(&opened, &store)?;
+    Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))
 }
 
 /// The project's options with those that were given; kept in the project if that is wanted.
@@ -67,7 +69,7 @@ fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Optio
     Ok(options)
 }
 
-fn report(opened: &Opened, built: &[Built], mut problems: Vec<String>) -> Outcome {
+fn report(opened: &Opened, built: &[Built], painted: &Painted, mut problems: Vec<String>) -> Outcome {
     let mut table = StackTable::default();
     for photo in built {
         match &photo.stack {
@@ -81,13 +83,14 @@ fn report(opened: &Opened, built: &[Built], mut problems: Vec<String>) -> Outcom
     problems.extend(failed.map(|(photo, error)| format!("{photo}: {error}")));
     let fresh = built.iter().filter(|built| built.stack.is_ok() && !built.up_to_date).count();
     let text = format!(
-        "{}\n{} built, {} up to date, {} left out or failed; model of {}\n",
+        "{}\n{} built, {} up to date, {} left out or failed; model of {}\n{}",
         table.text(),
         counted(fresh, "stack"),
         built.iter().filter(|built| built.up_to_date).count(),
         problems.len(),
         counted(opened.site.model.faces.len(), "face"),
+        painted.lost(),
     );
-    let json = json!({ "photos": table.into_json(), "problems": problems });
+    let json = json!({ "photos": table.into_json(), "paint": painted.to_json(), "problems": problems });
     Outcome { text, json, problems }
 }

@@ -5,6 +5,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::InfoArgs;
 use super::fill_table::FillTable;
+use super::painted::Painted;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::Untextured;
@@ -71,12 +72,15 @@ fn about_photos(
             strangers.join(", ")
         ));
     }
+    let painted = Painted::of(opened, store)?;
+    text.push_str(&painted.text());
     let json = json!({
         "faces": model.faces.len(),
         "objects": model.objects.len(),
         "photos": table.into_json(),
         "filling": filling.into_json(),
         "untextured": untextured.to_json(),
+        "paint": painted.to_json(),
         "stacks_without_photo": strangers,
     });
     Ok((text, json))

@@ -25,10 +25,12 @@ mod export;
 mod fault;
 mod fill;
 mod fill_table;
+mod import;
 mod info;
 mod machine;
 mod new;
 mod paint;
+mod painted;
 mod render;
 pub mod reporter;
 mod score;
@@ -82,6 +84,8 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
         Command::Fill(args) => fill::run(args, task),
         Command::Export(args) => export::run(args, task),
         Command::Colour(args) => colour::run(args, task),
+        Command::Import(args) => import::run(args, task),
+        Command::Watch(args) => import::run_watch(args, task),
         Command::Render(args) => render::run(args, task),
         Command::Score(args) => score::run(args, task),
         Command::Completions { shell } => Ok(completions(*shell)),

@@ -29,6 +29,8 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("gltf", &["io/models/"]),
     ("image", &["io/"]),
     ("png", &["io/"]),
+    ("moxcms", &["io/colour.rs"]),
+    ("notify_debouncer_full", &["io/watch.rs"]),
     ("zip", &["io/layered/ora/"]),
     ("flate2", &["io/layered/"]),
     ("roxmltree", &["io/layered/"]),

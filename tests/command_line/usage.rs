@@ -34,7 +34,9 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
 fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
     let site = Site::new();
     let help = stdout_of(&site.run("--help").success());
-    for command in ["new", "check", "build", "fill", "export", "colour", "render", "score", "info"] {
+    for command in
+        ["new", "check", "build", "fill", "export", "import", "watch", "colour", "render", "score", "info"]
+    {
         assert!(help.contains(&format!("  {command} ")), "{help}");
     }
     for word in ["completions", "man ", "edit"] {

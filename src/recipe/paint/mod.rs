@@ -4,12 +4,14 @@
 mod home;
 #[cfg(test)]
 mod home_tests;
+pub mod lost;
 pub mod parts;
 
 use std::cell::OnceCell;
 use std::path::Path;
 
 use self::home::{Home, Reprojection, home};
+use self::lost::LostPaint;
 use self::parts::{Part, Parts, Scenery, camera_of, holds};
 use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::document::stack::{ImageLayer, Stack};
@@ -50,19 +52,6 @@ enum Reach {
     Covered,
     /// Those that no part of the layer covers.
     Beyond,
-}
-
-/// Paint that has no place in a photo's stack. It is kept, and shows again when its surface comes back.
-#[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
-pub struct LostPaint {
-    /// The photo.
-    pub photo: String,
-    /// `object[index]` of the face that it was painted on.
-    pub face: String,
-    /// Painted pixels.
-    pub pixels: u64,
-    /// What is missing.
-    pub reason: String,
 }
 
 impl PhotoPaint {
@@ -199,7 +188,9 @@ impl PhotoPaint {
             return Ok(0);
         }
         let mut patch = self.patch(index, stack)?;
-        for layer in 0..self.layers.len() {
+        for layer in
+            (0..self.layers.len()).filter(|&layer| self.layers[layer].iter().any(|p| p.entry == index))
+        {
             let parts = parts_of_layer(stack, layer);
             for placed in self.layers[layer].iter().filter(of_entry) {
                 let covered = parts.covered(&parts.list[placed.part]);

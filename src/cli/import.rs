@@ -1,0 +1,201 @@
+//! `quadratura import` and `quadratura watch`.
+
+use std::time::Duration;
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::{ImportArgs, WatchArgs};
+use super::table::{Table, counted};
+use crate::document::paint::PaintImport;
+use crate::error::{Error, Result};
+use crate::io::lock::ProjectLock;
+use crate::io::project::read_project;
+use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
+use crate::recipe::import::{ImportOptions, Imported, history, import, take_back};
+use crate::recipe::watch::{WatchOptions, watch};
+use crate::task::Task;
+
+pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
+    read_project(&args.project)?;
+    if args.history {
+        return Ok(told_history(&history(&args.project)?));
+    }
+    let options = ImportOptions { dry_run: args.dry_run, scaled: args.scaled };
+    let _lock = (!args.dry_run).then(|| ProjectLock::take(&args.project)).transpose()?;
+    if args.undo {
+        return Ok(told_undone(&take_back(&args.project)?));
+    }
+    let imported = import(&args.project, &args.files, options, task)?;
+    Ok(report(&imported, args.dry_run))
+}
+
+pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
+    read_project(&args.project)?;
+    if !args.folder.is_dir() {
+        let found = "there is no such folder";
+        return Err(Error::input(&args.folder, "", found, "give the folder that the image editor saves to"));
+    }
+    let import = ImportOptions { dry_run: false, scaled: args.scaled };
+    let mut imports = Vec::new();
+    let mut problems = Vec::new();
+    task.note(format!("watching {}; Ctrl-C ends it", args.folder.display()));
+    let options = WatchOptions { import, once: args.once };
+    watch(&args.project, &args.folder, options, task, |imported, spent| {
+        tell(imported, spent, task);
+        problems.extend(imported.failed.iter().map(|(_, problem)| problem.to_string()));
+        imports.push(json!({
+            "import": imported.number,
+            "changed": imported.changed,
+            "seconds": spent.as_secs_f64(),
+            "files": imported.files,
+        }));
+    })?;
+    let text = format!("{}\n", counted(imports.len(), "import"));
+    Ok(Outcome { text, json: json!({ "imports": imports, "problems": problems }), problems })
+}
+
+fn tell(imported: &Imported, spent: Duration, task: &Task) {
+    for file in &imported.files {
+        let task = task.of(&file.file.display().to_string());
+        let layers = file.layers.iter().filter(|layer| layer.changed > 0).count();
+        let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
+        let number = imported.number.map_or(String::new(), |number| format!(", import {number}"));
+        let pixels = counted(changed as usize, "pixel");
+        let seconds = spent.as_secs_f64();
+        task.note(format!("{pixels} on {} changed{number} ({seconds:.2} s)", counted(layers, "layer")));
+        remarks(file).iter().for_each(|remark| task.note(remark));
+    }
+    imported.failed.iter().for_each(|(_, problem)| task.note(problem.to_string()));
+}
+
+fn report(imported: &Imported, dry_run: bool) -> Outcome {
+    let mut text = String::new();
+    for file in &imported.files {
+        text.push_str(&format!("{} -> {}\n{}", file.file.display(), file.photo, table(file)));
+        remarks(file).iter().for_each(|remark| text.push_str(&format!("  {remark}\n")));
+        text.push('\n');
+    }
+    let changed = counted(imported.changed as usize, "pixel");
+    text.push_str(&match (imported.number, dry_run) {
+        (None, _) => "nothing changed\n".to_owned(),
+        (Some(number), false) => format!("import {number}: {changed} changed; `--undo` takes it back\n"),
+        (Some(_), true) => format!("{changed} would change; nothing was written\n"),
+    });
+    let problems: Vec<String> = imported.failed.iter().map(|(_, problem)| problem.to_string()).collect();
+    let json = json!({
+        "import": imported.number.filter(|_| !dry_run),
+        "dry_run": dry_run,
+        "changed": imported.changed,
+        "files": imported.files,
+        "problems": problems,
+    });
+    Outcome { text, json, problems }
+}
+
+/// A row for every layer that is not as it was exported; the others are only counted.
+fn table(file: &FileReport) -> String {
+    let mut table = Table::new(&["layer", "state", "painted", "erased", "changed", "conflicts", "also"]);
+    for layer in file.layers.iter().filter(|layer| layer.state != LayerState::Unchanged || layer.changed > 0)
+    {
+        let numbers = [layer.painted, layer.erased, layer.changed, conflicts(layer)].map(|n| n.to_string());
+        let cells = [layer.name.clone(), layer.state.word().to_owned()];
+        table.row(cells.into_iter().chain(numbers).chain([also(layer)]));
+    }
+    let unchanged = file.layers.iter().filter(|layer| layer.state == LayerState::Unchanged).count();
+    let rest = format!("{} unchanged\n", counted(unchanged, "layer"));
+    if unchanged == file.layers.len() { rest } else { table.render() + &rest }
+}
+
+fn conflicts(layer: &LayerReport) -> u64 {
+    layer.conflicts.iter().map(|conflict| conflict.pixels).sum()
+}
+
+fn also(layer: &LayerReport) -> String {
+    let moved = layer.moved.map(|[x, y]| format!("moved by {x}, {y}"));
+    let resized = layer.resized.then(|| "resized".to_owned());
+    let renamed = layer.renamed.then(|| "renamed".to_owned());
+    [moved, resized, renamed].into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// What is said in sentences.
+fn remarks(file: &FileReport) -> Vec<String> {
+    let mut remarks = file.notes.clone();
+    for layer in &file.layers {
+        remarks.extend(layer.notes.iter().map(|note| format!("{}: {note}", layer.name)));
+        remarks.extend(layer.conflicts.iter().map(|conflict| {
+            let (face, pixels, import) = (&conflict.face, conflict.pixels, conflict.import);
+            format!(
+                "{}: over other paint of import {import} on {face}, {pixels} px; this one shows",
+                layer.name
+            )
+        }));
+    }
+    remarks
+}
+
+fn told_history(imports: &[PaintImport]) -> Outcome {
+    let mut table = Table::new(&["import", "when (UTC)", "pixels", "photos", "files"]);
+    for import in imports {
+        let (number, pixels) = (import.number.to_string(), import.pixels.to_string());
+        table.row([number, when(import.time), pixels, import.photos.join(", "), import.files.join(", ")]);
+    }
+    let text = match imports.is_empty() {
+        true => "no import can be taken back\n".to_owned(),
+        false => format!("{}\n`--undo` takes back the last one\n", table.render()),
+    };
+    Outcome {
+        text,
+        json: json!({ "imports": imports.iter().map(facts).collect::<Vec<_>>() }),
+        problems: vec![],
+    }
+}
+
+fn told_undone(import: &PaintImport) -> Outcome {
+    let files = import.files.join(", ");
+    let text = format!("import {} of {files} is taken back\n", import.number);
+    Outcome { text, json: json!({ "undone": facts(import) }), problems: vec![] }
+}
+
+fn facts(import: &PaintImport) -> serde_json::Value {
+    json!({
+        "import": import.number,
+        "time": import.time,
+        "files": import.files,
+        "photos": import.photos,
+        "pixels": import.pixels,
+    })
+}
+
+/// `2026-11-20 10:42`, of seconds since 1970 (the civil calendar after Hinnant, *chrono-compatible low-level date
+/// algorithms*, 2013).
+fn when(seconds: u64) -> String {
+    let days = seconds / 86400 + 719_468;
+    let era = days / 146_097;
+    let day_of_era = days % 146_097;
+    let year_of_era = (day_of_era - day_of_era / 1460 + day_of_era / 36524 - day_of_era / 146_096) / 365;
+    let day_of_year = day_of_era - (365 * year_of_era + year_of_era / 4 - year_of_era / 100);
+    let month_from_march = (5 * day_of_year + 2) / 153;
+    let day = day_of_year - (153 * month_from_march + 2) / 5 + 1;
+    let month = if month_from_march < 10 { month_from_march + 3 } else { month_from_march - 9 };
+    let year = year_of_era + era * 400 + u64::from(month <= 2);
+    let (hour, minute) = (seconds / 3600 % 24, seconds / 60 % 60);
+    format!("{year}-{month:02}-{day:02} {hour:02}:{minute:02}")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn dates_are_those_of_the_calendar() {
+        for (seconds, date) in [
+            (0, "1970-01-01 00:00"),
+            (951_782_400, "2000-02-29 00:00"),
+            (1_709_251_199, "2024-02-29 23:59"),
+            (4_102_444_800, "2100-01-01 00:00"),
+        ] {
+            assert_eq!(when(seconds), date);
+        }
+    }
+}

@@ -1,0 +1,56 @@
+//! What `build` and `info` say of a project's paint.
+
+use serde_json::{Value, json};
+
+use super::table::counted;
+use crate::error::Result;
+use crate::io::stack_store::StackStore;
+use crate::recipe::open::Opened;
+use crate::recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
+
+/// What a project has of paint.
+pub struct Painted(PaintSurvey);
+
+impl Painted {
+    /// Of an opened project.
+    pub fn of(opened: &Opened, store: &StackStore) -> Result<Self> {
+        let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
+        Ok(Self(survey_paint(store, &photos)?))
+    }
+
+    /// All of it, for people; nothing where there is no paint.
+    pub fn text(&self) -> String {
+        if self.0.photos.is_empty() {
+            return String::new();
+        }
+        let of_photo = |(photo, faces, pixels): &(String, usize, u64)| {
+            format!("  {photo}: {} on {}\n", counted(*pixels as usize, "pixel"), counted(*faces, "face"))
+        };
+        let photos: String = self.0.photos.iter().map(of_photo).collect();
+        format!("\npaint:\n{photos}{}", self.lost())
+    }
+
+    /// What has no place, for people; nothing where all has one.
+    pub fn lost(&self) -> String {
+        if self.0.lost.is_empty() {
+            return String::new();
+        }
+        let line = |lost: &LostPaint| {
+            let pixels = counted(lost.pixels as usize, "pixel");
+            format!("  {}, {}: {pixels}; {}\n", lost.photo, lost.face, lost.reason)
+        };
+        let lines: String = self.0.lost.iter().map(line).collect();
+        format!("\npaint that has no place now; it is kept:\n{lines}")
+    }
+
+    /// For programs.
+    pub fn to_json(&self) -> Value {
+        let photos: Vec<Value> = self
+            .0
+            .photos
+            .iter()
+            .map(|(photo, faces, pixels)| json!({ "photo": photo, "faces": faces, "pixels": pixels }))
+            .collect();
+        json!({ "photos": photos, "without_place": self.0.lost })
+    }
+}

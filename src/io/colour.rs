@@ -1,0 +1,106 @@
+//! Colours from one ICC profile to another one.
+
+use std::sync::Arc;
+
+use moxcms::{ColorProfile, Layout, Transform16BitExecutor, TransformOptions};
+
+use super::layered::srgb::srgb_profile;
+
+/// Profiles whose colours differ by less than this of 65535 are the same one, two steps of 8 bits: editors write sRGB
+/// in many ways, which differ by up to one (220 between ours and that of moxcms).
+const SAME: u16 = 514;
+
+/// From one profile to another one, R, G, B, A in 16 bits.
+pub struct Conversion {
+    transform: Arc<Transform16BitExecutor>,
+}
+
+impl Conversion {
+    /// Between two profiles; none stands for sRGB. `None` where they say the same.
+    ///
+    /// # Errors
+    /// Why a profile cannot be used, in words.
+    pub fn between(from: Option<&[u8]>, to: Option<&[u8]>) -> Result<Option<Self>, String> {
+        if from == to {
+            return Ok(None);
+        }
+        let (from, to) = (parsed(from)?, parsed(to)?);
+        let options = TransformOptions::default();
+        let transform = from
+            .create_transform_16bit(Layout::Rgba, &to, Layout::Rgba, options)
+            .map_err(|error| format!("a colour profile cannot be converted: {error:?}"))?;
+        let conversion = Self { transform };
+        Ok((!conversion.changes_nothing()).then_some(conversion))
+    }
+
+    /// These colours in the other profile; alpha stays as it is.
+    pub fn converted(&self, colours: &[[u16; 4]]) -> Vec<[u16; 4]> {
+        let mut out = vec![[0u16; 4]; colours.len()];
+        // Both are as long as the layout wants, which is all that it may complain about.
+        if self.transform.transform(colours.as_flattened(), out.as_flattened_mut()).is_err() {
+            return colours.to_vec();
+        }
+        out.iter_mut().zip(colours).for_each(|(out, colour)| out[3] = colour[3]);
+        out
+    }
+
+    fn changes_nothing(&self) -> bool {
+        let steps: Vec<u16> = (0..=16u32).map(|i| (i * 65535 / 16) as u16).collect();
+        let lattice: Vec<[u16; 4]> = steps
+            .iter()
+            .flat_map(|&r| steps.iter().map(move |&g| (r, g)))
+            .flat_map(|(r, g)| steps.iter().map(move |&b| [r, g, b, u16::MAX]))
+            .collect();
+        let converted = self.converted(&lattice);
+        lattice.as_flattened().iter().zip(converted.as_flattened()).all(|(a, b)| a.abs_diff(*b) < SAME)
+    }
+}
+
+fn parsed(profile: Option<&[u8]>) -> Result<ColorProfile, String> {
+    let own = profile.is_none().then(srgb_profile);
+    let bytes = profile.or(own.as_deref()).expect("one of the two is there");
+    ColorProfile::new_from_slice(bytes).map_err(|error| format!("a colour profile cannot be read: {error:?}"))
+}
+
+/// Another profile, for tests.
+#[cfg(test)]
+pub fn adobe_rgb() -> Vec<u8> {
+    ColorProfile::new_adobe_rgb().encode().expect("a profile of our own making can be written")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn srgb_is_srgb_whoever_wrote_the_profile() {
+        let theirs = ColorProfile::new_srgb().encode().unwrap();
+        assert!(Conversion::between(Some(&theirs), None).unwrap().is_none());
+        assert!(Conversion::between(None, Some(&srgb_profile())).unwrap().is_none());
+    }
+
+    #[test]
+    fn colours_go_to_another_profile_and_back_within_a_step_of_8_bits() {
+        let adobe = adobe_rgb();
+        let there = Conversion::between(None, Some(&adobe)).unwrap().expect("it is another one");
+        let back = Conversion::between(Some(&adobe), None).unwrap().expect("it is another one");
+        let colours: Vec<[u16; 4]> = (0..64u32)
+            .map(|i| [i * 1000 % 65536, i * 3000 % 65536, i * 7000 % 65536, 500].map(|v| v as u16))
+            .collect();
+        let found = back.converted(&there.converted(&colours));
+        for (colour, found) in colours.iter().zip(&found) {
+            let worst = (0..3).map(|i| colour[i].abs_diff(found[i])).max().unwrap();
+            assert!(worst <= 257 && found[3] == 500, "{colour:?} {found:?}");
+        }
+        assert_ne!(
+            there.converted(&[[0, 65535, 0, 65535]])[0][0],
+            0,
+            "the green of sRGB is no primary there"
+        );
+    }
+
+    #[test]
+    fn a_broken_profile_is_an_error_in_words() {
+        assert!(Conversion::between(Some(b"no profile"), None).err().unwrap().contains("cannot be read"));
+    }
+}

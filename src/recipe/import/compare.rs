@@ -1,0 +1,220 @@
+//! What was painted: the pixels that are not as they were exported.
+
+use crate::document::paint::{Colour, ERASED, Patch};
+use crate::geometry::PixelRect;
+use crate::io::colour::Conversion;
+use crate::io::layered::raster::in_8_bits;
+use crate::io::layered::{Depth, Raster};
+
+/// Colours that went to another profile and came back differ by less than this, of 65535, if nobody painted:
+/// three steps of 8 bits. Editors round, and their tables are not ours.
+const CONVERTED: u16 = 3 * 257;
+
+/// A raster and its place, in photo pixels.
+#[derive(Debug, Clone, Copy)]
+pub struct Placed<'a> {
+    /// Where it lies.
+    pub rect: PixelRect,
+    /// As large as `rect`.
+    pub pixels: &'a Raster,
+}
+
+impl Placed<'_> {
+    /// A pixel of the photo; empty outside.
+    pub fn at(&self, x: i32, y: i32) -> Colour {
+        let (dx, dy) = (x - self.rect.x, y - self.rect.y);
+        let inside = dx >= 0 && dy >= 0 && dx < self.rect.w as i32 && dy < self.rect.h as i32;
+        if inside { self.pixels.rgba16(dx as u32, dy as u32) } else { [0; 4] }
+    }
+
+    fn holds(&self, x: i32, y: i32) -> bool {
+        let r = self.rect;
+        x >= r.x && y >= r.y && x < r.right() && y < r.bottom()
+    }
+}
+
+/// The way of colours from the photo's profile into the document's, and back.
+pub struct Profiles {
+    /// From the photo's.
+    pub there: Conversion,
+    /// Into the photo's.
+    pub back: Conversion,
+}
+
+/// A layer as it was exported, and as it came back.
+pub struct Comparison<'a> {
+    /// As exported.
+    pub base: Placed<'a>,
+    /// As it came back.
+    pub found: Placed<'a>,
+    /// What the document's canvas shows of the photo: what lies outside, and is not in the layer, is unknown.
+    pub canvas: PixelRect,
+    /// None where the document has the photo's profile.
+    pub profiles: Option<&'a Profiles>,
+}
+
+impl Comparison<'_> {
+    /// Every pixel that is not as it was exported.
+    ///
+    /// Pixels without opacity are alike, whatever their colour. Of 16 bits and 8 bits the rounded or the cut-off
+    /// ones are alike; of another profile, what differs by no more than conversions do.
+    pub fn painted(&self) -> Patch {
+        let rect = match (self.base.rect.is_empty(), self.found.rect.is_empty()) {
+            (true, _) => self.found.rect,
+            (_, true) => self.base.rect,
+            _ => self.base.rect.union(&self.found.rect),
+        };
+        let mut painted = Vec::new();
+        for y in rect.y..rect.bottom() {
+            self.paint_of_row(y, rect.x..rect.right(), &mut painted);
+        }
+        Patch::of_pixels(&painted)
+    }
+
+    fn paint_of_row(&self, y: i32, columns: std::ops::Range<i32>, painted: &mut Vec<(i32, i32, Colour)>) {
+        let row: Vec<(i32, Colour, Colour)> = columns
+            .filter(|&x| self.found.holds(x, y) || inside(self.canvas, x, y))
+            .map(|x| (x, self.base.at(x, y), self.found.at(x, y)))
+            .filter(|(_, base, found)| base != found && (base[3] != 0 || found[3] != 0))
+            .collect();
+        let Some(profiles) = self.profiles else {
+            let depths = (self.base.pixels.depth(), self.found.pixels.depth());
+            let other = row.into_iter().filter(|(_, base, found)| !alike(*base, *found, depths));
+            painted.extend(other.map(|(x, _, found)| (x, y, kept(found))));
+            return;
+        };
+        let there = profiles.there.converted(&row.iter().map(|(_, base, _)| *base).collect::<Vec<_>>());
+        let back = profiles.back.converted(&row.iter().map(|(_, _, found)| *found).collect::<Vec<_>>());
+        let near = |a: Colour, b: Colour| {
+            let alpha_is_alike = in_8_bits(a[3]) == in_8_bits(b[3]);
+            alpha_is_alike && (0..3).all(|i| a[i].abs_diff(b[i]) <= CONVERTED)
+        };
+        let all = row.iter().zip(there).zip(back);
+        let other = all.filter(|(((_, _, found), there), _)| !near(*there, *found));
+        painted.extend(other.map(|(((x, _, _), _), back)| (*x, y, kept(back))));
+    }
+}
+
+fn inside(rect: PixelRect, x: i32, y: i32) -> bool {
+    x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom()
+}
+
+fn kept(colour: Colour) -> Colour {
+    if colour[3] == 0 { ERASED } else { colour }
+}
+
+/// Whether a pixel is the same one in another depth.
+fn alike(base: Colour, found: Colour, depths: (Depth, Depth)) -> bool {
+    match depths {
+        (Depth::Eight, Depth::Sixteen) => base.map(in_8_bits) == found.map(in_8_bits),
+        // An editor of 8 bits has rounded, or cut the lower half off.
+        (Depth::Sixteen, Depth::Eight) => {
+            let found = found.map(in_8_bits);
+            base.map(in_8_bits) == found || base.map(|sample| (sample >> 8) as u8) == found
+        }
+        _ => base == found,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::colour::adobe_rgb;
+    use crate::scene::Samples;
+
+    const CANVAS: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 100 };
+
+    fn eight(width: u32, samples: &[[u8; 4]]) -> Raster {
+        Raster::new(width, samples.len() as u32 / width, Samples::U8(samples.as_flattened().to_vec()))
+    }
+
+    fn painted(base: &Raster, base_x: i32, found: &Raster, found_x: i32) -> Vec<(i32, i32, Colour)> {
+        let placed = |pixels, x| Placed {
+            rect: PixelRect { x, y: 0, w: Raster::width(pixels), h: Raster::height(pixels) },
+            pixels,
+        };
+        let comparison = Comparison {
+            base: placed(base, base_x),
+            found: placed(found, found_x),
+            canvas: CANVAS,
+            profiles: None,
+        };
+        comparison.painted().iter().collect()
+    }
+
+    #[test]
+    fn a_pixel_is_paint_if_it_is_not_as_it_was() {
+        let base = eight(3, &[[1, 2, 3, 255], [4, 5, 6, 255], [9, 9, 9, 0]]);
+        let found = eight(3, &[[1, 2, 3, 255], [4, 5, 7, 255], [50, 60, 70, 0]]);
+        assert_eq!(painted(&base, 5, &found, 5), [(6, 0, [4 * 257, 5 * 257, 7 * 257, 65535])]);
+    }
+
+    #[test]
+    fn a_layer_cropped_to_what_is_not_transparent_is_untouched_and_beyond_that_it_is_erased() {
+        let base = eight(4, &[[0; 4], [1, 1, 1, 255], [2, 2, 2, 255], [0; 4]]);
+        let cropped = eight(2, &[[1, 1, 1, 255], [2, 2, 2, 255]]);
+        assert_eq!(painted(&base, 0, &cropped, 1), []);
+        let erased = eight(1, &[[1, 1, 1, 255]]);
+        assert_eq!(painted(&base, 0, &erased, 1), [(2, 0, ERASED)]);
+    }
+
+    #[test]
+    fn paint_beside_the_layer_is_paint() {
+        let base = eight(1, &[[1, 1, 1, 255]]);
+        let grown = eight(3, &[[7, 7, 7, 10], [1, 1, 1, 255], [0; 4]]);
+        assert_eq!(painted(&base, 4, &grown, 3), [(3, 0, [7 * 257, 7 * 257, 7 * 257, 10 * 257])]);
+    }
+
+    #[test]
+    fn what_a_smaller_canvas_no_longer_shows_is_not_erased() {
+        let base = eight(2, &[[1, 1, 1, 255], [2, 2, 2, 255]]);
+        let found = eight(1, &[[1, 1, 1, 255]]);
+        assert_eq!(painted(&base, 98, &found, 98), [(99, 0, ERASED)]);
+        assert_eq!(painted(&base, 99, &found, 99), [], "the second pixel is outside");
+    }
+
+    #[test]
+    fn another_depth_is_no_paint() {
+        let all: Vec<[u8; 4]> = (0..=255).map(|v| [v, 255 - v, v / 2, 255]).collect();
+        let base = eight(256, &all);
+        let deeper = base.clone().in_depth(Depth::Sixteen);
+        assert_eq!(painted(&base, -256, &deeper, -256), []);
+        let Samples::U16(samples) = deeper.samples() else { panic!("16 bits") };
+        let uneven = samples.iter().enumerate().map(|(i, s)| s.saturating_add((i % 128) as u16)).collect();
+        let sixteen = Raster::new(256, 1, Samples::U16(uneven));
+        assert_eq!(painted(&base, 0, &sixteen, 0), [], "as editors round them");
+        assert_eq!(painted(&sixteen, 0, &base, 0), []);
+        let cut = Samples::U8(match sixteen.samples() {
+            Samples::U16(s) => s.iter().map(|s| (s >> 8) as u8).collect(),
+            Samples::U8(_) => unreachable!("made of 16 bits"),
+        });
+        assert_eq!(painted(&sixteen, 0, &Raster::new(256, 1, cut), 0), []);
+    }
+
+    #[test]
+    fn through_another_profile_only_what_was_painted_is_paint() {
+        let adobe = adobe_rgb();
+        let profiles = Profiles {
+            there: Conversion::between(None, Some(&adobe)).unwrap().unwrap(),
+            back: Conversion::between(Some(&adobe), None).unwrap().unwrap(),
+        };
+        let colours: Vec<[u8; 4]> =
+            (0..200u32).map(|i| [(i * 7) as u8, (i * 13) as u8, (i * 29) as u8, 255]).collect();
+        let base = eight(200, &colours);
+        let wide: Vec<Colour> = (0..200).map(|x| base.rgba16(x, 0)).collect();
+        let mut found = Raster::blank(200, 1, Depth::Eight);
+        let there = profiles.there.converted(&wide);
+        (0..200).for_each(|x| found.set_rgba16(x as u32, 0, there[x]));
+        found.set_rgba16(17, 0, [65535, 0, 0, 65535]);
+        let rect = PixelRect { x: 0, y: 0, w: 200, h: 1 };
+        let comparison = Comparison {
+            base: Placed { rect, pixels: &base },
+            found: Placed { rect, pixels: &found },
+            canvas: PixelRect { w: 200, ..CANVAS },
+            profiles: Some(&profiles),
+        };
+        let painted: Vec<_> = comparison.painted().iter().collect();
+        assert_eq!(painted.len(), 1);
+        assert!(painted[0].0 == 17 && painted[0].2[1] < 257, "{painted:?}");
+    }
+}

@@ -1,0 +1,203 @@
+//! All layers of one token as one: an artist may have painted on a copy.
+
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layered::composite::lay_over;
+use crate::io::layered::{Blend, EditedLayer, EditedMask, Raster};
+
+/// What the layers of one token show together.
+#[derive(Debug)]
+pub struct Gathered {
+    /// In canvas pixels.
+    pub rect: PixelRect,
+    /// As large as `rect`.
+    pub pixels: Raster,
+    /// What was not followed, and what was taken for granted.
+    pub notes: Vec<String>,
+}
+
+/// Lays the layers of one token over each other, from the bottom to the top.
+///
+/// Of several, those that are not shown are left out, unless none is; but under a copy that holds only strokes a
+/// hidden original stays. The lowest is the image layer itself: its opacity, its visibility and how it is blended
+/// are ways of looking at it while painting, its mask is work. Copies above it are laid over it with mask and
+/// opacity; one that is not blended normally is left out.
+///
+/// # Errors
+/// What the layers say when they are asked for their pixels.
+pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
+    let (mut shown, mut notes) = shown(layers);
+    if !std::ptr::eq(shown[0], layers[0]) && !replaces(shown[0], layers[0])? {
+        shown.insert(0, layers[0]);
+        notes.push(format!("\"{}\" is not shown, but the copy above it holds little of it", layers[0].name));
+    }
+    let (lowest, copies) = shown.split_first().expect("a token is known because a layer has it");
+    if lowest.opacity < 1.0 {
+        notes.push(format!("\"{}\": its opacity counts as a way of looking at it", lowest.name));
+    }
+    let mut rect = lowest.rect;
+    let mut pixels = masked(lowest.pixels.read()?, lowest.rect, lowest.mask.as_ref(), 1.0)?;
+    for copy in copies {
+        if let Blend::Other(blend) = &copy.blend {
+            notes.push(format!(
+                "\"{}\" is left out: it is blended as {blend}; merge it down first",
+                copy.name
+            ));
+            continue;
+        }
+        let above = masked(copy.pixels.read()?, copy.rect, copy.mask.as_ref(), copy.opacity)?;
+        (pixels, rect) = united(pixels, rect, copy.rect);
+        let at = PixelRect { x: copy.rect.x - rect.x, y: copy.rect.y - rect.y, ..copy.rect };
+        lay_over(&mut pixels, &above, at);
+    }
+    Ok(Gathered { rect, pixels, notes })
+}
+
+fn shown<'a>(layers: &[&'a EditedLayer]) -> (Vec<&'a EditedLayer>, Vec<String>) {
+    let picked = |wanted: &dyn Fn(&EditedLayer) -> bool| {
+        layers.iter().copied().filter(|layer| wanted(layer)).collect::<Vec<_>>()
+    };
+    let mut shown = picked(&|layer| layer.visible && !layer.hidden_by_group);
+    if shown.is_empty() {
+        shown = picked(&|layer| layer.visible);
+    }
+    if shown.is_empty() {
+        shown = picked(&|_| true);
+    }
+    let is_shown = |layer: &EditedLayer| shown.iter().any(|shown| std::ptr::eq(*shown, layer));
+    let hidden = layers.iter().filter(|layer| !is_shown(layer));
+    let notes = hidden.map(|layer| format!("\"{}\" is left out: it is not shown", layer.name)).collect();
+    (shown, notes)
+}
+
+/// A copy replaces a hidden original when it shows at least half of what that shows.
+fn replaces(copy: &EditedLayer, original: &EditedLayer) -> Result<bool> {
+    let (above, below) = (copy.pixels.read()?, original.pixels.read()?);
+    let (mut all, mut held) = (0u64, 0u64);
+    for y in 0..below.height() {
+        for x in (0..below.width()).filter(|x| below.has_colour(*x, y)) {
+            let (u, v) = (original.rect.x + x as i32 - copy.rect.x, original.rect.y + y as i32 - copy.rect.y);
+            let inside = u >= 0 && v >= 0 && u < copy.rect.w as i32 && v < copy.rect.h as i32;
+            all += 1;
+            held += u64::from(inside && above.has_colour(u as u32, v as u32));
+        }
+    }
+    Ok(2 * held >= all)
+}
+
+/// The same pixels in a larger rectangle.
+fn united(pixels: Raster, rect: PixelRect, other: PixelRect) -> (Raster, PixelRect) {
+    let both = if rect.is_empty() { other } else { rect.union(&other) };
+    if both == rect || other.is_empty() {
+        return (pixels, rect);
+    }
+    let mut larger = Raster::blank(both.w, both.h, pixels.depth());
+    lay_over(&mut larger, &pixels, PixelRect { x: rect.x - both.x, y: rect.y - both.y, ..rect });
+    (larger, both)
+}
+
+/// Pixels with mask and opacity worked into their alpha.
+fn masked(mut pixels: Raster, rect: PixelRect, mask: Option<&EditedMask>, opacity: f32) -> Result<Raster> {
+    let mask = mask.filter(|mask| mask.enabled);
+    if mask.is_none() && opacity >= 1.0 {
+        return Ok(pixels);
+    }
+    let grey = mask.map(|mask| mask.pixels.read()).transpose()?;
+    let through = |x: i32, y: i32| {
+        let (Some(mask), Some(grey)) = (mask, &grey) else { return 1.0 };
+        let (dx, dy) = (x - mask.rect.x, y - mask.rect.y);
+        let inside = dx >= 0 && dy >= 0 && dx < mask.rect.w as i32 && dy < mask.rect.h as i32;
+        if inside { grey.at(dx as u32, dy as u32) } else { mask.outside }
+    };
+    for y in 0..rect.h {
+        for x in 0..rect.w {
+            let share = opacity * through(rect.x + x as i32, rect.y + y as i32);
+            if share < 1.0 {
+                let [r, g, b, a] = pixels.rgba16(x, y);
+                pixels.set_rgba16(x, y, [r, g, b, (f32::from(a) * share).round() as u16]);
+            }
+        }
+    }
+    Ok(pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::layered::{Depth, Grey, Lazy};
+    use crate::scene::Samples;
+
+    /// A layer of one row at `x`, of these shades of grey, all opaque.
+    fn layer(name: &str, x: i32, shades: &[u8]) -> EditedLayer {
+        let samples: Vec<u8> = shades.iter().flat_map(|&shade| [shade, shade, shade, 255]).collect();
+        let width = shades.len() as u32;
+        EditedLayer {
+            name: name.into(),
+            groups: vec![],
+            rect: PixelRect { x, y: 0, w: width, h: 1 },
+            visible: true,
+            hidden_by_group: false,
+            opacity: 1.0,
+            blend: Blend::Normal,
+            mask: None,
+            id: None,
+            locked: false,
+            pixels: Lazy::new(move || Ok(Raster::new(width, 1, Samples::U8(samples.clone())))),
+        }
+    }
+
+    fn shades(gathered: &Gathered) -> Vec<(u8, u8)> {
+        let Samples::U8(samples) = gathered.pixels.samples() else { panic!("8 bits") };
+        samples.chunks_exact(4).map(|pixel| (pixel[0], pixel[3])).collect()
+    }
+
+    #[test]
+    fn a_single_layer_is_taken_as_it_is_whatever_its_opacity_and_visibility() {
+        let seen_through = EditedLayer { opacity: 0.5, visible: false, ..layer("a", 3, &[7, 8]) };
+        let found = gathered(&[&seen_through]).unwrap();
+        assert_eq!((shades(&found), found.rect.x), (vec![(7, 255), (8, 255)], 3));
+        assert!(found.notes[0].contains("opacity"), "{:?}", found.notes);
+    }
+
+    #[test]
+    fn a_copy_is_laid_over_the_layer_with_its_opacity() {
+        let copy = EditedLayer { opacity: 0.2, ..layer("a copy", 1, &[100, 100]) };
+        let found = gathered(&[&layer("a", 0, &[0, 0]), &copy]).unwrap();
+        assert_eq!(shades(&found), [(0, 255), (20, 255), (100, 51)]);
+        assert_eq!(found.rect, PixelRect { x: 0, y: 0, w: 3, h: 1 });
+    }
+
+    #[test]
+    fn a_mask_takes_away_where_it_is_black_and_outside_as_it_says() {
+        let mask = |enabled| EditedMask {
+            rect: PixelRect { x: 0, y: 0, w: 2, h: 1 },
+            outside: 0.0,
+            enabled,
+            pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![255, 0])))),
+        };
+        let masked = EditedLayer { mask: Some(mask(true)), ..layer("a", 0, &[5, 5, 5]) };
+        assert_eq!(shades(&gathered(&[&masked]).unwrap()), [(5, 255), (5, 0), (5, 0)]);
+        let off = EditedLayer { mask: Some(mask(false)), ..layer("a", 0, &[5, 5, 5]) };
+        assert_eq!(shades(&gathered(&[&off]).unwrap()), [(5, 255); 3]);
+    }
+
+    #[test]
+    fn hidden_copies_and_other_blends_are_left_out_and_said() {
+        let hidden = EditedLayer { visible: false, ..layer("draft", 0, &[9]) };
+        let blended = EditedLayer { blend: Blend::Other("multiply".into()), ..layer("shade", 0, &[9]) };
+        let found = gathered(&[&layer("a", 0, &[1]), &hidden, &blended]).unwrap();
+        assert_eq!(shades(&found), [(1, 255)]);
+        assert!(found.notes.iter().any(|note| note.contains("draft")), "{:?}", found.notes);
+        assert!(found.notes.iter().any(|note| note.contains("multiply")), "{:?}", found.notes);
+    }
+
+    #[test]
+    fn an_original_that_is_hidden_under_its_copy_gives_way_to_it_but_not_to_strokes() {
+        let original = EditedLayer { visible: false, ..layer("a", 0, &[1, 1, 1]) };
+        let found = gathered(&[&original, &layer("a copy", 1, &[2, 2])]).unwrap();
+        assert_eq!(shades(&found), [(2, 255), (2, 255)]);
+        let strokes = gathered(&[&original, &layer("strokes", 1, &[2])]).unwrap();
+        assert_eq!(shades(&strokes), [(1, 255), (2, 255), (1, 255)]);
+        assert_eq!(found.pixels.depth(), Depth::Eight);
+    }
+}

@@ -1,0 +1,158 @@
+//! Whose export a file is, and whose layer a layer is: by token, then by key, then by place and content.
+
+use std::collections::BTreeMap;
+
+use rayon::prelude::*;
+
+use crate::document::export_record::{ExportRecord, ExportedLayer, Helper};
+use crate::error::{Error, Result};
+use crate::io::layered::{EditedDocument, EditedLayer};
+
+/// The part of a name that is a token of one of `layers`: the last one in brackets. What editors append to
+/// names (` copy`, `#1`, a NUL) comes behind it.
+pub fn token_in<'a>(name: &str, layers: &'a [ExportedLayer]) -> Option<&'a str> {
+    let bracketed = name.rsplit('[').filter_map(|rest| rest.split(']').next());
+    let known = |token: &str| layers.iter().find(|layer| layer.id == token.trim());
+    bracketed.filter_map(known).map(|layer| layer.id.as_str()).next()
+}
+
+/// The token of a layer: from its name, else from where the format keeps one beside it.
+fn token_of<'a>(layer: &EditedLayer, layers: &'a [ExportedLayer]) -> Option<&'a str> {
+    let beside = || layers.iter().find(|l| Some(&l.id) == layer.id.as_ref()).map(|l| l.id.as_str());
+    token_in(&layer.name, layers).or_else(beside)
+}
+
+/// The export that a document came from: by its key; else the one that has most of its tokens, and of those
+/// the one whose pixels most of its layers still show. None where nothing says so.
+///
+/// # Errors
+/// What layers say when they are asked for their pixels.
+pub fn record_of<'a>(
+    document: &EditedDocument,
+    records: &'a [ExportRecord],
+) -> Result<Option<&'a ExportRecord>> {
+    if let Some(record) = records.iter().find(|record| Some(&record.key) == document.key.as_ref()) {
+        return Ok(Some(record));
+    }
+    let tokens = |record: &ExportRecord| {
+        let mut found: Vec<_> = document.layers.iter().filter_map(|l| token_of(l, &record.layers)).collect();
+        found.sort_unstable();
+        found.dedup();
+        found.len()
+    };
+    let most = records.iter().map(tokens).max().unwrap_or(0);
+    let candidates: Vec<&ExportRecord> = records.iter().filter(|record| tokens(record) == most).collect();
+    if let ([only], true) = (&candidates[..], most > 0) {
+        return Ok(Some(only));
+    }
+    let hashes = hashes_of(document)?;
+    let untouched = |record: &&ExportRecord| {
+        let known = |hash: &String| record.layers.iter().any(|layer| layer.pixels == *hash);
+        let same_kind = record.format == document.format;
+        (hashes.iter().filter(|hash| known(hash)).count(), same_kind)
+    };
+    let best = candidates.into_iter().max_by_key(untouched);
+    // Without a token, only pixels that are still as they were say whose they are.
+    Ok(best.filter(|record| most > 0 || untouched(record).0 > 0))
+}
+
+/// What every layer shows, at its place.
+fn hashes_of(document: &EditedDocument) -> Result<Vec<String>> {
+    let hash = |layer: &EditedLayer| Ok(layer.pixels.read()?.hash_at(layer.rect.x, layer.rect.y));
+    document.layers.par_iter().map(hash).collect()
+}
+
+/// A document's layers, sorted by what they are.
+#[derive(Debug, Default)]
+pub struct Sorted<'a> {
+    /// By place in the record's layers: the layers with its token, from the bottom to the top.
+    pub image_layers: BTreeMap<usize, Vec<&'a EditedLayer>>,
+    /// The photo and guides, with what the record says of them.
+    pub helpers: Vec<(&'a EditedLayer, &'a Helper)>,
+    /// Of no export.
+    pub unknown: Vec<&'a EditedLayer>,
+}
+
+/// Sorts the layers of a document that came from `record`. A layer that lost its token is known by the
+/// place and size of its pixels, if no other one may be meant.
+pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sorted<'a> {
+    let mut sorted = Sorted::default();
+    let place = |token: &str| record.layers.iter().position(|layer| layer.id == token);
+    for layer in &document.layers {
+        match token_of(layer, &record.layers).and_then(place) {
+            Some(place) => sorted.image_layers.entry(place).or_default().push(layer),
+            None => match helper_of(layer, record) {
+                Some(helper) => sorted.helpers.push((layer, helper)),
+                None => sorted.unknown.push(layer),
+            },
+        }
+    }
+    let nameless = std::mem::take(&mut sorted.unknown);
+    for layer in &nameless {
+        let free = |at: &usize| !sorted.image_layers.contains_key(at);
+        let same_place = |at: &usize| record.layers[*at].exported_rect == layer.rect;
+        let mut candidates = (0..record.layers.len()).filter(free).filter(same_place);
+        let rivals = nameless.iter().filter(|other| other.rect == layer.rect).count();
+        match (candidates.next(), candidates.next(), rivals) {
+            (Some(place), None, 1) => drop(sorted.image_layers.insert(place, vec![layer])),
+            _ => sorted.unknown.push(layer),
+        }
+    }
+    sorted
+}
+
+/// A helper by its name, which editors may append to.
+fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a Helper> {
+    record.helpers.iter().find(|helper| layer.name.starts_with(&helper.name))
+}
+
+/// What to say of a file that nobody knows.
+pub fn stranger(file: &std::path::Path) -> Error {
+    Error::input(
+        file,
+        "",
+        "it is no export of this project: neither its key nor a layer's [token] is in the project's exports/",
+        "import it into the project that it was exported from, or export again and paint there",
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::export_record::Baseline;
+    use crate::geometry::PixelRect;
+
+    fn layer(id: &str) -> ExportedLayer {
+        let rect = PixelRect { x: 0, y: 0, w: 1, h: 1 };
+        ExportedLayer {
+            id: id.into(),
+            name: format!("wall [{id}]"),
+            order: 0,
+            rect,
+            exported_rect: rect,
+            needed_rect: rect,
+            pixels: String::new(),
+            baseline: Baseline { file: String::new(), rect },
+            elements: vec![],
+        }
+    }
+
+    #[test]
+    fn a_token_is_found_whatever_an_editor_made_of_the_name() {
+        let layers = [layer("k7q2m9"), layer("abcd")];
+        for name in [
+            "wall [k7q2m9]",
+            "wall [k7q2m9]#1",
+            "wall [k7q2m9] copy",
+            "wall [k7q2m9] Kopie #3\0",
+            "my (wall) [x] [k7q2m9] [later]",
+            "[k7q2m9 ]",
+            "copy of [abcd][k7q2m9]",
+        ] {
+            assert_eq!(token_in(name, &layers), Some("k7q2m9"), "{name}");
+        }
+        for name in ["wall", "wall [other]", "wall k7q2m9", "wall [k7q2", "[]", "]["] {
+            assert_eq!(token_in(name, &layers), None, "{name}");
+        }
+    }
+}

@@ -1,0 +1,140 @@
+//! Layers that were merged into others: what they showed is no paint on the layer that is left.
+
+use super::compare::Placed;
+use super::report::LayerReport;
+use crate::document::export_record::ExportedLayer;
+use crate::document::paint::Patch;
+use crate::error::Result;
+use crate::io::baselines::Baselines;
+
+/// An image layer that is not in the document.
+#[derive(Debug, Clone, Copy)]
+pub struct Absent<'a> {
+    /// Its place among the record's layers, which come nearest first.
+    pub place: usize,
+    /// As it was exported.
+    pub layer: &'a ExportedLayer,
+}
+
+/// It was merged when so much of what it showed is in the other layer, pixel for pixel. An artist who deletes a
+/// column and paints the wall behind it paints other pixels.
+const MERGED_SHARE: f64 = 0.5;
+
+/// Takes out of `patch` what absent layers showed at its pixels. What was painted over that, on a layer that lay in
+/// front, is that layer's paint and comes by its place.
+///
+/// # Errors
+/// What reading the pixels as they were exported says.
+pub fn take_out(
+    absent: &[Absent],
+    survivor: &ExportedLayer,
+    base: Placed,
+    mut patch: Patch,
+    kept: &Baselines,
+    report: &mut LayerReport,
+) -> Result<(Patch, Vec<(usize, Patch)>)> {
+    let mut of_absent = Vec::new();
+    for lost in absent {
+        let rect = lost.layer.baseline.rect.intersection(&patch.rect());
+        if rect.is_empty() {
+            continue;
+        }
+        let Some(theirs) = kept.pixels(&lost.layer.baseline)? else { continue };
+        let theirs = Placed { rect: lost.layer.baseline.rect, pixels: &theirs };
+        // Where the layer that is left showed something in front of them, it still does.
+        let in_front = lost.layer.order < survivor.order;
+        let showed = |x: i32, y: i32| theirs.at(x, y)[3] != 0 && (in_front || base.at(x, y)[3] == 0);
+        let all = count(theirs, showed);
+        let same = patch.iter().filter(|&(x, y, colour)| showed(x, y) && theirs.at(x, y) == colour).count();
+        if all == 0 || (same as f64) < MERGED_SHARE * all as f64 {
+            continue;
+        }
+        let name = &lost.layer.name;
+        report.notes.push(format!("\"{name}\" was merged into it; what that showed stays where it was"));
+        let painted = patch.picked(|x, y, colour| in_front && showed(x, y) && theirs.at(x, y) != colour);
+        patch = patch.picked(|x, y, colour| {
+            let is_theirs = showed(x, y) && (in_front || theirs.at(x, y) == colour);
+            !is_theirs
+        });
+        of_absent.push((lost.place, painted));
+    }
+    Ok((patch, of_absent))
+}
+
+fn count(placed: Placed, wanted: impl Fn(i32, i32) -> bool) -> usize {
+    let r = placed.rect;
+    (r.y..r.bottom())
+        .flat_map(|y| (r.x..r.right()).map(move |x| (x, y)))
+        .filter(|&(x, y)| wanted(x, y))
+        .count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::export_record::Baseline;
+    use crate::document::paint::Colour;
+    use crate::geometry::PixelRect;
+    use crate::io::layered::{Depth, Raster};
+    use crate::recipe::import::report::LayerState;
+
+    const RECT: PixelRect = PixelRect { x: 0, y: 0, w: 10, h: 1 };
+
+    fn exported(id: &str, order: u32, file: String) -> ExportedLayer {
+        ExportedLayer {
+            id: id.into(),
+            name: format!("{id} [{id}]"),
+            order,
+            rect: RECT,
+            exported_rect: RECT,
+            needed_rect: RECT,
+            pixels: String::new(),
+            baseline: Baseline { file, rect: RECT },
+            elements: vec![],
+        }
+    }
+
+    fn shade(value: u16) -> Colour {
+        [257 * value, 257 * value, 257 * value, 65535]
+    }
+
+    /// The wall shows columns 6 to 9, the column before it 0 to 5; this is what came back as the wall.
+    fn taken(found: impl Fn(i32) -> Option<Colour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerReport) {
+        let folder = tempfile::tempdir().unwrap();
+        let kept = Baselines::new(folder.path());
+        let mut column = Raster::blank(10, 1, Depth::Eight);
+        (0..6).for_each(|x| column.set_rgba16(x, 0, shade(10 + x as u16)));
+        let mut wall = Raster::blank(10, 1, Depth::Eight);
+        (6..10).for_each(|x| wall.set_rgba16(x, 0, shade(200)));
+        let column = exported("column", 0, kept.keep_pixels(&column).unwrap());
+        let absent = [Absent { place: 4, layer: &column }];
+        let pixels: Vec<_> = (0..10).filter_map(|x| Some((x, 0, found(x)?))).collect();
+        let mut report = LayerReport::new("wall", None, LayerState::Painted);
+        let base = Placed { rect: RECT, pixels: &wall };
+        let survivor = exported("wall", 1, String::new());
+        let (patch, rest) =
+            take_out(&absent, &survivor, base, Patch::of_pixels(&pixels), &kept, &mut report).unwrap();
+        let columns = patch.iter().map(|(x, ..)| x).collect();
+        (columns, rest.iter().map(|(place, patch)| (*place, patch.count())).collect(), report)
+    }
+
+    #[test]
+    fn a_layer_merged_down_is_no_paint_and_what_was_painted_on_it_is_its_own() {
+        let merged = |x: i32| match x {
+            2 => Some(shade(99)),
+            7 => Some(shade(77)),
+            0..=5 => Some(shade(10 + x as u16)),
+            _ => None,
+        };
+        let (patch, rest, report) = taken(merged);
+        assert_eq!((patch, rest), (vec![7], vec![(4, 1)]));
+        assert!(report.notes[0].contains("merged"), "{:?}", report.notes);
+    }
+
+    #[test]
+    fn paint_where_a_deleted_layer_was_is_paint() {
+        let (patch, rest, report) = taken(|x| (x < 6).then(|| shade(if x == 3 { 13 } else { 120 })));
+        assert_eq!((patch, rest), ((0..6).collect(), vec![]));
+        assert!(report.notes.is_empty());
+    }
+}

@@ -1,0 +1,239 @@
+//! Back from the image editor: edited files are told from what was exported, and what was painted becomes the
+//! project's paint, by surface. Nothing else of the project is written, and the last imports can be taken back.
+
+mod compare;
+mod file;
+mod gather;
+mod identify;
+mod layer;
+mod merged;
+mod place;
+pub mod report;
+mod scaled;
+mod settle;
+mod share;
+mod shift;
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use self::file::FilePaint;
+use self::report::FileReport;
+use self::settle::{Arrival, settle};
+use crate::document::export_record::ExportRecord;
+use crate::document::paint::{PaintBook, PaintEntry, PaintImport, PaintedDocument, PaintedView, Patch};
+use crate::error::{Error, Result};
+use crate::io::baselines::Baselines;
+use crate::io::exports::ExportStore;
+use crate::io::paint_store::PaintStore;
+use crate::io::project::relative_to;
+use crate::task::Task;
+
+/// How to import.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct ImportOptions {
+    /// Only tell what would be imported.
+    pub dry_run: bool,
+    /// Take the paint of images home that were scaled.
+    pub scaled: bool,
+}
+
+/// What became of all files, in their order.
+#[derive(Debug, Default)]
+pub struct Imported {
+    /// Number of the import; none when it changed nothing.
+    pub number: Option<u32>,
+    /// Pixels whose paint is other than it was.
+    pub changed: u64,
+    /// Those that were read.
+    pub files: Vec<FileReport>,
+    /// Those that were not, with the reason.
+    pub failed: Vec<(PathBuf, Error)>,
+}
+
+/// The stage that is reported.
+pub const STAGE: &str = "import";
+
+/// Imports edited files into the project in the folder `project`, as one import that can be taken back as a whole. A
+/// fault in one file is in [`Imported::failed`], the others go on. Whoever calls holds the project's lock, unless it
+/// is a dry run.
+///
+/// # Errors
+/// [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be read, or nothing
+/// can be written; [`Error::Cancelled`]. The project's paint is then as it was.
+pub fn import(project: &Path, files: &[PathBuf], options: ImportOptions, task: &Task) -> Result<Imported> {
+    let exports = project.join("exports");
+    let (records, problems) = ExportStore::new(&exports).read_all()?;
+    problems.iter().for_each(|problem| task.note(problem.to_string()));
+    let store = PaintStore::new(project);
+    let before = store.read()?;
+    let mut desk = Desk {
+        project,
+        records,
+        kept: Baselines::new(&exports),
+        number: before.next_import(),
+        book: before.clone(),
+        store,
+        pending: BTreeMap::new(),
+        options,
+    };
+    let mut imported = Imported::default();
+    for (file, done) in files.iter().zip(0..) {
+        task.step(STAGE, done, files.len() as u64)?;
+        match desk.file(file, task) {
+            Ok(report) => imported.files.push(report),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(problem) => imported.failed.push((file.clone(), problem)),
+        }
+    }
+    task.step(STAGE, files.len() as u64, files.len() as u64)?;
+    imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
+    if desk.book != before {
+        imported.number = Some(desk.number);
+        if !options.dry_run {
+            task.timed("write paint", || desk.commit(&before, &imported))?;
+        }
+    }
+    Ok(imported)
+}
+
+/// The last imports, oldest first.
+///
+/// # Errors
+/// [`Error::Io`] and [`Error::Input`] when the project's paint cannot be read.
+pub fn history(project: &Path) -> Result<Vec<PaintImport>> {
+    Ok(PaintStore::new(project).read()?.imports)
+}
+
+/// Takes the last import back. Whoever calls holds the project's lock.
+///
+/// # Errors
+/// [`Error::Request`] when there is none; [`Error::Io`] and [`Error::Input`] when the project's paint cannot be read
+/// or written.
+pub fn take_back(project: &Path) -> Result<PaintImport> {
+    let store = PaintStore::new(project);
+    let mut book = store.read()?;
+    let import = book.take_back().ok_or_else(|| Error::Request("there is no import to take back".into()))?;
+    store.commit(&book)?;
+    Ok(import)
+}
+
+/// An import under way.
+struct Desk<'a> {
+    project: &'a Path,
+    records: Vec<ExportRecord>,
+    kept: Baselines,
+    store: PaintStore,
+    /// As it will be.
+    book: PaintBook,
+    number: u32,
+    /// Paint that has no file yet, by the name that stands in for it.
+    pending: BTreeMap<String, Patch>,
+    options: ImportOptions,
+}
+
+impl Desk<'_> {
+    fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
+        let known = |document: &str| self.book.documents.get(document).cloned().unwrap_or_default();
+        let name = |key: &str| format!("{key}@{}", self.path_of(file));
+        let read = |record: &ExportRecord| known(&name(&record.key));
+        let FilePaint { record, mut report, layers } =
+            file::read(file, &self.records, &self.kept, self.options.scaled, &read, task)?;
+        let document = name(&record.key);
+        let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
+        let (view_id, known) = (view_id(&view), record.paint.clone());
+        let photo = record.photo.name.clone();
+        let mut seen: PaintedDocument = self.book.documents.get(&document).cloned().unwrap_or_default();
+        for layer in layers {
+            if let Some(surfaces) = layer.surfaces {
+                let arrival = Arrival {
+                    photo: &photo,
+                    layer: &layer.token,
+                    document: &document,
+                    import: self.number,
+                    view: &view_id,
+                    known: &known,
+                };
+                let settled = settle(&self.book, &arrival, surfaces, &|entry| self.pixels(entry))?;
+                if let Some(told) = layer.report.and_then(|index| report.layers.get_mut(index)) {
+                    told.changed = settled.changed;
+                    told.conflicts = settled.conflicts;
+                }
+                self.take(settled.removed, settled.added);
+            }
+            match layer.seen {
+                Some(shown) if shown.painted > 0 => drop(seen.layers.insert(layer.token, shown)),
+                Some(_) => drop(seen.layers.remove(&layer.token)),
+                None => (),
+            }
+        }
+        if seen.layers.is_empty() {
+            self.book.documents.remove(&document);
+        } else {
+            self.book.documents.insert(document, seen);
+        }
+        self.book.views.insert(view_id, view);
+        self.book.tidy();
+        Ok(report)
+    }
+
+    /// The file's path from the project, as far as there is one: who paints on which copy.
+    fn path_of(&self, file: &Path) -> String {
+        relative_to(self.project, file).unwrap_or_else(|_| file.display().to_string())
+    }
+
+    fn pixels(&self, entry: &PaintEntry) -> Result<Patch> {
+        match self.pending.get(&entry.file) {
+            Some(patch) => Ok(patch.clone()),
+            None => self.store.patch(entry),
+        }
+    }
+
+    fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, Patch)>) {
+        self.book.entries.retain(|entry| !removed.contains(entry));
+        for (mut entry, patch) in added {
+            // No file of paint is called so: all of them lie in folders.
+            entry.file = format!("+{}", self.pending.len());
+            (entry.rect, entry.pixels) = (patch.rect(), patch.count());
+            self.pending.insert(entry.file.clone(), patch);
+            self.book.entries.push(entry);
+        }
+    }
+
+    /// Writes what is pending, then the book that names it.
+    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<()> {
+        for entry in &mut self.book.entries {
+            if let Some(patch) = self.pending.get(&entry.file) {
+                self.store.add(entry, patch)?;
+            }
+        }
+        let names = |book: &PaintBook| book.entries.iter().map(PaintEntry::name).collect::<Vec<_>>();
+        let (old, new) = (names(before), names(&self.book));
+        let gone = before.entries.iter().filter(|entry| !new.contains(&entry.name()));
+        let keys = self.book.documents.keys().chain(before.documents.keys());
+        let changed = keys.filter(|key| self.book.documents.get(*key) != before.documents.get(*key));
+        let mut photos: Vec<String> = imported.files.iter().map(|file| file.photo.clone()).collect();
+        photos.sort();
+        photos.dedup();
+        let import = PaintImport {
+            number: self.number,
+            time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
+            files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),
+            photos,
+            pixels: imported.changed,
+            added: new.iter().filter(|name| !old.contains(name)).cloned().collect(),
+            replaced: gone.cloned().collect(),
+            documents: changed.map(|key| (key.clone(), before.documents.get(key).cloned())).collect(),
+        };
+        self.book.remember(import);
+        self.book.tidy();
+        self.store.commit(&self.book)
+    }
+}
+
+/// A short name of a photo and its camera.
+fn view_id(view: &PaintedView) -> String {
+    let text = crate::io::json::to_json(view);
+    crate::io::hash::hash_bytes(&text)[..12].to_owned()
+}

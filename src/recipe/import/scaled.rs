@@ -1,0 +1,130 @@
+//! A document whose image was scaled: its paint, brought back to the photo's size.
+//!
+//! Nothing of a scaled image is as it was, and nobody knows by what filter it was made. So a pixel counts as paint
+//! only where it lies outside of all that the neighbourhood showed before: filters mix neighbours, and overshoot a
+//! little. Faint paint is lost that way, which is why this is done on request only.
+
+use super::compare::Placed;
+use crate::document::paint::{Colour, ERASED, Patch};
+use crate::geometry::PixelRect;
+use crate::io::layered::Raster;
+
+/// How far beyond the neighbourhood's range a colour has to lie, of 65535: sharpening filters overshoot by a tenth
+/// of a step in brightness, which is seldom more than half of the range.
+const BEYOND: u16 = 20 * 257;
+
+/// A raster of the canvas at the photo's size, with its place in photo pixels: bilinear, which is what a doubled or a
+/// halved image needs. Alpha is not multiplied in.
+pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelRect) {
+    let low = |edge: i32| (f64::from(edge) / scale).floor() as i32;
+    let high = |edge: i32| (f64::from(edge) / scale).ceil() as i32;
+    let at = PixelRect::from_edges(low(rect.x), low(rect.y), high(rect.right()), high(rect.bottom()));
+    let mut out = Raster::blank(at.w, at.h, pixels.depth());
+    for y in 0..at.h {
+        for x in 0..at.w {
+            let u = (f64::from(at.x) + f64::from(x) + 0.5) * scale - f64::from(rect.x) - 0.5;
+            let v = (f64::from(at.y) + f64::from(y) + 0.5) * scale - f64::from(rect.y) - 0.5;
+            out.set_rgba16(x, y, bilinear(pixels, u, v));
+        }
+    }
+    (out, at)
+}
+
+/// The colour at a place between pixel centres; empty outside.
+fn bilinear(pixels: &Raster, u: f64, v: f64) -> Colour {
+    let (left, top) = (u.floor(), v.floor());
+    let (mut sum, mut alpha) = ([0.0; 3], 0.0);
+    for (dx, wx) in [(0.0, 1.0 - (u - left)), (1.0, u - left)] {
+        for (dy, wy) in [(0.0, 1.0 - (v - top)), (1.0, v - top)] {
+            let (x, y) = (left + dx, top + dy);
+            let inside =
+                x >= 0.0 && y >= 0.0 && x < f64::from(pixels.width()) && y < f64::from(pixels.height());
+            if inside && wx * wy > 0.0 {
+                let colour = pixels.rgba16(x as u32, y as u32);
+                let weight = wx * wy * f64::from(colour[3]);
+                (0..3).for_each(|i| sum[i] += weight * f64::from(colour[i]));
+                alpha += weight;
+            }
+        }
+    }
+    let colour = |i: usize| if alpha > 0.0 { (sum[i] / alpha).round() as u16 } else { 0 };
+    [colour(0), colour(1), colour(2), alpha.round() as u16]
+}
+
+/// The paint on a layer at the photo's size, which was scaled by `scale` and back.
+pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
+    // Filters of three lobes reach three pixels of the coarser image.
+    let reach = (3.0 / scale.min(1.0)).ceil() as i32;
+    let rect = if base.rect.is_empty() { found.rect } else { base.rect.union(&found.rect) };
+    let mut painted = Vec::new();
+    for y in rect.y..rect.bottom() {
+        for x in rect.x..rect.right() {
+            let colour = found.at(x, y);
+            if found.at(x, y) != base.at(x, y) && is_paint(base, colour, x, y, reach) {
+                painted.push((x, y, if colour[3] == 0 { ERASED } else { colour }));
+            }
+        }
+    }
+    Patch::of_pixels(&painted)
+}
+
+fn is_paint(base: Placed, colour: Colour, x: i32, y: i32, reach: i32) -> bool {
+    let (mut low, mut high): (Colour, Colour) = ([u16::MAX; 4], [0; 4]);
+    for v in y - reach..=y + reach {
+        for u in x - reach..=x + reach {
+            let near = base.at(u, v);
+            (low[3], high[3]) = (low[3].min(near[3]), high[3].max(near[3]));
+            if near[3] > 0 {
+                (0..3).for_each(|i| (low[i], high[i]) = (low[i].min(near[i]), high[i].max(near[i])));
+            }
+        }
+    }
+    let outside =
+        |i: usize| colour[i] < low[i].saturating_sub(BEYOND) || colour[i] > high[i].saturating_add(BEYOND);
+    outside(3) || (colour[3] > BEYOND && high[3] > 0 && (0..3).any(outside))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::layered::Depth;
+
+    fn gradient(side: u32) -> Raster {
+        let mut raster = Raster::blank(side, side, Depth::Eight);
+        let shade = |x: u32, y: u32| (x * 40000 / side + y * 20000 / side) as u16;
+        for y in 0..side {
+            (0..side).for_each(|x| raster.set_rgba16(x, y, [shade(x, y), shade(x, y), 0, 65535]));
+        }
+        raster
+    }
+
+    fn square(side: u32) -> PixelRect {
+        PixelRect { x: 0, y: 0, w: side, h: side }
+    }
+
+    #[test]
+    fn an_image_scaled_to_twice_or_half_its_size_comes_back_without_paint() {
+        let base = gradient(40);
+        for side in [80, 20] {
+            let (scaled, _) = unscaled(&base, square(40), 40.0 / f64::from(side));
+            assert_eq!(scaled.width(), side);
+            let scale = f64::from(side) / 40.0;
+            let (back, at) = unscaled(&scaled, square(side), scale);
+            let placed = Placed { rect: square(40), pixels: &base };
+            let painted = repainted(placed, Placed { rect: at, pixels: &back }, scale);
+            assert_eq!(painted.count(), 0, "{side}");
+        }
+    }
+
+    #[test]
+    fn a_red_square_painted_on_the_scaled_image_comes_back_red_in_its_place() {
+        let base = gradient(40);
+        let (mut scaled, _) = unscaled(&base, square(40), 0.5);
+        (20..40).for_each(|y| (20..40).for_each(|x| scaled.set_rgba16(x, y, [65535, 0, 65535, 65535])));
+        let (back, at) = unscaled(&scaled, square(80), 2.0);
+        let placed = Placed { rect: square(40), pixels: &base };
+        let painted = repainted(placed, Placed { rect: at, pixels: &back }, 2.0);
+        assert_eq!(painted.rect(), PixelRect { x: 10, y: 10, w: 10, h: 10 });
+        assert_eq!((painted.count(), painted.at(15, 15)), (100, Some([65535, 0, 65535, 65535])));
+    }
+}

@@ -1,0 +1,172 @@
+//! Whose paint it is: every painted pixel goes to the surfaces that cover it in its image layer, and what was
+//! painted past all outlines to the surface that is nearest.
+
+use std::collections::VecDeque;
+
+use crate::document::paint::{Colour, Patch};
+use crate::geometry::PixelRect;
+use crate::recipe::paint::parts::{Parts, holds};
+
+/// A surface of an image layer, by its place among the layer's parts, with its paint.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Share {
+    /// The part; pieces of one surface are all named by the first one.
+    pub part: usize,
+    /// Past all outlines.
+    pub beyond: bool,
+    /// Its paint.
+    pub patch: Patch,
+}
+
+/// Shares out the paint of an image layer. Coplanar surfaces that cover the same pixel all get it: it shows
+/// whichever of them is drawn there.
+pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
+    let mut shares = Vec::new();
+    for (index, part) in parts.list.iter().enumerate() {
+        let same = |other: &usize| {
+            let other = &parts.list[*other];
+            other.object == part.object && other.face == part.face && other.triangle == part.triangle
+        };
+        if (0..index).any(|other| same(&other)) {
+            continue;
+        }
+        let pieces: Vec<usize> = (index..parts.list.len()).filter(same).collect();
+        let covers = |x, y| pieces.iter().any(|&piece| holds(parts.covered(&parts.list[piece]), x, y));
+        let patch = paint.picked(|x, y, _| covers(x, y));
+        if !patch.is_empty() {
+            shares.push(Share { part: index, beyond: false, patch });
+        }
+    }
+    let past = paint.picked(|x, y, _| parts.at(x, y).next().is_none());
+    shares.extend(by_nearest(&past, parts));
+    shares
+}
+
+/// What lies past all outlines, by the surface that is the fewest steps away.
+fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
+    if past.is_empty() || parts.list.is_empty() {
+        return Vec::new();
+    }
+    let nearest = Nearest::around(past.rect(), parts);
+    let mut pixels: Vec<Vec<(i32, i32, Colour)>> = vec![Vec::new(); parts.list.len()];
+    past.iter().for_each(|(x, y, colour)| pixels[nearest.at(x, y)].push((x, y, colour)));
+    let share =
+        |(part, pixels): (usize, Vec<_>)| Share { part, beyond: true, patch: Patch::of_pixels(&pixels) };
+    pixels.into_iter().enumerate().filter(|(_, pixels)| !pixels.is_empty()).map(share).collect()
+}
+
+/// For every pixel of a rectangle the part that is the fewest steps away.
+struct Nearest {
+    rect: PixelRect,
+    part: Vec<u32>,
+}
+
+const NOBODY: u32 = u32::MAX;
+
+impl Nearest {
+    fn around(past: PixelRect, parts: &Parts) -> Self {
+        let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());
+        let rect = bounds.reduce(|a, b| a.union(&b)).map_or(past, |bounds| bounds.union(&past));
+        let mut nearest = Self { rect, part: vec![NOBODY; rect.area() as usize] };
+        for (index, part) in parts.list.iter().enumerate() {
+            for (y, run) in parts.covered(part).iter() {
+                run.clone()
+                    .for_each(|x| *nearest.entry(x, y).expect("it is within the bounds") = index as u32);
+            }
+        }
+        nearest.spread();
+        nearest
+    }
+
+    fn entry(&mut self, x: i32, y: i32) -> Option<&mut u32> {
+        let PixelRect { x: left, y: top, w, .. } = self.rect;
+        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
+        inside.then(|| &mut self.part[(y - top) as usize * w as usize + (x - left) as usize])
+    }
+
+    /// From all covered pixels at once, step by step.
+    fn spread(&mut self) {
+        let rect = self.rect;
+        let places = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
+        let mut front: VecDeque<(i32, i32)> =
+            places.zip(&self.part).filter(|(_, part)| **part != NOBODY).map(|(place, _)| place).collect();
+        while let Some((x, y)) = front.pop_front() {
+            let part = *self.entry(x, y).expect("only pixels of the rectangle are in the queue");
+            for (x, y) in [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)] {
+                if let Some(next) = self.entry(x, y).filter(|next| **next == NOBODY) {
+                    *next = part;
+                    front.push_back((x, y));
+                }
+            }
+        }
+    }
+
+    /// Where no part covers any pixel the first one takes all.
+    fn at(&self, x: i32, y: i32) -> usize {
+        let at = (y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize;
+        if self.part[at] == NOBODY { 0 } else { self.part[at] as usize }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::Element;
+    use crate::document::stack::{StackCamera, StackPhoto, Surface};
+    use crate::recipe::paint::parts::Scenery;
+
+    /// Squares of 4 x 4 pixels at these columns.
+    fn with_parts(columns: &[f64], test: impl Fn(&Parts)) {
+        let photo = StackPhoto { name: "a".into(), width: 30, height: 8 };
+        let camera = StackCamera {
+            K: [[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 1.0]],
+            R: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            t: [0.0; 3],
+        };
+        let square = |(face, x): (u32, &f64)| Surface {
+            object: "o".into(),
+            face,
+            triangle: None,
+            outline: [(0.0, 0.0), (0.0, 4.0), (4.0, 4.0), (4.0, 0.0)]
+                .map(|(dx, dy)| [x + dx, dy, 10.0])
+                .to_vec(),
+        };
+        let surfaces: Vec<Surface> = (0..).zip(columns).map(square).collect();
+        let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
+        let faces = (0..columns.len() as u32).collect();
+        let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
+        test(&scenery.parts(&[(&element, None)], PixelRect { x: 0, y: 0, w: 16, h: 8 }));
+    }
+
+    fn paint(places: &[(i32, i32)]) -> Patch {
+        Patch::of_pixels(&places.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
+    }
+
+    fn summary(paint: &Patch, parts: &Parts) -> Vec<(usize, bool, u64)> {
+        shared(paint, parts).iter().map(|share| (share.part, share.beyond, share.patch.count())).collect()
+    }
+
+    #[test]
+    fn a_pixel_goes_to_every_surface_that_covers_it() {
+        with_parts(&[0.0, 2.0], |parts| {
+            let found = summary(&paint(&[(0, 0), (3, 1), (5, 2)]), parts);
+            assert_eq!(found, [(0, false, 2), (1, false, 2)]);
+        });
+    }
+
+    #[test]
+    fn what_is_past_all_outlines_goes_to_the_nearest_surface() {
+        with_parts(&[0.0, 8.0], |parts| {
+            let found = summary(&paint(&[(4, 0), (5, 1), (7, 2), (25, 7)]), parts);
+            assert_eq!(found, [(0, true, 2), (1, true, 2)]);
+        });
+    }
+
+    #[test]
+    fn where_nothing_is_covered_the_first_surface_takes_all() {
+        with_parts(&[500.0], |parts| {
+            assert_eq!(summary(&paint(&[(4, 0)]), parts), [(0, true, 1)]);
+            assert!(summary(&paint(&[]), parts).is_empty());
+        });
+    }
+}

@@ -1,0 +1,149 @@
+//! `watch`: whatever an image editor saves in a folder is imported.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
+
+use super::import::{ImportOptions, Imported, import};
+use crate::error::{Error, Result};
+use crate::io::exports::ExportStore;
+use crate::io::hash::hash_file;
+use crate::io::lock::ProjectLock;
+use crate::io::watch::{FolderWatch, Stamp, documents};
+use crate::task::Task;
+
+/// A file is complete when it stays as it is for so long, and can be read to its end.
+const STEADY: Duration = Duration::from_millis(150);
+/// A file that cannot be read is tried again for so long: editors write large files slowly.
+const PATIENCE: Duration = Duration::from_secs(10);
+/// How often a request to stop is looked for.
+const LISTEN: Duration = Duration::from_millis(200);
+/// How often the project's lock is tried while another program writes to it.
+const LOCK_AGAIN: Duration = Duration::from_millis(300);
+
+/// How to watch.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct WatchOptions {
+    /// As for an import.
+    pub import: ImportOptions,
+    /// End after the first import that changed something.
+    pub once: bool,
+}
+
+/// Imports every document in `folder` whenever it was saved, until somebody asks to stop; `told` hears of every import.
+/// What was changed before is imported first.
+///
+/// # Errors
+/// [`Error::Request`] when the folder cannot be watched; what [`import`] says of the project. A fault in a file is told
+/// and ends nothing.
+pub fn watch(
+    project: &Path,
+    folder: &Path,
+    options: WatchOptions,
+    task: &Task,
+    mut told: impl FnMut(&Imported, Duration),
+) -> Result<()> {
+    let events = FolderWatch::new(folder)?;
+    let mut watching =
+        Watching { project, folder, options, task, taken: BTreeMap::new(), failing: BTreeMap::new() };
+    loop {
+        let round = watching.round().and_then(|due| watching.import(&due));
+        let (imported, spent) = match round {
+            Err(Error::Cancelled) => return Ok(()),
+            round => round?,
+        };
+        if !imported.files.is_empty() || !imported.failed.is_empty() {
+            told(&imported, spent);
+        }
+        if task.go_on().is_err() || (options.once && imported.number.is_some()) {
+            return Ok(());
+        }
+        events.wait(LISTEN);
+    }
+}
+
+struct Watching<'a> {
+    project: &'a Path,
+    folder: &'a Path,
+    options: WatchOptions,
+    task: &'a Task,
+    /// As they were when they were imported, or found to be exports that nobody changed.
+    taken: BTreeMap<PathBuf, Stamp>,
+    /// Since when a document cannot be read.
+    failing: BTreeMap<PathBuf, Instant>,
+}
+
+impl Watching<'_> {
+    /// The documents that were saved and are complete.
+    fn round(&mut self) -> Result<Vec<(PathBuf, Stamp)>> {
+        let changed = |found: BTreeMap<PathBuf, Stamp>, taken: &BTreeMap<PathBuf, Stamp>| {
+            found.into_iter().filter(|(path, stamp)| taken.get(path) != Some(stamp)).collect::<Vec<_>>()
+        };
+        let first = changed(documents(self.folder)?, &self.taken);
+        if first.is_empty() {
+            return Ok(first);
+        }
+        std::thread::sleep(STEADY);
+        self.task.go_on()?;
+        let second = changed(documents(self.folder)?, &self.taken);
+        let steady: Vec<_> = second.into_iter().filter(|document| first.contains(document)).collect();
+        let own = self.own_files(&steady)?;
+        let (ours, due): (Vec<_>, Vec<_>) = steady.into_iter().partition(|(path, _)| own.contains(path));
+        self.taken.extend(ours);
+        Ok(due)
+    }
+
+    /// Those that are as we exported them.
+    fn own_files(&self, documents: &[(PathBuf, Stamp)]) -> Result<BTreeSet<PathBuf>> {
+        let files: Vec<_> = documents.iter().filter(|(path, _)| path.is_file()).collect();
+        if files.is_empty() {
+            return Ok(BTreeSet::new());
+        }
+        let (records, _) = ExportStore::new(self.project.join("exports")).read_all()?;
+        let written: BTreeSet<&str> =
+            records.iter().flat_map(|record| &record.files).map(|file| file.hash.as_str()).collect();
+        let is_own = |path: &Path| hash_file(path).is_ok_and(|hash| written.contains(hash.as_str()));
+        Ok(files.into_iter().filter(|(path, _)| is_own(path)).map(|(path, _)| path.clone()).collect())
+    }
+
+    fn import(&mut self, due: &[(PathBuf, Stamp)]) -> Result<(Imported, Duration)> {
+        if due.is_empty() {
+            return Ok((Imported::default(), Duration::ZERO));
+        }
+        let lock = self.lock()?;
+        let started = Instant::now();
+        let files: Vec<PathBuf> = due.iter().map(|(path, _)| path.clone()).collect();
+        let mut imported = import(self.project, &files, self.options.import, self.task)?;
+        drop(lock);
+        // What cannot be read may still be written: it is tried again, and told in the end.
+        let failing = &mut self.failing;
+        imported.failed.retain(|(path, _)| {
+            failing.entry(path.clone()).or_insert_with(Instant::now).elapsed() >= PATIENCE
+        });
+        for (path, stamp) in due {
+            let read = imported.files.iter().any(|report| report.file == *path);
+            if read || imported.failed.iter().any(|(failed, _)| failed == path) {
+                self.failing.remove(path);
+                self.taken.insert(path.clone(), stamp.clone());
+            }
+        }
+        Ok((imported, started.elapsed()))
+    }
+
+    /// Another program may be building: that takes a while and is no reason to fail.
+    fn lock(&self) -> Result<ProjectLock> {
+        let mut said = false;
+        loop {
+            self.task.go_on()?;
+            match ProjectLock::take(self.project) {
+                Err(Error::Request(held)) => {
+                    if !std::mem::replace(&mut said, true) {
+                        self.task.note(held);
+                    }
+                    std::thread::sleep(LOCK_AGAIN);
+                }
+                taken => return taken,
+            }
+        }
+    }
+}

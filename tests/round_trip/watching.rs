@@ -1,0 +1,79 @@
+//! `watch`: a save in the image editor is all it takes.
+
+use std::fs;
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+
+use super::paper::Paper;
+use super::site::program;
+use super::{RED, Studio};
+
+fn start(studio: &Studio) -> Child {
+    let child = Command::new(program())
+        .current_dir(studio.site.folder.path())
+        .args(["watch", "project", "layers", "--once", "--json"])
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .unwrap();
+    // Until it looked at what is there: that is no save.
+    std::thread::sleep(Duration::from_millis(700));
+    child
+}
+
+/// What it told; fails where it does not end by itself.
+fn ended(mut watch: Child) -> Value {
+    let started = Instant::now();
+    while watch.try_wait().unwrap().is_none() {
+        if started.elapsed() > Duration::from_secs(60) {
+            watch.kill().unwrap();
+            panic!("nothing was imported");
+        }
+        std::thread::sleep(Duration::from_millis(20));
+    }
+    let output = watch.wait_with_output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    serde_json::from_slice(&output.stdout).unwrap()
+}
+
+/// Paints a pixel of the wall and saves in some way.
+fn saved_by(save: impl Fn(&Paper, &std::path::Path)) {
+    let Some(studio) = Studio::new("psd") else { return };
+    let watch = start(&studio);
+    let mut paper = Paper::read(&studio.file());
+    let (x, y) = paper.sheet("wall").pixels_where(true)[321];
+    paper.sheet("wall").paint(x, y, RED);
+    save(&paper, &studio.file());
+    let told = ended(watch);
+    assert_eq!(studio.paint(), [((x, y), RED)].into(), "{told:#}");
+    assert_eq!(told["imports"].as_array().unwrap().last().unwrap()["changed"], 1);
+}
+
+#[test]
+fn a_save_over_the_file_is_imported() {
+    saved_by(|paper, file| paper.write(file));
+}
+
+#[test]
+fn a_save_by_rename_is_imported() {
+    saved_by(|paper, file| {
+        let temporary = file.with_file_name(".saving.tmp");
+        paper.write(&temporary);
+        fs::rename(&temporary, file).unwrap();
+    });
+}
+
+#[test]
+fn a_file_that_is_written_slowly_is_imported_when_it_is_complete() {
+    saved_by(|paper, file| {
+        let temporary = file.with_file_name(".whole.tmp");
+        paper.write(&temporary);
+        let bytes = fs::read(&temporary).unwrap();
+        for share in 1..=6 {
+            fs::write(file, &bytes[..bytes.len() * share / 6]).unwrap();
+            std::thread::sleep(Duration::from_millis(250));
+        }
+    });
+}
