@@ -12,12 +12,16 @@ struct Photo {
     // The camera's centre relative to the viewpoint, and fx * fy.
     center: vec3f,
     density: f32,
-    // Size in pixels, one over the width of the border, and unused.
+    // Size in pixels, one over the width of the border, and the light that was added everywhere.
     size: vec2f,
     per_border: f32,
-    pad0: f32,
+    offset: f32,
     // What its colours are multiplied with.
     gain: vec4f,
+    // The principal point, and how the logarithm of the light falls off from there: times the squared
+    // distance in pixels, and times its square.
+    axis: vec2f,
+    falloff: vec2f,
 }
 
 @group(0) @binding(3) var<PHOTO_SPACE> photos: array<Photo, PHOTO_COUNT>;
@@ -139,6 +143,18 @@ fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx
     return vec4f(color / max(confidence, 1e-6), confidence / taps);
 }
 
+// Light without what the photo's camera did to it besides exposing it (Optics::undone of
+// projection/exposure/optics.rs).
+fn undone(light: vec3f, photo: Photo, px: vec2f) -> vec3f {
+    if photo.offset == 0.0 && all(photo.falloff == vec2f(0.0)) {
+        return light;
+    }
+    let from_axis = px - photo.axis;
+    let r2 = dot(from_axis, from_axis);
+    let almost_black = min(light, vec3f(1.5e-4));
+    return max(light - photo.offset, almost_black) * exp(-(photo.falloff.x + photo.falloff.y * r2) * r2);
+}
+
 @fragment
 fn project(drawn: Drawn) -> @location(0) vec4f {
     let ray = ray_through(drawn.position.xy);
@@ -222,7 +238,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);
-            best = join(best, q, shown_color(texel.rgb * photo.gain.rgb, candidate, octaves));
+            best = join(best, q, shown_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves));
         }
     }
     let color = blended(best);

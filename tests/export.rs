@@ -10,7 +10,7 @@ use invented::Plan;
 use quadratura::document::Stack;
 use quadratura::document::export_record::{ExportFormat, HelperRole};
 use quadratura::io::exports::ExportStore;
-use quadratura::io::layered::{Depth, Raster, composite};
+use quadratura::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
 use quadratura::recipe::export::{Content, ExportOptions, ExportReport, Exported, export};
@@ -269,4 +269,34 @@ fn an_openraster_file_lists_every_layer_with_its_place_and_its_pixels() {
     assert!(!member("mergedimage.png").is_empty() && !member("Thumbnails/thumbnail.png").is_empty());
     let again = project.export_as(&options).done.remove(0);
     assert_eq!(fs::read(again.path).unwrap(), bytes);
+}
+
+#[test]
+fn even_colour_is_for_looking_at_and_leaves_the_plain_export_as_it_was() {
+    let project = project(&Plan::default());
+    let plain = project.export();
+    let before = fs::read(&plain.path).unwrap();
+    let evened = [(project.photo.name.clone(), [2.0, 1.0, 0.5])].into();
+    let options = ExportOptions { format: ExportFormat::Ora, evened, ..ExportOptions::default() };
+    let even = project.export_as(&options).done.remove(0);
+    assert_ne!(even.key, plain.key);
+
+    let records = ExportStore::new(project.folder.path().join("exports")).read_all().unwrap().0;
+    let record = records.iter().find(|record| record.key == even.key).unwrap();
+    assert_eq!(record.evened, Some([2.0, 1.0, 0.5]));
+    assert!(record.layers.is_empty() && record.pieces.is_empty() && record.helpers.len() > 1);
+
+    let document = read_layered(&even.path).unwrap();
+    let token = |layer: &EditedLayer| project.stack.image_layers.iter().any(|l| layer.name.contains(&l.id));
+    assert!(!document.layers.iter().any(|layer| token(layer) || layer.id.is_some()), "no way back");
+    let photo = document.layers.iter().find(|layer| layer.name.starts_with("photo")).unwrap();
+    let mut expected = project.raster();
+    expected.multiply_light([2.0, 1.0, 0.5]);
+    assert_eq!(photo.pixels.read().unwrap(), expected);
+    assert_ne!(expected, project.raster());
+
+    let folder = ExportOptions { format: ExportFormat::Folder, ..options };
+    let told = export(project.folder.path(), &[&project.photo], &project.out(), &folder, &Task::silent());
+    assert!(told.unwrap_err().to_string().contains("psd, xcf or ora"));
+    assert_eq!(fs::read(&project.export().path).unwrap(), before);
 }

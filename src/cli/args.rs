@@ -190,6 +190,10 @@ pub struct ExportArgs {
     /// Write also where every filled texel comes from: a coloured PNG per image layer and a legend
     #[arg(long)]
     pub provenance: bool,
+    /// With exposures evened out: to the reference that `colour` chose, else to the common exposure. For
+    /// looking at: such files cannot be imported
+    #[arg(long)]
+    pub even_colour: bool,
     /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
     #[arg(long, value_name = "BYTES", value_parser = parse_bytes)]
     pub memory: Option<u64>,
@@ -219,9 +223,22 @@ pub struct ColourArgs {
     /// Even exposures out again
     #[arg(long)]
     pub on: bool,
+    /// Estimate how lenses darken the corners, and take it out: where a camera took four photos or more that
+    /// share enough
+    #[arg(long, value_enum)]
+    pub vignetting: Option<Switch>,
+    /// Estimate the light that was added everywhere in a photo (haze, a wrong black level), and take it out
+    #[arg(long, value_enum)]
+    pub offset: Option<Switch>,
     /// Take back all decisions, before others of this command
     #[arg(long)]
     pub reset: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    On,
+    Off,
 }
 
 #[derive(Debug, Args)]

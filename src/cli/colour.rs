@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::Outcome;
-use super::args::ColourArgs;
+use super::args::{ColourArgs, Switch};
 use super::table::{Table, counted};
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
@@ -40,6 +40,8 @@ fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
     let reference = args.reference.as_ref();
     edits.extend(reference.map(|name| ColourEdit::Reference((name != "none").then(|| name.clone()))));
     edits.extend(args.off.then_some(ColourEdit::Even(false)));
+    edits.extend(args.vignetting.map(|switch| ColourEdit::Vignetting(switch == Switch::On)));
+    edits.extend(args.offset.map(|switch| ColourEdit::Offset(switch == Switch::On)));
     edits.extend(args.on.then_some(ColourEdit::Even(true)));
     edits
 }
@@ -53,13 +55,19 @@ fn outcome(opened: &Opened, report: &ColourReport) -> Outcome {
 }
 
 fn photos(report: &ColourReport) -> String {
-    let mut table = Table::new(&["photo", "R", "G", "B", "points", "residual", "gain", ""]);
+    let headings = ["photo", "R", "G", "B", "points", "residual", "gain", ""];
+    let of_optics: &[&str] = if report.optics { &["corner", "offset"] } else { &[] };
+    let mut table = Table::new(&[&headings[..4], of_optics, &headings[4..]].concat());
     for photo in &report.photos {
         let residual = if photo.points > 0 { format!("{:.3}", photo.residual) } else { "-".into() };
-        let grounds = [photo.points.to_string(), residual, origin(photo, report.even)];
         let reference = if photo.reference { "reference" } else { "" };
-        let row = [photo.photo.clone()].into_iter().chain(photo.stops.map(signed)).chain(grounds);
-        table.row(row.chain([reference.to_owned()]));
+        let grounds = [photo.points.to_string(), residual, origin(photo, report.even), reference.into()];
+        let mut row = vec![photo.photo.clone()];
+        row.extend(photo.stops.map(signed));
+        if report.optics {
+            row.extend([signed(-photo.corner), format!("{:+.4}", photo.offset)]);
+        }
+        table.row(row.into_iter().chain(grounds));
     }
     table.render()
 }
@@ -92,9 +100,14 @@ fn legend(report: &ColourReport) -> String {
         1 => String::new(),
         groups => format!("{groups} groups of photos share no point: each is 0 on average.\n"),
     };
+    let optics = if report.optics {
+        "corner: stops by which light falls off towards the corners; offset: light added everywhere, of white;\n"
+    } else {
+        ""
+    };
     format!(
         "R, G, B: stops by which a photo is brighter than the exposure that all are brought to;\n\
-         residual: what differs at a point after that, in stops, the median.\n\
+         {optics}residual: what differs at a point after that, in stops, the median.\n\
          {off}{groups}{} and {}: R, G, B differ by {} stops as the photos are, {} with estimated gains.\n",
         counted(report.points, "point"),
         counted(report.pairs, "comparison"),

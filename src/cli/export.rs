@@ -1,5 +1,7 @@
 //! `quadratura export`.
 
+use std::collections::BTreeMap;
+
 use serde_json::json;
 
 use super::Outcome;
@@ -12,6 +14,7 @@ use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
 use crate::io::stack_store::StackStore;
+use crate::recipe::colour::even_factors;
 use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::survey::{StackState, Survey};
@@ -24,7 +27,15 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
     tell_stale(&opened, &StackStore::new(&args.project), &photos, task)?;
+    let evened = match args.even_colour {
+        true => {
+            task.note("files of even colour are for looking at: they cannot be imported");
+            even_factors(&args.project, &opened, task)?
+        }
+        false => BTreeMap::new(),
+    };
     let options = ExportOptions {
+        evened,
         format: args.format.into(),
         memory: args.memory.unwrap_or_else(default_memory),
         ..ExportOptions::default()

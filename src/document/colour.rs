@@ -25,12 +25,29 @@ pub struct Colour {
     /// Photos that are not asked when gains are estimated; theirs are 0, unless they are fixed.
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
     pub left_out: BTreeSet<String>,
+    /// How lenses darken the corners is estimated, and taken out.
+    #[serde(skip_serializing_if = "is_false")]
+    pub vignetting: bool,
+    /// Light that is added everywhere in a photo (haze, a wrong black level) is estimated, and taken out.
+    #[serde(skip_serializing_if = "is_false")]
+    pub offset: bool,
 }
 
 impl Default for Colour {
     fn default() -> Self {
-        Self { even: true, reference: None, fixed: BTreeMap::new(), left_out: BTreeSet::new() }
+        Self {
+            even: true,
+            reference: None,
+            fixed: BTreeMap::new(),
+            left_out: BTreeSet::new(),
+            vignetting: false,
+            offset: false,
+        }
     }
+}
+
+fn is_false(value: &bool) -> bool {
+    !*value
 }
 
 fn is_true(value: &bool) -> bool {

@@ -47,6 +47,10 @@ pub struct ExportRecord {
     /// Every file that was ever written under this key: a file that has another content was
     /// changed since.
     pub files: BTreeSet<ExportedFile>,
+    /// What the linear colours of all pixels were multiplied with, R, G, B, in an export of even colour; such a
+    /// file is for looking at, so no layer is listed and nothing of it is taken home.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub evened: Option<[f64; 3]>,
     /// The image layers, nearest first.
     pub layers: Vec<ExportedLayer>,
     /// What else is in the document, from the top: nothing that is painted there is taken home.

@@ -169,6 +169,7 @@ mod tests {
             depth: 8,
             inputs: "i".into(),
             files: files.iter().map(file).collect(),
+            evened: None,
             layers: vec![],
             helpers: vec![],
             pieces: vec![],

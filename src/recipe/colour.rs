@@ -1,13 +1,14 @@
 //! The photos' exposures as the user sees and decides them: a table, and edits of `colour` in
 //! `project.json`.
 
+use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
 use std::path::Path;
 
 use serde::Serialize;
 
 use super::budget::default_memory;
-use super::gains::photo_estimate;
+use super::gains::{photo_estimate, photo_gains};
 use super::named::place_of_photo;
 use super::open::Opened;
 use crate::document::{Colour, Stack};
@@ -33,6 +34,10 @@ pub enum ColourEdit {
     Reference(Option<String>),
     /// Exposures are evened out, or photos taken as they are.
     Even(bool),
+    /// Falling off of light towards the corners is taken out, or not.
+    Vignetting(bool),
+    /// Light that was added everywhere is taken out, or not.
+    Offset(bool),
 }
 
 /// `colour` after the edits, one after the other.
@@ -60,6 +65,8 @@ fn apply(colour: &mut Colour, edit: &ColourEdit, site: &Site) -> Result<()> {
         ColourEdit::Free(photo) => colour.free(&full(photo)?),
         ColourEdit::Reference(photo) => colour.reference = photo.as_deref().map(full).transpose()?,
         ColourEdit::Even(even) => colour.even = *even,
+        ColourEdit::Vignetting(vignetting) => colour.vignetting = *vignetting,
+        ColourEdit::Offset(offset) => colour.offset = *offset,
     }
     Ok(())
 }
@@ -77,11 +84,27 @@ pub fn reference(colour: &Colour, site: &Site) -> Option<PhotoId> {
     Some(PhotoId(place as u32))
 }
 
+/// What the photos' linear colours have to be multiplied with to come out alike, R, G, B, by name: as the
+/// reference has it, where there is one, else in the common exposure.
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTreeMap<String, [f64; 3]>> {
+    let Opened { site, project, .. } = opened;
+    let stacks = stacks(folder, site);
+    let gains = photo_gains(site, &stacks, &project.colour, folder, default_memory(), task)?.of_photo;
+    let to = reference(&project.colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
+    let factor = |gain: &[f64; 3]| [0, 1, 2].map(|c| (to[c] - gain[c]).exp());
+    Ok(site.photos.iter().map(|photo| photo.name.clone()).zip(gains.iter().map(factor)).collect())
+}
+
 /// The photos' exposures. Logarithms are in stops: factors of 2 in linear light.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColourReport {
     /// Exposures are evened out.
     pub even: bool,
+    /// Vignetting or offsets are taken out.
+    pub optics: bool,
     /// In the site's order.
     pub photos: Vec<PhotoColour>,
     /// Surface points that two photos or more show.
@@ -113,6 +136,10 @@ pub struct PhotoColour {
     pub left_out: bool,
     /// Pictures come out with its exposure.
     pub reference: bool,
+    /// By how much its corners are darker than its middle.
+    pub corner: f64,
+    /// Light that was added everywhere, of white; linear, not in stops.
+    pub offset: f64,
     /// Surface points that it shares with others.
     pub points: u32,
     /// Median of the absolute log ratios that the estimate leaves.
@@ -131,6 +158,7 @@ pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<Colo
     let photos = (0..site.photos.len()).map(|place| photo_colour(place, site, &project.colour, &estimate));
     Ok(ColourReport {
         even: project.colour.even,
+        optics: project.colour.vignetting || project.colour.offset,
         photos: photos.collect(),
         points: estimate.points,
         pairs: estimate.pairs,
@@ -157,6 +185,8 @@ fn photo_colour(place: usize, site: &Site, colour: &Colour, estimate: &Estimate)
         fixed: fixed.is_some(),
         left_out: colour.left_out.contains(name),
         reference: reference(colour, site) == Some(id),
+        corner: in_stops(-estimate.gains.optics[place].log_light(1.0)),
+        offset: estimate.gains.optics[place].offset,
         points: estimate.grounds[place].points,
         residual: in_stops(estimate.grounds[place].residual),
     }

@@ -32,7 +32,7 @@ struct Kept {
 }
 
 /// Of the file.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 /// Of what [`inputs`] hashes, and of what is made of it.
 const INPUTS_VERSION: u32 = 1;
 const LARGEST: u64 = 64 << 20;
@@ -102,7 +102,8 @@ pub fn estimate_of_photos(site: &Site, colour: &Colour, memory: u64, task: &Task
     let projector =
         |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
     let projectors: Vec<Projector> = site.photos.iter().map(projector).collect();
-    let options = ExposureOptions::default();
+    let Colour { vignetting, offset, .. } = *colour;
+    let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
     let budget = Budget::new(memory);
     let colours = |photo: PhotoId, centers: &[DVec2]| {
         let photo = &site.photos[photo.0 as usize];
@@ -162,11 +163,12 @@ pub(super) fn decisions(colour: &Colour) -> String {
     }
 }
 
-/// [`inputs`], and the photos of the site that are left out.
+/// [`inputs`], the photos of the site that are left out, and what else is estimated.
 fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
     let left_out: Vec<bool> = left_out.collect();
-    let text = serde_json::to_vec(&(inputs(site, stacks), left_out)).expect("plain data is JSON");
+    let text = serde_json::to_vec(&(inputs(site, stacks), left_out, colour.vignetting, colour.offset))
+        .expect("plain data is JSON");
     hash_bytes(&text)
 }
 

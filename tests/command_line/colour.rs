@@ -3,6 +3,8 @@
 use std::fs;
 
 use image::{Rgb, RgbImage};
+use quadratura::io::layered::read_layered;
+use quadratura::scene::Samples;
 
 use super::common::gpu_rasteriser;
 use super::site::{PHOTOS, Site, stderr_of, stdout_of};
@@ -142,4 +144,43 @@ fn fillings_made_with_other_gains_are_stale_until_the_decision_is_taken_back() {
     assert_eq!(states(), ["stale", "stale"]);
     site.run("colour project --reset").success();
     assert_eq!(states(), ["filled", "filled"]);
+}
+
+#[test]
+fn exports_of_even_colour_look_alike_and_say_that_they_have_no_way_back() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = grey();
+    site.run("build project").success();
+    site.run("colour project --reference left").success();
+    let told = site.run("export project --out even --format ora --even-colour").success();
+    assert!(stderr_of(&told).contains("cannot be imported"), "{}", stderr_of(&told));
+    for name in ["left.png.ora", "north%20side%2Ft%C3%BCr%202.png.ora"] {
+        let document = read_layered(&site.path("even").join(name)).unwrap();
+        let photo = document.layers.iter().find(|layer| layer.name.starts_with("photo")).unwrap();
+        let Samples::U8(samples) = photo.pixels.read().unwrap().samples().clone() else { unreachable!() };
+        assert!(samples[0].abs_diff(GREYS[0]) <= 1, "{name}: {}", samples[0]);
+        assert!(!document.layers.iter().any(|layer| layer.name.contains('[')), "{name} has tokens");
+    }
+    let told = stderr_of(&site.run("import project even/left.png.ora").failure().code(1));
+    assert!(told.contains("no way back") && told.contains("export without --even-colour"), "{told}");
+    let told = site.run("export project --out folder --format folder --even-colour").failure().code(1);
+    assert!(stderr_of(&told).contains("psd, xcf or ora"), "{}", stderr_of(&told));
+}
+
+#[test]
+fn vignetting_and_offsets_are_asked_for_by_name_and_two_photos_tell_nothing_of_lenses() {
+    let site = grey();
+    let before = project_file(&site);
+    let plain = stdout_of(&site.run("colour project").success());
+    assert!(!plain.contains("corner"), "{plain}");
+    let told = stdout_of(&site.run("colour project --vignetting on --offset on").success());
+    assert!(told.contains("corner") && told.contains("offset"), "{told}");
+    let told = site.json("colour project --json");
+    assert_eq!(told["optics"], true);
+    assert_eq!(told["photos"][0]["corner"].as_f64().unwrap(), 0.0, "two photos are too few: {told:#}");
+    site.run("colour project --vignetting off --offset off").success();
+    assert_eq!(project_file(&site), before);
+    assert_eq!(stdout_of(&site.run("colour project").success()), plain);
 }

@@ -5,6 +5,7 @@ use std::ops::AddAssign;
 
 use quadratura::geometry::polygon::PlaneFrame;
 use quadratura::gpu::Renderer;
+use quadratura::projection::exposure::Optics;
 use quadratura::projection::relief::{FaceRelief, Relief};
 use quadratura::projection::twin::Twin;
 use quadratura::projection::{Exposure, Mode, Renders, Shot};
@@ -120,6 +121,18 @@ fn the_gpu_and_its_twin_show_the_piazza_alike_in_every_mode() {
         shot.exposure = exposure;
         compare(&bench, &Relief::default(), &shot, &format!("{exposure:?}"));
     }
+}
+
+#[test]
+fn the_gpu_and_its_twin_undo_what_lenses_did_alike() {
+    let Some(mut bench) = Bench::piazza(&["01", "02"]) else { return };
+    let shot = close_up(&bench, 0, [1100.0, 900.0]);
+    let plain = bench.twin(&Relief::default()).picture(&shot, &Task::silent()).unwrap();
+    let dark = Optics { falloff: [-0.6, -0.3], offset: 0.01 };
+    bench.gains.optics = vec![dark, Optics { falloff: [0.2, -0.5], offset: -0.005 }];
+    compare(&bench, &Relief::default(), &shot, "lenses");
+    let undone = bench.twin(&Relief::default()).picture(&shot, &Task::silent()).unwrap();
+    assert_ne!(undone, plain, "so there was something to compare");
 }
 
 #[test]

@@ -32,11 +32,11 @@ use super::device::Gpu;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::projection::cells::{Cells, Confidence, cells};
-use crate::projection::exposure::seen_shares;
+use crate::projection::exposure::{Optics, seen_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, Picture, Quality, Renders, SheetId, Shot, Sources};
+use crate::projection::{Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Sources};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -133,7 +133,10 @@ impl Renderer {
         let wanted = wants(&cells, &self.sources);
         task.timed("tiles", || self.tiles.load(&wanted, task))?;
         let factors = self.factors(shot, &cells);
-        let content = Content { shot, cells: &cells, factors: &factors, origin: self.surfaces.origin() };
+        let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
+        let optics: Vec<Optics> = photos.map(|photo| self.gains.optics(shot, photo)).collect();
+        let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
+        let content = Content { shot, cells: &cells, factors, optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(())
     }
@@ -177,8 +180,9 @@ impl Renders for Renderer {
             // Depths of no known scale would be so small that their differences vanish.
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
-            let factors = vec![[1.0; 3]; self.sources.photos.len()];
-            let content = Content { shot, cells: &cells, factors: &factors, origin: self.surfaces.origin() };
+            let photos = self.sources.photos.len();
+            let (factors, optics) = (&vec![[1.0; 3]; photos], &vec![Optics::default(); photos]);
+            let content = Content { shot, cells: &cells, factors, optics, origin: self.surfaces.origin() };
             self.tables.write(&gpu, &self.sources, &content);
             task.go_on()?;
             self.draw(shot, Program::Faces);

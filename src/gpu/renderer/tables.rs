@@ -2,7 +2,7 @@
 //! (`shaders/project.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
-use glam::DVec3;
+use glam::{DVec2, DVec3};
 use wgpu::BufferUsages;
 
 use super::frame::FrameUniform;
@@ -10,6 +10,8 @@ use super::table::Table;
 use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
+use crate::projection::exposure::Optics;
+use crate::projection::exposure::optics::radius2;
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
 use crate::projection::tiles::Shape;
@@ -28,8 +30,10 @@ pub struct PhotoWords {
     pub density: f32,
     pub size: [f32; 2],
     pub per_border: f32,
-    pub pad0: f32,
+    pub offset: f32,
     pub gain: [f32; 4],
+    pub axis: [f32; 2],
+    pub falloff: [f32; 2],
 }
 
 /// `FaceCells` of the shader.
@@ -48,6 +52,8 @@ pub struct Content<'a> {
     pub cells: &'a Cells,
     /// By photo, what its linear colours are multiplied with.
     pub factors: &'a [[f32; 3]],
+    /// By photo, what is undone in its colours before.
+    pub optics: &'a [Optics],
     /// World point that positions are relative to.
     pub origin: DVec3,
 }
@@ -78,13 +84,13 @@ impl Tables {
     }
 
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &Content) {
-        let Content { shot, cells, factors, origin } = *content;
+        let Content { shot, cells, factors, optics, origin } = *content;
         self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells.near(), cells.side_px)]);
         let photos: Vec<PhotoWords> = sources
             .photos
             .iter()
-            .zip(factors)
-            .map(|(photo, gain)| photo_words(photo, *gain, shot.viewpoint()))
+            .zip(factors.iter().zip(optics))
+            .map(|(photo, (gain, optics))| photo_words(photo, *gain, optics, shot.viewpoint()))
             .collect();
         if !photos.is_empty() {
             self.photos.write(gpu, &photos);
@@ -110,7 +116,7 @@ impl Tables {
     }
 }
 
-fn photo_words(photo: &Projector, gain: [f32; 3], viewpoint: DVec3) -> PhotoWords {
+fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DVec3) -> PhotoWords {
     let camera = &photo.camera;
     // A rectangle of one pixel: u and v are photo pixels.
     let pixel = PixelRect { x: 0, y: 0, w: 1, h: 1 };
@@ -118,6 +124,7 @@ fn photo_words(photo: &Projector, gain: [f32; 3], viewpoint: DVec3) -> PhotoWord
         uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
     let center = (photo.pose.center_in_world() - viewpoint).as_vec3();
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
+    let (falloff, per_px2) = (optics.falloff, radius2(camera, DVec2::new(camera.cx + 1.0, camera.cy)));
     PhotoWords {
         row_x,
         row_y,
@@ -126,8 +133,10 @@ fn photo_words(photo: &Projector, gain: [f32; 3], viewpoint: DVec3) -> PhotoWord
         density: (camera.fx * camera.fy) as f32,
         size: [width as f32, height as f32],
         per_border: (1.0 / (BORDER_SHARE * width.min(height))) as f32,
-        pad0: 0.0,
+        offset: optics.offset as f32,
         gain: [gain[0], gain[1], gain[2], 1.0],
+        axis: [camera.cx as f32, camera.cy as f32],
+        falloff: [(falloff[0] * per_px2) as f32, (falloff[1] * per_px2 * per_px2) as f32],
     }
 }
 

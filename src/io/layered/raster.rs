@@ -1,6 +1,7 @@
 //! Pixels in memory, as layered files hold them.
 
 use crate::geometry::PixelRect;
+use crate::scene::light::{linear_of_srgb, srgb_of_linear};
 use crate::scene::{PhotoPixels, Samples};
 
 /// Bits of a sample.
@@ -143,6 +144,27 @@ impl Raster {
             (samples, _) => samples,
         };
         Self { samples, ..self }
+    }
+
+    /// Multiplies linear light, R, G, B; what becomes brighter than white is white. Samples are taken for
+    /// sRGB's, as everywhere. A factor of 1 changes nothing.
+    pub fn multiply_light(&mut self, factors: [f64; 3]) {
+        for (channel, factor) in factors.into_iter().enumerate().filter(|(_, factor)| *factor != 1.0) {
+            let brought = |value: f64| srgb_of_linear((linear_of_srgb(value) * factor).min(1.0));
+            match &mut self.samples {
+                Samples::U8(samples) => {
+                    let of: [u8; 256] =
+                        std::array::from_fn(|v| (brought(v as f64 / 255.0) * 255.0).round() as u8);
+                    samples[channel..].iter_mut().step_by(RGBA).for_each(|s| *s = of[usize::from(*s)]);
+                }
+                Samples::U16(samples) => {
+                    let of: Vec<u16> = (0..=u16::MAX)
+                        .map(|v| (brought(f64::from(v) / 65535.0) * 65535.0).round() as u16)
+                        .collect();
+                    samples[channel..].iter_mut().step_by(RGBA).for_each(|s| *s = of[usize::from(*s)]);
+                }
+            }
+        }
     }
 
     /// True where the pixel in column `x`, row `y` is not fully transparent.
@@ -349,6 +371,17 @@ mod tests {
             samples[at..at + 4].copy_from_slice(colour);
         }
         Raster::new(width, height, Samples::U8(samples))
+    }
+
+    #[test]
+    fn twice_the_light_is_another_value_and_once_the_light_is_the_same() {
+        let mut raster = Raster::new(1, 1, Samples::U8(vec![100, 100, 200, 50]));
+        raster.multiply_light([2.0, 1.0, 9.0]);
+        assert_eq!(*raster.samples(), Samples::U8(vec![138, 100, 255, 50]));
+        let mut raster = Raster::new(1, 1, Samples::U16(vec![25_700, 25_700, 1, 2]));
+        raster.multiply_light([2.0, 1.0, 1.0]);
+        let Samples::U16(samples) = raster.samples() else { unreachable!() };
+        assert!(samples[0].abs_diff(138 * 257) < 257 && samples[1..] == [25_700, 1, 2], "{samples:?}");
     }
 
     #[test]

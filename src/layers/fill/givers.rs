@@ -8,6 +8,8 @@ use super::MOST_CONFIDENCE;
 use super::donor::Donor;
 use super::surfaces::SurfaceId;
 use crate::geometry::Plane;
+use crate::projection::exposure::Optics;
+use crate::projection::exposure::optics::radius2;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::projection::{Blend, Gains, PhotoId};
 
@@ -56,6 +58,8 @@ pub struct Giver<'a> {
     ratio: f32,
     /// Takes its colours to the common exposure.
     factor: [f32; 3],
+    /// What is undone before: what its own camera does to the photo that is filled, the seam takes up.
+    optics: Optics,
 }
 
 /// The colour of a surface point.
@@ -114,6 +118,7 @@ fn giver<'a>(photo: PhotoId, donor: &'a Donor, gains: &Gains, place: &Place) -> 
         penalty: claim.penalty(&Blend::default()),
         level: donor.level_for(ratio),
         ratio: ratio.min(1.0) as f32,
+        optics: gains.optics[photo.0 as usize],
         factor: gains.of_photo[photo.0 as usize].map(|gain| (-gain).exp() as f32),
     };
     Some((shows, giver))
@@ -137,8 +142,9 @@ pub fn given(givers: &[Giver], point: DVec3, coarser: usize) -> Option<Given> {
         let px = donor.camera.image_from_camera(donor.pose.camera_from_world(point));
         if let Some(px) = px.filter(|px| donor.shows(giver.item, *px)) {
             let level = donor.level_for(f64::from(1u32 << (giver.level + coarser)));
-            let seen = donor.colour(px, level);
-            let colour = [0, 1, 2].map(|c| seen[c] * giver.factor[c]);
+            let seen =
+                giver.optics.undone(donor.colour(px, level).map(f64::from), radius2(&donor.camera, px));
+            let colour = [0, 1, 2].map(|c| seen[c] as f32 * giver.factor[c]);
             candidates[count] = Candidate { colour, log: colour.map(|c| c.max(BLACK).ln()), giver: i };
             count += 1;
         }

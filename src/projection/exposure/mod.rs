@@ -16,6 +16,7 @@
 pub mod grounds;
 pub mod meter;
 pub mod near;
+pub mod optics;
 pub mod patch;
 pub mod points;
 pub mod ratios;
@@ -25,6 +26,7 @@ pub mod solve;
 pub use grounds::{Grounds, grounds};
 pub use meter::Meter;
 pub use near::Shares;
+pub use optics::{Optics, solve_optics};
 pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
 pub use ratios::{Ratio, pairwise_ratios};
 pub use seen::seen_shares;
@@ -34,6 +36,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use serde::{Deserialize, Serialize};
 
+use self::solve::median_residual;
 use super::{PhotoId, Projector};
 use crate::error::Result;
 use crate::task::Task;
@@ -44,6 +47,8 @@ pub struct Gains {
     /// By photo, as [`super::Sources::photos`]: natural logarithm of photo / common exposure in linear
     /// light, per channel R, G, B.
     pub of_photo: Vec<[f64; 3]>,
+    /// By photo: what its camera did to light besides exposing it; nothing where that was not asked for.
+    pub optics: Vec<Optics>,
     /// Tells from a view what its exposure would be, where the photos' exposures were told so.
     pub meter: Meter,
 }
@@ -51,7 +56,8 @@ pub struct Gains {
 impl Gains {
     /// All photos as they are.
     pub fn none(photos: usize) -> Self {
-        Self { of_photo: vec![[0.0; 3]; photos], meter: Meter::default() }
+        let optics = vec![Optics::default(); photos];
+        Self { of_photo: vec![[0.0; 3]; photos], optics, meter: Meter::default() }
     }
 }
 
@@ -65,11 +71,15 @@ pub struct ExposureOptions {
     /// The surface around a patch has to be visible so much further: a coarse model's edges are off by
     /// a few pixels, and lenses and noise filters smear.
     pub border_px: f64,
+    /// Cameras are asked how their lenses darken the corners.
+    pub vignetting: bool,
+    /// Photos are asked how much light was added to them everywhere.
+    pub offset: bool,
 }
 
 impl Default for ExposureOptions {
     fn default() -> Self {
-        Self { points_per_photo: 384, half_patch_px: 6.0, border_px: 6.0 }
+        Self { points_per_photo: 384, half_patch_px: 6.0, border_px: 6.0, vignetting: false, offset: false }
     }
 }
 
@@ -93,7 +103,7 @@ pub struct Estimate {
     pub components: usize,
     /// Median of the absolute log ratios, R, G, B, photos as they are.
     pub before: [f64; 3],
-    /// The same once the gains are taken out: what is left are textures out of register, reflections,
+    /// The same once the gains, and what else cameras did, are taken out: what is left are textures out of register, reflections,
     /// light that has changed.
     pub after: [f64; 3],
 }
@@ -124,9 +134,15 @@ pub fn estimate_gains(
     task: &Task,
 ) -> Result<Estimate> {
     let points = spread_points(photos, visibility, options, task)?;
-    let measured = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
+    let mut measured = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
     task.go_on()?;
-    let ratios = pairwise_ratios(&points, &measured);
+    let mut ratios = pairwise_ratios(&points, &measured);
+    let before = [0, 1, 2].map(|c| median_residual(&ratios, c, &vec![0.0; photos.len()]));
+    let optics = solve_optics(photos, &ratios, options);
+    if optics.iter().any(|optics| *optics != Optics::default()) {
+        optics::undo(photos, &points, &mut measured, &optics);
+        ratios = pairwise_ratios(&points, &measured);
+    }
     let fit = solve_gains(photos.len(), &ratios);
     let usable = |colours: &&Vec<PatchColour>| colours.iter().flatten().filter(|c| c.usable).count() >= 2;
     let shared = measured.iter().filter(usable).count();
@@ -134,13 +150,13 @@ pub fn estimate_gains(
     let meter = Meter::of(photos, &points, &measured, (&fit.of_photo, &fit.component), reach);
     Ok(Estimate {
         grounds: grounds(photos.len(), &points, &measured, &ratios, &fit.of_photo),
-        gains: Gains { of_photo: fit.of_photo, meter },
+        gains: Gains { of_photo: fit.of_photo, optics, meter },
         reach,
         points: shared,
         pairs: ratios.len(),
         alone: fit.alone,
         components: fit.components,
-        before: fit.before,
+        before,
         after: fit.after,
     })
 }

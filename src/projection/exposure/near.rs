@@ -3,7 +3,7 @@
 
 use glam::DVec3;
 
-use super::Gains;
+use super::{Gains, Optics};
 use crate::geometry::Pose;
 use crate::projection::{Exposure, PhotoId, Projector, Shot};
 
@@ -27,6 +27,11 @@ impl Gains {
             Exposure::Raw => return vec![[1.0; 3]; self.of_photo.len()],
         };
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
+    }
+
+    /// What is undone in a photo's colours in a shot, at a place of it, before factors count.
+    pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
+        if shot.exposure == Exposure::Raw { Optics::default() } else { self.optics[photo.0 as usize] }
     }
 
     /// The log gain of a view, R, G, B, to which the photos contribute with these shares. Where the photos'
@@ -95,7 +100,6 @@ fn forward(pose: &Pose) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::exposure::Meter;
     use crate::scene::synthetic::{Dice, centred, look_at};
 
     fn photos(dice: &mut Dice, count: usize) -> (Vec<Projector>, Gains) {
@@ -104,7 +108,7 @@ mod tests {
         let camera = centred(300, 200, 300.0);
         let projector = |pose| Projector { name: String::new(), camera, pose };
         let of_photo = (0..count).map(|_| [0; 3].map(|_: i32| dice.between(-0.5, 0.5))).collect();
-        let gains = Gains { of_photo, meter: Meter::default() };
+        let gains = Gains { of_photo, ..Gains::none(count) };
         (poses.into_iter().map(projector).collect(), gains)
     }
 

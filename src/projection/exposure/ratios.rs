@@ -1,5 +1,6 @@
 //! Log ratios between photos at the points that they share.
 
+use glam::Vec2;
 use rayon::prelude::*;
 
 use super::{Patch, PatchColour, SharedPoint};
@@ -16,6 +17,10 @@ pub struct Ratio {
     pub log: [f32; 3],
     /// How much it says, in 0..1.
     pub weight: f32,
+    /// Linear light in a and in b, the mean of the channels.
+    pub light: [f32; 2],
+    /// Where the point is in a and in b, in their pixels.
+    pub at_px: [Vec2; 2],
 }
 
 /// The ratios at all points, in their order. A point that n photos show gives at most n log2(n)
@@ -34,7 +39,9 @@ fn ratios_at(point: &SharedPoint, colours: &[PatchColour]) -> Vec<Ratio> {
     let compare = |(i, j): (usize, usize)| {
         let ((a, in_a), (b, in_b)) = (&usable[i], &usable[j]);
         let log = [0, 1, 2].map(|c| (in_a[c] / in_b[c]).ln() as f32);
-        Ratio { a: a.photo, b: b.photo, log, weight: likeness(a, b) as f32 }
+        let light = [in_a, in_b].map(|mean| (mean.iter().sum::<f64>() / 3.0) as f32);
+        let at_px = [a, b].map(|patch| patch.center_px.as_vec2());
+        Ratio { a: a.photo, b: b.photo, log, weight: likeness(a, b) as f32, light, at_px }
     };
     pairs.into_iter().map(compare).filter(|ratio| ratio.weight > 0.0).collect()
 }

@@ -16,27 +16,25 @@ pub struct Fit {
     pub alone: Vec<PhotoId>,
     /// Groups of photos connected by ratios.
     pub components: usize,
-    /// Median absolute ratio, R, G, B.
-    pub before: [f64; 3],
     /// Median absolute residual, R, G, B.
     pub after: [f64; 3],
 }
 
 /// What a gain is likely to be when nothing is known of it, as a standard deviation: 0.7 EV.
-const PRIOR: f64 = 0.5;
+pub(super) const PRIOR: f64 = 0.5;
 
 /// Ratios at neighbouring points err together: so many of them count as one against the prior.
-const CORRELATED: f64 = 10.0;
+pub(super) const CORRELATED: f64 = 10.0;
 
 /// Residuals beyond so many standard deviations count by their sign rather than by their size; 95 %
 /// as good as least squares where nothing is wrong (Huber 1981).
-const HUBER: f64 = 1.345;
+pub(super) const HUBER: f64 = 1.345;
 
 /// The median of the absolute value of a normal variable, inverted.
-const SIGMA_PER_MEDIAN: f64 = 1.4826;
+pub(super) const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
 /// Ratios of 8-bit values are not better than this, nor need gains be.
-const LEAST_SIGMA: f64 = 1e-3;
+pub(super) const LEAST_SIGMA: f64 = 1e-3;
 
 const MOST_ROUNDS: u32 = 50;
 const GOOD_ENOUGH: f64 = 1e-7;
@@ -56,7 +54,6 @@ pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
         of_photo,
         alone: alone.map(|photo| PhotoId(photo as u32)).collect(),
         components: sizes.iter().filter(|size| **size > 1).count(),
-        before: [0, 1, 2].map(|c| channels[c].before),
         after: [0, 1, 2].map(|c| channels[c].after),
         component,
     }
@@ -64,14 +61,12 @@ pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
 
 struct Channel {
     gains: Vec<f64>,
-    before: f64,
     after: f64,
 }
 
 fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[usize]) -> Channel {
     let mut gains = vec![0.0; photos];
-    let before = median_residual(ratios, channel, &gains);
-    let mut median = before;
+    let mut median = median_residual(ratios, channel, &gains);
     for _ in 0..MOST_ROUNDS {
         let sigma = (SIGMA_PER_MEDIAN * median).max(LEAST_SIGMA);
         let next = reweighted(ratios, channel, &gains, sigma);
@@ -83,7 +78,7 @@ fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[u
         }
     }
     centre(&mut gains, component);
-    Channel { after: median_residual(ratios, channel, &gains), gains, before }
+    Channel { after: median_residual(ratios, channel, &gains), gains }
 }
 
 /// One round: the minimum of the quadratic that touches Huber's loss at `gains`.
@@ -109,7 +104,7 @@ fn reweighted(ratios: &[Ratio], channel: usize, gains: &[f64], sigma: f64) -> Ve
 }
 
 /// Solves `a x = b` for a symmetric positive definite `a` (n x n, rows), in place.
-fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
+pub(super) fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
     for j in 0..n {
         let (above, below) = a.split_at_mut((j + 1) * n);
@@ -133,7 +128,7 @@ fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
 }
 
 /// 0 without ratios.
-fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -> f64 {
+pub(super) fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -> f64 {
     let off = |r: &Ratio| (f64::from(r.log[channel]) - (gains[r.a.0 as usize] - gains[r.b.0 as usize])).abs();
     let mut residuals: Vec<f64> = ratios.iter().map(off).collect();
     if residuals.is_empty() {
@@ -174,6 +169,8 @@ fn centre(gains: &mut [f64], component: &[usize]) {
 
 #[cfg(test)]
 mod tests {
+    use glam::Vec2;
+
     use super::*;
     use crate::scene::synthetic::Dice;
 
@@ -193,7 +190,8 @@ mod tests {
     }
 
     fn ratio(a: u32, b: u32, log: f32) -> Ratio {
-        Ratio { a: PhotoId(a), b: PhotoId(b), log: [log; 3], weight: 1.0 }
+        let (light, at_px) = ([0.5; 2], [Vec2::ZERO; 2]);
+        Ratio { a: PhotoId(a), b: PhotoId(b), log: [log; 3], weight: 1.0, light, at_px }
     }
 
     #[test]

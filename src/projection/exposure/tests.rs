@@ -43,13 +43,18 @@ struct Shoot {
     visited: Vec<u32>,
     /// One side of the court is brighter, by so much as a logarithm.
     sunny: f64,
+    /// What cameras do, photo by photo; and what is asked for of it.
+    optics: Vec<Optics>,
+    asked: [bool; 2],
 }
 
 impl Shoot {
     fn new(model: Arc<Model>, photos: Vec<Projector>) -> Self {
         let mut dice = Dice::new(7);
         let gains = photos.iter().map(|_| [0; 3].map(|_: i32| dice.between(-0.4, 0.4))).collect();
-        Self { model, photos, gains, noise: 0.02, visited: Vec::new(), sunny: 0.0 }
+        let optics = vec![Optics::default(); photos.len()];
+        let (visited, asked) = (Vec::new(), [false; 2]);
+        Self { model, photos, gains, noise: 0.02, visited, sunny: 0.0, optics, asked }
     }
 
     fn estimate(&self) -> Estimate {
@@ -59,7 +64,8 @@ impl Shoot {
             let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut dice);
             Ok(centers.iter().map(colour).collect())
         };
-        let options = ExposureOptions::default();
+        let [vignetting, offset] = self.asked;
+        let options = ExposureOptions { vignetting, offset, ..ExposureOptions::default() };
         estimate_gains(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap()
     }
 
@@ -72,7 +78,10 @@ impl Shoot {
         let pattern = |k: f64| 0.3 + 0.1 * (k * p.x).sin() + 0.1 * (k * p.y + p.z).cos();
         let noise = (dice.unit() + dice.unit() + dice.unit() - 1.5) * 2.0 * self.noise;
         let sun = self.sunny * p.y.atan2(p.x).sin();
-        let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + noise).exp());
+        let Optics { falloff: [a, b], offset } = self.optics[photo.0 as usize];
+        let r2 = optics::radius2(&self.photos[photo.0 as usize].camera, px);
+        let lens = a * r2 + b * r2 * r2;
+        let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + lens + noise).exp() + offset);
         Some(Colour { mean, usable: true })
     }
 
@@ -247,4 +256,53 @@ fn the_number_of_threads_changes_no_bit() {
         pool.install(|| shoot.estimate())
     };
     assert_eq!(with(1), with(4));
+}
+
+/// So near what is found of a lens has to come at the corner, as a logarithm: a tenth of a stop.
+const CORNER: f64 = 0.07;
+
+#[test]
+fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
+    let mut photos = ring(DVec3::ZERO, 12);
+    photos[6..].iter_mut().for_each(|photo| photo.camera.fx += 1.0);
+    let mut shoot = Shoot::new(court(DVec3::ZERO), photos);
+    let [dark, clear] = [[-0.5, -0.2], [0.0, 0.0]];
+    for (photo, optics) in shoot.optics.iter_mut().enumerate() {
+        optics.falloff = if photo < 6 { dark } else { clear };
+    }
+    let blind = shoot.estimate();
+    shoot.asked = [true, false];
+    let found = shoot.estimate();
+    let corner = |photo: usize| found.gains.optics[photo].log_light(1.0);
+    assert!((corner(0) + 0.7).abs() < CORNER && corner(11).abs() < CORNER, "{:?}", found.gains.optics);
+    // Halfway to the corner a quarter of the first term and a sixteenth of the second.
+    let halfway = found.gains.optics[0].log_light(0.25);
+    assert!((halfway + 0.1375).abs() < 0.5 * CORNER, "{halfway}");
+    let (with, without) = (shoot.worst(&found.gains, 0..12), shoot.worst(&blind.gains, 0..12));
+    assert!(with < 0.02 && found.after[0] < 0.9 * blind.after[0], "{with} {without} {found:?}");
+    assert_eq!(blind.gains.optics, vec![Optics::default(); 12], "nobody asked");
+}
+
+#[test]
+fn where_lenses_are_clear_or_photos_are_few_no_falloff_is_found() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    shoot.asked = [true, false];
+    let clear = shoot.estimate();
+    assert!(clear.gains.optics[0].log_light(1.0).abs() < CORNER, "{:?}", clear.gains.optics[0]);
+    let mut few = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 3));
+    few.asked = [true, false];
+    few.optics.iter_mut().for_each(|optics| optics.falloff = [-0.5, -0.2]);
+    assert_eq!(few.estimate().gains.optics, vec![Optics::default(); 3]);
+}
+
+#[test]
+fn light_that_was_added_to_one_photo_is_found_and_to_the_others_next_to_nothing() {
+    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    shoot.optics[4].offset = 0.02;
+    shoot.asked = [false, true];
+    let found = shoot.estimate().gains;
+    let offset = |photo: usize| found.optics[photo].offset;
+    assert!((0.01..0.025).contains(&offset(4)), "{:?}", found.optics);
+    assert!((0..10).all(|photo| photo == 4 || offset(photo).abs() < 0.006), "{:?}", found.optics);
+    assert!(shoot.worst(&found, 0..10) < 0.04, "{found:?}");
 }

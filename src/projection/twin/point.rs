@@ -6,6 +6,7 @@ use super::Twin;
 use super::sample::Footprint;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
+use crate::projection::exposure::optics::radius2;
 use crate::projection::surface::Hit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, weights,
@@ -89,7 +90,9 @@ impl<'a> Place<'a> {
             }
         };
         let texel = self.twin.sheets[&server.sheet].texel(px, footprint)?;
-        let (colour, confidence, border) = (texel.colour, texel.confidence, border(&photo.camera, px));
+        let optics = self.twin.gains.optics(self.shot, server.photo);
+        let colour = optics.undone(texel.colour, radius2(&photo.camera, px));
+        let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
         }

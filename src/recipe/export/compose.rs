@@ -7,7 +7,7 @@ use std::sync::{Arc, Mutex, OnceLock};
 use rayon::prelude::*;
 
 use super::guide::{self, Pattern};
-use super::names::{REFERENCE, group_name, guide_name, layer_name};
+use super::names::{REFERENCE, group_name, guide_name, layer_name, numbered_name};
 use crate::document::export_record::{Baseline, ExportedLayer, Helper, HelperRole};
 use crate::document::{Element, ImageLayer, Stack};
 use crate::error::Result;
@@ -37,6 +37,9 @@ pub struct Content<'a> {
     pub guides: bool,
     /// What was painted on the layers.
     pub paint: PhotoPaint,
+    /// What the linear colours of layers are multiplied with; `photo` has been already. The document is then
+    /// for looking at: its layers have no tokens, by which an import would take them for painted ones.
+    pub evened: Option<[f64; 3]>,
     /// Asked before each layer is read.
     pub task: &'a Task,
     /// Hashes of the layers' pixels, known once these were fetched.
@@ -95,6 +98,7 @@ impl<'a> Content<'a> {
             margin: Some(8),
             guides: true,
             paint,
+            evened: None,
             task,
             hashes,
             guide_hashes,
@@ -130,11 +134,15 @@ impl<'a> Content<'a> {
         self.photo.depth()
     }
 
-    /// What the record says of the image layers, whose pixels are kept in `kept`.
+    /// What the record says of the image layers, whose pixels are kept in `kept`; nothing of those of even
+    /// colour.
     ///
     /// # Errors
     /// When a layer's file cannot be read, or its pixels cannot be kept.
     pub fn exported_layers(&self, kept: &Baselines) -> Result<Vec<ExportedLayer>> {
+        if self.evened.is_some() {
+            return Ok(Vec::new());
+        }
         let elements: Vec<&Element> = self.stack.visibility_layers.iter().flatten().collect();
         let exported = |(index, layer): (usize, &ImageLayer)| {
             Ok(ExportedLayer {
@@ -263,11 +271,14 @@ impl<'a> Content<'a> {
     }
 
     fn image_layer(&'a self, index: usize) -> Layer<'a> {
-        let layer = self.layer(index);
+        let (layer, plain) = (self.layer(index), self.evened.is_none());
         Layer {
-            name: layer_name(&layer.name, &layer.id),
+            name: match plain {
+                true => layer_name(&layer.name, &layer.id),
+                false => numbered_name(&layer.name, index + 1),
+            },
             rect: self.exported_rect(layer),
-            id: Some(layer.id.clone()),
+            id: plain.then(|| layer.id.clone()),
             visible: true,
             locked: false,
             tag: None,
@@ -307,7 +318,10 @@ impl<'a> Content<'a> {
         let layer = self.layer(index);
         let place = self.exported_rect(layer);
         let whole = layer_pixels(self.stack, &self.folder, &self.paint, index)?;
-        let pixels = whole.cropped(moved(place, &layer.rect));
+        let mut pixels = whole.cropped(moved(place, &layer.rect));
+        if let Some(factors) = self.evened {
+            pixels.multiply_light(factors);
+        }
         self.hashes[index].get_or_init(|| pixels.hash_at(place.x, place.y));
         Ok(Arc::new(pixels))
     }

@@ -12,6 +12,7 @@ mod one;
 mod place;
 mod provenance;
 
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::Path;
 
@@ -31,7 +32,7 @@ use crate::scene::Photo;
 use crate::task::Task;
 
 /// How to export.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub struct ExportOptions {
     /// The kind of file.
     pub format: ExportFormat,
@@ -40,13 +41,17 @@ pub struct ExportOptions {
     pub margin: Option<u32>,
     /// With a hidden guide in each group that has something to paint.
     pub guides: bool,
+    /// By photo, what its linear colours are multiplied with, R, G, B: for looking at, with no way back. Photos
+    /// that are not in it are exported as they are.
+    pub evened: BTreeMap<String, [f64; 3]>,
     /// Bytes that the photos under way may take together, about; one is always under way.
     pub memory: u64,
 }
 
 impl Default for ExportOptions {
     fn default() -> Self {
-        Self { format: ExportFormat::Psd, margin: Some(8), guides: true, memory: 1 << 30 }
+        let (evened, memory) = (BTreeMap::new(), 1 << 30);
+        Self { format: ExportFormat::Psd, margin: Some(8), guides: true, evened, memory }
     }
 }
 
@@ -76,8 +81,8 @@ pub const STAGE: &str = "export";
 /// which is made if needed. A fault in one photo is in [`Exported::failed`], the others go on.
 ///
 /// # Errors
-/// [`Error::Io`] when `out` cannot be made or the records of former exports cannot be read;
-/// [`Error::Cancelled`].
+/// [`Error::Request`] for a folder of even colour, whose `stack.json` would not hold for it; [`Error::Io`] when
+/// `out` cannot be made or the records of former exports cannot be read; [`Error::Cancelled`].
 pub fn export(
     project: &Path,
     photos: &[&Photo],
@@ -85,6 +90,11 @@ pub fn export(
     options: &ExportOptions,
     task: &Task,
 ) -> Result<Exported> {
+    if !options.evened.is_empty() && options.format == ExportFormat::Folder {
+        return Err(Error::Request(
+            "a folder is exported as the stack is; with --even-colour choose psd, xcf or ora".into(),
+        ));
+    }
     fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
     let records = ExportStore::new(project.join("exports"));
     let paint = PaintStore::new(project);

@@ -8,11 +8,20 @@ pub const REFERENCE: &str = "photo - reference, do not paint here";
 /// `readable object name [token]`, at most 63 characters. The token is the image layer's id, so
 /// names are unique and lead back; editors that append to names append behind it.
 pub fn layer_name(readable: &str, id: &str) -> String {
-    let token = format!(" [{id}]");
-    let room = LONGEST_NAME.saturating_sub(token.chars().count());
+    ended(readable, &format!(" [{id}]"))
+}
+
+/// `readable object name - number`: unique, and leads nowhere.
+pub fn numbered_name(readable: &str, number: usize) -> String {
+    ended(readable, &format!(" - {number}"))
+}
+
+/// At most 63 characters, the ending whole.
+fn ended(readable: &str, ending: &str) -> String {
+    let room = LONGEST_NAME.saturating_sub(ending.chars().count());
     let plain: String = plain(readable).chars().take(room).collect();
     let plain = if plain.is_empty() { "layer" } else { plain.trim_end() };
-    plain.to_owned() + &token
+    plain.to_owned() + ending
 }
 
 /// Without what editors or readers of names could trip over: brackets, which mark the token,

@@ -72,12 +72,18 @@ impl Exporter<'_> {
         let stack = self.stacks.current(&photo.name)?.ok_or_else(|| no_stack(photo))?;
         let pixels = task.timed(STAGE_READ, || read_reference(photo, &stack))?;
         let icc = pixels.icc.clone();
-        let raster = Arc::new(Raster::of_photo(pixels));
-        let mut content = Content::new(&stack, self.stacks.folder(&photo.name), raster, icc, task);
+        let evened = self.options.evened.get(&photo.name).copied();
+        let mut raster = Raster::of_photo(pixels);
+        if let Some(factors) = evened {
+            raster.multiply_light(factors);
+        }
+        let folder = self.stacks.folder(&photo.name);
+        let mut content = Content::new(&stack, folder, Arc::new(raster), icc, task);
+        content.evened = evened;
         content.guides = self.options.guides;
         content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
-        let key = self.key(&stack, &content.paint);
+        let key = self.key(&content);
         let job = Job { exporter: self, content: &content, photo_file: &photo.file, key };
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
@@ -90,10 +96,12 @@ impl Exporter<'_> {
 
     /// The same stack with the same paint, exported in the same way, has the same key. (`stack.json` and
     /// the book of paint name their files by their content, so they stand for the pixels, too.)
-    fn key(&self, stack: &Stack, paint: &PhotoPaint) -> String {
+    fn key(&self, content: &Content) -> String {
         let options = (self.options.format, self.options.margin, self.options.guides);
-        let painted: BTreeSet<&str> = paint.files().collect();
-        let mut hash = hash_bytes(&[to_json(stack), to_json(&options), to_json(&painted)].concat());
+        let painted: BTreeSet<&str> = content.paint.files().collect();
+        let evened = content.evened.map_or(Vec::new(), |factors| to_json(&factors));
+        let parts = [to_json(content.stack), to_json(&options), to_json(&painted), evened];
+        let mut hash = hash_bytes(&parts.concat());
         hash.truncate(20);
         hash
     }
@@ -223,6 +231,7 @@ impl Job<'_> {
             inputs: stack.inputs.clone(),
             files: files.into_iter().collect(),
             helpers: self.content.helpers()?,
+            evened: self.content.evened,
             pieces,
             surfaces,
             paint: self.content.paint.files().map(str::to_owned).collect(),

@@ -65,6 +65,7 @@ pub fn read<'a>(
 ) -> Result<FilePaint<'a>> {
     let document = task.timed("read file", || read_layered(file))?;
     let record = record_of(&document, records)?.ok_or_else(|| stranger(file))?;
+    refuse_evened(file, record)?;
     let sorted = sorted(&document, record);
     let desk = desk(file, &document, record, &sorted, kept, scaled)?;
     let before = before(record);
@@ -115,6 +116,15 @@ pub fn read<'a>(
     }
     report.layers.extend(others(&desk, &sorted, record)?);
     Ok(FilePaint { record, report, layers })
+}
+
+/// What was painted on evened colours would be of another exposure than the photo that it belongs to.
+fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
+    if record.evened.is_none() {
+        return Ok(());
+    }
+    let found = "it was exported with --even-colour, for looking at; it has no way back";
+    Err(Error::input(file, "", found, "export without --even-colour, and paint on that"))
 }
 
 fn missing<'a>(record: &'a ExportRecord, sorted: &Sorted) -> Vec<(usize, &'a ExportedLayer)> {
