@@ -146,7 +146,7 @@ fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx
 // Light without what the photo's camera did to it besides exposing it (Optics::undone of
 // projection/exposure/optics.rs).
 fn undone(light: vec3f, photo: Photo, px: vec2f) -> vec3f {
-    if photo.offset == 0.0 && all(photo.falloff == vec2f(0.0)) {
+    if !UNDOES_OPTICS {
         return light;
     }
     let from_axis = px - photo.axis;

@@ -126,8 +126,8 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side, heights, confidence)
     }
 
-    /// Brings tables and tiles up to the shot.
-    fn prepare(&mut self, shot: &Shot, task: &Task) -> Result<()> {
+    /// Brings tables and tiles up to the shot; says whether there are optics to undo.
+    fn prepare(&mut self, shot: &Shot, task: &Task) -> Result<bool> {
         let cells = task.timed("cells", || self.cells(shot, &self.tiles));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
@@ -138,7 +138,7 @@ impl Renderer {
         let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
         let content = Content { shot, cells: &cells, factors, optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
-        Ok(())
+        Ok(optics.iter().any(|optics| *optics != Optics::default()))
     }
 
     fn draw(&mut self, shot: &Shot, program: Program) {
@@ -165,9 +165,9 @@ impl Renders for Renderer {
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         gpu.guarded("drawing a picture", || {
-            self.prepare(shot, task)?;
+            let undoes_optics = self.prepare(shot, task)?;
             task.timed("draw", || {
-                self.draw(shot, Program::of(shot));
+                self.draw(shot, Program::of(shot, undoes_optics));
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })

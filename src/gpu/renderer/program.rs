@@ -20,16 +20,19 @@ pub enum Program {
         shown: Shown,
         /// Filtering and samples.
         quality: Quality,
+        /// Texels are freed of what their cameras' optics did to them. Software adapters pay for that even
+        /// where there is nothing to undo.
+        undoes_optics: bool,
     },
 }
 
 impl Program {
     /// The one that draws a shot's picture.
-    pub fn of(shot: &Shot) -> Self {
+    pub fn of(shot: &Shot, undoes_optics: bool) -> Self {
         let single = matches!(shot.shown, Shown::BestPhoto | Shown::Layer | Shown::Density);
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
-        Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality }
+        Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality, undoes_optics }
     }
 
     /// Colours are filtered as they are stored, in sRGB.
@@ -39,13 +42,13 @@ impl Program {
 }
 
 /// WGSL before `weights.wgsl` and `project.wgsl`.
-pub fn generated(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> String {
+pub fn generated(mode: Mode, photos: u32, shown: Shown, quality: Quality, undoes_optics: bool) -> String {
     let mut text = String::new();
     let _ = write!(
         text,
         "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
          const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
-         const STORED = {};\n",
+         const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\n",
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all that serve, not over the best.

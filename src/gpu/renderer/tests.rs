@@ -34,16 +34,22 @@ const SHOWN: [Shown; 8] = [
     Shown::Coverage,
 ];
 
+fn picture(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> Program {
+    Program::Picture { mode, photos, shown, quality, undoes_optics: false }
+}
+
 fn programs() -> Vec<Program> {
     let mut programs = vec![Program::Faces];
     for quality in [Quality::Preview, Quality::Final] {
         for mode in Mode::ALL {
-            programs.push(Program::Picture { mode, photos: 4, shown: Shown::Colour, quality });
+            programs.push(picture(mode, 4, Shown::Colour, quality));
         }
         for shown in SHOWN {
-            programs.push(Program::Picture { mode: Mode::Smooth, photos: Blend::MOST, shown, quality });
+            programs.push(picture(Mode::Smooth, Blend::MOST, shown, quality));
         }
     }
+    let quality = Quality::Final;
+    programs.push(Program::of(&Shot { quality, ..shot(70, 3) }, true));
     programs
 }
 
@@ -82,8 +88,7 @@ macro_rules! assert_alike {
 
 #[test]
 fn structs_lie_alike_in_rust_and_in_wgsl() {
-    let quality = Quality::Final;
-    let module = parsed(Program::Picture { mode: Mode::Smooth, photos: 4, shown: Shown::Colour, quality });
+    let module = parsed(picture(Mode::Smooth, 4, Shown::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
         eye_high density eye_low lambda cell_px reach relief pad0);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
@@ -95,8 +100,7 @@ fn structs_lie_alike_in_rust_and_in_wgsl() {
 
 #[test]
 fn constants_are_alike_in_rust_and_in_wgsl() {
-    let quality = Quality::Preview;
-    let module = parsed(Program::Picture { mode: Mode::Smooth, photos: 4, shown: Shown::Colour, quality });
+    let module = parsed(picture(Mode::Smooth, 4, Shown::Colour, Quality::Preview));
     let says = |name: &str| {
         let (_, found) = module.constants.iter().find(|(_, c)| c.name.as_deref() == Some(name)).unwrap();
         match module.global_expressions[found.init] {
