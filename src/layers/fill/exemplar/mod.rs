@@ -2,9 +2,9 @@
 //!
 //! Wexler, Shechtman and Irani (*Space-Time Completion of Video*, 2007) say what is wanted: every patch that
 //! holds something unknown should look like some patch that is known. It is found from coarse to fine, in
-//! turns: each patch looks for its likest ([`search`], after Barnes, Shechtman, Finkelstein and Goldman,
-//! *PatchMatch*, 2009), then every unknown cell takes the mean of what its patches say ([`level`]). Facades
-//! repeat: the shifts by which the known part is most like itself ([`shifts`], He and Sun, *Statistics of Patch
+//! turns: each patch looks for its likest (`search`, after Barnes, Shechtman, Finkelstein and Goldman,
+//! *PatchMatch*, 2009), then every unknown cell takes the mean of what its patches say (`level`). Facades
+//! repeat: the shifts by which the known part is most like itself (`shifts`, He and Sun, *Statistics of Patch
 //! Offsets for Image Completion*, 2012) are tried everywhere, and they and shifts along the axes are
 //! preferred: the plane is upright, so that both are the facade's own (Huang, Kang, Ahuja and Kopf, *Image
 //! Completion using Planar Structure Guidance*, 2014). The finest grid only copies, by the shifts found below it.
