@@ -183,7 +183,9 @@ def check_image_layer(document, layer, folder):
     require(found.rect == (left, top, right - left, bottom - top), f"{found.name} lies at {found.rect}")
     require(found.visible and len(found.name) <= 63, f"{found.name}: hidden, or its name is too long")
     require(found.groups[0].startswith(f"order {layer['order']}"), f"{found.name} is in {found.groups}")
-    expected = read_picture(folder / layer["file"])[top - y : bottom - y, left - x : right - x]
+    expected = read_picture(folder / layer["file"])[top - y : bottom - y, left - x : right - x].copy()
+    # Beside what is shown a stack's layers keep the photo's colour, transparent; exports do not.
+    expected[expected[..., 3] == 0] = 0
     require(np.array_equal(found.pixels, expected), f"{found.name}: other pixels than in the stack")
 
 
