@@ -7,12 +7,14 @@
 //! ```
 //!
 //! A file of paint is never changed: its name holds a hash of its content. An import writes new files,
-//! syncs them, and then puts a new `paint.json` in place, by one rename. Only then are files cleared away
-//! that nothing names any more. After a kill at any moment the old paint is there, or the new one, whole;
-//! what was left over is cleared by the next import.
+//! syncs them, and then puts a new `paint.json` in place, by one rename. Only then are files cleared away that
+//! the old one named and the new one does not. After a kill at any moment the old paint is there, or the new
+//! one, whole; what was left over is listed in `unfinished.txt`, and cleared by the next import. No other
+//! picture is ever removed.
 
+use std::collections::BTreeSet;
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
 
 use super::atomic::{remove_leftovers, write_atomically, write_atomically_with};
@@ -27,6 +29,8 @@ use crate::geometry::PixelRect;
 use crate::scene::Samples;
 
 const BOOK: &str = "paint.json";
+/// Files of an import that has not ended, a line each, as the book would name them.
+const UNFINISHED: &str = "unfinished.txt";
 /// Ten thousand entries with a history of as many take some tens of MB.
 const LARGEST_BOOK: u64 = 1 << 30;
 const REMEDY: &str = "put the file back as the program wrote it (the pictures beside it hold the paint)";
@@ -50,11 +54,22 @@ impl PaintStore {
     /// What was painted; nothing where there is no paint yet.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Input`] when the book is damaged or of another version.
+    /// [`Error::Io`]; [`Error::Input`] when the book is damaged or of another version, or when it is gone and
+    /// pictures of paint are there.
     pub fn read(&self) -> Result<PaintBook> {
         let file = self.folder.join(BOOK);
         if !file.exists() {
-            return Ok(PaintBook::default());
+            let lost = self.pictures_without(&self.unfinished()?)?;
+            return match lost.first() {
+                None => Ok(PaintBook::default()),
+                Some(first) => {
+                    let found =
+                        format!("it is gone, and {} pictures of paint are there: {first}, ...", lost.len());
+                    let remedy = "put it back from a copy of the project; to begin without that paint, move the \
+                                  folder away";
+                    Err(Error::input(file, "the file", found, remedy))
+                }
+            };
         }
         let book: PaintBook = read_json(&file, LARGEST_BOOK, REMEDY)?;
         if book.version != PAINT_VERSION {
@@ -91,6 +106,7 @@ impl PaintStore {
             return Ok(());
         }
         fs::create_dir_all(&photo).map_err(Error::io(&photo, "create the folder"))?;
+        self.announce(&entry.file)?;
         write_atomically_with(target, |out| std::io::Write::write_all(out, &bytes))
     }
 
@@ -100,32 +116,78 @@ impl PaintStore {
     /// [`Error::Io`]; when the rename did not take place the old book holds, with all its files.
     pub fn commit(&self, book: &PaintBook) -> Result<()> {
         let file = self.folder.join(BOOK);
+        let mut over = self.unfinished()?;
+        if file.exists() {
+            over.extend(self.read()?.files().into_iter().map(str::to_owned));
+        }
+        // A kill after the rename leaves the list of what is to be cleared.
+        let named = book.files();
+        over.iter().filter(|name| !named.contains(name.as_str())).try_for_each(|name| self.announce(name))?;
         if book.is_empty() {
             remove_if_there(&file)?;
         } else {
             fs::create_dir_all(&self.folder).map_err(Error::io(&self.folder, "create the folder"))?;
             write_atomically(&file, &to_json(book))?;
         }
-        self.clear(book)
+        self.clear(book, &over)
     }
 
-    /// Removes files of ours that nothing names, and folders that are empty then. What somebody else put
-    /// there stays.
-    fn clear(&self, book: &PaintBook) -> Result<()> {
-        if !self.folder.is_dir() {
-            return Ok(());
+    /// Says before a file is written that it is not part of the project yet.
+    fn announce(&self, name: &str) -> Result<()> {
+        let file = self.folder.join(UNFINISHED);
+        let mut list = fs::File::options()
+            .create(true)
+            .append(true)
+            .open(&file)
+            .map_err(Error::io(&file, "open it for writing"))?;
+        list.write_all(format!("{name}\n").as_bytes()).map_err(Error::io(&file, "write it"))
+    }
+
+    /// What was announced and not committed.
+    fn unfinished(&self) -> Result<BTreeSet<String>> {
+        let file = self.folder.join(UNFINISHED);
+        match fs::read_to_string(&file) {
+            Ok(text) => Ok(text.lines().map(str::to_owned).collect()),
+            Err(error) if error.kind() == ErrorKind::NotFound => Ok(BTreeSet::new()),
+            Err(error) => Err(Error::io(&file, "read it")(error)),
         }
-        remove_leftovers(&self.folder)?;
-        let named = book.files();
+    }
+
+    /// The pictures of paint that are there, without those in `but`, as a book names them.
+    fn pictures_without(&self, but: &BTreeSet<String>) -> Result<Vec<String>> {
+        let mut found = Vec::new();
+        if !self.folder.is_dir() {
+            return Ok(found);
+        }
         for photo in entries_of(&self.folder)?.iter().filter(|path| path.is_dir()) {
-            remove_leftovers(photo)?;
             for file in entries_of(photo)? {
                 let below = file.strip_prefix(&self.folder).unwrap_or(&file);
                 let name = below.to_string_lossy().replace('\\', "/");
-                if !named.contains(name.as_str()) && is_ours(&file)? {
-                    remove_if_there(&file)?;
+                if !but.contains(&name) && is_ours(&file)? {
+                    found.push(name);
                 }
             }
+        }
+        Ok(found)
+    }
+
+    /// Of the files in `over` removes those of ours that the book does not name, and folders that are empty
+    /// then.
+    fn clear(&self, book: &PaintBook, over: &BTreeSet<String>) -> Result<()> {
+        if !self.folder.is_dir() {
+            return Ok(());
+        }
+        let named = book.files();
+        for name in over.iter().filter(|name| !named.contains(name.as_str())) {
+            let file = self.folder.join(name);
+            if is_ours(&file)? {
+                remove_if_there(&file)?;
+            }
+        }
+        remove_if_there(&self.folder.join(UNFINISHED))?;
+        remove_leftovers(&self.folder)?;
+        for photo in entries_of(&self.folder)?.iter().filter(|path| path.is_dir()) {
+            remove_leftovers(photo)?;
             remove_if_empty(photo)?;
         }
         remove_if_empty(&self.folder)
@@ -273,6 +335,24 @@ mod tests {
         let found = names(&project.path().join("paint"));
         assert_eq!(found.len(), 4, "{found:?}");
         assert!(theirs.is_file() && found[1].starts_with("kept-3-"), "{found:?}");
+    }
+
+    #[test]
+    fn pictures_whose_book_is_gone_are_told_and_stay() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        let (entry, _) = painted(&store, "wall", [257; 4]);
+        let picture = project.path().join("paint").join(&entry.file);
+        store.commit(&PaintBook { entries: vec![entry], ..PaintBook::default() }).unwrap();
+        std::fs::remove_file(project.path().join("paint/paint.json")).unwrap();
+        let told = store.read().unwrap_err().to_string();
+        assert!(
+            told.contains("paint.json") && told.contains("1 pictures") && told.contains("copy"),
+            "{told}"
+        );
+        let (other, _) = painted(&store, "floor", [9 * 257; 4]);
+        store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }).unwrap();
+        assert!(picture.is_file(), "nobody asked for it to be removed");
     }
 
     #[test]

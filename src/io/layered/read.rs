@@ -21,6 +21,11 @@ pub fn read_layered(path: &Path) -> Result<EditedDocument> {
     if path.file_name().is_some_and(|name| name == folder::read::STACK_FILE) {
         return folder::read::read(path.parent().unwrap_or(Path::new(".")));
     }
+    // A pipe would be waited for without end.
+    if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
+        let found = "no plain file; expected PSD, PSB, XCF, OpenRaster or a folder";
+        return Err(Error::input(path, "the file", found, "give the file that the image editor saved"));
+    }
     let bytes = FileBytes::open(path)?;
     // Few enough for every file that may be one.
     let beginning = bytes.read(0, bytes.length().min(16))?;
