@@ -11,6 +11,9 @@ use crate::geometry::PixelRect;
 /// The version this program writes; it reads no other.
 pub const RECORD_VERSION: u32 = 2;
 
+/// Hexadecimal digits of a document's key.
+pub const KEY_DIGITS: usize = 20;
+
 /// The kinds of layered images that are exported.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]

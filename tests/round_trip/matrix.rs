@@ -154,6 +154,18 @@ fn a_file_that_lost_its_key_is_known_by_its_tokens() {
 }
 
 #[test]
+fn a_file_with_the_key_of_an_export_that_is_not_known_here_is_refused() {
+    let Some(studio) = Studio::new("psd") else { return };
+    let mut paper = Paper::read(&studio.file());
+    paper.key = "0123456789abcdef0123".into();
+    paper.write(&studio.file());
+    let refused = studio.site.run("import project layers/left.png.psd").failure().code(1);
+    let told = super::site::stderr_of(&refused);
+    assert!(told.contains("0123456789abcdef0123.json") && told.contains("export again"), "{told}");
+    assert!(studio.paint().is_empty());
+}
+
+#[test]
 fn a_name_that_lost_its_token_is_made_up_for_by_the_one_in_the_xcf() {
     let nameless = |mut paper: Paper| {
         for (index, sheet) in paper.image_layers().enumerate() {
@@ -281,5 +293,5 @@ fn a_strange_file_is_refused_with_a_remedy() {
     let Some(studio) = Studio::new("psd") else { return };
     fs::remove_dir_all(studio.site.path("project/exports")).unwrap();
     let refused = studio.site.run("import project layers/left.png.psd").failure().code(1);
-    assert!(super::site::stderr_of(&refused).contains("no export of this project"));
+    assert!(super::site::stderr_of(&refused).contains("is not in this project"));
 }

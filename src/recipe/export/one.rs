@@ -12,7 +12,7 @@ use super::folder;
 use super::place::{self, Place};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::Stack;
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, RECORD_VERSION};
+use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
@@ -102,7 +102,7 @@ impl Exporter<'_> {
         let evened = content.evened.map_or(Vec::new(), |factors| to_json(&factors));
         let parts = [to_json(content.stack), to_json(&options), to_json(&painted), evened];
         let mut hash = hash_bytes(&parts.concat());
-        hash.truncate(20);
+        hash.truncate(KEY_DIGITS);
         hash
     }
 }

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use super::compare::Profiles;
 use super::gather::gathered;
-use super::identify::{Sorted, record_of, sorted, stranger};
+use super::identify::{Sorted, record_of, refuse_foreign, sorted, stranger};
 use super::layer::{Desk, LayerPaint};
 use super::merged::Absent;
 use super::place::{Place, place};
@@ -64,6 +64,7 @@ pub fn read<'a>(
     task: &Task,
 ) -> Result<FilePaint<'a>> {
     let document = task.timed("read file", || read_layered(file))?;
+    refuse_foreign(file, &document, records)?;
     let record = record_of(&document, records)?.ok_or_else(|| stranger(file))?;
     refuse_evened(file, record)?;
     let sorted = sorted(&document, record);

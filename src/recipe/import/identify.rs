@@ -1,10 +1,11 @@
 //! Whose export a file is, and whose layer a layer is: by token, then by key, then by place and content.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::document::export_record::{ExportRecord, ExportedLayer, Helper};
+use crate::document::export_record::{ExportRecord, ExportedLayer, Helper, KEY_DIGITS};
 use crate::error::{Error, Result};
 use crate::io::layered::{EditedDocument, EditedLayer};
 
@@ -54,6 +55,28 @@ pub fn record_of<'a>(
     let best = candidates.into_iter().max_by_key(untouched);
     // Without a token, only pixels that are still as they were say whose they are.
     Ok(best.filter(|record| most > 0 || untouched(record).0 > 0))
+}
+
+/// A file that carries a key as exports of this program do, and of no export known here, is not compared with
+/// some other export: tokens are alike in all projects of the same photos and model, and what it differs in
+/// would be taken for paint.
+///
+/// # Errors
+/// [`Error::Input`] that names the key.
+pub fn refuse_foreign(file: &Path, document: &EditedDocument, records: &[ExportRecord]) -> Result<()> {
+    let Some(key) = document.key.as_deref().filter(|key| looks_like_a_key(key)) else { return Ok(()) };
+    if records.iter().any(|record| record.key == key) {
+        return Ok(());
+    }
+    let found = format!("it was exported with the key {key}, and exports/{key}.json is not in this project");
+    let remedy = "import it into the project that it was exported from, or put that record (and exports/pixels) \
+                  back from a copy; else export again, and copy the painted layers over in the image editor";
+    Err(Error::input(file, "", found, remedy))
+}
+
+/// Editors have keys of their own for documents, of other shapes.
+fn looks_like_a_key(key: &str) -> bool {
+    key.len() == KEY_DIGITS && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
 /// What every layer shows, at its place.
@@ -107,7 +130,7 @@ fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a He
 }
 
 /// What to say of a file that nobody knows.
-pub fn stranger(file: &std::path::Path) -> Error {
+pub fn stranger(file: &Path) -> Error {
     Error::input(
         file,
         "",
