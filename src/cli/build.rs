@@ -4,7 +4,6 @@ use serde_json::json;
 
 use super::Outcome;
 use super::args::BuildArgs;
-use super::machine::default_memory;
 use super::painted::Painted;
 use super::stacks::StackTable;
 use super::table::counted;
@@ -35,7 +34,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let options = BuildOptions {
         layers: options,
         photos: args.photos.names.clone(),
-        memory: args.memory.unwrap_or_else(default_memory),
+        memory: args.memory.or_default(),
         threads: rayon::current_num_threads(),
         force: args.force,
     };

@@ -7,7 +7,6 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{ExportArgs, FormatArg};
 use super::bytes::readable_bytes;
-use super::machine::default_memory;
 use super::table::{Table, counted};
 use crate::document::export_record::ExportFormat;
 use crate::error::Result;
@@ -37,7 +36,7 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let options = ExportOptions {
         evened,
         format: args.format.into(),
-        memory: args.memory.unwrap_or_else(default_memory),
+        memory: args.memory.or_default(),
         ..ExportOptions::default()
     };
     let exported = export(&args.project, &photos, &args.out, &options, task)?;

@@ -5,7 +5,6 @@ use serde_json::json;
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
-use super::machine::default_memory;
 use super::table::counted;
 use crate::document::Project;
 use crate::error::Result;
@@ -26,7 +25,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let request = FillRequest {
         options,
         photos: args.photos.names.clone(),
-        memory: args.memory.unwrap_or_else(default_memory),
+        memory: args.memory.or_default(),
         force: args.force,
     };
     let filled = fill(&args.project, &opened, &request, task)?;

@@ -1,7 +1,5 @@
 //! What the machine has, and what we took of it.
 
-pub use crate::recipe::budget::default_memory;
-
 /// The most memory this process ever held, in bytes; `None` where the system does not tell.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;

@@ -1,0 +1,79 @@
+//! What may be typed for `colour`.
+
+use std::path::PathBuf;
+
+use clap::{Args, ValueEnum};
+
+use crate::document::colour::MOST_STOPS;
+
+#[derive(Debug, Args)]
+pub struct ColourArgs {
+    /// The project's folder
+    pub project: PathBuf,
+    /// Give this photo a gain, in stops by which it is brighter than the exposure that all are brought to:
+    /// red, green and blue, or one number for all three (may be given several times)
+    #[arg(long, value_name = "PHOTO=R,G,B", value_parser = fixed_gain)]
+    pub fix: Vec<(String, [f64; 3])>,
+    /// Do not ask this photo when gains are estimated: its own is 0, unless it is fixed (may be given
+    /// several times)
+    #[arg(long, value_name = "PHOTO")]
+    pub leave_out: Vec<String>,
+    /// Take back what was fixed or left out of this photo (may be given several times)
+    #[arg(long, value_name = "PHOTO")]
+    pub free: Vec<String>,
+    /// Pictures come out with the exposure of this photo; `none`: with that of the photos near each view
+    #[arg(long, value_name = "PHOTO|none")]
+    pub reference: Option<String>,
+    /// Show, fill and compare photos as they are, and keep what was decided
+    #[arg(long, conflicts_with = "on")]
+    pub off: bool,
+    /// Even exposures out again
+    #[arg(long)]
+    pub on: bool,
+    /// Estimate how lenses darken the corners, and take it out: where a camera took four photos or more that
+    /// share enough
+    #[arg(long, value_enum)]
+    pub vignetting: Option<Switch>,
+    /// Estimate the light that was added everywhere in a photo (haze, a wrong black level), and take it out
+    #[arg(long, value_enum)]
+    pub offset: Option<Switch>,
+    /// Take back all decisions, before others of this command
+    #[arg(long)]
+    pub reset: bool,
+}
+
+#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
+pub enum Switch {
+    On,
+    Off,
+}
+
+fn fixed_gain(text: &str) -> Result<(String, [f64; 3]), String> {
+    let expected =
+        || format!("expected a photo and stops such as 0001.jpg=0.5,0.4,0.4, {MOST_STOPS} at most");
+    // Names may have a `=`, stops have none.
+    let (photo, stops) = text.rsplit_once('=').ok_or_else(expected)?;
+    let stops: Vec<f64> =
+        stops.split(',').map(|s| s.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;
+    let stops = match stops[..] {
+        [all] => [all; 3],
+        [r, g, b] => [r, g, b],
+        _ => return Err(expected()),
+    };
+    let in_range = !photo.is_empty() && stops.iter().all(|s| s.abs() <= MOST_STOPS);
+    if in_range { Ok((photo.to_owned(), stops)) } else { Err(expected()) }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn gains_are_three_numbers_or_one_and_photos_may_have_any_name() {
+        assert_eq!(fixed_gain("a=b.jpg=0.5,-1,0"), Ok(("a=b.jpg".into(), [0.5, -1.0, 0.0])));
+        assert_eq!(fixed_gain("1.jpg=-0.5"), Ok(("1.jpg".into(), [-0.5; 3])));
+        for text in ["1.jpg", "1.jpg=", "1.jpg=1,2", "=1", "1.jpg=NaN", "1.jpg=99"] {
+            assert!(fixed_gain(text).is_err(), "{text}");
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The options of the method, as `new` and `build` take them.
+
+use clap::builder::RangedU64ValueParser;
+use clap::{ArgAction, Args, ValueEnum};
+
+use crate::layers::{BoxShape, Method, Options};
+
+/// The options of the method; those not given are the project's.
+#[derive(Debug, Default, Args)]
+#[command(next_help_heading = "Options of the method")]
+pub struct OptionArgs {
+    /// How visibility layers are found: the occlusion graph, or stencil peeling as published in 2003
+    #[arg(long, value_enum)]
+    pub method: Option<MethodArg>,
+    /// One surface hides another when it is nearer by more than this share of its depth
+    #[arg(long, value_name = "T", value_parser = tolerance)]
+    pub tolerance: Option<f32>,
+    /// A contradiction of at most so many pixels is forgiven as contact noise
+    #[arg(long, value_name = "N")]
+    pub min_support: Option<u32>,
+    /// Pixels added around an image layer on every side
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096))]
+    pub margin: Option<u32>,
+    /// Sides of image layers: as they are, or powers of two
+    #[arg(long, value_enum)]
+    pub boxes: Option<BoxArg>,
+    /// Merge image layers within one visibility layer only, the rule of 2003
+    #[arg(long, action = ArgAction::Set, num_args = 0..=1, require_equals = true,
+          default_missing_value = "true", value_name = "true|false", hide_possible_values = true)]
+    pub published: Option<bool>,
+    /// Give no image layer a longer side, in pixels: larger surfaces get several, side by side
+    #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(64..=1 << 20))]
+    pub largest_side: Option<u32>,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum MethodArg {
+    Graph,
+    Stencil,
+}
+
+#[derive(Debug, Clone, Copy, ValueEnum)]
+pub enum BoxArg {
+    Exact,
+    PowerOfTwo,
+}
+
+impl OptionArgs {
+    /// `options` with those that were given.
+    pub fn applied_to(&self, options: &Options) -> Options {
+        Options {
+            method: self.method.map_or(options.method, Method::from),
+            tolerance: self.tolerance.unwrap_or(options.tolerance),
+            min_support: self.min_support.unwrap_or(options.min_support),
+            margin: self.margin.unwrap_or(options.margin),
+            boxes: self.boxes.map_or(options.boxes, BoxShape::from),
+            published: self.published.unwrap_or(options.published),
+            largest_side: self.largest_side.unwrap_or(options.largest_side),
+        }
+    }
+}
+
+impl From<MethodArg> for Method {
+    fn from(arg: MethodArg) -> Self {
+        match arg {
+            MethodArg::Graph => Self::Graph,
+            MethodArg::Stencil => Self::Stencil,
+        }
+    }
+}
+
+impl From<BoxArg> for BoxShape {
+    fn from(arg: BoxArg) -> Self {
+        match arg {
+            BoxArg::Exact => Self::Exact,
+            BoxArg::PowerOfTwo => Self::PowerOfTwo,
+        }
+    }
+}
+
+fn tolerance(text: &str) -> Result<f32, String> {
+    let tolerance = text.parse().map_err(|_| "expected a number such as 0.0001".to_string())?;
+    let options = Options { tolerance, ..Options::default() };
+    options.problem().map_or(Ok(tolerance), Err)
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::super::{Cli, Command};
+    use super::*;
+
+    const NEW: &str = "quadratura new p --photos a --cameras b --model c";
+
+    #[test]
+    fn options_that_were_not_given_are_the_projects() {
+        let typed = NEW.split(' ').chain(["--margin", "4", "--published", "--boxes", "exact"]);
+        let Command::New(args) = Cli::parse_from(typed).command else { unreachable!() };
+        let of_project = Options { min_support: 3, ..Options::default() };
+        let expected = Options { margin: 4, published: true, boxes: BoxShape::Exact, ..of_project.clone() };
+        assert_eq!(args.options.applied_to(&of_project), expected);
+    }
+
+    #[test]
+    fn what_is_out_of_range_is_wrong_usage() {
+        for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0"] {
+            let error = Cli::try_parse_from(NEW.split(' ').chain([option])).unwrap_err();
+            assert_eq!(error.exit_code(), 2, "{option}");
+        }
+    }
+}
