@@ -15,6 +15,7 @@
 //! | [`document`] | what is saved: the authored project, the derived stack |
 //! | [`io`], [`gpu`] | files and passes; they do not know each other |
 //! | [`recipe`] | open, sort, cluster, extract, fill, save: the program without a face |
+//! | [`app`] | the editor window: shows and asks, never computes |
 //! | [`cli`] | what was typed, what it means, run |
 //!
 //! # A program without a command line
@@ -69,6 +70,8 @@ pub mod gpu;
 pub mod io;
 
 pub mod recipe;
+
+pub mod app;
 
 pub mod cli;
 

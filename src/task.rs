@@ -43,6 +43,11 @@ impl Task {
         Self { subject: subject.into(), ..self.clone() }
     }
 
+    /// The same task, stopped by another flag: for one of many short works that are told to the same sink.
+    pub fn stopped_by(&self, stop: Arc<AtomicBool>) -> Self {
+        Self { stop, ..self.clone() }
+    }
+
     /// The flag that stops the task when set (for signal handlers and cancel buttons).
     pub fn stop_flag(&self) -> Arc<AtomicBool> {
         self.stop.clone()

@@ -21,6 +21,7 @@ mod build;
 mod bytes;
 mod check;
 mod colour;
+mod edit;
 mod export;
 mod fault;
 mod fill;
@@ -68,15 +69,17 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
             return ExitCode::from(usage.exit_code() as u8);
         }
     };
+    let command = cli.command.unwrap_or_else(|| Command::Edit(args::EditArgs::default()));
     let reporter = Reporter::new(&cli.global);
     let task = reporter.task();
-    let done = prepare(&cli.global, &task).and_then(|()| dispatch(&cli.command, &task));
+    let done = prepare(&cli.global, &command, &task).and_then(|()| dispatch(&command, &task));
     reporter.finish();
     conclude(&cli.global, &reporter, done)
 }
 
 fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
     match command {
+        Command::Edit(args) => edit::run(args),
         Command::New(args) => new::run(args, task),
         Command::Info(args) => info::run(args, task),
         Command::Check(args) => check::run(args, task),
@@ -93,12 +96,13 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
     }
 }
 
-fn prepare(global: &Global, task: &Task) -> Result<()> {
+fn prepare(global: &Global, command: &Command, task: &Task) -> Result<()> {
     if let Some(threads) = global.threads {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
     }
-    stop_on_ctrl_c(task)
+    // In a window jobs are stopped one by one, and Ctrl-C in the terminal ends it as any other.
+    if matches!(command, Command::Edit(_)) { Ok(()) } else { stop_on_ctrl_c(task) }
 }
 
 /// The first Ctrl-C asks, the second one ends the program where it stands; the files on disk are

@@ -8,6 +8,7 @@ pub mod footprint;
 pub mod framing;
 pub mod frustum;
 pub mod likeness;
+pub mod navigation;
 pub mod relief;
 pub mod shot;
 pub mod sources;

@@ -26,5 +26,6 @@ pub mod sheets;
 mod side_by_side;
 pub mod sources;
 pub mod survey;
+pub mod thumbnail;
 pub mod views;
 pub mod watch;

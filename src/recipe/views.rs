@@ -224,7 +224,7 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
 }
 
 /// What is up in the photos, on average: people hold cameras level more often than not.
-fn up(photos: &[Photo]) -> DVec3 {
+pub fn up(photos: &[Photo]) -> DVec3 {
     let up_of = |photo: &Photo| -(photo.pose.rotation.transpose() * DVec3::Y);
     photos.iter().map(up_of).sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
 }

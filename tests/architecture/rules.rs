@@ -14,6 +14,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["document"],
     &["io", "gpu"],
     &["recipe"],
+    &["app"],
     &["cli"],
     &["main"],
 ];
@@ -42,6 +43,8 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("clap_mangen", &["cli/"]),
     ("indicatif", &["cli/"]),
     ("ctrlc", &["cli/"]),
+    ("eframe", &["app/"]),
+    ("rfd", &["app/"]),
     ("thiserror", &["error.rs"]),
 ];
 

@@ -29,15 +29,15 @@ use crate::task::Task;
 
 /// Calibrated photos and a coarse model become editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]
-#[command(name = "quadratura", version, propagate_version = true, subcommand_required = true)]
-#[command(arg_required_else_help = true, max_term_width = 100)]
+#[command(name = "quadratura", version, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Exit status: 0 done, 1 failed (also when one photo failed and the others \
                         went on), 2 wrong usage, 130 stopped by Ctrl-C.")]
 pub struct Cli {
     #[command(flatten)]
     pub global: Global,
+    /// Without one, the editor opens
     #[command(subcommand)]
-    pub command: Command,
+    pub command: Option<Command>,
 }
 
 /// What every command takes.
@@ -60,8 +60,17 @@ pub struct Global {
     pub timings: bool,
 }
 
+/// What the editor is given.
+#[derive(Debug, Default, Args)]
+pub struct EditArgs {
+    /// The project's folder; without one the window asks
+    pub project: Option<PathBuf>,
+}
+
 #[derive(Debug, Subcommand)]
 pub enum Command {
+    /// Open the editor: the window in which all of it is done
+    Edit(EditArgs),
     /// Make a project of photos, their cameras and a model
     New(NewArgs),
     /// Judge the site before work starts: does the model fit the photos

@@ -1,0 +1,86 @@
+//! Commands on stacks and layers.
+
+use eframe::egui::Key;
+
+use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+
+/// In the order of their menus.
+pub const COMMANDS: &[&Command] = &[&BUILD, &BUILD_PHOTO, &FILL, &CHECK, &STOP];
+
+/// Builds all stacks that are not up to date.
+pub const BUILD: Command = Command {
+    name: "Build layers",
+    tooltip: "Sorts by visibility and writes the image layers of every photo that is not up to date.",
+    keys: &[ctrl(Key::B)],
+    menu: Menu::Layers,
+    ready: can_write,
+    run: |editor, _| editor.build(Vec::new()),
+    ..PLAIN
+};
+
+/// Builds one photo's stack.
+pub const BUILD_PHOTO: Command = Command {
+    name: "Build layers of this photo",
+    tooltip: "Builds the selected photo's image layers alone.",
+    menu: Menu::Layers,
+    ready: |editor| can_write(editor).and(with_photo(editor)),
+    run: |editor, _| {
+        let photo = editor.selected_photo_name();
+        editor.build(photo.into_iter().collect());
+    },
+    ..PLAIN
+};
+
+/// Fills hidden parts.
+pub const FILL: Command = Command {
+    name: "Fill hidden parts",
+    tooltip: "Fills what photos do not show of their layers: from other photos, by example, by diffusion.",
+    menu: Menu::Layers,
+    ready: |editor| can_write(editor).and(with_stacks(editor)),
+    run: |editor, _| editor.fill(),
+    ..PLAIN
+};
+
+/// Compares cameras, photos and model.
+pub const CHECK: Command = Command {
+    name: "Check project",
+    tooltip: "Compares cameras, photos and model, and says what is likely to be wrong.",
+    menu: Menu::Layers,
+    starts_group: true,
+    ready: with_project,
+    run: |editor, _| editor.check(),
+    ..PLAIN
+};
+
+/// Stops what runs.
+pub const STOP: Command = Command {
+    name: "Stop all jobs",
+    tooltip: "Asks everything that runs to stop; what is finished stays.",
+    keys: &[shift(Key::Escape)],
+    menu: Menu::Layers,
+    ready: |editor| if editor.jobs.is_idle() { Err("nothing runs") } else { Ok(()) },
+    run: |editor, _| editor.jobs.stop_all(),
+    ..PLAIN
+};
+
+/// A project is open and no other job writes to its stacks.
+fn can_write(editor: &Editor) -> Result<(), WhyNot> {
+    with_project(editor)?;
+    let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open];
+    match writes.into_iter().any(|kind| editor.jobs.runs(kind)) {
+        true => Err("wait until the job that runs has ended, or stop it"),
+        false => Ok(()),
+    }
+}
+
+fn with_photo(editor: &Editor) -> Result<(), WhyNot> {
+    editor.selected_photo().map(|_| ()).ok_or("select a photo first")
+}
+
+fn with_stacks(editor: &Editor) -> Result<(), WhyNot> {
+    let session = editor.session.as_ref().ok_or("open a project first")?;
+    let built = session.photos.iter().any(|photo| photo.stack.is_some());
+    if built { Ok(()) } else { Err("build the layers first") }
+}

@@ -1,0 +1,163 @@
+//! Every command of the editor: its name, its tooltip, its keys, where in the menu it is, when it can be run, and
+//! what it does. Menus, palette, keyboard and tests know commands from these tables alone.
+
+pub mod file;
+pub mod layers;
+pub mod view;
+
+use eframe::egui::{Context, Id, Key, KeyboardShortcut, Modifiers};
+
+use super::editor::Editor;
+
+/// A menu of the menu bar, from left to right.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Menu {
+    /// Projects.
+    File,
+    /// Stacks and layers.
+    Layers,
+    /// What is shown, and from where.
+    View,
+    /// The window.
+    Window,
+}
+
+impl Menu {
+    /// All of them.
+    pub const ALL: [Self; 4] = [Self::File, Self::Layers, Self::View, Self::Window];
+
+    /// As the menu bar has it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::File => "File",
+            Self::Layers => "Layers",
+            Self::View => "View",
+            Self::Window => "Window",
+        }
+    }
+}
+
+/// Why a command cannot be run now.
+pub type WhyNot = &'static str;
+
+/// A command.
+pub struct Command {
+    /// Unique; what the user reads.
+    pub name: &'static str,
+    /// A sentence on what it does.
+    pub tooltip: &'static str,
+    /// Its keys: those of the menu first.
+    pub keys: &'static [KeyboardShortcut],
+    /// Where it is found.
+    pub menu: Menu,
+    /// A line is drawn above it in the menu.
+    pub starts_group: bool,
+    /// Whether it can be run.
+    pub ready: fn(&Editor) -> Result<(), WhyNot>,
+    /// Whether it is switched on, for one that switches.
+    pub on: Option<fn(&Editor) -> bool>,
+    /// What it does.
+    pub run: fn(&mut Editor, &Context),
+}
+
+/// A command that can always be run, switches nothing and has no keys; to be written over.
+pub const PLAIN: Command = Command {
+    name: "",
+    tooltip: "",
+    keys: &[],
+    menu: Menu::File,
+    starts_group: false,
+    ready: always,
+    on: None,
+    run: |_, _| (),
+};
+
+/// All commands, in the order of their menus.
+pub fn all() -> impl Iterator<Item = &'static Command> {
+    [file::COMMANDS, layers::COMMANDS, view::COMMANDS].into_iter().flatten().copied()
+}
+
+/// Ready in any state.
+pub fn always(_: &Editor) -> Result<(), WhyNot> {
+    Ok(())
+}
+
+/// Ready when a project is open.
+pub fn with_project(editor: &Editor) -> Result<(), WhyNot> {
+    editor.session.as_ref().map(|_| ()).ok_or("open a project first")
+}
+
+/// Keys with Ctrl (Command on a Mac).
+pub const fn ctrl(key: Key) -> KeyboardShortcut {
+    KeyboardShortcut::new(Modifiers::COMMAND, key)
+}
+
+/// A key alone.
+pub const fn plain(key: Key) -> KeyboardShortcut {
+    KeyboardShortcut::new(Modifiers::NONE, key)
+}
+
+/// Keys with Shift.
+pub const fn shift(key: Key) -> KeyboardShortcut {
+    KeyboardShortcut::new(Modifiers::SHIFT, key)
+}
+
+/// Keys as people read them: `Ctrl+P`, `]`.
+pub fn keys_text(context: &Context, keys: &KeyboardShortcut) -> String {
+    let (name, symbol) = (keys.logical_key.name(), keys.logical_key.symbol_or_name());
+    let text = context.format_shortcut(keys);
+    if symbol.is_ascii() { text.replace(name, symbol) } else { text }
+}
+
+/// The first keys of a command as people read them; empty where it has none.
+pub fn first_keys(context: &Context, command: &Command) -> String {
+    command.keys.first().map(|keys| keys_text(context, keys)).unwrap_or_default()
+}
+
+/// The command whose keys were pressed. Keys without Ctrl are text where text is being typed, and Enter belongs
+/// to whatever has the focus, unless that is `view`, the view that commands speak of.
+pub fn pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> {
+    let typing = context.text_edit_focused();
+    let focused = context.memory(|memory| memory.focused());
+    let taken = focused.is_some() && focused != view;
+    let usable = |keys: &KeyboardShortcut| {
+        let theirs = typing || (taken && keys.logical_key == Key::Enter);
+        !theirs || keys.modifiers.command || is_function_key(keys.logical_key)
+    };
+    // Keys with more modifiers are asked first: else Ctrl+Shift+S would be taken for Ctrl+S.
+    let mut found: Vec<(&'static Command, &'static KeyboardShortcut)> =
+        all().flat_map(|command| command.keys.iter().map(move |keys| (command, keys))).collect();
+    found.sort_by_key(|(_, keys)| std::cmp::Reverse(count(keys.modifiers)));
+    let is_pressed = |keys: &KeyboardShortcut| context.input_mut(|input| input.consume_shortcut(keys));
+    found.into_iter().find(|(_, keys)| usable(keys) && is_pressed(keys)).map(|(command, _)| command)
+}
+
+fn count(modifiers: Modifiers) -> usize {
+    let Modifiers { alt, ctrl, shift, mac_cmd, command } = modifiers;
+    [alt, ctrl, shift, mac_cmd, command].into_iter().filter(|held| *held).count()
+}
+
+fn is_function_key(key: Key) -> bool {
+    matches!(key, Key::F1 | Key::F5 | Key::F11)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeMap;
+
+    use super::*;
+
+    #[test]
+    fn names_and_keys_are_given_once_and_every_command_says_what_it_does() {
+        let (mut names, mut keys) = (BTreeMap::new(), BTreeMap::new());
+        for command in all() {
+            assert!(command.tooltip.ends_with('.'), "{}: {}", command.name, command.tooltip);
+            assert!(names.insert(command.name, ()).is_none(), "{} twice", command.name);
+            for shortcut in command.keys {
+                let other = keys.insert(format!("{shortcut:?}"), command.name);
+                assert_eq!(other, None, "{} has the keys of another", command.name);
+            }
+        }
+        assert!(names.len() > 20);
+    }
+}

@@ -1,0 +1,175 @@
+//! Commands on what is shown, and from where.
+
+use eframe::egui::Key;
+
+use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
+use crate::app::editor::Editor;
+use crate::projection::Shown;
+
+/// In the order of their menus.
+pub const COMMANDS: &[&Command] = &[
+    &FRAME,
+    &EVERYTHING,
+    &SNAP,
+    &NEXT,
+    &PREVIOUS,
+    &LEVEL,
+    &COLOUR,
+    &WEIGHTS,
+    &BEST,
+    &COVERAGE,
+    &DENSITY,
+    &CONFIDENCE,
+    &LAYER,
+    &ITEM,
+    &WIREFRAME,
+    &CAMERAS,
+    &FLIP,
+    &RESTART,
+];
+
+const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
+
+/// Frames the selection.
+pub const FRAME: Command = Command {
+    name: "Frame selection",
+    tooltip: "Goes to where the selected object, face or photo fills the view.",
+    keys: &[plain(Key::F)],
+    run: |editor, _| editor.frame_selection(),
+    ..VIEW
+};
+
+/// Shows everything.
+pub const EVERYTHING: Command = Command {
+    name: "Show everything",
+    tooltip: "Goes back until the whole model is in the view.",
+    keys: &[plain(Key::Home)],
+    run: |editor, _| editor.show_everything(),
+    ..VIEW
+};
+
+/// Into the photo and back.
+pub const SNAP: Command = Command {
+    name: "Look through the photo",
+    tooltip: "Flies into the selected photo's camera; a second time flies back.",
+    keys: &[plain(Key::Num0), plain(Key::Enter)],
+    ready: with_photo,
+    run: |editor, _| editor.snap(),
+    ..VIEW
+};
+
+/// The next photo.
+pub const NEXT: Command = Command {
+    name: "Next photo",
+    tooltip: "Selects the next photo, and flies to it when looking through one.",
+    keys: &[plain(Key::CloseBracket), plain(Key::PageDown)],
+    run: |editor, _| editor.step_photo(1),
+    ..VIEW
+};
+
+/// The photo before.
+pub const PREVIOUS: Command = Command {
+    name: "Previous photo",
+    tooltip: "Selects the photo before, and flies to it when looking through one.",
+    keys: &[plain(Key::OpenBracket), plain(Key::PageUp)],
+    run: |editor, _| editor.step_photo(-1),
+    ..VIEW
+};
+
+/// A level horizon.
+pub const LEVEL: Command = Command {
+    name: "Level the horizon",
+    tooltip: "Turns the view about its axis until what is upright stands upright.",
+    run: |editor, _| editor.level(),
+    ..VIEW
+};
+
+macro_rules! shown {
+    ($constant:ident, $shown:ident, $name:literal, $key:ident, $tooltip:literal) => {
+        /// What the picture shows.
+        pub const $constant: Command = Command {
+            name: $name,
+            tooltip: $tooltip,
+            keys: &[plain(Key::$key)],
+            on: Some(|editor| editor.space.look.shown == Shown::$shown),
+            run: |editor, _| editor.space.look.shown = Shown::$shown,
+            ..VIEW
+        };
+    };
+}
+
+shown!(
+    WEIGHTS,
+    Weights,
+    "Weights",
+    Num2,
+    "Each photo in a colour of its own, mixed as the photos are blended."
+);
+shown!(BEST, BestPhoto, "Best photo", Num3, "The photo that counts most, in a colour of its own.");
+shown!(COVERAGE, Coverage, "Coverage", Num4, "How many photos serve each place.");
+shown!(DENSITY, Density, "Texel density", Num5, "Texels of the best photo per pixel of the view.");
+shown!(
+    CONFIDENCE,
+    Confidence,
+    "Confidence",
+    Num6,
+    "How far the photos that serve a place are trusted there."
+);
+shown!(LAYER, Layer, "Image layers", Num7, "The image layer of the best photo, as a colour.");
+shown!(ITEM, Item, "Faces", Num8, "Every face in a colour of its own.");
+
+/// The blended photos.
+pub const COLOUR: Command = Command {
+    name: "Photos",
+    tooltip: "The photos, blended for this view.",
+    keys: &[plain(Key::Num1)],
+    starts_group: true,
+    on: Some(|editor| editor.space.look.shown == Shown::Colour),
+    run: |editor, _| editor.space.look.shown = Shown::Colour,
+    ..VIEW
+};
+
+/// Outlines of faces.
+pub const WIREFRAME: Command = Command {
+    name: "Wireframe",
+    tooltip: "Draws the outlines of all faces.",
+    keys: &[plain(Key::Z)],
+    starts_group: true,
+    on: Some(|editor| editor.space.wireframe),
+    run: |editor, _| editor.space.wireframe ^= true,
+    ..VIEW
+};
+
+/// Cameras in space.
+pub const CAMERAS: Command = Command {
+    name: "Photos in space",
+    tooltip: "Draws where each photo was taken from, with its picture.",
+    keys: &[plain(Key::C)],
+    on: Some(|editor| editor.space.cameras),
+    run: |editor, _| editor.space.cameras ^= true,
+    ..VIEW
+};
+
+/// The photo over the render.
+pub const FLIP: Command = Command {
+    name: "Photo over the view",
+    tooltip: "Lays the photo one looks through over the view; hold X to flip between the two.",
+    keys: &[plain(Key::P)],
+    on: Some(|editor| editor.space.photo_over),
+    run: |editor, _| editor.space.photo_over ^= true,
+    ..VIEW
+};
+
+/// The renderer anew.
+pub const RESTART: Command = Command {
+    name: "Restart 3D view",
+    tooltip: "Prepares the 3D view anew, on the device as it is now.",
+    starts_group: true,
+    run: |editor, _| editor.prepare_painter(),
+    ..VIEW
+};
+
+fn with_photo(editor: &Editor) -> Result<(), WhyNot> {
+    with_project(editor)?;
+    editor.selected_photo().map(|_| ()).ok_or("select a photo first")
+}

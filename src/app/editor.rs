@@ -1,0 +1,194 @@
+//! The editor: everything that is shown, and the one place where it changes.
+
+use std::path::PathBuf;
+
+use eframe::egui::{self, CentralPanel, Context, Panel, Ui};
+use eframe::{Frame, Storage};
+
+use super::command::{self, Command};
+use super::jobs::Jobs;
+use super::notes::{Note, Notes, Weight};
+use super::palette::{Palette, palette_ui};
+use super::panel;
+use super::pictures::Pictures;
+use super::selection::Selection;
+use super::session::Session;
+use super::settings::Settings;
+use super::space::{Space, space_ui};
+use crate::app::project::Opening;
+
+/// The key of the settings among what eframe keeps.
+const SETTINGS: &str = "settings";
+
+/// What a panel wants; done when all panels are drawn.
+pub enum Ask {
+    /// A command from the tables.
+    Run(&'static Command),
+    /// This is selected from now on.
+    Select(Selection),
+    /// Flies into the camera of a photo.
+    FlyTo(usize),
+    /// Opens a project.
+    Open(PathBuf),
+    /// Asks one job to stop.
+    Stop(super::jobs::JobId),
+    /// Forgets a project that was opened once.
+    Forget(PathBuf),
+}
+
+/// The editor.
+pub struct Editor {
+    /// The project that is open.
+    pub session: Option<Session>,
+    /// What runs.
+    pub jobs: Jobs,
+    /// What was said.
+    pub notes: Notes,
+    /// Kept from run to run.
+    pub settings: Settings,
+    /// What is selected.
+    pub selection: Selection,
+    /// The photo that was selected last: the one that commands on a photo mean.
+    pub photo: Option<usize>,
+    /// The 3D view.
+    pub space: Space,
+    /// Pictures of photos.
+    pub pictures: Pictures,
+    /// The command palette.
+    pub palette: Palette,
+    /// What keys and mouse do is shown.
+    pub help_shown: bool,
+    /// Dialogs around opening and making projects.
+    pub opening: Opening,
+    /// To be woken by threads.
+    pub context: Context,
+}
+
+impl Editor {
+    /// With what was kept from the last run; opens `project` if there is one.
+    pub fn new(context: &Context, storage: Option<&dyn Storage>, project: Option<PathBuf>) -> Self {
+        let settings: Settings =
+            storage.and_then(|storage| eframe::get_value(storage, SETTINGS)).unwrap_or_default();
+        settings.apply_to(context);
+        let mut editor = Self {
+            session: None,
+            jobs: Jobs::new(context.clone()),
+            notes: Notes::default(),
+            settings,
+            selection: Selection::default(),
+            photo: None,
+            space: Space::default(),
+            pictures: Pictures::default(),
+            palette: Palette::default(),
+            help_shown: false,
+            opening: Opening::default(),
+            context: context.clone(),
+        };
+        if let Some(project) = project {
+            editor.open_project(project);
+        }
+        editor
+    }
+
+    /// Says something.
+    pub fn tell(&mut self, note: Note) {
+        if note.weight == Weight::Problem {
+            self.settings.notes_shown = true;
+        }
+        self.notes.add(note);
+    }
+
+    /// Changes what is selected.
+    pub fn select(&mut self, selection: Selection) {
+        self.selection = selection;
+        self.photo = selection.photo().or(self.photo);
+    }
+
+    /// The photo that commands on a photo mean.
+    pub fn selected_photo(&self) -> Option<usize> {
+        self.photo.filter(|photo| self.session.as_ref().is_some_and(|session| *photo < session.photos.len()))
+    }
+
+    /// Its name.
+    pub fn selected_photo_name(&self) -> Option<String> {
+        let session = self.session.as_ref()?;
+        Some(session.opened.site.photos[self.selected_photo()?].name.clone())
+    }
+
+    /// Everything where it was at first.
+    pub fn reset_layout(&mut self, context: &Context) {
+        context.memory_mut(|memory| *memory = egui::Memory::default());
+        self.settings.apply_to(context);
+    }
+
+    fn take_in(&mut self, context: &Context) {
+        let (notes, arrivals) = self.jobs.receive();
+        notes.into_iter().for_each(|note| self.tell(note));
+        arrivals.into_iter().for_each(|arrival| arrival(self));
+        self.pictures.take_in(context);
+        self.take_dropped(context);
+        self.take_chosen();
+    }
+
+    fn grant(&mut self, ask: Ask) {
+        match ask {
+            Ask::Run(command) => self.run(command),
+            Ask::Select(selection) => self.select(selection),
+            Ask::FlyTo(photo) => self.fly_to_photo(photo),
+            Ask::Open(project) => self.open_project(project),
+            Ask::Stop(job) => self.jobs.stop(job),
+            Ask::Forget(project) => self.settings.recent.retain(|other| *other != project),
+        }
+    }
+
+    /// Runs a command if it is ready, else says why not.
+    pub fn run(&mut self, command: &'static Command) {
+        match (command.ready)(self) {
+            Ok(()) => {
+                let context = self.context.clone();
+                (command.run)(self, &context);
+            }
+            Err(why_not) => self.notes.add(Note::new(Weight::Info, format!("{}: {why_not}", command.name))),
+        }
+    }
+}
+
+impl eframe::App for Editor {
+    fn logic(&mut self, context: &Context, _: &mut Frame) {
+        self.take_in(context);
+        if let Some(command) = command::pressed(context, self.space.id) {
+            self.run(command);
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
+        let mut asks = Vec::new();
+        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(self, ui, &mut asks));
+        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
+        if self.settings.notes_shown {
+            let notes = Panel::bottom("notes").resizable(true).default_size(170.0);
+            notes.show(ui, |ui| panel::notes::notes_ui(self, ui, &mut asks));
+        }
+        if self.session.is_some() {
+            let left = Panel::left("outliner").resizable(true).default_size(270.0);
+            left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
+            let right = Panel::right("inspector").resizable(true).default_size(300.0);
+            right.show(ui, |ui| panel::inspector::inspector_ui(self, ui, &mut asks));
+            CentralPanel::no_frame().show(ui, |ui| space_ui(self, ui, &mut asks));
+        } else {
+            CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
+        }
+        panel::help::help_ui(self, ui.ctx());
+        let context = ui.ctx().clone();
+        asks.extend(palette_ui(self, &context).map(Ask::Run));
+        asks.into_iter().for_each(|ask| self.grant(ask));
+    }
+
+    fn save(&mut self, storage: &mut dyn Storage) {
+        eframe::set_value(storage, SETTINGS, &self.settings);
+    }
+
+    fn on_exit(&mut self) {
+        self.jobs.stop_all();
+    }
+}

@@ -1,0 +1,50 @@
+//! The editor window: shows and asks, never computes. Only this module knows egui.
+//!
+//! A frame goes one way: what jobs and painter have brought is taken in, keys become commands, panels draw what is
+//! there and say what is wanted, as [`Ask`](editor::Ask)s, and one place does it. Whatever takes longer than a
+//! frame is a job on a thread of its own.
+
+pub mod command;
+pub mod editor;
+pub mod jobs;
+pub mod notes;
+mod painter;
+mod palette;
+mod panel;
+mod pictures;
+mod project;
+mod selection;
+mod session;
+pub mod settings;
+mod space;
+
+use std::path::PathBuf;
+
+use eframe::NativeOptions;
+use eframe::egui::ViewportBuilder;
+
+use self::editor::Editor;
+use crate::error::{Error, Result};
+
+/// Opens the window, with a project or without; returns when it is closed.
+///
+/// # Errors
+/// [`Error::Request`] when there is no display or no adapter that draws on it.
+pub fn run(project: Option<PathBuf>) -> Result<()> {
+    let viewport = ViewportBuilder::default()
+        .with_app_id("quadratura")
+        .with_title("Quadratura")
+        .with_inner_size([1440.0, 900.0])
+        .with_min_inner_size([720.0, 480.0])
+        .with_drag_and_drop(true);
+    let options = NativeOptions { viewport, ..NativeOptions::default() };
+    let start = |creation: &eframe::CreationContext<'_>| {
+        let editor = Editor::new(&creation.egui_ctx, creation.storage, project);
+        Ok(Box::new(editor) as Box<dyn eframe::App>)
+    };
+    eframe::run_native("quadratura", options, Box::new(start)).map_err(|error| {
+        Error::Request(format!(
+            "the window could not be opened: {error}; without a display, every other command of the program works"
+        ))
+    })
+}

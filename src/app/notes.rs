@@ -1,0 +1,125 @@
+//! What the program has to say: problems, and what became of what was asked for.
+
+use std::time::SystemTime;
+
+use crate::error::Error;
+
+/// How much a note matters.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Weight {
+    /// Something was done.
+    Info,
+    /// Something is not as it should be; the work goes on.
+    Warning,
+    /// Something failed.
+    Problem,
+}
+
+/// One thing said.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Note {
+    /// How much it matters.
+    pub weight: Weight,
+    /// The photo, file or object that it is about; empty for the whole project.
+    pub subject: String,
+    /// A sentence or two.
+    pub text: String,
+    /// When it was said.
+    pub at: SystemTime,
+    /// How often the same was said in a row.
+    pub times: u32,
+}
+
+impl Note {
+    /// About the whole project.
+    pub fn new(weight: Weight, text: impl Into<String>) -> Self {
+        Self::about(weight, "", text)
+    }
+
+    /// About one photo, file or object.
+    pub fn about(weight: Weight, subject: impl Into<String>, text: impl Into<String>) -> Self {
+        Self { weight, subject: subject.into(), text: text.into(), at: SystemTime::now(), times: 1 }
+    }
+
+    /// What went wrong while `doing`: one note for each thing that did.
+    pub fn of_error(doing: &str, error: &Error) -> Vec<Self> {
+        match error {
+            Error::Several(errors) => errors.iter().flat_map(|error| Self::of_error(doing, error)).collect(),
+            error => vec![Self::new(Weight::Problem, format!("{doing}: {error}"))],
+        }
+    }
+}
+
+/// So many are kept; older ones have long been read.
+const MOST: usize = 500;
+
+/// All that was said, the newest last.
+#[derive(Debug, Default)]
+pub struct Notes {
+    list: Vec<Note>,
+    /// How many were there when somebody last looked.
+    seen: usize,
+}
+
+impl Notes {
+    /// One more; the same as the last one is only counted.
+    pub fn add(&mut self, note: Note) {
+        if let Some(last) = self.list.last_mut().filter(|l| l.text == note.text && l.subject == note.subject)
+        {
+            last.times += 1;
+            last.at = note.at;
+            return;
+        }
+        self.list.push(note);
+        if self.list.len() > MOST {
+            let gone = self.list.len() - MOST;
+            self.list.drain(..gone);
+            self.seen = self.seen.saturating_sub(gone);
+        }
+    }
+
+    /// The newest last.
+    pub fn list(&self) -> &[Note] {
+        &self.list
+    }
+
+    /// Those that nobody looked at yet, and how much the weightiest of them matters.
+    pub fn unseen(&self) -> (usize, Option<Weight>) {
+        let fresh = &self.list[self.seen.min(self.list.len())..];
+        (fresh.len(), fresh.iter().map(|note| note.weight).max())
+    }
+
+    /// Somebody has looked.
+    pub fn see(&mut self) {
+        self.seen = self.list.len();
+    }
+
+    /// Forgets all.
+    pub fn clear(&mut self) {
+        *self = Self::default();
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_same_note_again_is_counted_and_old_ones_are_dropped() {
+        let mut notes = Notes::default();
+        (0..3).for_each(|_| notes.add(Note::new(Weight::Warning, "dust")));
+        assert_eq!((notes.list().len(), notes.list()[0].times), (1, 3));
+        (0..MOST).for_each(|i| notes.add(Note::new(Weight::Info, i.to_string())));
+        assert_eq!(notes.list().len(), MOST);
+        assert_eq!(notes.unseen().0, MOST);
+        notes.see();
+        assert_eq!(notes.unseen(), (0, None));
+    }
+
+    #[test]
+    fn several_errors_are_several_notes() {
+        let errors = ["a", "b"].map(|text| Error::Request(text.into())).into();
+        let notes = Note::of_error("Opening", &Error::Several(errors));
+        assert_eq!(notes.iter().map(|n| n.text.as_str()).collect::<Vec<_>>(), ["Opening: a", "Opening: b"]);
+    }
+}

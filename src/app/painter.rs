@@ -1,0 +1,223 @@
+//! Draws novel views beside the window, on a device of its own: the window stays quick however long a picture
+//! takes, and a device that is lost takes no unsaved work with it. Only the newest request is ever drawn.
+
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Color32, ColorImage, Context};
+use glam::DVec3;
+
+use crate::error::{Error, Result};
+use crate::projection::{Picture, Renders, Shot};
+use crate::recipe::preview::Preview;
+use crate::scene::Model;
+use crate::task::Task;
+
+/// A picture that is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// The view.
+    pub shot: Shot,
+    /// It may be given up for a newer one: pictures of a view that rests. One of a moving view is finished, else
+    /// nothing would be seen while moving.
+    pub yields: bool,
+    /// What is behind everything.
+    pub background: [u8; 3],
+}
+
+/// A picture that was drawn.
+pub struct Painted {
+    /// What was asked for.
+    pub request: Request,
+    /// Untextured faces are shaded, the background is as asked for.
+    pub image: ColorImage,
+    /// The nearest face at each pixel: 1 + its id, 0 for none.
+    pub faces: Vec<u32>,
+    /// What it took.
+    pub spent: Duration,
+}
+
+#[derive(Default)]
+struct Slot {
+    request: Option<Request>,
+    /// Stops the picture that is being drawn, where that yields.
+    drawing: Option<Arc<AtomicBool>>,
+    ends: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    slot: Mutex<Slot>,
+    wake: Condvar,
+}
+
+impl Shared {
+    fn slot(&self) -> MutexGuard<'_, Slot> {
+        // Whoever panicked while drawing did not hold this lock.
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The thread that draws.
+pub struct Painter {
+    shared: Arc<Shared>,
+    receive: Receiver<Result<Painted>>,
+    /// Adapter, kind, interface and driver.
+    pub adapter: String,
+    /// The request that was handed over last and is not drawn yet.
+    pending: bool,
+}
+
+impl Painter {
+    /// Hands `preview` to a thread of its own; `context` is woken for every picture. Notes of drawing go to `notes`.
+    ///
+    /// # Errors
+    /// [`Error::Request`] when the system gives no thread.
+    pub fn new(
+        preview: Preview,
+        model: Arc<Model>,
+        adapter: String,
+        task: Task,
+        context: Context,
+    ) -> Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let (send, receive) = channel();
+        let theirs = shared.clone();
+        let draw = move || Drawing { preview, model, task, send, context }.run(&theirs);
+        let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
+        started.map_err(|error| {
+            Error::Request(format!("the system gives no thread for the 3D view: {error}"))
+        })?;
+        Ok(Self { shared, receive, adapter, pending: false })
+    }
+
+    /// Asks for a picture instead of all others asked for before.
+    pub fn ask(&mut self, request: Request) {
+        let mut slot = self.shared.slot();
+        if let Some(stop) = &slot.drawing {
+            stop.store(true, Ordering::Relaxed);
+        }
+        slot.request = Some(request);
+        self.pending = true;
+        self.shared.wake.notify_one();
+    }
+
+    /// Something was asked for that has not come yet.
+    pub fn is_busy(&self) -> bool {
+        self.pending
+    }
+
+    /// The newest picture, or what went wrong with it.
+    pub fn receive(&mut self) -> Option<Result<Painted>> {
+        let newest = self.receive.try_iter().last()?;
+        let slot = self.shared.slot();
+        self.pending = slot.request.is_some();
+        Some(newest)
+    }
+}
+
+impl Drop for Painter {
+    fn drop(&mut self) {
+        let mut slot = self.shared.slot();
+        slot.ends = true;
+        if let Some(stop) = &slot.drawing {
+            stop.store(true, Ordering::Relaxed);
+        }
+        self.shared.wake.notify_one();
+    }
+}
+
+struct Drawing {
+    preview: Preview,
+    model: Arc<Model>,
+    task: Task,
+    send: Sender<Result<Painted>>,
+    context: Context,
+}
+
+impl Drawing {
+    fn run(mut self, shared: &Shared) {
+        while let Some((request, stop)) = next(shared) {
+            let done = self.guarded(request, stop);
+            shared.slot().drawing = None;
+            // One that was given up is followed by the one it was given up for.
+            if !matches!(done, Err(Error::Cancelled)) {
+                let _ = self.send.send(done);
+                self.context.request_repaint();
+            }
+        }
+    }
+
+    fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<Painted> {
+        let task = self.task.stopped_by(stop);
+        catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| {
+            Err(Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into()))
+        })
+    }
+
+    fn draw(&mut self, request: Request, task: &Task) -> Result<Painted> {
+        let start = Instant::now();
+        let picture = self.preview.picture(&request.shot, task)?;
+        let faces = self.preview.faces(&request.shot, task)?;
+        let shades = shades(&self.model, request.shot.viewpoint());
+        let image = composed(&picture, &faces, &shades, request.background);
+        Ok(Painted { request, image, faces, spent: start.elapsed() })
+    }
+}
+
+/// Waits for a request; none when the painter is gone.
+fn next(shared: &Shared) -> Option<(Request, Arc<AtomicBool>)> {
+    let waiting = |slot: &mut Slot| slot.request.is_none() && !slot.ends;
+    let mut slot = shared.wake.wait_while(shared.slot(), waiting).unwrap_or_else(PoisonError::into_inner);
+    if slot.ends {
+        return None;
+    }
+    let request = slot.request.take()?;
+    let stop = Arc::<AtomicBool>::default();
+    slot.drawing = request.yields.then(|| stop.clone());
+    Some((request, stop))
+}
+
+/// The grey of each face where no photo serves it: lighter the more it turns to the viewpoint.
+fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
+    let shade = |face: &crate::scene::Face| {
+        let towards = (viewpoint - face.plane.point).normalize_or_zero();
+        (80.0 + 90.0 * face.plane.normal.dot(towards).abs()) as u8
+    };
+    model.faces.iter().map(shade).collect()
+}
+
+/// The picture over shaded faces over the background.
+fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> ColorImage {
+    let pixel = |(rgba, face): (&[u8; 4], &u32)| {
+        let below = match face.checked_sub(1) {
+            Some(face) => [shades.get(face as usize).copied().unwrap_or_default(); 3],
+            None => background,
+        };
+        let alpha = u32::from(rgba[3]);
+        let mix = |channel: usize| {
+            let (above, below) = (u32::from(rgba[channel]), u32::from(below[channel]));
+            ((above * alpha + below * (255 - alpha) + 127) / 255) as u8
+        };
+        Color32::from_rgb(mix(0), mix(1), mix(2))
+    };
+    let pixels = picture.rgba.as_chunks::<4>().0.iter().zip(faces).map(pixel).collect();
+    ColorImage::new([picture.width as usize, picture.height as usize], pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_lies_over_shaded_faces_over_the_background() {
+        let rgba = vec![9, 8, 7, 255, 0, 0, 0, 0, 0, 0, 0, 0];
+        let picture = Picture { width: 3, height: 1, rgba };
+        let image = composed(&picture, &[1, 1, 0], &[100], [1, 2, 3]);
+        let expected = [[9, 8, 7], [100, 100, 100], [1, 2, 3]].map(|[r, g, b]| Color32::from_rgb(r, g, b));
+        assert_eq!(image.pixels, expected);
+    }
+}

@@ -1,0 +1,135 @@
+//! The command palette: any command, by a few letters of its name.
+
+use eframe::egui::{Align2, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
+
+use super::command::{self, Command, first_keys};
+use super::editor::Editor;
+
+/// The palette, open or not.
+#[derive(Debug, Default)]
+pub struct Palette {
+    open: bool,
+    typed: String,
+    /// Among the commands found, from 0.
+    chosen: usize,
+}
+
+impl Palette {
+    /// Opens it empty, or closes it.
+    pub fn toggle(&mut self) {
+        *self = Self { open: !self.open, ..Self::default() };
+    }
+}
+
+/// Shows the palette when it is open; the command that was chosen.
+pub fn palette_ui(editor: &mut Editor, context: &Context) -> Option<&'static Command> {
+    if !editor.palette.open {
+        return None;
+    }
+    let mut chosen = None;
+    let area = Modal::default_area(Id::unique("palette")).anchor(Align2::CENTER_TOP, [0.0, 80.0]);
+    let modal = Modal::new(Id::unique("palette")).area(area).show(context, |ui| {
+        ui.set_width(460.0);
+        chosen = contents(editor, ui);
+    });
+    if modal.should_close() || chosen.is_some() {
+        editor.palette = Palette::default();
+    }
+    chosen
+}
+
+fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
+    let steps = |ui: &Ui, key| ui.input_mut(|input| input.count_and_consume_key(Default::default(), key));
+    let (down, up) = (steps(ui, Key::ArrowDown), steps(ui, Key::ArrowUp));
+    let enter = ui.input_mut(|input| input.consume_key(Default::default(), Key::Enter));
+    let field = TextEdit::singleline(&mut editor.palette.typed)
+        .hint_text("Type a few letters of a command")
+        .desired_width(f32::INFINITY);
+    let typed = ui.add(field);
+    typed.request_focus();
+    if typed.changed() {
+        editor.palette.chosen = 0;
+    }
+    let found = found(&editor.palette.typed);
+    let last = found.len().saturating_sub(1);
+    editor.palette.chosen = (editor.palette.chosen + down).saturating_sub(up).min(last);
+    let moved = down + up > 0;
+    let mut clicked = None;
+    ScrollArea::vertical().max_height(360.0).auto_shrink([false, true]).show(ui, |ui| {
+        for (place, command) in found.iter().enumerate() {
+            if row(editor, ui, command, place == editor.palette.chosen, moved) {
+                clicked = Some(*command);
+            }
+        }
+        if found.is_empty() {
+            ui.label("No command has these letters in its name.");
+        }
+    });
+    let entered = enter.then(|| found.get(editor.palette.chosen).copied()).flatten();
+    clicked.or(entered).filter(|command| (command.ready)(editor).is_ok())
+}
+
+fn row(editor: &Editor, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {
+    let why_not = (command.ready)(editor).err();
+    let keys = first_keys(ui.ctx(), command);
+    let text = RichText::new(format!("{} › {}", command.menu.name(), command.name));
+    let response = ui
+        .horizontal(|ui| {
+            let button = ui.add_enabled(why_not.is_none(), eframe::egui::Button::selectable(chosen, text));
+            ui.weak(keys);
+            button
+        })
+        .inner;
+    if chosen && moved {
+        response.scroll_to_me(None);
+    }
+    let response = response.on_hover_text(command.tooltip);
+    response.on_disabled_hover_text(why_not.unwrap_or_default()).clicked()
+}
+
+/// Commands whose name has all words that were typed, those that begin with them first; in the order of menus.
+fn found(typed: &str) -> Vec<&'static Command> {
+    let typed = typed.to_lowercase();
+    let words: Vec<&str> = typed.split_whitespace().collect();
+    let mut found: Vec<_> =
+        command::all().filter_map(|command| Some((rank(command, &words)?, command))).collect();
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, command)| command).collect()
+}
+
+/// Smaller is better; none where a word is missing. Letters of a word may be scattered, as in `bl` for *Build layers*.
+fn rank(command: &Command, words: &[&str]) -> Option<u32> {
+    let name = command.name.to_lowercase();
+    words.iter().try_fold(0, |sum, word| {
+        let rank = if name.starts_with(word) {
+            0
+        } else if name.split_whitespace().any(|part| part.starts_with(word)) {
+            1
+        } else if name.contains(word) {
+            2
+        } else {
+            scattered(&name, word).then_some(3)?
+        };
+        Some(sum + rank)
+    })
+}
+
+fn scattered(name: &str, word: &str) -> bool {
+    let mut letters = name.chars();
+    word.chars().all(|letter| letters.any(|other| other == letter))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_command_is_found_by_its_name_and_by_its_first_letters() {
+        for command in command::all() {
+            assert_eq!(found(command.name).first().map(|c| c.name), Some(command.name));
+        }
+        assert_eq!(found("bu la").first().map(|command| command.name), Some("Build layers"));
+        assert!(found("bl").iter().any(|command| command.name == "Build layers"));
+        assert!(found("xyzzy").is_empty());
+    }
+}

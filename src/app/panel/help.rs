@@ -1,0 +1,57 @@
+//! What keys and mouse do.
+
+use eframe::egui::{Context, Grid, ScrollArea, Window};
+
+use crate::app::command;
+use crate::app::editor::Editor;
+use crate::app::settings::Navigation;
+
+/// What the mouse does in the 3D view.
+const SIMPLE: &[(&str, &str)] = &[
+    ("Left drag", "turn around what is under the pointer"),
+    ("Right drag, Shift+left drag", "move"),
+    ("Alt+left drag", "look around"),
+    ("Wheel", "come nearer to what is under the pointer"),
+    ("Click, double click", "select an object (again: its face), frame it"),
+    ("W A S D, Q E", "fly; with Shift faster"),
+    ("X, held", "flip between photo and view"),
+];
+
+const BLENDER: &[(&str, &str)] = &[
+    ("Middle drag", "turn around what is under the pointer"),
+    ("Shift+middle drag", "move"),
+    ("Right drag", "look around"),
+    ("Wheel", "come nearer to what is under the pointer"),
+    ("Click, double click", "select an object (again: its face), frame it"),
+    ("W A S D, Q E", "fly; with Shift faster"),
+    ("X, held", "flip between photo and view"),
+];
+
+/// Shows it when it is wanted.
+pub fn help_ui(editor: &mut Editor, context: &Context) {
+    let mut open = editor.help_shown;
+    let window = Window::new("Keys and mouse").open(&mut open).default_width(420.0).default_height(520.0);
+    window.show(context, |ui| {
+        ScrollArea::vertical().show(ui, |ui| {
+            let mouse = match editor.settings.navigation {
+                Navigation::Simple => SIMPLE,
+                Navigation::Blender => BLENDER,
+            };
+            Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
+                for (keys, what) in mouse {
+                    ui.strong(*keys);
+                    ui.label(*what);
+                    ui.end_row();
+                }
+                for command in command::all().filter(|command| !command.keys.is_empty()) {
+                    let keys: Vec<String> =
+                        command.keys.iter().map(|keys| command::keys_text(ui.ctx(), keys)).collect();
+                    ui.strong(keys.join(", "));
+                    ui.label(command.name).on_hover_text(command.tooltip);
+                    ui.end_row();
+                }
+            });
+        });
+    });
+    editor.help_shown = open;
+}

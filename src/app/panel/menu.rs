@@ -1,0 +1,64 @@
+//! The menu bar: the command tables, and the projects opened last.
+
+use eframe::egui::{Button, MenuBar, Ui};
+
+use crate::app::command::{self, Command, Menu, first_keys};
+use crate::app::editor::{Ask, Editor};
+use crate::app::settings::Navigation;
+
+/// Draws it.
+pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    MenuBar::new().ui(ui, |ui| {
+        for menu in Menu::ALL {
+            ui.menu_button(menu.name(), |ui| {
+                ui.set_min_width(230.0);
+                for command in command::all().filter(|command| command.menu == menu) {
+                    if command.starts_group {
+                        ui.separator();
+                    }
+                    if item(editor, ui, command) {
+                        asks.push(Ask::Run(command));
+                    }
+                    if command.name == command::file::OPEN.name {
+                        recent(editor, ui, asks);
+                    }
+                }
+                if menu == Menu::Window {
+                    ui.separator();
+                    navigation(editor, ui);
+                }
+            });
+        }
+    });
+}
+
+fn item(editor: &Editor, ui: &mut Ui, command: &Command) -> bool {
+    let why_not = (command.ready)(editor).err();
+    let keys = first_keys(ui.ctx(), command);
+    let on = command.on.is_some_and(|on| on(editor));
+    let button = Button::selectable(on, command.name).shortcut_text(keys);
+    let response = ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip);
+    response
+        .on_disabled_hover_text(format!("{} Not now: {}.", command.tooltip, why_not.unwrap_or_default()))
+        .clicked()
+}
+
+fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.add_enabled_ui(!editor.settings.recent.is_empty(), |ui| {
+        ui.menu_button("Open recent", |ui| {
+            for project in &editor.settings.recent {
+                if ui.button(project.display().to_string()).clicked() {
+                    asks.push(Ask::Open(project.clone()));
+                }
+            }
+        });
+    });
+}
+
+fn navigation(editor: &mut Editor, ui: &mut Ui) {
+    ui.menu_button("Mouse in the 3D view", |ui| {
+        let settings = &mut editor.settings.navigation;
+        ui.radio_value(settings, Navigation::Simple, "Simple: left turns, right moves");
+        ui.radio_value(settings, Navigation::Blender, "Blender: middle turns, Shift+middle moves");
+    });
+}

@@ -1,0 +1,84 @@
+//! What was said, and what runs.
+
+use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui};
+
+use super::status::left;
+use crate::app::editor::{Ask, Editor};
+use crate::app::notes::{Note, Weight};
+use crate::app::selection::Selection;
+
+/// Draws it.
+pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        ui.strong("Notes and jobs");
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            if ui.button("Clear").on_hover_text("Forgets all notes.").clicked() {
+                editor.notes.clear();
+            }
+        });
+    });
+    ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
+        editor.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
+        jobs(editor, ui, asks);
+        if editor.notes.list().is_empty() && editor.jobs.is_idle() {
+            ui.weak("Nothing to say. What goes wrong, and what was done, is told here.");
+        }
+    });
+    editor.notes.see();
+}
+
+fn jobs(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    for (id, job) in editor.jobs.running() {
+        ui.horizontal(|ui| {
+            ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(120.0));
+            ui.label(&job.name);
+            ui.weak(&job.stage);
+            ui.weak(left(job));
+            if ui.small_button("Stop").clicked() {
+                asks.push(Ask::Stop(id));
+            }
+        });
+    }
+}
+
+fn note_ui(editor: &Editor, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        let (mark, color) = mark(ui, note.weight);
+        ui.label(RichText::new(mark).color(color).strong());
+        if !note.subject.is_empty() {
+            match place_of(editor, &note.subject) {
+                Some(place) => {
+                    if ui.link(&note.subject).on_hover_text("Goes there.").clicked() {
+                        asks.push(Ask::Select(place));
+                    }
+                }
+                None => {
+                    ui.strong(&note.subject);
+                }
+            }
+        }
+        ui.label(&note.text);
+        if note.times > 1 {
+            ui.weak(format!("({} times)", note.times));
+        }
+    });
+}
+
+fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
+    match weight {
+        Weight::Info => ("Done", ui.visuals().weak_text_color()),
+        Weight::Warning => ("Note", ui.visuals().warn_fg_color),
+        Weight::Problem => ("Problem", ui.visuals().error_fg_color),
+    }
+}
+
+/// What a note is about, to be selected.
+fn place_of(editor: &Editor, subject: &str) -> Option<Selection> {
+    let site = &editor.session.as_ref()?.opened.site;
+    let photo = site.photos.iter().position(|photo| photo.name == subject).map(Selection::Photo);
+    photo.or_else(|| {
+        let object = site.model.objects.iter().position(|object| object.name == subject)?;
+        Some(Selection::Object(crate::scene::ObjectId(object as u32)))
+    })
+}

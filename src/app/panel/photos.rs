@@ -1,0 +1,107 @@
+//! The photos: small pictures with their names and states.
+
+use eframe::egui::{Color32, Image, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
+
+use super::percent;
+use crate::app::command::layers::BUILD;
+use crate::app::editor::{Ask, Editor};
+use crate::app::selection::Selection;
+use crate::app::session::{PhotoStatus, Session};
+
+/// Of a row, in points.
+const ROW: f32 = 62.0;
+/// Of its picture.
+const PICTURE: Vec2 = vec2(84.0, 56.0);
+
+/// Draws the list.
+pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.add_space(4.0);
+    let Some(session) = &editor.session else { return };
+    let behind = session.photos.iter().filter(|photo| !photo.is_current()).count();
+    ui.horizontal(|ui| {
+        ui.strong("Photos");
+        if behind > 0 {
+            let text = format!("Build {behind}");
+            let ready = (BUILD.ready)(editor).is_ok();
+            let button = eframe::egui::Button::new(text).small();
+            if ui.add_enabled(ready, button).on_hover_text(BUILD.tooltip).clicked() {
+                asks.push(Ask::Run(&BUILD));
+            }
+        }
+    });
+    let count = session.photos.len();
+    ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
+        for place in rows {
+            row(editor, session, ui, place, asks);
+        }
+    });
+}
+
+fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut Vec<Ask>) {
+    let photo = &session.opened.site.photos[place];
+    let status = &session.photos[place];
+    let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
+    let selected = editor.photo == Some(place);
+    response.widget_info(|| {
+        let label = format!("{}, {}", photo.name, status.word);
+        eframe::egui::WidgetInfo::selected(eframe::egui::Role::Button, true, selected, label)
+    });
+    let visuals = ui.visuals();
+    if selected {
+        ui.painter().rect_filled(rect, 4.0, visuals.selection.bg_fill.gamma_multiply(0.6));
+    } else if response.hovered() {
+        ui.painter().rect_filled(rect, 4.0, visuals.widgets.hovered.weak_bg_fill);
+    }
+    let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), PICTURE);
+    match editor.pictures.small(place) {
+        Some(texture) => {
+            let image = Image::new((texture.id(), texture.size_vec2())).maintain_aspect_ratio(true);
+            image.fit_to_exact_size(PICTURE).paint_at(ui, fitted(picture, texture.size_vec2()));
+        }
+        None => {
+            ui.painter().rect_filled(picture, 2.0, visuals.extreme_bg_color);
+        }
+    }
+    let text = Rect::from_min_max(rect.min + vec2(PICTURE.x + 12.0, 3.0), rect.max - vec2(4.0, 3.0));
+    let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
+    ui.add(eframe::egui::Label::new(RichText::new(&photo.name).strong()).truncate().selectable(false));
+    state(&mut ui, status);
+    details(&mut ui, status);
+    if response.double_clicked() {
+        asks.push(Ask::FlyTo(place));
+    } else if response.clicked() {
+        asks.push(Ask::Select(Selection::Photo(place)));
+    }
+    response.on_hover_text("Click selects, double-click flies into its camera.");
+}
+
+/// The largest rectangle of this proportion in the middle of another.
+fn fitted(rect: Rect, size: Vec2) -> Rect {
+    let scale = (rect.width() / size.x).min(rect.height() / size.y);
+    Rect::from_center_size(rect.center(), size * scale)
+}
+
+fn state(ui: &mut Ui, status: &PhotoStatus) {
+    let (text, color) = match status.word {
+        "current" => ("built", Color32::from_rgb(0x60, 0xb0, 0x60)),
+        "stale" => ("stale: changed since it was built", ui.visuals().warn_fg_color),
+        "broken" => ("broken", ui.visuals().error_fg_color),
+        _ => ("not built", ui.visuals().weak_text_color()),
+    };
+    let label =
+        eframe::egui::Label::new(RichText::new(text).color(color).small()).truncate().selectable(false);
+    ui.add(label);
+}
+
+fn details(ui: &mut Ui, status: &PhotoStatus) {
+    let Some(stack) = &status.stack else { return };
+    let layers = stack.image_layers.len();
+    let text = match status.hidden() {
+        Some((hidden, filled)) if filled > 0 => {
+            format!("{layers} layers, {} of hidden filled", percent(filled, hidden))
+        }
+        Some((hidden, _)) => format!("{layers} layers, {} hidden", percent(hidden, stack.texels_used)),
+        None => String::new(),
+    };
+    ui.add(eframe::egui::Label::new(RichText::new(text).weak().small()).truncate().selectable(false));
+}

@@ -1,0 +1,166 @@
+//! The project that is open: what was read, what is known of its photos, who draws it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use glam::{DVec2, DVec3};
+
+use super::painter::Painter;
+use crate::document::Stack;
+use crate::error::Result;
+use crate::geometry::bvh::Bvh;
+use crate::io::lock::ProjectLock;
+use crate::io::stack_store::StackStore;
+use crate::projection::navigation::{Ground, Viewpoint};
+use crate::recipe::open::{Opened, open};
+use crate::recipe::survey::{StackState, Survey};
+use crate::recipe::views::up;
+use crate::scene::{FaceId, Model};
+use crate::task::Task;
+
+/// A project with its lock, which nobody else has until this is dropped.
+pub struct Session {
+    /// The project's folder.
+    pub folder: PathBuf,
+    /// What it says, and the site.
+    pub opened: Arc<Opened>,
+    /// In the site's order.
+    pub photos: Vec<PhotoStatus>,
+    /// What viewpoints move in.
+    pub ground: Ground,
+    /// What a ray meets.
+    pub solid: Solid,
+    /// Who draws novel views; none while that is being prepared, or where there is no adapter.
+    pub painter: Option<Painter>,
+    _lock: ProjectLock,
+}
+
+/// What is known of one photo.
+#[derive(Debug, Clone)]
+pub struct PhotoStatus {
+    /// `current`, `stale`, `not built` or `broken`.
+    pub word: &'static str,
+    /// The stack, where there is one.
+    pub stack: Option<Arc<Stack>>,
+    /// What is wrong with it.
+    pub problem: Option<String>,
+}
+
+impl PhotoStatus {
+    fn of(state: StackState) -> Self {
+        let word = state.word();
+        match state {
+            StackState::Current(stack) | StackState::Stale(stack) => {
+                Self { word, stack: Some(Arc::new(stack)), problem: None }
+            }
+            StackState::Missing => Self { word, stack: None, problem: None },
+            StackState::Broken(error) => Self { word, stack: None, problem: Some(error.to_string()) },
+        }
+    }
+
+    /// Built of the project as it is.
+    pub fn is_current(&self) -> bool {
+        self.word == "current"
+    }
+
+    /// Texels that are needed and that the photo does not show, and those of them that are filled.
+    pub fn hidden(&self) -> Option<(u64, u64)> {
+        let layers = &self.stack.as_ref()?.image_layers;
+        let hidden = layers.iter().map(|layer| layer.texels_used - layer.texels_visible).sum();
+        let filled =
+            layers.iter().filter_map(|layer| layer.fill.as_ref()).map(|fill| fill.texels_filled).sum();
+        Some((hidden, filled))
+    }
+}
+
+/// The states of all photos of a project.
+///
+/// # Errors
+/// [`crate::Error::Io`] when a photo cannot be read; [`crate::Error::Cancelled`].
+pub fn survey(folder: &Path, opened: &Opened, task: &Task) -> Result<Vec<PhotoStatus>> {
+    let store = StackStore::new(folder);
+    let survey = Survey::new(opened, &store);
+    let photos = &opened.site.photos;
+    let status = |(done, photo)| {
+        task.step("look at stacks", done, photos.len() as u64)?;
+        survey.state(photo).map(PhotoStatus::of)
+    };
+    (0u64..).zip(photos).map(status).collect()
+}
+
+impl Session {
+    /// Opens the project in `folder` for writing.
+    ///
+    /// # Errors
+    /// Those of [`open`]; [`crate::Error::Request`] when another program writes to it.
+    pub fn open(folder: &Path, task: &Task) -> Result<Self> {
+        let lock = ProjectLock::take(folder)?;
+        let opened = open(folder, task)?;
+        let photos = survey(folder, &opened, task)?;
+        let model = &opened.site.model;
+        Ok(Self {
+            folder: folder.to_path_buf(),
+            ground: Ground::of(&model.vertices, up(&opened.site.photos)),
+            solid: Solid::new(model),
+            opened: Arc::new(opened),
+            photos,
+            painter: None,
+            _lock: lock,
+        })
+    }
+
+    /// For the title of the window: the folder's own name.
+    pub fn name(&self) -> String {
+        let folder = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
+        folder
+            .file_name()
+            .map_or_else(|| folder.display().to_string(), |name| name.to_string_lossy().into_owned())
+    }
+
+    /// The model.
+    pub fn model(&self) -> &Model {
+        &self.opened.site.model
+    }
+
+    /// Where a photo was taken from.
+    pub fn viewpoint_of(&self, photo: usize) -> Viewpoint {
+        let photo = &self.opened.site.photos[photo];
+        let middle = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height)) / 2.0;
+        let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(middle);
+        let seen = self.solid.first(photo.pose.center_in_world(), ray);
+        let near = seen.map_or(self.ground.center, |(point, _)| point);
+        Viewpoint::of_camera(&photo.camera, &photo.pose, near)
+    }
+}
+
+/// The model's triangles, to be met by rays.
+pub struct Solid {
+    tree: Bvh,
+    faces: Vec<FaceId>,
+}
+
+impl Solid {
+    fn new(model: &Model) -> Self {
+        let of_face = |face| model.face_triangles(face).iter().map(move |triangle| (face, *triangle));
+        let (faces, triangles): (Vec<FaceId>, Vec<_>) = model.face_ids().flat_map(of_face).unzip();
+        let corner = |vertex: u32| model.vertices[vertex as usize];
+        Self { tree: Bvh::new(triangles.into_iter().map(|t: [u32; 3]| t.map(corner)).collect()), faces }
+    }
+
+    /// The first point that a ray meets, and its face.
+    pub fn first(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, FaceId)> {
+        let (distance, triangle) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
+        Some((origin + direction * distance, self.faces[triangle as usize]))
+    }
+
+    /// All faces that a ray meets, the nearest first, each with its distance in lengths of `direction`.
+    pub fn all(&self, origin: DVec3, direction: DVec3) -> Vec<(f64, FaceId)> {
+        let mut hits = Vec::new();
+        self.tree.each_hit(origin, direction, f64::INFINITY, |distance, triangle| {
+            hits.push((distance, self.faces[triangle as usize]));
+        });
+        hits.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
+        hits.dedup_by_key(|hit| hit.1);
+        hits
+    }
+}

@@ -1,0 +1,109 @@
+//! What is kept of the editor from run to run.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Context, FontId, TextStyle, Theme, Visuals};
+use serde::{Deserialize, Serialize};
+
+/// So many projects are remembered.
+const MOST_RECENT: usize = 12;
+
+/// How the mouse moves through space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Navigation {
+    /// Left button turns, right button moves.
+    Simple,
+    /// Middle button turns, with Shift moves; left button selects.
+    Blender,
+}
+
+/// Choices of the user that belong to no project.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct Settings {
+    /// Dark rather than light.
+    pub dark: bool,
+    /// How the mouse moves through space.
+    pub navigation: Navigation,
+    /// The panel of notes is shown.
+    pub notes_shown: bool,
+    /// Folders of projects, the one opened last first.
+    pub recent: Vec<PathBuf>,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self { dark: true, navigation: Navigation::Simple, notes_shown: false, recent: Vec::new() }
+    }
+}
+
+impl Settings {
+    /// A project was opened.
+    pub fn remember(&mut self, project: &Path) {
+        let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
+        self.recent.retain(|other| *other != project);
+        self.recent.insert(0, project);
+        self.recent.truncate(MOST_RECENT);
+    }
+
+    /// Colours and sizes of the window.
+    pub fn apply_to(&self, context: &Context) {
+        context.set_theme(if self.dark { Theme::Dark } else { Theme::Light });
+        context.set_visuals_of(Theme::Dark, dark());
+        context.set_visuals_of(Theme::Light, light());
+        context.all_styles_mut(|style| {
+            // Nothing smaller than 12 points: what cannot be read is no help.
+            let sizes = [
+                (TextStyle::Small, 12.0),
+                (TextStyle::Body, 14.0),
+                (TextStyle::Button, 14.0),
+                (TextStyle::Monospace, 13.0),
+                (TextStyle::Heading, 19.0),
+            ];
+            for (text, size) in sizes {
+                let family = style.text_styles.get(&text).map(|font| font.family.clone()).unwrap_or_default();
+                style.text_styles.insert(text, FontId::new(size, family));
+            }
+            style.spacing.item_spacing = [8.0, 5.0].into();
+            style.spacing.button_padding = [8.0, 3.0].into();
+        });
+    }
+}
+
+fn dark() -> Visuals {
+    use eframe::egui::Color32;
+    let mut visuals = Visuals::dark();
+    visuals.panel_fill = Color32::from_gray(32);
+    visuals.window_fill = Color32::from_gray(38);
+    visuals.extreme_bg_color = Color32::from_gray(20);
+    visuals.selection.bg_fill = Color32::from_rgb(0x8a, 0x56, 0x1e);
+    visuals.selection.stroke.color = Color32::from_rgb(0xff, 0xe2, 0xb8);
+    visuals.hyperlink_color = Color32::from_rgb(0xf0, 0xa0, 0x50);
+    visuals.override_text_color = Some(Color32::from_gray(214));
+    visuals
+}
+
+fn light() -> Visuals {
+    use eframe::egui::Color32;
+    let mut visuals = Visuals::light();
+    visuals.selection.bg_fill = Color32::from_rgb(0xf6, 0xc8, 0x8c);
+    visuals.selection.stroke.color = Color32::from_rgb(0x50, 0x2c, 0x00);
+    visuals.hyperlink_color = Color32::from_rgb(0xa8, 0x58, 0x08);
+    visuals.override_text_color = Some(Color32::from_gray(30));
+    visuals
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_project_opened_again_comes_first_and_is_listed_once() {
+        let mut settings = Settings::default();
+        (0..20).for_each(|i| settings.remember(Path::new(&format!("no-such-project-{i}"))));
+        settings.remember(Path::new("no-such-project-15"));
+        assert_eq!(settings.recent.len(), MOST_RECENT);
+        assert_eq!(settings.recent[0], Path::new("no-such-project-15"));
+        assert_eq!(settings.recent.iter().filter(|path| path.ends_with("no-such-project-15")).count(), 1);
+    }
+}

@@ -1,0 +1,134 @@
+//! Mouse and keys that move the view.
+
+use eframe::egui::{Key, PointerButton, Rect, Response, Ui, Vec2};
+use glam::{DVec2, DVec3};
+
+use super::{Editor, px_of};
+use crate::app::settings::Navigation;
+use crate::projection::navigation::Viewpoint;
+
+/// Half a turn for a drag across the view's height.
+const TURN_RAD_PER_HEIGHT: f64 = std::f64::consts::PI;
+/// A step of a wheel comes nearer by this factor (egui's steps are about 40 points).
+const ZOOM_PER_POINT: f64 = 1.0035;
+/// Flying crosses the site's radius in so many seconds.
+const SECONDS_A_RADIUS: f64 = 3.0;
+/// With Shift faster, with Ctrl slower.
+const HURRY: f64 = 4.0;
+
+/// Does what mouse and keys say; whether the view moves.
+pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, now_s: f64) -> bool {
+    let before = editor.space.viewpoint;
+    if response.clicked() || response.drag_started() {
+        response.request_focus();
+    }
+    drag(editor, ui, response, rect);
+    if response.contains_pointer() {
+        wheel(editor, ui, rect);
+    }
+    let flying = response.contains_pointer() || response.has_focus();
+    if flying && !ui.ctx().text_edit_focused() {
+        fly(editor, ui);
+    }
+    let moves = editor.space.viewpoint != before;
+    if moves {
+        editor.space.moved(now_s);
+        ui.ctx().request_repaint();
+    }
+    moves || response.dragged()
+}
+
+/// What a drag does.
+enum Drag {
+    Orbit,
+    Pan,
+    Look,
+}
+
+fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
+    let by = response.drag_delta();
+    let (shift, ctrl, alt) = ui.input(|input| {
+        let held = input.modifiers;
+        (held.shift, held.command, held.alt)
+    });
+    let with = |button| response.dragged_by(button);
+    let drag = match editor.settings.navigation {
+        Navigation::Simple if with(PointerButton::Primary) && (shift || ctrl) => Drag::Pan,
+        Navigation::Simple if with(PointerButton::Primary) && alt => Drag::Look,
+        Navigation::Simple if with(PointerButton::Primary) => Drag::Orbit,
+        Navigation::Simple if with(PointerButton::Secondary) || with(PointerButton::Middle) => Drag::Pan,
+        Navigation::Blender if with(PointerButton::Middle) && shift => Drag::Pan,
+        Navigation::Blender if with(PointerButton::Middle) => Drag::Orbit,
+        Navigation::Blender if with(PointerButton::Secondary) => Drag::Look,
+        _ => return,
+    };
+    if response.drag_started() && matches!(drag, Drag::Orbit | Drag::Pan) {
+        hold(editor, ui, rect);
+    }
+    if by == Vec2::ZERO {
+        return;
+    }
+    let Some(session) = &editor.session else { return };
+    let up = session.ground.up;
+    let turn =
+        -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
+    let view = &mut editor.space.viewpoint;
+    match drag {
+        Drag::Orbit => view.orbit(turn.x, -turn.y, up),
+        Drag::Look => view.look(turn.x, turn.y, up),
+        Drag::Pan => view.pan(px_of(by, 1.0), f64::from(rect.height())),
+    }
+}
+
+/// What is under the pointer is what one turns around and moves.
+fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
+    let held = ui.input(|input| input.pointer.press_origin()).and_then(|at| under(editor, ui, at - rect.min));
+    if let Some(point) = held {
+        editor.space.viewpoint.pivot = point;
+    }
+}
+
+/// The point of the model under a place of the view.
+pub fn under(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<DVec3> {
+    let session = editor.session.as_ref()?;
+    let (view, size_px) = (&editor.space.viewpoint, editor.space.size_px);
+    let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), size_px);
+    session.solid.first(view.position(), ray).map(|(point, _)| point)
+}
+
+fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
+    let scrolled = ui.input(|input| f64::from(input.smooth_scroll_delta().y));
+    let pinched = ui.input(|input| f64::from(input.zoom_delta()));
+    let factor = ZOOM_PER_POINT.powf(scrolled) * pinched;
+    if factor == 1.0 {
+        return;
+    }
+    let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
+    let target =
+        under(editor, ui, pointer - rect.min).unwrap_or_else(|| beyond(editor, ui, pointer - rect.min));
+    let Some(session) = &editor.session else { return };
+    editor.space.viewpoint.zoom(target, factor, &session.ground);
+}
+
+/// Where nothing is: the point of the ray at the pivot's depth.
+fn beyond(editor: &Editor, ui: &Ui, offset: Vec2) -> DVec3 {
+    let view: &Viewpoint = &editor.space.viewpoint;
+    let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), editor.space.size_px);
+    view.position() + ray * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
+}
+
+fn fly(editor: &mut Editor, ui: &Ui) {
+    let Some(session) = &editor.session else { return };
+    let held =
+        |key| ui.input(|input| input.key_down(key) && !input.modifiers.command && !input.modifiers.alt);
+    let axis = |more, less| f64::from(held(more)) - f64::from(held(less));
+    let direction = DVec3::new(axis(Key::D, Key::A), axis(Key::Q, Key::E), axis(Key::W, Key::S));
+    if direction == DVec3::ZERO {
+        return;
+    }
+    let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
+    let hurry = if shift { HURRY } else { 1.0 };
+    let step = direction.normalize() * (session.ground.radius / SECONDS_A_RADIUS * seconds * hurry);
+    editor.space.viewpoint.fly(step);
+    ui.ctx().request_repaint();
+}

@@ -1,0 +1,357 @@
+//! The 3D view: the live preview, and how one moves through it.
+
+mod input;
+mod overlay;
+mod pace;
+mod picking;
+mod tools;
+
+use eframe::egui::{Color32, Id, Rect, Sense, TextureHandle, TextureOptions, Ui, Vec2, pos2};
+
+use self::pace::Pace;
+use super::editor::{Ask, Editor};
+use super::notes::{Note, Weight};
+use super::painter::{Painted, Request};
+use super::session::Session;
+use crate::projection::Quality;
+use crate::projection::flight::{Flight, FrameLens};
+use crate::projection::navigation::Viewpoint;
+use crate::recipe::render::Look;
+
+/// How long a flight from view to view takes: long enough to see where one goes, short enough not to wait.
+const FLIGHT_S: f64 = 0.6;
+/// A view that did not change for so long rests, and is drawn in final quality.
+const RESTS_S: f64 = 0.25;
+/// The field of view of a view that is no photo's, from top to bottom: 45 degrees, near what photos have.
+const FIELD_RAD: f64 = std::f64::consts::FRAC_PI_4;
+
+/// The 3D view: from where, what is shown, and the newest picture of it.
+pub struct Space {
+    /// Where one looks from.
+    pub viewpoint: Viewpoint,
+    /// How photos are blended, and what of it is shown.
+    pub look: Look,
+    /// Outlines of faces are drawn.
+    pub wireframe: bool,
+    /// Cameras of photos are drawn.
+    pub cameras: bool,
+    /// The photo one looks through lies over the view.
+    pub photo_over: bool,
+    /// How opaque it is, 0 to 1.
+    pub photo_opacity: f32,
+    /// The photo is shown left of this share of the view's width.
+    pub wipe: f32,
+    /// The photo one looks through.
+    through: Option<usize>,
+    /// Where one came from when one went into a photo.
+    back: Option<Viewpoint>,
+    travel: Option<Travel>,
+    shown: Option<Picture>,
+    asked: Option<Request>,
+    pace: Pace,
+    /// When the view changed last, in seconds of the window's clock.
+    changed_s: f64,
+    /// Size of the view in pixels, as it was drawn last.
+    size_px: [u32; 2],
+    hovered: Option<crate::scene::FaceId>,
+    /// The view as a widget, once it was drawn.
+    pub id: Option<Id>,
+}
+
+/// On the way to another viewpoint.
+struct Travel {
+    flight: Flight,
+    since_s: f64,
+    to: Viewpoint,
+    through: Option<usize>,
+}
+
+/// The newest picture.
+struct Picture {
+    texture: TextureHandle,
+    request: Request,
+    faces: Vec<u32>,
+}
+
+impl Default for Space {
+    fn default() -> Self {
+        use glam::DVec3;
+        let ground = crate::projection::navigation::Ground { up: DVec3::Z, center: DVec3::ZERO, radius: 1.0 };
+        Self::at(Viewpoint::overview(&ground, FrameLens::with_field_of_view(FIELD_RAD)))
+    }
+}
+
+impl Space {
+    fn at(viewpoint: Viewpoint) -> Self {
+        Self {
+            viewpoint,
+            look: Look::default(),
+            wireframe: false,
+            cameras: true,
+            photo_over: false,
+            photo_opacity: 1.0,
+            wipe: 1.0,
+            through: None,
+            back: None,
+            travel: None,
+            shown: None,
+            asked: None,
+            pace: Pace::default(),
+            changed_s: 0.0,
+            size_px: [1, 1],
+            hovered: None,
+            id: None,
+        }
+    }
+
+    /// A project's view: through its first photo, which shows best what the project is.
+    pub fn of(session: &Session) -> Self {
+        if session.photos.is_empty() {
+            return Self::at(Viewpoint::overview(&session.ground, FrameLens::with_field_of_view(FIELD_RAD)));
+        }
+        Self { through: Some(0), ..Self::at(session.viewpoint_of(0)) }
+    }
+
+    /// Pictures that are shown are of another state of the project: new ones are asked for.
+    pub fn refresh(&mut self) {
+        self.asked = None;
+        self.shown = None;
+    }
+
+    /// Some picture of the project as it is was drawn.
+    pub fn has_picture(&self) -> bool {
+        self.shown.is_some()
+    }
+
+    /// The photo one looks through.
+    pub fn through(&self) -> Option<usize> {
+        self.through
+    }
+
+    /// The view moved by hand: it is no photo's any more.
+    fn moved(&mut self, now_s: f64) {
+        self.changed_s = now_s;
+        self.through = None;
+        self.travel = None;
+    }
+
+    fn fly(&mut self, to: Viewpoint, through: Option<usize>, session: &Session, now_s: f64) {
+        match self.viewpoint.flight_to(&to, FLIGHT_S, session.ground.up) {
+            Some(flight) => {
+                self.through = None;
+                self.travel = Some(Travel { flight, since_s: now_s, to, through });
+            }
+            None => {
+                self.viewpoint = to;
+                self.through = through;
+            }
+        }
+        self.changed_s = now_s;
+    }
+
+    /// Goes on with a flight; whether there is one.
+    fn travel(&mut self, now_s: f64) -> bool {
+        let Some(travel) = &self.travel else { return false };
+        let since = now_s - travel.since_s;
+        if since >= FLIGHT_S {
+            (self.viewpoint, self.through) = (travel.to, travel.through);
+            self.travel = None;
+        } else {
+            let (camera, pose) = travel.flight.at(since);
+            self.viewpoint = Viewpoint { pose, lens: FrameLens::of(&camera), pivot: travel.to.pivot };
+        }
+        self.changed_s = now_s;
+        true
+    }
+}
+
+/// Draws the view and takes in what the user does in it.
+pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    response.widget_info(|| eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Canvas, true, "3D view"));
+    editor.space.id = Some(response.id);
+    let density = ui.ctx().pixels_per_point();
+    let side = |points: f32| ((points * density).round() as u32).max(1);
+    editor.space.size_px = [side(rect.width()), side(rect.height())];
+    let now_s = ui.input(|input| input.time);
+    let flies = editor.space.travel(now_s);
+    let moves = input::navigate(editor, ui, &response, rect, now_s);
+    receive(editor, ui);
+    ask(editor, ui, now_s, flies || moves);
+    paint(editor, ui, rect);
+    picking::pick(editor, ui, &response, rect, asks);
+    tools::tools_ui(editor, ui, rect, asks);
+}
+
+/// Takes in the newest picture.
+fn receive(editor: &mut Editor, ui: &Ui) {
+    let Some(painter) = editor.session.as_mut().and_then(|session| session.painter.as_mut()) else { return };
+    match painter.receive() {
+        Some(Ok(painted)) => editor.space.show(painted, ui),
+        Some(Err(error)) => {
+            editor.space.asked = None;
+            if let Some(session) = &mut editor.session {
+                session.painter = None;
+            }
+            editor.tell(Note::new(
+                Weight::Problem,
+                format!(
+                    "the 3D view: {error}; your work is safe, and `View › Restart 3D view` starts it anew"
+                ),
+            ));
+        }
+        None => (),
+    }
+}
+
+impl Space {
+    fn show(&mut self, painted: Painted, ui: &Ui) {
+        let Painted { request, image, faces, spent } = painted;
+        self.pace.learn(&request.shot, spent);
+        match &mut self.shown {
+            Some(shown) => {
+                shown.texture.set(image, TextureOptions::LINEAR);
+                (shown.request, shown.faces) = (request, faces);
+            }
+            None => {
+                let texture = ui.ctx().load_texture("3D view", image, TextureOptions::LINEAR);
+                self.shown = Some(Picture { texture, request, faces });
+            }
+        }
+    }
+}
+
+/// Asks for the picture that is due: a coarse one while the view moves, a fine one when it rests.
+fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
+    let background = background(ui);
+    let Some(painter) = editor.session.as_mut().and_then(|session| session.painter.as_mut()) else { return };
+    let space = &mut editor.space;
+    let rests = !moves && now_s - space.changed_s >= RESTS_S;
+    let scale = if moves { space.pace.scale(space.size_px) } else { 1.0 };
+    let px = space.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
+    let quality = if rests { Quality::Final } else { Quality::Preview };
+    let look = Look { quality, ..space.look.clone() };
+    let shot = look.shot(space.viewpoint.camera(px[0], px[1]), space.viewpoint.pose);
+    let request =
+        Request { shot, yields: !moves, background: [background.r(), background.g(), background.b()] };
+    if !rests && !moves {
+        // What has stopped moving becomes fine after a moment.
+        ui.ctx().request_repaint_after_secs((RESTS_S - (now_s - space.changed_s)) as f32);
+    }
+    if space.asked.as_ref() == Some(&request) || (moves && painter.is_busy()) {
+        return;
+    }
+    space.asked = Some(request.clone());
+    painter.ask(request);
+}
+
+fn background(ui: &Ui) -> Color32 {
+    if ui.visuals().dark_mode { Color32::from_rgb(44, 47, 52) } else { Color32::from_rgb(206, 211, 216) }
+}
+
+fn paint(editor: &mut Editor, ui: &mut Ui, rect: Rect) {
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 0.0, background(ui));
+    if let Some(shown) = &editor.space.shown {
+        // A picture of the view as it was a moment ago is better than none.
+        painter.image(
+            shown.texture.id(),
+            rect,
+            Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0)),
+            Color32::WHITE,
+        );
+    }
+    overlay::overlay_ui(editor, ui, rect);
+}
+
+/// A place in the view, in points from its top left corner, in pixels of pictures of its full size.
+fn px_of(offset: Vec2, density: f32) -> glam::DVec2 {
+    glam::DVec2::new(f64::from(offset.x * density), f64::from(offset.y * density))
+}
+
+impl Editor {
+    fn now_s(&self) -> f64 {
+        self.context.input(|input| input.time)
+    }
+
+    /// Flies into the camera of a photo.
+    pub fn fly_to_photo(&mut self, photo: usize) {
+        let now_s = self.now_s();
+        let Some(session) = &self.session else { return };
+        if self.space.through.is_none() && self.space.travel.is_none() {
+            self.space.back = Some(self.space.viewpoint);
+        }
+        self.space.fly(session.viewpoint_of(photo), Some(photo), session, now_s);
+        self.select(super::selection::Selection::Photo(photo));
+    }
+
+    /// Into the selected photo, or back to where one was.
+    pub fn snap(&mut self) {
+        let Some(photo) = self.selected_photo() else { return };
+        let now_s = self.now_s();
+        match (self.space.through, self.space.back.take()) {
+            (Some(through), Some(back)) if through == photo => {
+                let Some(session) = &self.session else { return };
+                self.space.fly(back, None, session, now_s);
+            }
+            (_, back) => {
+                self.space.back = back;
+                self.fly_to_photo(photo);
+            }
+        }
+    }
+
+    /// The photo `by` places on; flies there when one looks through a photo.
+    pub fn step_photo(&mut self, by: isize) {
+        let Some(session) = &self.session else { return };
+        let count = session.photos.len() as isize;
+        if count == 0 {
+            return;
+        }
+        let photo = self.photo.map_or(0, |photo| (photo as isize + by).rem_euclid(count) as usize);
+        if self.space.through.is_some()
+            || self.space.travel.as_ref().is_some_and(|travel| travel.through.is_some())
+        {
+            self.fly_to_photo(photo);
+        } else {
+            self.select(super::selection::Selection::Photo(photo));
+        }
+    }
+
+    /// Goes back until the whole model is in the view.
+    pub fn show_everything(&mut self) {
+        let Some(session) = &self.session else { return };
+        let ground = session.ground;
+        self.fly_to_ball(ground.center, ground.radius);
+    }
+
+    /// Goes to where the selection fills the view.
+    pub fn frame_selection(&mut self) {
+        let Some(session) = &self.session else { return };
+        match picking::ball_of(self.selection, session) {
+            Some((center, radius)) => self.fly_to_ball(center, radius),
+            None => match self.selection.photo() {
+                Some(photo) => self.fly_to_photo(photo),
+                None => self.show_everything(),
+            },
+        }
+    }
+
+    fn fly_to_ball(&mut self, center: glam::DVec3, radius: f64) {
+        let now_s = self.now_s();
+        let Some(session) = &self.session else { return };
+        let mut there = self.space.viewpoint;
+        there.lens = FrameLens::with_field_of_view(FIELD_RAD);
+        there.show(center, radius);
+        self.space.fly(there, None, session, now_s);
+    }
+
+    /// A level horizon.
+    pub fn level(&mut self) {
+        let now_s = self.now_s();
+        let Some(session) = &self.session else { return };
+        let mut there = self.space.viewpoint;
+        there.level(session.ground.up);
+        self.space.fly(there, None, session, now_s);
+    }
+}

@@ -1,0 +1,151 @@
+//! Lines and pictures over the view: outlines, cameras, the photo one looks through.
+
+use std::collections::BTreeSet;
+
+use eframe::egui::epaint::{Mesh, Vertex};
+use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
+use glam::DVec3;
+
+use super::picking::faces_of;
+use crate::app::editor::Editor;
+use crate::app::session::Session;
+use crate::projection::navigation::Viewpoint;
+use crate::scene::{FaceId, Model, Photo};
+
+/// What is selected.
+const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
+/// What is under the pointer.
+const HOVERED: Color32 = Color32::from_rgb(0xff, 0xe0, 0xa0);
+/// Faces' outlines.
+const WIRE: Color32 = Color32::from_rgba_premultiplied(70, 90, 110, 110);
+/// Cameras.
+const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
+/// A camera's picture stands before it at this share of the site's radius.
+const CAMERA_SHARE: f64 = 0.035;
+
+/// Draws all of it.
+pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
+    photo_over(editor, ui, rect);
+    let Some(session) = &editor.session else { return };
+    let space = &editor.space;
+    let canvas = Canvas { painter: ui.painter_at(rect), rect, view: space.viewpoint };
+    let model = session.model();
+    if space.wireframe || session.painter.is_none() {
+        model.face_ids().for_each(|face| canvas.outline(model, face, Stroke::new(1.0, WIRE)));
+    }
+    for face in faces_of(editor.selection, session) {
+        canvas.outline(model, face, Stroke::new(2.0, SELECTED));
+    }
+    if let Some(face) = space.hovered {
+        canvas.outline(model, face, Stroke::new(1.5, HOVERED));
+    }
+    if space.cameras && space.through.is_none() {
+        cameras(editor, session, &canvas);
+    }
+}
+
+fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
+    for (place, photo) in session.opened.site.photos.iter().enumerate() {
+        let selected = editor.photo == Some(place);
+        let color = if selected { SELECTED } else { CAMERA };
+        let texture = editor.pictures.small(place).map(|texture| texture.id());
+        let size = session.ground.radius * CAMERA_SHARE;
+        canvas.camera(photo, size, Stroke::new(if selected { 2.0 } else { 1.0 }, color), texture);
+    }
+}
+
+/// The photo one looks through: its frame fills the view's height, as its camera does.
+fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
+    let flips = ui.input(|input| input.key_down(eframe::egui::Key::X));
+    let shown = editor.space.photo_over != flips;
+    let (Some(photo), Some(session), true) = (editor.space.through, &editor.session, shown) else { return };
+    let camera = &session.opened.site.photos[photo].camera;
+    let width = rect.height() * camera.width as f32 / camera.height as f32;
+    let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));
+    let opened = session.opened.clone();
+    let (opacity, wipe) = (editor.space.photo_opacity, editor.space.wipe);
+    let Some(texture) = editor.pictures.large(photo, &opened, &mut editor.jobs) else { return };
+    let clip = Rect::from_min_max(rect.min, pos2(rect.left() + rect.width() * wipe, rect.bottom()));
+    let opacity = if flips && !editor.space.photo_over { 1.0 } else { opacity };
+    let tint = Color32::WHITE.gamma_multiply(opacity);
+    let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
+    ui.painter_at(clip).image(texture.id(), frame, uv, tint);
+    if wipe < 1.0 {
+        let stroke = Stroke::new(1.0, Color32::WHITE);
+        ui.painter_at(rect).vline(clip.right(), rect.y_range(), stroke);
+    }
+}
+
+/// The view as something to draw points of the world on.
+struct Canvas {
+    painter: Painter,
+    rect: Rect,
+    view: Viewpoint,
+}
+
+impl Canvas {
+    fn outline(&self, model: &Model, face: FaceId, stroke: Stroke) {
+        let ring = model.ring(face);
+        let edge = |place: usize| (ring[place], ring[(place + 1) % ring.len()]);
+        let edges: BTreeSet<(u32, u32)> = (0..ring.len()).map(edge).collect();
+        // What is gone both ways leads to a hole: a bridge, and no edge of the face.
+        for &(from, to) in edges.iter().filter(|&&(from, to)| !edges.contains(&(to, from))) {
+            self.line(model.vertices[from as usize], model.vertices[to as usize], stroke);
+        }
+    }
+
+    fn line(&self, from: DVec3, to: DVec3, stroke: Stroke) {
+        if let Some([from, to]) = self.view.segment(from, to) {
+            self.painter.line_segment([self.at(from), self.at(to)], stroke);
+        }
+    }
+
+    /// A point in heights of the picture from its middle, on the screen.
+    fn at(&self, point: glam::DVec2) -> Pos2 {
+        let height = self.rect.height();
+        self.rect.center() + vec2(point.x as f32, point.y as f32) * height
+    }
+
+    /// A pyramid with the photo on its base.
+    fn camera(&self, photo: &Photo, size: f64, stroke: Stroke, texture: Option<eframe::egui::TextureId>) {
+        let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
+        let depth = size * photo.camera.fy / height;
+        let corner = |x: f64, y: f64| {
+            let ray = photo.camera.ray_in_camera(glam::DVec2::new(x * width, y * height));
+            photo.pose.world_from_camera(ray * depth)
+        };
+        if let Some(texture) = texture {
+            self.picture(texture, corner);
+        }
+        let tip = photo.pose.center_in_world();
+        let base = [corner(0.0, 0.0), corner(1.0, 0.0), corner(1.0, 1.0), corner(0.0, 1.0)];
+        for (place, from) in base.iter().enumerate() {
+            self.line(*from, base[(place + 1) % 4], stroke);
+            self.line(tip, *from, stroke);
+        }
+    }
+
+    /// A picture on a quadrilateral in space, in pieces small enough to look straight.
+    fn picture(&self, texture: eframe::egui::TextureId, corner: impl Fn(f64, f64) -> DVec3) {
+        const PIECES: u32 = 4;
+        let mut mesh = Mesh::with_texture(texture);
+        for row in 0..=PIECES {
+            for column in 0..=PIECES {
+                let [u, v] = [column, row].map(|i| f64::from(i) / f64::from(PIECES));
+                // A picture that is behind in part is left out: its outline tells where it is.
+                let Some(point) = self.view.place(corner(u, v)) else { return };
+                let (pos, uv) = (self.at(point), pos2(u as f32, v as f32));
+                mesh.vertices.push(Vertex { pos, uv, color: Color32::from_white_alpha(215) });
+            }
+        }
+        for row in 0..PIECES {
+            for column in 0..PIECES {
+                let first = row * (PIECES + 1) + column;
+                let below = first + PIECES + 1;
+                mesh.add_triangle(first, first + 1, below);
+                mesh.add_triangle(below, first + 1, below + 1);
+            }
+        }
+        self.painter.add(Shape::mesh(mesh));
+    }
+}

@@ -1,0 +1,369 @@
+//! A camera that a person moves: around a point, through space, from photo to photo.
+
+use glam::{DMat3, DQuat, DVec2, DVec3};
+
+use super::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
+use crate::geometry::{Pinhole, Pose};
+
+/// A turntable's axis of view stays at least so far from straight up and down (1 degree): there its
+/// turn would be open.
+const STEEPEST_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
+
+/// Nearer to its pivot than this share of the site's radius a camera is not pulled by zooming: each
+/// further step would be too small to be noticed.
+const NEAREST_SHARE: f64 = 1e-4;
+
+/// Where somebody looks from, and the point that they turn around.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Viewpoint {
+    /// World to camera.
+    pub pose: Pose,
+    /// The field of view.
+    pub lens: FrameLens,
+    /// The point that orbiting turns around, in the world.
+    pub pivot: DVec3,
+}
+
+/// What a viewpoint moves in: what is up, and how large the site is.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Ground {
+    /// A unit direction of the world.
+    pub up: DVec3,
+    /// The middle of the model, in the world.
+    pub center: DVec3,
+    /// Of a ball around `center` that holds the model, in world units.
+    pub radius: f64,
+}
+
+impl Ground {
+    /// Of the points of a model; one unit around the origin where there are none.
+    pub fn of(points: &[DVec3], up: DVec3) -> Self {
+        let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
+            (low.min(*point), high.max(*point))
+        });
+        if points.is_empty() {
+            return Self { up, center: DVec3::ZERO, radius: 1.0 };
+        }
+        let center = (low + high) / 2.0;
+        let radius = points.iter().map(|point| point.distance(center)).fold(0.0, f64::max);
+        Self { up, center, radius: radius.max(f64::MIN_POSITIVE) }
+    }
+}
+
+impl Viewpoint {
+    /// A photo's own camera; `pivot` is the point of its axis at the depth of `near`.
+    pub fn of_camera(camera: &Pinhole, pose: &Pose, near: DVec3) -> Self {
+        let depth = pose.camera_from_world(near).z;
+        let depth = if depth > 0.0 { depth } else { pose.center_in_world().distance(near).max(1e-9) };
+        let pivot = pose.world_from_camera(DVec3::Z * depth);
+        Self { pose: *pose, lens: FrameLens::of(camera), pivot }
+    }
+
+    /// From obliquely above, far enough to have all of the ground's ball in a square picture.
+    pub fn overview(ground: &Ground, lens: FrameLens) -> Self {
+        let level = ground.up.any_orthonormal_vector();
+        let forward = (level - 0.5 * ground.up).normalize();
+        let mut view = Self { pose: facing(DVec3::ZERO, forward, ground.up), lens, pivot: ground.center };
+        view.show(ground.center, ground.radius);
+        view
+    }
+
+    /// Where it stands, in the world.
+    pub fn position(&self) -> DVec3 {
+        self.pose.center_in_world()
+    }
+
+    /// The camera with pictures of this size, in pixels.
+    pub fn camera(&self, width: u32, height: u32) -> Pinhole {
+        self.lens.camera(width, height)
+    }
+
+    /// The direction, in the world, of the ray through a point of a picture of `size_px`; not of unit length.
+    pub fn ray(&self, point_px: DVec2, size_px: [u32; 2]) -> DVec3 {
+        let camera = self.camera(size_px[0], size_px[1]);
+        self.pose.rotation.transpose() * camera.ray_in_camera(point_px)
+    }
+
+    /// Where a point of the world is in the picture, in heights of the picture from its middle; none behind the camera.
+    pub fn place(&self, point: DVec3) -> Option<DVec2> {
+        let point = self.pose.camera_from_world(point);
+        (point.z > 0.0).then(|| self.flat(point))
+    }
+
+    /// The part of a segment that is before the camera, as [`Self::place`] has it.
+    pub fn segment(&self, from: DVec3, to: DVec3) -> Option<[DVec2; 2]> {
+        let [mut from, mut to] = [from, to].map(|point| self.pose.camera_from_world(point));
+        // Lines through the camera's plane leave the picture long before this share of their own length.
+        let least = 1e-6 * from.distance(to);
+        if from.z.max(to.z) <= least {
+            return None;
+        }
+        let cut =
+            |inside: DVec3, outside: DVec3| inside.lerp(outside, (inside.z - least) / (inside.z - outside.z));
+        if from.z < least {
+            from = cut(to, from);
+        } else if to.z < least {
+            to = cut(from, to);
+        }
+        Some([self.flat(from), self.flat(to)])
+    }
+
+    fn flat(&self, point_in_camera: DVec3) -> DVec2 {
+        let FrameLens { focal, shift } = self.lens;
+        let DVec3 { x, y, z } = point_in_camera;
+        DVec2::new(focal[0] * x / z + shift[0], focal[1] * y / z + shift[1])
+    }
+
+    /// How many world units a pixel of a picture of this height spans at the pivot.
+    pub fn units_per_px(&self, height_px: f64) -> f64 {
+        self.distance() / (self.lens.focal[1] * height_px)
+    }
+
+    /// Of the pivot, in world units.
+    pub fn distance(&self) -> f64 {
+        self.position().distance(self.pivot)
+    }
+
+    /// Turns around the pivot: `yaw_rad` around `up`, `pitch_rad` around the camera's x axis; a positive pitch
+    /// goes up and over. It stops short of the poles.
+    pub fn orbit(&mut self, yaw_rad: f64, pitch_rad: f64, up: DVec3) {
+        self.turn_around(self.pivot, yaw_rad, pitch_rad, up);
+    }
+
+    /// Looks around from where it stands: `yaw_rad` to the left, `pitch_rad` up.
+    pub fn look(&mut self, yaw_rad: f64, pitch_rad: f64, up: DVec3) {
+        let distance = self.distance();
+        self.turn_around(self.position(), yaw_rad, -pitch_rad, up);
+        self.pivot = self.pose.world_from_camera(DVec3::Z * distance);
+    }
+
+    fn turn_around(&mut self, fixed: DVec3, yaw_rad: f64, pitch_rad: f64, up: DVec3) {
+        let forward = self.forward();
+        let elevation = forward.dot(up).clamp(-1.0, 1.0).asin();
+        let pitch = (elevation - pitch_rad).clamp(-STEEPEST_RAD, STEEPEST_RAD);
+        // A photo may look more steeply than a turntable does: it is left as it is, never pulled back.
+        let pitch = if elevation.abs() > STEEPEST_RAD { elevation } else { pitch };
+        let right = forward.cross(up).try_normalize().unwrap_or_else(|| self.right());
+        let turn = DQuat::from_axis_angle(up, yaw_rad) * DQuat::from_axis_angle(right, pitch - elevation);
+        let turn = DMat3::from_quat(turn);
+        let position = fixed + turn * (self.position() - fixed);
+        let rotation = orthonormal(self.pose.rotation * turn.transpose());
+        self.pose = Pose { rotation, translation: -(rotation * position) };
+    }
+
+    /// Moves camera and pivot along the picture's x and y, so that what is at the pivot's distance follows the
+    /// pointer; in pixels of a picture of this height.
+    pub fn pan(&mut self, by_px: DVec2, height_px: f64) {
+        let units = self.units_per_px(height_px);
+        // Across and along the picture: the lens may have pixels that are not square.
+        let across = units * self.lens.focal[1] / self.lens.focal[0];
+        self.fly(DVec3::new(-by_px.x * across, -by_px.y * units, 0.0));
+    }
+
+    /// Flies by a step in its own frame (x right, y down, z forward), in world units, and takes the pivot along.
+    pub fn fly(&mut self, step_in_camera: DVec3) {
+        self.pivot += self.pose.rotation.transpose() * step_in_camera;
+        self.pose.translation -= step_in_camera;
+    }
+
+    /// Comes `factor` times nearer to `target` (a point in the world under the pointer), which stays where it is in the
+    /// picture. The pivot moves to the depth of the target, so that the next turn is about what one looks at.
+    pub fn zoom(&mut self, target: DVec3, factor: f64, ground: &Ground) {
+        let position = self.position();
+        let nearest = ground.radius * NEAREST_SHARE;
+        let distance = position.distance(target);
+        let wanted = distance / factor;
+        if distance <= 0.0 || (wanted < nearest && factor > 1.0) {
+            return;
+        }
+        let position = target + (position - target) * (wanted / distance);
+        self.pose.translation = -(self.pose.rotation * position);
+        let depth = self.pose.camera_from_world(target).z;
+        if depth > 0.0 {
+            self.pivot = self.pose.world_from_camera(DVec3::Z * depth);
+        }
+    }
+
+    /// Goes back or forth, without turning, until a ball fills the picture; the ball's middle becomes the pivot.
+    pub fn show(&mut self, center: DVec3, radius: f64) {
+        // The narrower field decides; pictures are seldom narrower than half their height.
+        let half = (0.5 / self.lens.focal[0].max(self.lens.focal[1])).atan();
+        let position = center - self.forward() * (radius / half.sin());
+        self.pose.translation = -(self.pose.rotation * position);
+        self.pivot = center;
+    }
+
+    /// Turns about its axis until the horizon is level.
+    pub fn level(&mut self, up: DVec3) {
+        let position = self.position();
+        self.pose = facing(position, self.forward(), up);
+    }
+
+    /// The way from here to there in `seconds`, starting and ending gently. Camera and lens change together, and so
+    /// does the pivot at the end.
+    pub fn flight_to(&self, there: &Self, seconds: f64, up: DVec3) -> Option<Flight> {
+        let frame = |view: &Self, time_s| Keyframe {
+            time_s,
+            position: view.position(),
+            aim: Aim::Rotation(DQuat::from_mat3(&view.pose.rotation.transpose())),
+            lens: view.lens,
+        };
+        // A flight has its size, of which only the proportion to itself is used again.
+        const ANY_SIZE: [u32; 2] = [1024, 1024];
+        Flight::new(&[frame(self, 0.0), frame(there, seconds)], ANY_SIZE, Speed::Eased, up).ok()
+    }
+
+    fn forward(&self) -> DVec3 {
+        self.pose.rotation.transpose() * DVec3::Z
+    }
+
+    fn right(&self) -> DVec3 {
+        self.pose.rotation.transpose() * DVec3::X
+    }
+}
+
+/// A camera at `position` that looks along `forward`, with `up` upwards where they are not parallel.
+fn facing(position: DVec3, forward: DVec3, up: DVec3) -> Pose {
+    let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
+    let rotation = DMat3::from_cols(right, forward.cross(right), forward).transpose();
+    Pose { rotation, translation: -(rotation * position) }
+}
+
+/// Rounding of many small turns must not add up to a shear.
+fn orthonormal(rotation: DMat3) -> DMat3 {
+    DMat3::from_quat(DQuat::from_mat3(&rotation).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::{centred, look_at};
+
+    const UP: DVec3 = DVec3::Z;
+
+    fn view() -> Viewpoint {
+        let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::new(0.0, 0.0, 1.0));
+        Viewpoint::of_camera(&centred(640, 480, 500.0), &pose, DVec3::new(0.0, 0.0, 1.0))
+    }
+
+    fn px(view: &Viewpoint, point: DVec3) -> DVec2 {
+        view.camera(640, 480).image_from_camera(view.pose.camera_from_world(point)).unwrap()
+    }
+
+    fn ground() -> Ground {
+        Ground { up: UP, center: DVec3::ZERO, radius: 10.0 }
+    }
+
+    #[test]
+    fn orbiting_keeps_the_pivot_where_it_is_in_the_picture_and_at_its_distance() {
+        let (before, mut after) = (view(), view());
+        for step in 0..1000 {
+            after.orbit(0.05, 0.01 * (f64::from(step) * 0.1).sin(), UP);
+        }
+        assert!((px(&before, before.pivot) - px(&after, before.pivot)).length() < 1e-6);
+        assert!((before.distance() - after.distance()).abs() < 1e-9);
+        // A thousand turns leave a rotation.
+        let rotation = after.pose.rotation;
+        let error = rotation * rotation.transpose() - DMat3::IDENTITY;
+        assert!(error.to_cols_array().iter().all(|entry| entry.abs() < 1e-12));
+    }
+
+    #[test]
+    fn orbiting_stops_short_of_the_poles() {
+        for pitch in [20.0, -20.0] {
+            let mut view = view();
+            view.orbit(0.0, pitch, UP);
+            let elevation = view.forward().dot(UP).asin().abs();
+            assert!((elevation - STEEPEST_RAD).abs() < 1e-9, "{elevation}");
+            assert!(view.right().dot(UP).abs() < 1e-9, "the horizon stays level");
+        }
+    }
+
+    #[test]
+    fn panning_lets_the_pivot_follow_the_pointer() {
+        let mut after = view();
+        let point = after.pivot;
+        let before = px(&after, point);
+        after.pan(DVec2::new(37.0, -21.0), 480.0);
+        assert!((px(&after, point) - before - DVec2::new(37.0, -21.0)).length() < 1e-9);
+    }
+
+    #[test]
+    fn zooming_keeps_what_is_under_the_pointer_in_its_place() {
+        let mut after = view();
+        let target = DVec3::new(-1.0, 0.5, 2.0);
+        let before = px(&after, target);
+        let distance = after.position().distance(target);
+        after.zoom(target, 1.25, &ground());
+        assert!((px(&after, target) - before).length() < 1e-9);
+        assert!((after.position().distance(target) - distance / 1.25).abs() < 1e-9);
+    }
+
+    #[test]
+    fn zooming_never_reaches_what_it_zooms_to() {
+        let mut after = view();
+        let target = after.pivot;
+        (0..500).for_each(|_| after.zoom(target, 1.5, &ground()));
+        assert!(after.position().distance(target) >= 10.0 * NEAREST_SHARE);
+        after.zoom(target, 0.5, &ground());
+        assert!(after.position().distance(target) > 10.0 * NEAREST_SHARE, "and comes back");
+    }
+
+    #[test]
+    fn looking_around_keeps_the_place_and_flying_the_direction() {
+        let (before, mut after) = (view(), view());
+        after.look(0.3, 0.1, UP);
+        assert!((before.position() - after.position()).length() < 1e-9);
+        assert!((after.forward().dot(UP).asin() - before.forward().dot(UP).asin() - 0.1).abs() < 1e-9);
+        let looked = after;
+        after.fly(DVec3::new(0.5, 0.0, 2.0));
+        assert_eq!(looked.pose.rotation, after.pose.rotation);
+        assert!((looked.distance() - after.distance()).abs() < 1e-9);
+        let step = looked.pose.rotation * (after.position() - looked.position());
+        assert!((step - DVec3::new(0.5, 0.0, 2.0)).length() < 1e-9);
+    }
+
+    #[test]
+    fn a_photo_that_looks_straight_down_is_turned_and_not_tilted() {
+        let rotation = DMat3::from_cols(DVec3::X, -DVec3::Y, -DVec3::Z);
+        let pose = Pose { rotation, translation: DVec3::new(0.0, 0.0, 5.0) };
+        let mut view = Viewpoint::of_camera(&centred(64, 64, 50.0), &pose, DVec3::ZERO);
+        view.orbit(0.2, 0.3, UP);
+        assert!((view.forward() + UP).length() < 1e-9);
+    }
+
+    #[test]
+    fn what_is_shown_fits_into_the_picture() {
+        let mut view = view();
+        let (center, radius) = (DVec3::new(4.0, 4.0, 0.0), 3.0);
+        view.show(center, radius);
+        assert_eq!(view.pivot, center);
+        let highest = center + view.pose.rotation.transpose() * DVec3::new(0.0, -radius, 0.0);
+        assert!((0.0..240.0).contains(&px(&view, highest).y));
+        let overview = Viewpoint::overview(&ground(), view.lens);
+        assert!(overview.position().z > 0.0 && overview.right().dot(UP).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_point_is_placed_as_the_camera_sees_it_and_a_segment_ends_before_the_camera() {
+        let view = view();
+        let point = DVec3::new(-1.0, 0.5, 2.0);
+        let placed = view.place(point).unwrap() * 480.0 + DVec2::new(320.0, 240.0);
+        assert!((placed - px(&view, point)).length() < 1e-9);
+        let behind = view.position() - view.forward() * 2.0;
+        assert_eq!(view.place(behind), None);
+        let [from, to] = view.segment(point, behind + DVec3::X).unwrap();
+        assert!((from - view.place(point).unwrap()).length() < 1e-12 && to.is_finite());
+        assert_eq!(view.segment(behind, behind - view.forward()), None);
+    }
+
+    #[test]
+    fn a_flight_starts_here_and_ends_there() {
+        let (here, mut there) = (view(), view());
+        there.orbit(1.0, 0.2, UP);
+        let flight = here.flight_to(&there, 0.6, UP).unwrap();
+        let ((_, start), (_, end)) = (flight.at(0.0), flight.at(0.6));
+        assert!((start.center_in_world() - here.position()).length() < 1e-9);
+        assert!((end.center_in_world() - there.position()).length() < 1e-9);
+    }
+}
