@@ -14,6 +14,7 @@ use crate::error::{Error, Result};
 use crate::scene::{PhotoPixels, Samples};
 
 mod folder;
+mod jpeg;
 mod pinhole;
 mod turn;
 
@@ -40,15 +41,16 @@ pub struct PhotoHeader {
 /// Looks at a photo without decoding it: can it be read, and does its size fit the camera's?
 ///
 /// # Errors
-/// [`Error::Input`] when it is none of the formats, damaged at its beginning, of a kind that is not
-/// read, or of another size; [`Error::Io`].
+/// [`Error::Input`] when it is none of the formats, damaged at its beginning, a JPEG that is cut short, of a kind
+/// that is not read, or of another size; [`Error::Io`].
 pub fn check_photo(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
     // A JPEG's decoder reads all that it is given; its header rarely reaches beyond this.
     const BEGINNING: u64 = 1 << 18;
     let mut file = open(path, width, height)?;
     let mut beginning = Vec::new();
     file.by_ref().take(BEGINNING).read_to_end(&mut beginning).map_err(Error::io(path, "read it"))?;
-    if beginning.starts_with(b"\xFF\xD8") {
+    if beginning.starts_with(&jpeg::START) {
+        refuse_cut_jpeg(path, &mut file)?;
         let header = header_of(path, Cursor::new(&beginning), width, height);
         if header.is_ok() || (beginning.len() as u64) < BEGINNING {
             return header;
@@ -68,7 +70,11 @@ fn header_of(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -
 /// # Errors
 /// As [`check_photo`], and when the file is damaged.
 pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
-    let file = open(path, width, height)?;
+    let mut file = open(path, width, height)?;
+    if file.fill_buf().map_err(Error::io(path, "read it"))?.starts_with(&jpeg::START) {
+        refuse_cut_jpeg(path, &mut file)?;
+        file.rewind().map_err(Error::io(path, "read it"))?;
+    }
     let mut decoder = decoder(path, file, width, height)?;
     let header = fitting(path, &mut decoder, width, height)?;
     let icc = decoder.icc_profile().ok().flatten().filter(|profile| describes_rgb(profile));
@@ -78,6 +84,14 @@ pub fn read_photo(path: &Path, width: u32, height: u32) -> Result<PhotoPixels> {
     let channels = if color.has_alpha() { 4 } else { 3 };
     let samples = turn::turned(samples, stored_width, stored_height, channels, header.turn);
     Ok(PhotoPixels { width, height, channels, samples, icc })
+}
+
+fn refuse_cut_jpeg(path: &Path, file: &mut (impl BufRead + Seek)) -> Result<()> {
+    if jpeg::is_whole(file).map_err(Error::io(path, "read it"))? {
+        return Ok(());
+    }
+    let found = "the JPEG is cut short: it ends before its picture does";
+    Err(Error::input(path, "", found, "copy the file again from where it is whole"))
 }
 
 /// Opens a file that could be a photo of this size.

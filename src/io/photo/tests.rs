@@ -137,6 +137,21 @@ fn what_is_no_photo_is_refused() {
 }
 
 #[test]
+fn a_jpeg_that_is_cut_is_refused_by_its_header_already_and_one_with_more_behind_it_is_read() {
+    let folder = Folder::new();
+    let bytes = jpeg();
+    for cut in [bytes.len() - 1, bytes.len() - 4] {
+        let path = folder.put("a.jpg", &bytes[..cut]);
+        for error in [check_photo(&path, 6, 4).unwrap_err(), read_photo(&path, 6, 4).unwrap_err()] {
+            assert!(error.to_string().contains("cut short"), "{error}");
+        }
+    }
+    let path = folder.put("a.jpg", &[&bytes[..], b"more"].concat());
+    check_photo(&path, 6, 4).unwrap();
+    read_photo(&path, 6, 4).unwrap();
+}
+
+#[test]
 fn a_png_that_is_cut_is_refused() {
     let folder = Folder::new();
     let bytes = encoded(&kinds()[4], ImageFormat::Png).unwrap();
