@@ -12,7 +12,7 @@ use std::path::Path;
 use std::process::ExitCode;
 use std::time::Instant;
 
-use quadratura::io::layered::{EditedDocument, EditedLayer, Raster, read_layered};
+use quadratura::io::layered::{EditedDocument, EditedLayer, EditedMask, Raster, read_layered};
 use quadratura::scene::Samples;
 use rayon::prelude::*;
 
@@ -53,7 +53,7 @@ fn list(file: &Path) -> Outcome {
     let mut text = String::new();
     for layer in &document.layers {
         let groups = layer.groups.join("/");
-        let mask = if layer.mask.is_some() { ", masked" } else { "" };
+        let mask = if !layer.masks.is_empty() { ", masked" } else { "" };
         let shown = if layer.visible { "" } else { ", hidden" };
         text += &format!("{:?} in {groups:?}: {:?}{mask}{shown}\n", layer.name, layer.rect);
     }
@@ -145,9 +145,12 @@ fn compare(before: &EditedLayer, after: &EditedLayer, cropped: bool) -> Result<u
     })
 }
 
-/// What the mask says of each pixel of its layer, in 8 bits; whether it is switched on.
-fn masked(layer: &EditedLayer) -> Result<Option<(bool, Vec<u8>)>, quadratura::Error> {
-    let Some(mask) = &layer.mask else { return Ok(None) };
+/// What each mask says of each pixel of the layer, in 8 bits; whether it is switched on.
+fn masked(layer: &EditedLayer) -> Result<Vec<(bool, Vec<u8>)>, quadratura::Error> {
+    layer.masks.iter().map(|mask| values_of(mask, layer)).collect()
+}
+
+fn values_of(mask: &EditedMask, layer: &EditedLayer) -> Result<(bool, Vec<u8>), quadratura::Error> {
     let pixels = mask.pixels.read()?;
     let at = |x: i32, y: i32| {
         let (x, y) = (x - mask.rect.x, y - mask.rect.y);
@@ -157,7 +160,7 @@ fn masked(layer: &EditedLayer) -> Result<Option<(bool, Vec<u8>)>, quadratura::Er
     };
     let rows = layer.rect.y..layer.rect.bottom();
     let values = rows.flat_map(|y| (layer.rect.x..layer.rect.right()).map(move |x| (x, y)));
-    Ok(Some((mask.enabled, values.map(|(x, y)| at(x, y)).collect())))
+    Ok((mask.enabled, values.map(|(x, y)| at(x, y)).collect()))
 }
 
 fn different<T: PartialEq>(a: &[T], b: &[T]) -> u64 {

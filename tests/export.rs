@@ -221,7 +221,7 @@ fn a_folder_holds_whole_layers_and_a_stack_that_is_true_of_them() {
     let project = project(&Plan::default());
     let options = ExportOptions { format: ExportFormat::Folder, ..ExportOptions::default() };
     let report = project.export_as(&options).done.remove(0);
-    assert_eq!(report.path, project.out().join("nord%2Ft%C3%BCr%201.png"));
+    assert_eq!(report.path, project.out().join("nord%2Ft%C3%BCr%201.png.layers"));
     let stack: Stack = serde_json::from_slice(&fs::read(report.path.join("stack.json")).unwrap()).unwrap();
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for (exported, layer) in stack.image_layers.iter().zip(&project.stack.image_layers) {

@@ -31,6 +31,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
         || task.timed("start the GPU", || GpuRasteriser::new(&Gpu::headless()?)),
     );
     let (opened, rasteriser) = (opened?, rasteriser?);
+    opened.photos_named(&args.photos.names)?;
     let options = BuildOptions {
         layers: options,
         photos: args.photos.names.clone(),
@@ -90,6 +91,7 @@ fn report(opened: &Opened, built: &[Built], painted: &Painted, mut problems: Vec
         counted(opened.site.model.faces.len(), "face"),
         painted.lost(),
     );
+    problems.extend(painted.problems());
     let json = json!({ "photos": table.into_json(), "paint": painted.to_json(), "problems": problems });
     Outcome { text, json, problems }
 }

@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::{ColourArgs, Switch};
 use super::table::{Table, counted};
+use crate::document::Colour;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::{read_project, write_project};
@@ -26,9 +27,20 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     if colour != opened.project.colour {
         opened.project.colour = colour;
         write_project(&args.project, &opened.project)?;
+        note_both(&opened.project.colour, task);
     }
     let report = colour_report(&args.project, &opened, task)?;
     Ok(outcome(&opened, &report))
+}
+
+/// Both may be meant; who means one of them is told what the two do together.
+fn note_both(colour: &Colour, task: &Task) {
+    for photo in colour.left_out.iter().filter(|photo| colour.fixed.contains_key(*photo)) {
+        task.of(photo).note(
+            "it is both fixed and left out: it has the gain that it was given, and the others' gains are estimated \
+             without it; --free takes both back",
+        );
+    }
 }
 
 /// What was typed: first what takes back, then what decides.
@@ -95,7 +107,11 @@ fn signed(stops: f64) -> String {
 fn legend(report: &ColourReport) -> String {
     let three = |stops: [f64; 3]| stops.map(|stops| format!("{stops:.3}")).join(" ");
     let off = if report.even { "" } else { "Off: photos are shown and filled as they are.\n" };
+    let all_left_out = report.photos.iter().all(|photo| photo.left_out);
     let groups = match report.groups {
+        0 if all_left_out => {
+            "All photos are left out, so nothing is estimated: `--free PHOTO` asks one again, `--reset` all.\n".to_owned()
+        }
         0 => "No two photos share a point: nothing is known of exposures.\n".to_owned(),
         1 => String::new(),
         groups => format!("{groups} groups of photos share no point: each is 0 on average.\n"),

@@ -60,6 +60,7 @@ fn tell_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Tas
 
 fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {
     problems.extend(exported.failed.iter().map(|(photo, error)| format!("{photo}: {error}")));
+    problems.extend(exported.done.iter().flat_map(|done| done.problems.iter().cloned()));
     let mut table = Table::new(&["photo", "groups", "layers", "size", "file"]);
     for done in &exported.done {
         let (groups, layers) = (done.groups.to_string(), done.layers.to_string());

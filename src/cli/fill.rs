@@ -22,6 +22,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let options = options(args, &mut project, task)?;
     let mut kept = StackStore::new(&args.project).clean()?;
     let opened = open_site(&args.project, project, task)?;
+    opened.photos_named(&args.photos.names)?;
     let request = FillRequest {
         options,
         photos: args.photos.names.clone(),

@@ -1,5 +1,6 @@
 //! `quadratura import` and `quadratura watch`.
 
+use std::path::Path;
 use std::time::Duration;
 
 use serde_json::json;
@@ -9,41 +10,41 @@ use super::args::{ImportArgs, WatchArgs};
 use super::table::{Table, counted};
 use crate::document::paint::PaintImport;
 use crate::error::{Error, Result};
+use crate::io::documents::documents;
 use crate::io::lock::ProjectLock;
-use crate::io::project::read_project;
+use crate::io::project::{below, read_project};
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
-use crate::recipe::import::{ImportOptions, Imported, history, import, take_back};
+use crate::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
 use crate::recipe::watch::{WatchOptions, watch};
 use crate::task::Task;
 
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     read_project(&args.project)?;
     if args.history {
-        return Ok(told_history(&history(&args.project)?));
+        return Ok(told_history(&args.project, &history(&args.project)?));
     }
-    let options = ImportOptions { dry_run: args.dry_run, scaled: args.scaled };
+    let options = ImportOptions { dry_run: args.dry_run, scaled: args.scaled, only_whole: false };
     let _lock = (!args.dry_run).then(|| ProjectLock::take(&args.project)).transpose()?;
     if args.undo {
-        return Ok(told_undone(&take_back(&args.project)?));
+        return Ok(told_undone(&args.project, &take_back(&args.project)?));
     }
-    let imported = import(&args.project, &args.files, options, task)?;
+    let imported = import(&args.project, &args.files, options, &Recall::default(), task)?;
     Ok(report(&imported, args.dry_run))
 }
 
 pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     read_project(&args.project)?;
-    if !args.folder.is_dir() {
-        let found = "there is no such folder";
-        return Err(Error::input(&args.folder, "", found, "give the folder that the image editor saves to"));
-    }
-    let import = ImportOptions { dry_run: false, scaled: args.scaled };
+    refuse_no_folder(&args.folder)?;
+    let import = ImportOptions { scaled: args.scaled, ..ImportOptions::default() };
     let mut imports = Vec::new();
     let mut problems = Vec::new();
-    task.note(format!("watching {}; Ctrl-C ends it", args.folder.display()));
+    let there = counted(documents(&args.folder)?.len(), "layered document");
+    let folder = args.folder.display();
+    task.note(format!("watching {folder} and the folders in it, {there} now; Ctrl-C ends it"));
     let options = WatchOptions { import, once: args.once };
     watch(&args.project, &args.folder, options, task, |imported, spent| {
         tell(imported, spent, task);
-        problems.extend(imported.failed.iter().map(|(_, problem)| problem.to_string()));
+        problems.extend(problems_of(imported));
         imports.push(json!({
             "import": imported.number,
             "changed": imported.changed,
@@ -53,6 +54,24 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     })?;
     let text = format!("{}\n", counted(imports.len(), "import"));
     Ok(Outcome { text, json: json!({ "imports": imports, "problems": problems }), problems })
+}
+
+fn refuse_no_folder(folder: &Path) -> Result<()> {
+    if folder.is_dir() {
+        return Ok(());
+    }
+    let remedy = "give the folder that the image editor saves to";
+    if !folder.exists() {
+        return Err(Error::input(folder, "", "there is no such folder", remedy));
+    }
+    let around = folder.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."));
+    Err(Error::input(folder, "", "a file, not a folder", format!("{remedy}: {}", around.display())))
+}
+
+/// What was not taken home, for the exit status.
+fn problems_of(imported: &Imported) -> Vec<String> {
+    let refused = imported.failed.iter().map(|(_, problem)| problem.to_string());
+    refused.chain(imported.files.iter().filter_map(FileReport::problem)).collect()
 }
 
 fn tell(imported: &Imported, spent: Duration, task: &Task) {
@@ -66,7 +85,7 @@ fn tell(imported: &Imported, spent: Duration, task: &Task) {
         task.note(format!("{pixels} on {} changed{number} ({seconds:.2} s)", counted(layers, "layer")));
         remarks(file).iter().for_each(|remark| task.note(remark));
     }
-    imported.failed.iter().for_each(|(_, problem)| task.note(problem.to_string()));
+    problems_of(imported).into_iter().for_each(|problem| task.note(problem));
 }
 
 fn report(imported: &Imported, dry_run: bool) -> Outcome {
@@ -82,7 +101,7 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
         (Some(number), false) => format!("import {number}: {changed} changed; `--undo` takes it back\n"),
         (Some(_), true) => format!("{changed} would change; nothing was written\n"),
     });
-    let problems: Vec<String> = imported.failed.iter().map(|(_, problem)| problem.to_string()).collect();
+    let problems = problems_of(imported);
     let json = json!({
         "import": imported.number.filter(|_| !dry_run),
         "dry_run": dry_run,
@@ -121,7 +140,8 @@ fn also(layer: &LayerReport) -> String {
 /// What is said in sentences.
 fn remarks(file: &FileReport) -> Vec<String> {
     let mut remarks = file.notes.clone();
-    for layer in &file.layers {
+    // Those that are left out are told with the problems.
+    for layer in file.layers.iter().filter(|layer| layer.state != LayerState::LeftOut) {
         remarks.extend(layer.notes.iter().map(|note| format!("{}: {note}", layer.name)));
         remarks.extend(layer.conflicts.iter().map(|conflict| {
             let (face, pixels, import) = (&conflict.face, conflict.pixels, conflict.import);
@@ -134,11 +154,12 @@ fn remarks(file: &FileReport) -> Vec<String> {
     remarks
 }
 
-fn told_history(imports: &[PaintImport]) -> Outcome {
+fn told_history(project: &Path, imports: &[PaintImport]) -> Outcome {
     let mut table = Table::new(&["import", "when (UTC)", "pixels", "photos", "files"]);
     for import in imports {
         let (number, pixels) = (import.number.to_string(), import.pixels.to_string());
-        table.row([number, when(import.time), pixels, import.photos.join(", "), import.files.join(", ")]);
+        let files = files_of(project, import).join(", ");
+        table.row([number, when(import.time), pixels, import.photos.join(", "), files]);
     }
     let text = match imports.is_empty() {
         true => "no import can be taken back\n".to_owned(),
@@ -146,22 +167,27 @@ fn told_history(imports: &[PaintImport]) -> Outcome {
     };
     Outcome {
         text,
-        json: json!({ "imports": imports.iter().map(facts).collect::<Vec<_>>() }),
+        json: json!({ "imports": imports.iter().map(|import| facts(project, import)).collect::<Vec<_>>() }),
         problems: vec![],
     }
 }
 
-fn told_undone(import: &PaintImport) -> Outcome {
-    let files = import.files.join(", ");
+fn told_undone(project: &Path, import: &PaintImport) -> Outcome {
+    let files = files_of(project, import).join(", ");
     let text = format!("import {} of {files} is taken back\n", import.number);
-    Outcome { text, json: json!({ "undone": facts(import) }), problems: vec![] }
+    Outcome { text, json: json!({ "undone": facts(project, import) }), problems: vec![] }
 }
 
-fn facts(import: &PaintImport) -> serde_json::Value {
+/// The files of an import as they are reached from here; they are kept as they are reached from the project.
+fn files_of(project: &Path, import: &PaintImport) -> Vec<String> {
+    import.files.iter().map(|file| below(project, file).display().to_string()).collect()
+}
+
+fn facts(project: &Path, import: &PaintImport) -> serde_json::Value {
     json!({
         "import": import.number,
         "time": import.time,
-        "files": import.files,
+        "files": files_of(project, import),
         "photos": import.photos,
         "pixels": import.pixels,
     })

@@ -23,11 +23,12 @@ pub fn run(args: &InfoArgs, task: &Task) -> Result<Outcome> {
     let store = StackStore::new(&args.project);
     let survey = Survey::new(&opened, &store);
     let photos = opened.photos_named(&args.photos.names)?;
+    let mut problems = args.photos.problems_of(&opened, task);
     let (text, json) = match &args.face {
         Some(face) => about_face(face, &opened, &survey, &photos, task)?,
-        None => about_photos(args, &opened, &store, &survey, &photos, task)?,
+        None => about_photos(args, &opened, &store, &survey, &photos, &mut problems, task)?,
     };
-    Ok(Outcome { text, json, problems: args.photos.problems_of(&opened, task) })
+    Ok(Outcome { text, json, problems })
 }
 
 fn about_photos(
@@ -36,6 +37,7 @@ fn about_photos(
     store: &StackStore,
     survey: &Survey<'_>,
     photos: &[&Photo],
+    problems: &mut Vec<String>,
     task: &Task,
 ) -> Result<(String, Value)> {
     let mut table = StackTable::default();
@@ -51,7 +53,7 @@ fn about_photos(
             filling.add(stack, FillState::of(stack, &fill_inputs).word());
         }
         if let StackState::Broken(error) = &state {
-            task.of(&photo.name).note(error.to_string());
+            problems.push(format!("{}: {error}", photo.name));
         }
     }
     let model = &opened.site.model;
@@ -74,6 +76,7 @@ fn about_photos(
     }
     let painted = Painted::of(opened, store)?;
     text.push_str(&painted.text());
+    problems.extend(painted.problems());
     let json = json!({
         "faces": model.faces.len(),
         "objects": model.objects.len(),

@@ -43,6 +43,11 @@ impl Painted {
         format!("\npaint that has no place now; it is kept:\n{lines}")
     }
 
+    /// Pictures of paint that are damaged or gone, for the exit status.
+    pub fn problems(&self) -> Vec<String> {
+        self.0.damaged.clone()
+    }
+
     /// For programs.
     pub fn to_json(&self) -> Value {
         let photos: Vec<Value> = self
@@ -51,6 +56,6 @@ impl Painted {
             .iter()
             .map(|(photo, faces, pixels)| json!({ "photo": photo, "faces": faces, "pixels": pixels }))
             .collect();
-        json!({ "photos": photos, "without_place": self.0.lost })
+        json!({ "photos": photos, "without_place": self.0.lost, "damaged": self.0.damaged })
     }
 }

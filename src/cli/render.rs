@@ -46,7 +46,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     Ok(outcome(args, &report, views.path.is_some(), problems))
 }
 
-/// The pictures, and what went wrong with single image layers.
+/// The pictures, and what they were made without.
 fn draw_shots(
     args: &RenderArgs,
     shown: Shown,

@@ -151,6 +151,10 @@ impl Reporter {
 impl Stage {
     fn plain_line(&mut self, name: &str, done: u64, total: u64) {
         let now = Instant::now();
+        if done == 0 {
+            // A stage may come again, as when a folder is watched.
+            (self.started, self.last_line) = (now, now);
+        }
         if now - self.last_line < BETWEEN_LINES {
             return;
         }

@@ -22,9 +22,36 @@ pub fn hash_bytes(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
+/// A hash of one thing after another.
+#[derive(Default)]
+pub struct Hashing(blake3::Hasher);
+
+impl Hashing {
+    /// Adds bytes. Their number counts, too: `ab` and `c` is something else than `a` and `bc`.
+    pub fn add(&mut self, bytes: &[u8]) {
+        self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
+    }
+
+    /// Of all that was added, 64 hexadecimal digits.
+    pub fn hash(&self) -> String {
+        self.0.finalize().to_hex().to_string()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_added_counts_with_where_it_ends() {
+        let hash = |parts: &[&str]| {
+            let mut hashing = Hashing::default();
+            parts.iter().for_each(|part| hashing.add(part.as_bytes()));
+            hashing.hash()
+        };
+        assert_eq!(hash(&["ab", "c"]), hash(&["ab", "c"]));
+        assert!(hash(&["ab", "c"]) != hash(&["a", "bc"]) && hash(&["", "a"]) != hash(&["a"]));
+    }
 
     #[test]
     fn a_file_has_the_hash_of_its_bytes() {

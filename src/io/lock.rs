@@ -24,7 +24,7 @@ impl ProjectLock {
     ///
     /// # Errors
     /// [`Error::Request`] naming the holder when another program writes to the project;
-    /// [`Error::Io`] when the lock file cannot be made.
+    /// [`Error::Input`] when nothing may be written there; [`Error::Io`] when the lock file cannot be made.
     pub fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK_FILE);
         let mut file = OpenOptions::new()
@@ -33,7 +33,7 @@ impl ProjectLock {
             .read(true)
             .write(true)
             .open(&path)
-            .map_err(Error::io(&path, "open the lock file"))?;
+            .map_err(|error| refused(folder, &path, error))?;
         match file.try_lock() {
             Ok(()) => (),
             // A file system without locks, as some network drives are: go on without protection
@@ -44,6 +44,17 @@ impl ProjectLock {
         }
         sign(&mut file).map_err(Error::io(&path, "write it"))?;
         Ok(Self { _file: file })
+    }
+}
+
+fn refused(folder: &Path, lock: &Path, error: std::io::Error) -> Error {
+    match error.kind() {
+        ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
+            let remedy =
+                "give yourself the right to write in its folder, or copy the project to another place";
+            Error::input(folder, "", format!("this project may not be written to ({error})"), remedy)
+        }
+        _ => Error::io(lock, "open the lock file")(error),
     }
 }
 

@@ -5,6 +5,7 @@ pub mod baselines;
 pub mod camera_path;
 pub mod cameras;
 pub mod colour;
+pub mod documents;
 pub mod exports;
 pub mod film;
 pub mod hash;

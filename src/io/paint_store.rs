@@ -22,6 +22,7 @@ use super::hash::{hash_bytes, hash_file};
 use super::json::{read_json, to_json};
 use super::layered::Raster;
 use super::layered::png::{read_rgba_as_stored, write_rgba};
+use super::project::below;
 use crate::document::names::file_name_of_photo;
 use crate::document::paint::{PAINT_VERSION, PaintBook, PaintEntry, Patch};
 use crate::error::{Error, Result};
@@ -82,11 +83,43 @@ impl PaintStore {
     /// The pixels of an entry.
     ///
     /// # Errors
-    /// [`Error::Io`], and [`Error::Input`] for a file that is no RGBA PNG of the entry's size.
+    /// As [`Self::check`].
     pub fn patch(&self, entry: &PaintEntry) -> Result<Patch> {
         let file = self.folder.join(&entry.file);
-        let raster = read_rgba_as_stored(&file, entry.rect.w, entry.rect.h)?;
-        Ok(patch_of(&raster, entry.rect))
+        let raster = read_rgba_as_stored(&file, entry.rect.w, entry.rect.h);
+        Ok(patch_of(
+            &raster.map_err(|found| self.damaged(entry, &format!("is damaged: {found}")))?,
+            entry.rect,
+        ))
+    }
+
+    /// Looks whether the picture of an entry is there and as it was written: its name tells its content.
+    ///
+    /// # Errors
+    /// [`Error::Input`] that says what paint is lost with it and how it comes back.
+    pub fn check(&self, entry: &PaintEntry) -> Result<()> {
+        let file = self.folder.join(&entry.file);
+        if !file.is_file() {
+            return Err(self.damaged(entry, "is gone"));
+        }
+        match is_ours(&file)? {
+            true => Ok(()),
+            false => Err(self.damaged(entry, "is damaged: it is not as it was written")),
+        }
+    }
+
+    /// `what` of the picture of an entry.
+    fn damaged(&self, entry: &PaintEntry, what: &str) -> Error {
+        let (pixels, face, photo) = (entry.pixels, entry.face_name(), &entry.photo);
+        let found = format!("the picture of {pixels} px of paint on {face} of photo {photo} {what}");
+        let (_, source) = entry.document.split_once('@').unwrap_or(("", &entry.document));
+        let source = below(self.folder.parent().unwrap_or(Path::new("")), source);
+        let remedy = "put it back from a copy of the project";
+        let remedy = match source.exists() {
+            true => format!("{remedy}, or import {} again, where it came from", source.display()),
+            false => format!("{remedy} ({}, where it came from, is gone)", source.display()),
+        };
+        Error::input(self.folder.join(&entry.file), "", found, remedy)
     }
 
     /// Keeps the pixels of an entry and gives it the file's name, its rectangle and its count. The paint is not
@@ -308,6 +341,30 @@ mod tests {
             let (entry, patch) = painted(&store, "wall", colour);
             assert_eq!(store.patch(&entry).unwrap(), patch);
             assert_eq!((entry.rect, entry.pixels), (PixelRect { x: -3, y: 2, w: 8, h: 4 }, 2));
+        }
+    }
+
+    #[test]
+    fn a_picture_that_is_gone_or_damaged_is_told_with_what_is_lost_and_where_it_came_from() {
+        let project = tempfile::tempdir().unwrap();
+        let store = PaintStore::new(project.path());
+        let (mut entry, _) = painted(&store, "wall", [257; 4]);
+        entry.document = "k1@layers/1.png.psd".into();
+        fs::create_dir(project.path().join("layers")).unwrap();
+        fs::write(project.path().join("layers/1.png.psd"), "edited").unwrap();
+        store.check(&entry).unwrap();
+        let file = project.path().join("paint").join(&entry.file);
+        let whole = fs::read(&file).unwrap();
+        for damage in [Some(&whole[..whole.len() / 2]), None] {
+            match damage {
+                Some(bytes) => fs::write(&file, bytes).unwrap(),
+                None => fs::remove_file(&file).unwrap(),
+            }
+            for told in [store.check(&entry).unwrap_err(), store.patch(&entry).unwrap_err()] {
+                let told = told.to_string();
+                assert!(told.contains("2 px of paint on wall[3] of photo nord/1.png"), "{told}");
+                assert!(told.contains("layers/1.png.psd again") && !told.contains("stack"), "{told}");
+            }
         }
     }
 

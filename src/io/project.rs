@@ -110,6 +110,20 @@ pub fn relative_to(folder: &Path, target: &Path) -> Result<String> {
     Ok(if cfg!(windows) { text.replace('\\', "/") } else { text.to_owned() })
 }
 
+/// A path that is kept relative to the project's folder, as seen from here: without the detour through the project
+/// where it has one.
+pub fn below(folder: &Path, relative: &str) -> PathBuf {
+    let mut path = PathBuf::new();
+    for part in folder.join(relative).components() {
+        match (part, path.components().next_back()) {
+            (Component::ParentDir, Some(Component::Normal(_))) => drop(path.pop()),
+            (Component::CurDir, _) => (),
+            _ => path.push(part),
+        }
+    }
+    path
+}
+
 /// From one absolute path to another; `None` when they share no root.
 fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
     let same = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
@@ -193,6 +207,16 @@ mod tests {
         assert_eq!(path, "../../site/images");
         assert_eq!(relative_to(&project, &project).unwrap(), ".");
         assert!(resolved(&project, &path).is_dir());
+    }
+
+    #[test]
+    fn a_path_from_the_project_is_shown_without_a_detour() {
+        let shown = |folder: &str, relative: &str| below(Path::new(folder), relative);
+        assert_eq!(shown("work/castle", "../layers/a.psd"), Path::new("work/layers/a.psd"));
+        assert_eq!(shown("castle", "../layers/a.psd"), Path::new("layers/a.psd"));
+        assert_eq!(shown("castle", "../../a.psd"), Path::new("../a.psd"));
+        assert_eq!(shown(".", "../a.psd"), Path::new("../a.psd"));
+        assert_eq!(shown("castle", "/tmp/a.psd"), Path::new("/tmp/a.psd"));
     }
 
     #[test]

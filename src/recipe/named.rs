@@ -48,7 +48,8 @@ pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
     }
 }
 
-fn is_short_for(name: &str, photo: &str) -> bool {
+/// Whether `name` is what `photo` may be called for short.
+pub fn is_short_for(name: &str, photo: &str) -> bool {
     let file = photo.rsplit('/').next().unwrap_or(photo);
     name == file || name == without_extension(file) || name == without_extension(photo)
 }

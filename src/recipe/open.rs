@@ -4,13 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
-use super::named::photos_named;
+use super::named::{is_short_for, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use crate::document::Project;
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras, read_cameras};
 use crate::io::models::read_model;
-use crate::io::project::{read_project, resolved};
+use crate::io::project::{PROJECT_FILE, read_project, resolved};
 use crate::scene::{Model, Photo, Site, SparsePoint};
 use crate::task::Task;
 
@@ -26,6 +26,8 @@ pub struct Opened {
     pub points: Vec<SparsePoint>,
     /// Why photos of the cameras' file are not in the site; one each.
     pub problems: Vec<Error>,
+    /// Photos whose files cannot be used, by name, with the reason.
+    pub left_out: Vec<(String, String)>,
 }
 
 /// Opens the project in `folder`. What leaves something out is in `problems`, what does not is noted.
@@ -52,19 +54,27 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
             return Err(Error::of_all(errors).expect("one of the two has failed"));
         }
     };
+    let reasons = import.problems.iter().map(ToString::to_string);
+    let left_out = import.left_out.into_iter().zip(reasons).collect();
     let problems = cameras.problems.into_iter().chain(import.problems).collect();
     let site = Site { photos: import.photos, model: Arc::new(model) };
     let points = points_of_photos(cameras.points, &cameras.photos, &site.photos);
-    Ok(Opened { project, site, points, problems })
+    Ok(Opened { project, site, points, problems, left_out })
 }
 
 impl Opened {
     /// The photos that `names` ask for: [`photos_named`].
     ///
     /// # Errors
-    /// [`Error::Request`].
+    /// [`Error::Request`]; for photos whose files cannot be used, why.
     pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
-        photos_named(&self.site, names)
+        photos_named(&self.site, names).map_err(|unknown| {
+            let is_meant = |photo: &str| names.iter().any(|name| name == photo || is_short_for(name, photo));
+            let reasons = self.left_out.iter().filter(|(photo, _)| is_meant(photo));
+            let reasons =
+                reasons.map(|(photo, why)| Error::Request(format!("photo {photo} is left out: {why}")));
+            Error::of_all(reasons.collect()).unwrap_or(unknown)
+        })
     }
 }
 
@@ -93,7 +103,7 @@ fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Camer
     let photo_folder = resolved(folder, &project.photos);
     let cameras = task.timed("read cameras", || read_cameras(&file, task));
     // A wrong photo folder is worth knowing even where the cameras are wrong, too.
-    let missing = (!photo_folder.is_dir()).then(|| no_such_folder(&photo_folder));
+    let missing = (!photo_folder.is_dir()).then(|| no_such_folder(folder, &photo_folder));
     let cameras = match (cameras, missing) {
         (Ok(cameras), None) => cameras,
         (cameras, missing) => {
@@ -114,8 +124,13 @@ fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Camer
     Ok((cameras, import))
 }
 
-fn no_such_folder(folder: &Path) -> Error {
-    Error::input(folder, "", "there is no such folder", "give the folder of the photos")
+fn no_such_folder(project: &Path, photos: &Path) -> Error {
+    let file = project.join(PROJECT_FILE);
+    let remedy = match file.is_file() {
+        true => format!("bring it back, or say as \"photos\" in {} where the photos are now", file.display()),
+        false => "give the folder of the photos".to_owned(),
+    };
+    Error::input(photos, "", "there is no such folder", remedy)
 }
 
 fn read_world_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {

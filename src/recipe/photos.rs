@@ -21,6 +21,8 @@ pub struct PhotoImport {
     pub photos: Vec<Photo>,
     /// Why the others cannot; one each, in the cameras' order.
     pub problems: Vec<Error>,
+    /// The names of the others, in the same order.
+    pub left_out: Vec<String>,
     /// What the user should know, each beginning with the photo's name.
     pub notes: Vec<String>,
 }
@@ -47,13 +49,16 @@ pub fn import_photos(
     }
     let made = made_images(&plans, task)?;
     let mut import = PhotoImport::default();
-    for (plan, made) in plans.into_iter().zip(made) {
+    for ((plan, made), name) in plans.into_iter().zip(made).zip(&names) {
         match plan.and_then(|plan| made.map(|()| plan)) {
             Ok(plan) => {
                 import.photos.push(plan.photo);
                 import.notes.extend(plan.notes);
             }
-            Err(problem) => import.problems.push(problem),
+            Err(problem) => {
+                import.problems.push(problem);
+                import.left_out.push((*name).to_owned());
+            }
         }
     }
     import.photos.sort_by(|a, b| a.name.cmp(&b.name));

@@ -43,10 +43,12 @@ pub struct Preview {
     relief: Option<SiteRelief>,
     /// The photos that the relief on the device was made without.
     without: Vec<PhotoId>,
+    /// What all pictures lack: whole stacks, paint.
+    problems: Vec<String>,
 }
 
 /// The renderer of an opened project. Photos without a stack serve nothing, with a note; those whose
-/// stack is older than the project do, with a note. Gains and relief are estimated the first time, and
+/// stack is older than the project do, with a note; one that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the first time, and
 /// kept in `cache/`.
 ///
 /// # Errors
@@ -60,14 +62,15 @@ pub fn open(
     task: &Task,
 ) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
-    let stacks = task.timed("read stacks", || stacks(opened, &store, task))?;
+    let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks));
     let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    problems.extend(files.problems());
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
     let (gains, relief) = told_by_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
     let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
-    Ok(Preview { renderer, relief, without: Vec::new() })
+    Ok(Preview { renderer, relief, without: Vec::new(), problems })
 }
 
 /// Estimates gains and relief and puts them into `cache/`, so that the first picture need not wait for
@@ -112,8 +115,8 @@ impl Preview {
         &mut self.renderer
     }
 
-    /// What went wrong with single image layers, as far as they were wanted until now, while pictures were
-    /// made without them.
+    /// What pictures were made without: stacks and paint that cannot be read, and single image layers, as far as they
+    /// were wanted until now.
     pub fn problems(&self) -> Vec<String> {
         let unreadable = self.renderer.tiles().unreadable().len();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
@@ -122,7 +125,7 @@ impl Preview {
                 "{unreadable} {layers} could not be read and {were} left out of all pictures; see the notes"
             )
         };
-        (unreadable > 0).then(problem).into_iter().collect()
+        self.problems.iter().cloned().chain((unreadable > 0).then(problem)).collect()
     }
 
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
@@ -147,11 +150,11 @@ impl Renders for Preview {
     }
 }
 
-/// The photos' current stacks, in the site's order.
-fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<Vec<Option<Stack>>> {
+/// The photos' current stacks, in the site's order, and why some cannot be read.
+fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Option<Stack>>, Vec<String>)> {
     let survey = Survey::new(opened, store);
     let mut stacks = Vec::with_capacity(opened.site.photos.len());
-    let (mut missing, mut stale) = (Vec::new(), Vec::new());
+    let (mut missing, mut stale, mut broken) = (Vec::new(), Vec::new(), Vec::new());
     for photo in &opened.site.photos {
         stacks.push(match survey.state(photo)? {
             StackState::Current(stack) => Some(stack),
@@ -164,12 +167,15 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<Vec<Option
                 None
             }
             StackState::Broken(error) => {
-                task.of(&photo.name).note(format!("its stack serves nothing: {error}"));
+                broken.push(format!("{}: its stack serves nothing: {error}", photo.name));
                 None
             }
         });
     }
     if stacks.iter().all(Option::is_none) {
+        if !broken.is_empty() {
+            return Err(Error::Request(broken.join("\n")));
+        }
         return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
     }
     if !missing.is_empty() {
@@ -180,5 +186,5 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<Vec<Option
         let stale = stale.join(", ");
         task.note(format!("older than the project: the stacks of {stale}; `quadratura build` renews them"));
     }
-    Ok(stacks)
+    Ok((stacks, broken))
 }

@@ -76,6 +76,12 @@ impl SheetFiles {
         Ok(self)
     }
 
+    /// What of the paint cannot be shown, and what to do about it.
+    pub fn problems(&self) -> Vec<String> {
+        let paint = self.painted.iter().flatten().map(|(_, paint)| paint);
+        paint.flat_map(|paint| paint.damaged().iter().cloned()).collect()
+    }
+
     /// How many sheets there are.
     pub fn len(&self) -> usize {
         self.files.len()

@@ -4,12 +4,13 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::import::{ImportOptions, Imported, import};
+use super::import::{ImportOptions, Imported, Recall, import};
 use crate::error::{Error, Result};
+use crate::io::documents::{Stamp, documents};
 use crate::io::exports::ExportStore;
 use crate::io::hash::hash_file;
 use crate::io::lock::ProjectLock;
-use crate::io::watch::{FolderWatch, Stamp, documents};
+use crate::io::watch::FolderWatch;
 use crate::task::Task;
 
 /// A file is complete when it stays as it is for so long, and can be read to its end.
@@ -30,8 +31,8 @@ pub struct WatchOptions {
     pub once: bool,
 }
 
-/// Imports every document in `folder` whenever it was saved, until somebody asks to stop; `told` hears of every import.
-/// What was changed before is imported first.
+/// Imports every document in `folder` and its sub-folders whenever it was saved, until somebody asks to stop; `told`
+/// hears of every import. What was changed before is imported first.
 ///
 /// # Errors
 /// [`Error::Request`] when the folder cannot be watched; what [`import`] says of the project. A fault in a file is told
@@ -44,8 +45,15 @@ pub fn watch(
     mut told: impl FnMut(&Imported, Duration),
 ) -> Result<()> {
     let events = FolderWatch::new(folder)?;
-    let mut watching =
-        Watching { project, folder, options, task, taken: BTreeMap::new(), failing: BTreeMap::new() };
+    let mut watching = Watching {
+        project,
+        folder,
+        options,
+        task,
+        taken: BTreeMap::new(),
+        failing: BTreeMap::new(),
+        recall: Recall::default(),
+    };
     loop {
         let round = watching.round().and_then(|due| watching.import(&due));
         let (imported, spent) = match round {
@@ -71,6 +79,8 @@ struct Watching<'a> {
     taken: BTreeMap<PathBuf, Stamp>,
     /// Since when a document cannot be read.
     failing: BTreeMap<PathBuf, Instant>,
+    /// Most layers of a file are as they were when it was saved last.
+    recall: Recall,
 }
 
 impl Watching<'_> {
@@ -112,10 +122,8 @@ impl Watching<'_> {
         }
         let lock = self.lock()?;
         let started = Instant::now();
-        let files: Vec<PathBuf> = due.iter().map(|(path, _)| path.clone()).collect();
-        let mut imported = import(self.project, &files, self.options.import, self.task)?;
+        let mut imported = self.import_patiently(due)?;
         drop(lock);
-        // What cannot be read may still be written: it is tried again, and told in the end.
         let failing = &mut self.failing;
         imported.failed.retain(|(path, _)| {
             failing.entry(path.clone()).or_insert_with(Instant::now).elapsed() >= PATIENCE
@@ -128,6 +136,23 @@ impl Watching<'_> {
             }
         }
         Ok((imported, started.elapsed()))
+    }
+
+    /// What cannot be read may still be written: it is tried again, and in the end what can be read of it is taken.
+    fn import_patiently(&self, due: &[(PathBuf, Stamp)]) -> Result<Imported> {
+        let worn = |path: &PathBuf| self.failing.get(path).is_some_and(|since| since.elapsed() >= PATIENCE);
+        let files = due.iter().map(|(path, _)| path.clone());
+        let (worn, fresh): (Vec<PathBuf>, Vec<PathBuf>) = files.partition(worn);
+        let whole = ImportOptions { only_whole: true, ..self.options.import };
+        let mut imported = import(self.project, &fresh, whole, &self.recall, self.task)?;
+        if !worn.is_empty() {
+            let rest = import(self.project, &worn, self.options.import, &self.recall, self.task)?;
+            imported.number = rest.number.or(imported.number);
+            imported.changed += rest.changed;
+            imported.files.extend(rest.files);
+            imported.failed.extend(rest.failed);
+        }
+        Ok(imported)
     }
 
     /// Another program may be building: that takes a while and is no reason to fail.

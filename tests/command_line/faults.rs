@@ -98,6 +98,90 @@ fn a_photo_that_breaks_off_in_the_middle_fails_alone() {
 }
 
 #[test]
+fn a_jpeg_that_is_cut_short_is_left_out_by_new_and_build_and_the_other_goes_on() {
+    let site = Site::with_photos(&["left.jpg", "right.jpg"], 160, 120, 1);
+    let file = site.path("photos/left.jpg");
+    let whole = fs::read(&file).unwrap();
+    let cut = || fs::write(&file, &whole[..whole.len() / 2]).unwrap();
+    cut();
+    let new = site.run("new project --photos photos --cameras sparse --model model.obj").failure().code(1);
+    let told = stderr_of(&new);
+    assert!(
+        told.contains("left.jpg") && told.contains("cut short") && told.contains("copy the file"),
+        "{told}"
+    );
+    assert!(site.path("project/project.json").is_file(), "the project is made of the other");
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    fs::write(&file, &whole).unwrap();
+    site.run("build project").success();
+    cut();
+    let built = site.run("build project --force --json").failure().code(1);
+    assert!(stderr_of(&built).contains("cut short"));
+    assert_eq!(json_of(&built)["photos"].as_array().unwrap().len(), 1);
+}
+
+#[test]
+fn a_whole_stack_that_cannot_be_read_is_a_failure_and_pictures_are_made_of_the_others() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project -q").success();
+    fs::write(site.path("project/stacks/left.png/stack.json"), "{").unwrap();
+    for command in ["render project --cameras photos --out out --json", "score project --json"] {
+        let done = site.run(command).failure().code(1);
+        let problems = &json_of(&done)["problems"];
+        let told = problems[0].as_str().unwrap();
+        assert!(told.contains("left.png") && told.contains("quadratura build"), "{command}: {problems:#}");
+    }
+    assert_eq!(fs::read_dir(site.path("out")).unwrap().count(), 2, "both views are drawn");
+    let info = site.run("info project").failure().code(1);
+    assert!(super::site::stdout_of(&info).contains("broken"), "the table is shown all the same");
+}
+
+#[test]
+fn a_photo_whose_file_is_gone_is_told_so_wherever_it_is_asked_for() {
+    let site = Site::new();
+    site.make_project();
+    fs::remove_file(site.path("photos/left.png")).unwrap();
+    for command in ["export project --photo left --out layers", "info project --photo left.png"] {
+        let told = stderr_of(&site.run(command).failure().code(1));
+        assert!(told.contains("left.png is left out") && told.contains("no such photo"), "{command}: {told}");
+    }
+}
+
+#[test]
+fn where_the_photos_are_gone_it_is_said_where_that_is_written() {
+    let site = Site::new();
+    site.make_project();
+    fs::rename(site.path("photos"), site.path("pictures")).unwrap();
+    let told = stderr_of(&site.run("info project").failure().code(1));
+    assert!(told.contains("project.json") && told.contains("\"photos\""), "{told}");
+}
+
+#[test]
+fn an_object_that_the_model_lacks_is_answered_with_those_that_it_has() {
+    let site = Site::new();
+    site.make_project();
+    let told = stderr_of(&site.run("fill project --without nope").failure().code(1));
+    assert!(told.contains("\"nope\"") && told.contains("\"shed\"") && told.contains("\"wall\""), "{told}");
+}
+
+#[test]
+fn what_colour_decides_of_all_photos_or_twice_of_one_is_said() {
+    let site = Site::new();
+    site.make_project();
+    let all = site.command("colour project --leave-out left --leave-out").arg("tür 2").assert().success();
+    let told = super::site::stdout_of(&all);
+    assert!(told.contains("All photos are left out") && told.contains("--free"), "{told}");
+    let both = site.run("colour project --reset --fix left=0.5 --leave-out left").success();
+    assert!(stderr_of(&both).contains("both fixed and left out"), "{}", stderr_of(&both));
+}
+
+#[test]
 fn a_photo_that_nobody_knows_is_refused_by_name() {
     let site = Site::new();
     site.make_project();

@@ -109,7 +109,13 @@ impl Bench {
             colour: Default::default(),
             fill: FillOptions::default(),
         };
-        Opened { project, site: self.site.clone(), points: Vec::new(), problems: Vec::new() }
+        Opened {
+            project,
+            site: self.site.clone(),
+            points: Vec::new(),
+            problems: Vec::new(),
+            left_out: Vec::new(),
+        }
     }
 
     pub fn fill(&self, options: &FillOptions) -> Vec<FilledPhoto> {

@@ -109,13 +109,14 @@ fn read_all(path: &Path) {
             }
             Err(error) => judge(error),
         }
-        match layer.mask.as_ref().map(|mask| (mask, mask.pixels.read())) {
-            Some((mask, Ok(pixels))) => {
-                let size = (pixels.width(), pixels.height(), pixels.depth());
-                assert_eq!(size, (mask.rect.w, mask.rect.h, document.depth));
+        for (mask, pixels) in layer.masks.iter().map(|mask| (mask, mask.pixels.read())) {
+            match pixels {
+                Ok(pixels) => {
+                    let size = (pixels.width(), pixels.height(), pixels.depth());
+                    assert_eq!(size, (mask.rect.w, mask.rect.h, document.depth));
+                }
+                Err(error) => judge(error),
             }
-            Some((_, Err(error))) => judge(error),
-            None => {}
         }
     }
 }

@@ -56,6 +56,8 @@ impl Layer {
 
 #[derive(Debug, Clone)]
 pub struct File {
+    /// Width and height.
+    pub canvas: [u32; 2],
     pub depth: u16,
     /// 3: RGB, 1: grey.
     pub mode: u16,
@@ -69,12 +71,12 @@ pub struct File {
 
 impl File {
     pub fn new(depth: u16, layers: Vec<Layer>) -> Self {
-        Self { depth, mode: 3, in_block: false, padding: 0, resources: vec![], layers }
+        Self { canvas: [60, 50], depth, mode: 3, in_block: false, padding: 0, resources: vec![], layers }
     }
 
     pub fn bytes(&self) -> Vec<u8> {
         let mut out = b"8BPS\0\x01\0\0\0\0\0\0\0\x03".to_vec();
-        for number in [50u32, 60] {
+        for number in [self.canvas[1], self.canvas[0]] {
             out.extend(number.to_be_bytes());
         }
         out.extend(self.depth.to_be_bytes());
@@ -90,7 +92,9 @@ impl File {
         }
         put_block(&mut out, &resources);
         put_block(&mut out, &self.section());
-        out.extend([0, 0]); // the merged picture, which nobody reads
+        // The merged picture, which nobody reads: all black, as it is.
+        let samples = 3 * self.canvas[0] as usize * self.canvas[1] as usize;
+        out.resize(out.len() + 2 + samples * usize::from(self.depth / 8), 0);
         out
     }
 

@@ -122,7 +122,7 @@ fn a_mask_has_its_own_place_a_value_outside_and_a_switch() {
         layer.channels.push((-2, Coding::Zip, values.clone()));
         layer.mask = Some(([1, 2, 3, 2], 51, flags));
         let document = read(&File::new(8, vec![layer]));
-        let mask = document.layers[0].mask.as_ref().unwrap();
+        let mask = document.layers[0].masks.first().unwrap();
         assert_eq!((mask.enabled, mask.outside), (enabled, 0.2));
         assert_eq!(<[i64; 4]>::from(mask.rect), place, "flags {flags}: 1 counts from the layer");
         let bytes = values.iter().map(|v| *v as u8).collect();
@@ -138,7 +138,8 @@ fn groups_opacity_blending_and_clipping_are_told() {
     assert_eq!((clipped.groups.clone(), clipped.hidden_by_group), (vec!["group".into()], true));
     assert_eq!(clipped.blend, Blend::Other("clipped to the layer below".into()));
     assert_eq!((masked.name.as_str(), document.icc.as_ref().map(Vec::len)), ("Maske", Some(131)));
-    for said in ["its layer style", "an adjustment layer", "its opacity of 50 %"] {
+    assert_eq!((raw.opacity, clipped.opacity), (1.0, 128.0 / 255.0), "a group's counts");
+    for said in ["its layer style", "an adjustment layer"] {
         assert!(document.notes.iter().any(|note| note.contains(said)), "{said}: {:?}", document.notes);
     }
     let blocks = vec![(b"iOpa", vec![51, 0, 0, 0])];

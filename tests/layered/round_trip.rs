@@ -36,7 +36,7 @@ fn assert_is(plan: &Plan, found: &EditedDocument) -> Result<(), TestCaseError> {
         prop_assert_eq!(found.rect, expected.rect);
         prop_assert_eq!((found.visible, found.locked), (expected.visible, expected.locked));
         prop_assert_eq!((found.opacity, &found.blend), (1.0, &Blend::Normal));
-        prop_assert!(found.mask.is_none() && !found.hidden_by_group);
+        prop_assert!(found.masks.is_empty() && !found.hidden_by_group);
         prop_assert_eq!(found.pixels.read().unwrap(), expected.pixels(plan.depth));
     }
     Ok(())

@@ -4,9 +4,14 @@
 #[path = "../common/mod.rs"]
 mod common;
 mod crash;
+mod damage;
+mod looks;
 mod matrix;
 mod paper;
 mod piazza;
+#[path = "../layered/psd_file.rs"]
+#[allow(dead_code)]
+mod psd_file;
 mod rehome;
 #[path = "../command_line/site.rs"]
 #[allow(dead_code)]
@@ -23,7 +28,7 @@ use paper::{Colour, Paper};
 use quadratura::document::paint::ERASED;
 use quadratura::io::paint_store::PaintStore;
 use serde_json::Value;
-use site::Site;
+use site::{Site, json_of, stderr_of, stdout_of};
 
 const RED: Colour = [65535, 0, 2 * 257, 65535];
 const SOFT: Colour = [257, 200 * 257, 9 * 257, 100 * 257];
@@ -62,8 +67,8 @@ impl Studio {
 
     /// The file as it was exported first.
     fn file(&self) -> PathBuf {
-        let extension = if self.format == "folder" { String::new() } else { format!(".{}", self.format) };
-        self.site.path("layers").join(format!("left.png{extension}"))
+        let extension = if self.format == "folder" { "layers" } else { self.format };
+        self.site.path("layers").join(format!("left.png.{extension}"))
     }
 
     fn import(&self) -> Value {

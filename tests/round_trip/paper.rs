@@ -109,7 +109,7 @@ impl Paper {
         for sheet in &self.sheets {
             let Some(token) = token(&sheet.name) else { continue };
             let file =
-                files(path).into_iter().find(|file| file.to_string_lossy().contains(&format!("[{token}]")));
+                files(path).into_iter().find(|file| file.to_string_lossy().contains(&format!("({token})")));
             let out = File::create(file.expect("the layer has a file")).unwrap();
             write_rgba(out, &sheet.pixels, self.icc.as_deref()).unwrap();
         }

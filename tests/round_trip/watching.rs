@@ -4,16 +4,22 @@ use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
+use quadratura::recipe::import::{ImportOptions, Recall, import};
+use quadratura::task::Task;
 use serde_json::Value;
 
 use super::paper::Paper;
 use super::site::program;
-use super::{RED, Studio};
+use super::{RED, Studio, paint_the_wall};
 
 fn start(studio: &Studio) -> Child {
+    start_in(studio, "layers")
+}
+
+fn start_in(studio: &Studio, folder: &str) -> Child {
     let child = Command::new(program())
         .current_dir(studio.site.folder.path())
-        .args(["watch", "project", "layers", "--once", "--json"])
+        .args(["watch", "project", folder, "--once", "--json"])
         .stdout(Stdio::piped())
         .stderr(Stdio::piped())
         .spawn()
@@ -49,6 +55,48 @@ fn saved_by(save: impl Fn(&Paper, &std::path::Path)) {
     let told = ended(watch);
     assert_eq!(studio.paint(), [((x, y), RED)].into(), "{told:#}");
     assert_eq!(told["imports"].as_array().unwrap().last().unwrap()["changed"], 1);
+}
+
+#[test]
+fn a_save_in_a_sub_folder_and_in_an_exported_folder_is_imported() {
+    let Some(studio) = Studio::new("folder") else { return };
+    let inner = studio.site.path("layers/of/monday");
+    fs::create_dir_all(&inner).unwrap();
+    fs::rename(studio.file(), inner.join("left")).unwrap();
+    for (round, folder) in [(1, "layers"), (2, "layers/of/monday/left")] {
+        let watch = start_in(&studio, folder);
+        let mut paper = Paper::read(&inner.join("left"));
+        let (x, y) = paper.sheet("wall").pixels_where(true)[100 * round];
+        paper.sheet("wall").paint(x, y, RED);
+        paper.write(&inner.join("left"));
+        ended(watch);
+        assert_eq!(studio.paint().len(), round);
+    }
+}
+
+#[test]
+fn a_second_save_looks_only_at_what_changed_and_brings_the_same() {
+    for format in ["psd", "xcf", "ora", "folder"] {
+        let Some(studio) = Studio::new(format) else { return };
+        let recall = Recall::default();
+        let project = studio.site.project();
+        let import = || {
+            let (files, options) = ([studio.file()], ImportOptions::default());
+            import(&project, &files, options, &recall, &Task::silent()).unwrap()
+        };
+        let mut paper = Paper::read(&studio.file());
+        let mut painted = paint_the_wall(&mut paper, [0, 0]);
+        paper.write(&studio.file());
+        assert_eq!(import().changed, painted.len() as u64);
+        assert_eq!(import().changed, 0, "{format}");
+        let (x, y) = paper.sheet("wall").pixels_where(true)[7];
+        let blue = [0, 0, 65535, 65535];
+        paper.sheet("wall").paint(x, y, blue);
+        painted.insert((x, y), blue);
+        paper.write(&studio.file());
+        assert_eq!(import().changed, 1, "{format}");
+        assert_eq!(studio.paint(), painted, "{format}");
+    }
 }
 
 #[test]

@@ -3,6 +3,8 @@
 //! Pixels stay in the file until they are asked for, so that a document of many layers takes little
 //! memory, and layers that nobody looks at take no time.
 
+use std::sync::Arc;
+
 use super::grey::Grey;
 use super::raster::{Depth, Raster};
 use crate::document::export_record::ExportFormat;
@@ -44,12 +46,12 @@ pub struct EditedLayer {
     pub visible: bool,
     /// True when some group around it is not shown.
     pub hidden_by_group: bool,
-    /// 0..=1, of the layer alone.
+    /// 0..=1, with that of its groups: they multiply.
     pub opacity: f32,
-    /// How it is laid over what is below.
+    /// How it is laid over what is below, or some group around it is.
     pub blend: Blend,
-    /// Where the layer is to be seen, besides its alpha.
-    pub mask: Option<EditedMask>,
+    /// Where the layer is to be seen, besides its alpha: its own mask, then those of its groups. They multiply.
+    pub masks: Vec<Arc<EditedMask>>,
     /// The token of the image layer, where the format keeps one beside the name.
     pub id: Option<String>,
     /// Locked against painting.
@@ -81,13 +83,32 @@ pub struct EditedMask {
     pub pixels: Lazy<Grey>,
 }
 
+type Read<T> = Box<dyn Fn() -> Result<T> + Send + Sync>;
+
 /// Something that is read when it is asked for: more than once, from any thread, anew each time.
-pub struct Lazy<T>(Box<dyn Fn() -> Result<T> + Send + Sync>);
+pub struct Lazy<T> {
+    read: Read<T>,
+    code: Option<Read<String>>,
+}
 
 impl<T> Lazy<T> {
     /// Read by this function.
     pub fn new(read: impl Fn() -> Result<T> + Send + Sync + 'static) -> Self {
-        Self(Box::new(read))
+        Self { read: Box::new(read), code: None }
+    }
+
+    /// With a function that gives a hash of all that is decoded, and of how.
+    pub fn with_code(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
+        Self { code: Some(Box::new(code)), ..self }
+    }
+
+    /// A hash of what is stored: where it is the same, [`Self::read`] gives the same. Much faster than reading. None
+    /// where nobody can say.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn code(&self) -> Result<Option<String>> {
+        self.code.as_ref().map(|code| code()).transpose()
     }
 
     /// Reads it.
@@ -96,7 +117,7 @@ impl<T> Lazy<T> {
     /// [`crate::Error::Input`] with file and place when it is damaged, [`crate::Error::Io`] when the file
     /// cannot be read any more.
     pub fn read(&self) -> Result<T> {
-        (self.0)()
+        (self.read)()
     }
 }
 

@@ -31,13 +31,16 @@ impl Mask {
 
 type PngReader = Reader<BufReader<File>>;
 
+/// What to do about a file of a stack that cannot be used.
+const REBUILD: &str = "the stack is damaged: build the photo's stack again";
+
 /// Reads an RGBA PNG of 8 or 16 bits that has to be `width` x `height` pixels large. Transparent pixels
 /// come black: the colours that stacks keep beside outlines are for textures, not for image editors.
 ///
 /// # Errors
-/// [`Error::Io`] when it cannot be opened, [`Error::Input`] when it is no such PNG.
+/// [`Error::Input`] when it cannot be opened, or is no such PNG.
 pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
-    let samples = match samples_of(file, width, height)? {
+    let samples = match samples_of(file, width, height).map_err(of_stack(file))? {
         Samples::U8(samples) => Samples::U8(blackened(samples)),
         Samples::U16(samples) => Samples::U16(blackened(samples)),
     };
@@ -47,23 +50,21 @@ pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
 /// The same with the colours of transparent pixels as they are in the file.
 ///
 /// # Errors
-/// As [`read_rgba`].
-pub fn read_rgba_as_stored(file: &Path, width: u32, height: u32) -> Result<Raster> {
+/// What is wrong, in words: whose file it is says what to do about it.
+pub fn read_rgba_as_stored(file: &Path, width: u32, height: u32) -> Result<Raster, String> {
     Ok(Raster::new(width, height, samples_of(file, width, height)?))
 }
 
-fn samples_of(file: &Path, width: u32, height: u32) -> Result<Samples> {
+fn samples_of(file: &Path, width: u32, height: u32) -> Result<Samples, String> {
     let mut reader = opened(file, width, height, Transformations::IDENTITY)?;
     match reader.output_color_type() {
-        (ColorType::Rgba, BitDepth::Eight) => Ok(Samples::U8(bytes_of(file, &mut reader)?)),
+        (ColorType::Rgba, BitDepth::Eight) => Ok(Samples::U8(bytes_of(&mut reader)?)),
         (ColorType::Rgba, BitDepth::Sixteen) => {
-            let bytes = bytes_of(file, &mut reader)?;
+            let bytes = bytes_of(&mut reader)?;
             let (pairs, _) = bytes.as_chunks::<2>();
             Ok(Samples::U16(pairs.iter().map(|pair| u16::from_be_bytes(*pair)).collect()))
         }
-        (colour, depth) => {
-            Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")))
-        }
+        (colour, depth) => Err(format!("{colour:?} of {depth:?} bits, expected RGBA of 8 or 16")),
     }
 }
 
@@ -82,40 +83,39 @@ fn blackened<T: Copy + Default + PartialEq>(mut rgba: Vec<T>) -> Vec<T> {
 /// # Errors
 /// As [`read_rgba`].
 pub fn read_mask(file: &Path, width: u32, height: u32) -> Result<Mask> {
+    grey_of(file, width, height).map(|bytes| Mask { width, height, bytes }).map_err(of_stack(file))
+}
+
+fn grey_of(file: &Path, width: u32, height: u32) -> Result<Vec<u8>, String> {
     let mut reader = opened(file, width, height, Transformations::EXPAND)?;
     match reader.output_color_type() {
-        (ColorType::Grayscale, BitDepth::Eight) => {
-            Ok(Mask { width, height, bytes: bytes_of(file, &mut reader)? })
-        }
-        (colour, depth) => {
-            Err(unusable(file, format!("{colour:?} of {depth:?} bits, expected black and white")))
-        }
+        (ColorType::Grayscale, BitDepth::Eight) => bytes_of(&mut reader),
+        (colour, depth) => Err(format!("{colour:?} of {depth:?} bits, expected black and white")),
     }
 }
 
-fn opened(file: &Path, width: u32, height: u32, transform: Transformations) -> Result<PngReader> {
-    let open = File::open(file).map_err(Error::io(file, "open it"))?;
+fn opened(file: &Path, width: u32, height: u32, transform: Transformations) -> Result<PngReader, String> {
+    let open = File::open(file).map_err(|error| format!("it cannot be opened ({error})"))?;
     let mut decoder = Decoder::new(BufReader::with_capacity(1 << 16, open));
     decoder.set_transformations(transform);
-    let reader = decoder.read_info().map_err(|e| unusable(file, e.to_string()))?;
+    let reader = decoder.read_info().map_err(|error| error.to_string())?;
     let found = reader.info().size();
     // Before anything of that size is allocated.
     if found != (width, height) {
-        let (w, h) = found;
-        return Err(unusable(file, format!("{w} x {h} pixels, expected {width} x {height}")));
+        return Err(format!("{} x {} pixels, expected {width} x {height}", found.0, found.1));
     }
     Ok(reader)
 }
 
-fn bytes_of(file: &Path, reader: &mut PngReader) -> Result<Vec<u8>> {
-    let size = reader.output_buffer_size().ok_or_else(|| unusable(file, "too large for this machine"))?;
+fn bytes_of(reader: &mut PngReader) -> Result<Vec<u8>, String> {
+    let size = reader.output_buffer_size().ok_or("too large for this machine")?;
     let mut bytes = vec![0; size];
-    reader.next_frame(&mut bytes).map_err(|e| unusable(file, e.to_string()))?;
+    reader.next_frame(&mut bytes).map_err(|error| error.to_string())?;
     Ok(bytes)
 }
 
-fn unusable(file: &Path, found: impl Into<String>) -> Error {
-    Error::input(file, "", found, "the stack is damaged: build the photo's stack again")
+fn of_stack(file: &Path) -> impl FnOnce(String) -> Error {
+    move |found| Error::input(file, "", found, REBUILD)
 }
 
 /// Writes an RGBA PNG at the fast level: a photo's layers get no smaller at the slower ones, which
@@ -152,7 +152,8 @@ fn write_image(out: impl Write, mut info: Info, depth: BitDepth, bytes: &[u8]) -
 /// As [`read_rgba`].
 pub fn depth_of(file: &Path) -> Result<Depth> {
     let open = File::open(file).map_err(Error::io(file, "open it"))?;
-    let reader = Decoder::new(BufReader::new(open)).read_info().map_err(|e| unusable(file, e.to_string()))?;
+    let read = Decoder::new(BufReader::new(open)).read_info();
+    let reader = read.map_err(|error| of_stack(file)(error.to_string()))?;
     Ok(if reader.info().bit_depth == BitDepth::Sixteen { Depth::Sixteen } else { Depth::Eight })
 }
 

@@ -1,10 +1,11 @@
 //! Whatever an image editor saved: recognised by its content, not by its name.
 
+use std::io::{self, ErrorKind};
 use std::path::Path;
 
 use super::bytes::FileBytes;
 use super::edited::EditedDocument;
-use super::{folder, ora, psd, xcf};
+use super::{KEY_FILE, folder, ora, psd, xcf};
 use crate::error::{Error, Result};
 
 /// Reads what a layered image says: a PSD or PSB, an XCF, an OpenRaster file, or a folder of an export (or
@@ -21,12 +22,16 @@ pub fn read_layered(path: &Path) -> Result<EditedDocument> {
     if path.file_name().is_some_and(|name| name == folder::read::STACK_FILE) {
         return folder::read::read(path.parent().unwrap_or(Path::new(".")));
     }
+    let metadata = path.metadata().map_err(|error| unreachable(path, &error))?;
     // A pipe would be waited for without end.
-    if path.metadata().is_ok_and(|metadata| !metadata.is_file()) {
+    if !metadata.is_file() {
         let found = "no plain file; expected PSD, PSB, XCF, OpenRaster or a folder";
         return Err(Error::input(path, "the file", found, "give the file that the image editor saved"));
     }
-    let bytes = FileBytes::open(path)?;
+    let bytes = FileBytes::open(path).map_err(|error| match error {
+        Error::Io { source, .. } => unreachable(path, &source),
+        error => error,
+    })?;
     // Few enough for every file that may be one.
     let beginning = bytes.read(0, bytes.length().min(16))?;
     if beginning.starts_with(psd::read::SIGNATURE) {
@@ -40,14 +45,28 @@ pub fn read_layered(path: &Path) -> Result<EditedDocument> {
     }
 }
 
+fn unreachable(path: &Path, error: &io::Error) -> Error {
+    let (found, remedy) = match error.kind() {
+        ErrorKind::NotFound => {
+            ("there is no such file".to_owned(), "check the path, and save in the image editor")
+        }
+        ErrorKind::PermissionDenied => ("it may not be read".into(), "give yourself the right to read it"),
+        _ => (format!("it cannot be read ({error})"), "copy the file to another place and import that"),
+    };
+    Error::input(path, "", found, remedy)
+}
+
 /// Formats that are often meant, by how they begin.
 fn unknown(path: &Path, beginning: &[u8]) -> Error {
+    let folder = path.parent().filter(|folder| folder.join(KEY_FILE).is_file());
+    let whole = folder.map(|folder| format!("give the folder that it belongs to: {}", folder.display()));
+    let as_psd = || whole.unwrap_or_else(|| AS_PSD.to_owned());
     let (found, remedy) = match beginning {
-        [] => ("an empty file".to_owned(), "wait until the image editor has saved it"),
-        [0x89, b'P', b'N', b'G', ..] => ("a PNG, which has no layers".into(), AS_PSD),
-        [0xff, 0xd8, ..] => ("a JPEG, which has no layers".into(), AS_PSD),
-        [b'I', b'I', ..] | [b'M', b'M', ..] => ("a TIFF, whose layers are not read".into(), AS_PSD),
-        other => (format!("it begins with \"{}\"", other.escape_ascii()), AS_PSD),
+        [] => ("an empty file".to_owned(), "wait until the image editor has saved it".to_owned()),
+        [0x89, b'P', b'N', b'G', ..] => ("a PNG, which has no layers".into(), as_psd()),
+        [0xff, 0xd8, ..] => ("a JPEG, which has no layers".into(), as_psd()),
+        [b'I', b'I', ..] | [b'M', b'M', ..] => ("a TIFF, whose layers are not read".into(), as_psd()),
+        other => (format!("it begins with \"{}\"", other.escape_ascii()), as_psd()),
     };
     Error::input(path, "byte 0", format!("{found}; expected PSD, PSB, XCF, OpenRaster or a folder"), remedy)
 }

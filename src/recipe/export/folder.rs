@@ -2,12 +2,15 @@
 //! holds for them word for word; the photo as it is; what is needed, and the guides, in sub-folders.
 //!
 //! ```text
-//! <photo>/order-00 tree [k7q2m9].png     image layers, by order
-//! <photo>/guides/order-01.png            what is hidden and has to be painted
-//! <photo>/needed/k7q2m9.png              where an image layer has to have pixels
-//! <photo>/photo.jpg                      the photo
-//! <photo>/stack.json
+//! <photo>.layers/order-00 tree (k7q2m9).png     image layers, by order
+//! <photo>.layers/guides/order-01.png            what is hidden and has to be painted
+//! <photo>.layers/needed/k7q2m9.png              where an image layer has to have pixels
+//! <photo>.layers/photo.jpg                      the photo
+//! <photo>.layers/stack.json
 //! ```
+//!
+//! The token stands in round brackets: in square ones shells and ImageMagick take it for a pattern or a part of the
+//! picture.
 
 use std::path::Path;
 
@@ -60,12 +63,12 @@ fn layer_file(layer: &ImageLayer) -> String {
     while readable.len() > LONGEST_READABLE {
         readable.pop();
     }
-    format!("order-{:02} {readable} [{}].png", layer.order, layer.id)
+    format!("order-{:02} {readable} ({}).png", layer.order, layer.id)
 }
 
-/// What no file system takes amiss.
+/// What neither file systems nor tools take amiss.
 fn harmless(c: char) -> char {
-    if "/\\:*?\"<>|".contains(c) { '_' } else { c }
+    if "/\\:*?\"<>|[]{}%".contains(c) { '_' } else { c }
 }
 
 fn guide_file(order: u32) -> String {

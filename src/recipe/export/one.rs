@@ -48,6 +48,8 @@ pub struct ExportReport {
     pub groups: usize,
     /// Of the file, or of all files of the folder.
     pub bytes: u64,
+    /// What its layers lack, and what to do about it.
+    pub problems: Vec<String>,
 }
 
 /// What all photos of one export share.
@@ -91,7 +93,8 @@ impl Exporter<'_> {
             task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
         }
         let (layers, groups) = (stack.image_layers.len(), content.orders().len());
-        Ok(ExportReport { photo: photo.name.clone(), path, spared, key: job.key, layers, groups, bytes })
+        let (key, problems) = (job.key, content.paint.damaged().to_vec());
+        Ok(ExportReport { photo: photo.name.clone(), path, spared, key, layers, groups, bytes, problems })
     }
 
     /// The same stack with the same paint, exported in the same way, has the same key. (`stack.json` and
@@ -178,13 +181,13 @@ impl Job<'_> {
     }
 
     fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
-        let mut new = NewFolder::create(self.place("")?.target)?;
+        let mut new = NewFolder::create(self.place(place::FOLDER)?.target)?;
         folder::fill(&mut new, self.content, document, self.photo_file)?;
         let file = |name: &String| exported_file(new.path(), name);
         let mut files: Vec<_> = new.files().iter().map(file).collect::<Result<_>>()?;
         let sizes = new.files().iter().map(|name| size_of(&new.path().join(name)));
         let bytes = sizes.sum::<Result<u64>>()?;
-        let place = self.place("")?;
+        let place = self.place(place::FOLDER)?;
         new.redirect(&place.target);
         let home = name_of(&place.target);
         files.iter_mut().for_each(|file| file.name = format!("{home}/{}", file.name));

@@ -7,6 +7,9 @@ use crate::error::{Error, Result};
 use crate::io::exports::WrittenFiles;
 use crate::io::stack_store::LITTER;
 
+/// How the name of a folder of layers ends: one that is called as an image looks like one to people and tools.
+pub const FOLDER: &str = "layers";
+
 /// Where an export goes.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
@@ -17,19 +20,18 @@ pub struct Place {
 }
 
 /// Finds a place for the export of `photo` in `out`: `<photo>.EXTENSION`, or `<photo>-2.EXTENSION`
-/// and so on where the one before was changed. An empty extension means a folder.
+/// and so on where the one before was changed. [`FOLDER`] means a folder.
 ///
 /// # Errors
 /// [`Error::Io`] when what is there cannot be read.
 pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) -> Result<Place> {
     let stem = file_name_of_photo(photo);
-    let dot = if extension.is_empty() { "" } else { "." };
     let mut spared = Vec::new();
     for number in 1u32.. {
         let suffix = if number == 1 { String::new() } else { format!("-{number}") };
-        let target = out.join(format!("{stem}{suffix}{dot}{extension}"));
+        let target = out.join(format!("{stem}{suffix}.{extension}"));
         if !target.try_exists().map_err(Error::io(&target, "look at it"))?
-            || is_ours(&target, photo, extension.is_empty(), written)?
+            || is_ours(&target, photo, extension == FOLDER, written)?
         {
             return Ok(Place { target, spared });
         }
@@ -92,12 +94,12 @@ mod tests {
     #[test]
     fn an_empty_folder_is_ours_and_one_with_a_strange_file_is_not() {
         let out = tempfile::tempdir().unwrap();
-        std::fs::create_dir(out.path().join("1.jpg")).unwrap();
-        let target = || find(out.path(), "1.jpg", "", &WrittenFiles::default()).unwrap().target;
-        assert_eq!(target(), out.path().join("1.jpg"));
-        std::fs::write(out.path().join("1.jpg/.DS_Store"), "").unwrap();
-        assert_eq!(target(), out.path().join("1.jpg"), "a desktop's litter is nobody's work");
-        std::fs::write(out.path().join("1.jpg/mine.kra"), "").unwrap();
-        assert_eq!(target(), out.path().join("1.jpg-2"));
+        std::fs::create_dir(out.path().join("1.jpg.layers")).unwrap();
+        let target = || find(out.path(), "1.jpg", FOLDER, &WrittenFiles::default()).unwrap().target;
+        assert_eq!(target(), out.path().join("1.jpg.layers"));
+        std::fs::write(out.path().join("1.jpg.layers/.DS_Store"), "").unwrap();
+        assert_eq!(target(), out.path().join("1.jpg.layers"), "a desktop's litter is nobody's work");
+        std::fs::write(out.path().join("1.jpg.layers/mine.kra"), "").unwrap();
+        assert_eq!(target(), out.path().join("1.jpg-2.layers"));
     }
 }

@@ -168,8 +168,23 @@ fn check_objects(model: &Model, options: &FillOptions) -> Result<()> {
         model.objects.iter().all(|object| alone.fills(&object.name))
     };
     let errors = options.without.iter().filter(unknown);
-    let errors = errors.map(|o| Error::Request(format!("the model has no object {o:?} to leave unfilled")));
+    let errors = errors.map(|o| {
+        let known = objects_in_words(model);
+        Error::Request(format!("the model has no object {o:?} to leave unfilled; it has {known}"))
+    });
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
+}
+
+/// The first objects by name, and how many others there are.
+fn objects_in_words(model: &Model) -> String {
+    // As many as fit a few lines of a terminal.
+    const MOST: usize = 12;
+    let mut names: Vec<String> = model.objects.iter().map(|object| format!("{:?}", object.name)).collect();
+    names.sort();
+    let others = names.len().saturating_sub(MOST);
+    let more = if others > 0 { format!(" and {others} more") } else { String::new() };
+    names.truncate(MOST);
+    names.join(", ") + &more
 }
 
 struct Job<'a> {

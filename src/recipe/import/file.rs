@@ -9,17 +9,20 @@ use super::gather::gathered;
 use super::identify::{Sorted, record_of, refuse_foreign, sorted, stranger};
 use super::layer::{Desk, LayerPaint};
 use super::merged::Absent;
+use super::originals::Originals;
 use super::place::{Place, place};
 use super::report::{FileReport, LayerReport, LayerState};
 use super::settle::OnSurface;
 use super::share::shared;
+use super::{ImportOptions, Recall};
 use crate::document::Element;
-use crate::document::export_record::{ExportRecord, ExportedLayer};
+use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer};
 use crate::document::paint::{PaintedDocument, PaintedLayer, Patch};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::baselines::Baselines;
 use crate::io::colour::Conversion;
+use crate::io::hash::hash_bytes;
 use crate::io::layered::read_layered;
 use crate::io::layered::{Depth, EditedDocument, EditedLayer};
 use crate::recipe::paint::parts::{Parts, Scenery};
@@ -47,6 +50,19 @@ pub struct LayerShare {
     pub seen: Option<PaintedLayer>,
 }
 
+/// What every file of an import is read with.
+#[derive(Clone, Copy)]
+pub struct Reading<'a> {
+    /// What was exported.
+    pub records: &'a [ExportRecord],
+    /// Its pixels.
+    pub originals: Originals<'a>,
+    /// How to import.
+    pub options: ImportOptions,
+    /// What was seen at earlier imports.
+    pub recall: &'a Recall,
+}
+
 /// So many layers say where the canvas lies, the largest ones.
 const VOTERS: usize = 8;
 
@@ -57,18 +73,16 @@ const VOTERS: usize = 8;
 /// [`Error::Request`] when the image was scaled and that was not allowed.
 pub fn read<'a>(
     file: &Path,
-    records: &'a [ExportRecord],
-    kept: &Baselines,
-    scaled: bool,
+    reading: Reading<'a>,
     before: &dyn Fn(&ExportRecord) -> PaintedDocument,
     task: &Task,
 ) -> Result<FilePaint<'a>> {
     let document = task.timed("read file", || read_layered(file))?;
-    refuse_foreign(file, &document, records)?;
-    let record = record_of(&document, records)?.ok_or_else(|| stranger(file))?;
+    refuse_foreign(file, &document, reading.records)?;
+    let record = record_of(&document, reading.records).ok_or_else(|| stranger(file))?;
     refuse_evened(file, record)?;
     let sorted = sorted(&document, record);
-    let desk = desk(file, &document, record, &sorted, kept, scaled)?;
+    let desk = desk(file, &document, record, &sorted, reading)?;
     let before = before(record);
     let found: Vec<(usize, LayerPaint)> = task.timed("compare layers", || {
         let all: Vec<_> = sorted.image_layers.iter().collect();
@@ -115,7 +129,7 @@ pub fn read<'a>(
         }
         report.layers.push(told);
     }
-    report.layers.extend(others(&desk, &sorted, record)?);
+    report.layers.extend(task.timed("compare helpers", || others(&desk, &sorted))?);
     Ok(FilePaint { record, report, layers })
 }
 
@@ -138,13 +152,13 @@ fn desk<'a>(
     document: &EditedDocument,
     record: &'a ExportRecord,
     sorted: &Sorted,
-    kept: &'a Baselines,
-    scaled: bool,
+    reading: Reading<'a>,
 ) -> Result<Desk<'a>> {
+    let Reading { originals, options, recall, .. } = reading;
     let size = (record.photo.width, record.photo.height);
-    let (offset, scale) = match where_is(document, record, sorted, kept)? {
+    let (offset, scale) = match where_is(document, record, sorted, originals)? {
         Place::At(offset) => (offset, 1.0),
-        Place::Scaled(scale) if scaled => ([0, 0], scale),
+        Place::Scaled(scale) if options.scaled => ([0, 0], scale),
         Place::Scaled(scale) => {
             let found = format!("the image was scaled to {:.4} of its size", scale);
             let remedy = "import with --scaled (faint paint is lost then), or scale it back in the editor";
@@ -164,16 +178,35 @@ fn desk<'a>(
         false => PixelRect { x: 0, y: 0, w: size.0, h: size.1 },
     };
     let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
-    let profiles = profiles(file, document, record, kept)?;
+    let profiles = profiles(file, document, record, originals.kept)?;
     let absent = missing(record, sorted).into_iter().map(|(place, layer)| Absent { place, layer }).collect();
-    Ok(Desk { kept, depth, offset, scale, canvas, profiles, absent })
+    let ground = format!(
+        "{offset:?} {scale} {depth:?} {:?} {:?}",
+        document.depth,
+        document.icc.as_deref().map(hash_bytes)
+    );
+    let (named, only_whole) = (document.format != ExportFormat::Folder, options.only_whole);
+    Ok(Desk {
+        originals,
+        record,
+        depth,
+        offset,
+        scale,
+        canvas,
+        profiles,
+        absent,
+        named,
+        only_whole,
+        recall,
+        ground,
+    })
 }
 
 fn where_is(
     document: &EditedDocument,
     record: &ExportRecord,
     sorted: &Sorted,
-    kept: &Baselines,
+    originals: Originals,
 ) -> Result<Place> {
     let size = (record.photo.width, record.photo.height);
     let mut voters = Vec::new();
@@ -181,11 +214,12 @@ fn where_is(
         let mut largest: Vec<_> = sorted.image_layers.iter().collect();
         largest.sort_by_key(|(place, layers)| (std::cmp::Reverse(layers[0].rect.area()), **place));
         for (place, layers) in largest.into_iter().take(VOTERS) {
-            let baseline = &record.layers[*place].baseline;
-            if let Some(base) = kept.pixels(baseline)? {
+            let exported = &record.layers[*place];
+            if let Some(base) = originals.pixels(record, exported)? {
                 let depth = base.depth();
-                let found = gathered(layers)?;
-                voters.push((base, baseline.rect, found.pixels.in_depth(depth), found.rect));
+                // One that cannot be read is left out later, with the reason.
+                let Ok(found) = gathered(layers) else { continue };
+                voters.push((base, exported.baseline.rect, found.pixels.in_depth(depth), found.rect));
             }
         }
     }
@@ -226,30 +260,17 @@ fn notes(desk: &Desk) -> Vec<String> {
 }
 
 /// Helpers that were painted on, and layers of no export.
-fn others(desk: &Desk, sorted: &Sorted, record: &ExportRecord) -> Result<Vec<LayerReport>> {
-    let mut reports = Vec::new();
-    let comparable = desk.scale == 1.0 && desk.profiles.is_none();
-    for (layer, helper) in sorted.helpers.iter().filter(|_| comparable && desk.offset == [0, 0]) {
-        let pixels = layer.pixels.read()?;
-        let same_depth = pixels.depth() == desk.depth;
-        let pixels = if same_depth { pixels } else { pixels.in_depth(desk.depth) };
-        // A shallower editor has rounded the photo.
-        let judged = same_depth || record.depth == 8;
-        if judged && pixels.hash_at(layer.rect.x, layer.rect.y) != helper.pixels {
-            let mut report = LayerReport::new(&layer.name, None, LayerState::PaintedHelper);
-            report.notes.push(
-                "it was painted on; nothing of that is taken home: paint on a layer with a [token]".into(),
-            );
-            reports.push(report);
-        }
-    }
+fn others(desk: &Desk, sorted: &Sorted) -> Result<Vec<LayerReport>> {
+    let comparable = desk.scale == 1.0 && desk.profiles.is_none() && desk.offset == [0, 0];
+    let helpers = if comparable { &sorted.helpers[..] } else { &[] };
+    let looked_at = helpers.par_iter().map(|(layer, helper)| desk.helper(layer, helper));
+    let reports = looked_at.collect::<Result<Vec<_>>>()?;
     let stranger = |layer: &&EditedLayer| {
         let mut report = LayerReport::new(&layer.name, None, LayerState::Unknown);
         report.notes.push("it has no [token]; merge it into the layer that it is meant for".into());
         report
     };
-    reports.extend(sorted.unknown.iter().map(stranger));
-    Ok(reports)
+    Ok(reports.into_iter().flatten().chain(sorted.unknown.iter().map(stranger)).collect())
 }
 
 /// The paint of an image layer by surface.

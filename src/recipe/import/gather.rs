@@ -1,9 +1,11 @@
 //! All layers of one token as one: an artist may have painted on a copy.
 
+use std::sync::Arc;
+
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::composite::lay_over;
-use crate::io::layered::{Blend, EditedLayer, EditedMask, Raster};
+use crate::io::layered::{Blend, EditedLayer, EditedMask, Grey, Raster};
 
 /// What the layers of one token show together.
 #[derive(Debug)]
@@ -20,8 +22,8 @@ pub struct Gathered {
 ///
 /// Of several, those that are not shown are left out, unless none is; but under a copy that holds only strokes a
 /// hidden original stays. The lowest is the image layer itself: its opacity, its visibility and how it is blended
-/// are ways of looking at it while painting, its mask is work. Copies above it are laid over it with mask and
-/// opacity; one that is not blended normally is left out.
+/// are ways of looking at it while painting, its mask is work; what groups around it do counts as its own. Copies above
+/// it are laid over it with mask and opacity; one that is not blended normally is left out.
 ///
 /// # Errors
 /// What the layers say when they are asked for their pixels.
@@ -35,8 +37,11 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
     if lowest.opacity < 1.0 {
         notes.push(format!("\"{}\": its opacity counts as a way of looking at it", lowest.name));
     }
+    if let Blend::Other(blend) = &lowest.blend {
+        notes.push(format!("\"{}\": its mode {blend} counts as a way of looking at it", lowest.name));
+    }
     let mut rect = lowest.rect;
-    let mut pixels = masked(lowest.pixels.read()?, lowest.rect, lowest.mask.as_ref(), 1.0)?;
+    let mut pixels = masked(lowest.pixels.read()?, lowest.rect, &lowest.masks, 1.0)?;
     for copy in copies {
         if let Blend::Other(blend) = &copy.blend {
             notes.push(format!(
@@ -45,7 +50,7 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
             ));
             continue;
         }
-        let above = masked(copy.pixels.read()?, copy.rect, copy.mask.as_ref(), copy.opacity)?;
+        let above = masked(copy.pixels.read()?, copy.rect, &copy.masks, copy.opacity)?;
         (pixels, rect) = united(pixels, rect, copy.rect);
         let at = PixelRect { x: copy.rect.x - rect.x, y: copy.rect.y - rect.y, ..copy.rect };
         lay_over(&mut pixels, &above, at);
@@ -96,22 +101,17 @@ fn united(pixels: Raster, rect: PixelRect, other: PixelRect) -> (Raster, PixelRe
     (larger, both)
 }
 
-/// Pixels with mask and opacity worked into their alpha.
-fn masked(mut pixels: Raster, rect: PixelRect, mask: Option<&EditedMask>, opacity: f32) -> Result<Raster> {
-    let mask = mask.filter(|mask| mask.enabled);
-    if mask.is_none() && opacity >= 1.0 {
+/// Pixels with masks and opacity worked into their alpha.
+fn masked(mut pixels: Raster, rect: PixelRect, masks: &[Arc<EditedMask>], opacity: f32) -> Result<Raster> {
+    let on = masks.iter().filter(|mask| mask.enabled);
+    let on = on.map(|mask| Ok((mask, mask.pixels.read()?))).collect::<Result<Vec<_>>>()?;
+    if on.is_empty() && opacity >= 1.0 {
         return Ok(pixels);
     }
-    let grey = mask.map(|mask| mask.pixels.read()).transpose()?;
-    let through = |x: i32, y: i32| {
-        let (Some(mask), Some(grey)) = (mask, &grey) else { return 1.0 };
-        let (dx, dy) = (x - mask.rect.x, y - mask.rect.y);
-        let inside = dx >= 0 && dy >= 0 && dx < mask.rect.w as i32 && dy < mask.rect.h as i32;
-        if inside { grey.at(dx as u32, dy as u32) } else { mask.outside }
-    };
     for y in 0..rect.h {
         for x in 0..rect.w {
-            let share = opacity * through(rect.x + x as i32, rect.y + y as i32);
+            let (u, v) = (rect.x + x as i32, rect.y + y as i32);
+            let share = on.iter().fold(opacity, |share, (mask, grey)| share * through(mask, grey, u, v));
             if share < 1.0 {
                 let [r, g, b, a] = pixels.rgba16(x, y);
                 pixels.set_rgba16(x, y, [r, g, b, (f32::from(a) * share).round() as u16]);
@@ -121,10 +121,17 @@ fn masked(mut pixels: Raster, rect: PixelRect, mask: Option<&EditedMask>, opacit
     Ok(pixels)
 }
 
+/// How much a mask shows of a canvas pixel, 0..=1.
+fn through(mask: &EditedMask, grey: &Grey, x: i32, y: i32) -> f32 {
+    let (dx, dy) = (x - mask.rect.x, y - mask.rect.y);
+    let inside = dx >= 0 && dy >= 0 && dx < mask.rect.w as i32 && dy < mask.rect.h as i32;
+    if inside { grey.at(dx as u32, dy as u32) } else { mask.outside }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::io::layered::{Depth, Grey, Lazy};
+    use crate::io::layered::{Depth, Lazy};
     use crate::scene::Samples;
 
     /// A layer of one row at `x`, of these shades of grey, all opaque.
@@ -139,7 +146,7 @@ mod tests {
             hidden_by_group: false,
             opacity: 1.0,
             blend: Blend::Normal,
-            mask: None,
+            masks: vec![],
             id: None,
             locked: false,
             pixels: Lazy::new(move || Ok(Raster::new(width, 1, Samples::U8(samples.clone())))),
@@ -175,9 +182,16 @@ mod tests {
             enabled,
             pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![255, 0])))),
         };
-        let masked = EditedLayer { mask: Some(mask(true)), ..layer("a", 0, &[5, 5, 5]) };
+        let masked = EditedLayer { masks: vec![Arc::new(mask(true))], ..layer("a", 0, &[5, 5, 5]) };
         assert_eq!(shades(&gathered(&[&masked]).unwrap()), [(5, 255), (5, 0), (5, 0)]);
-        let off = EditedLayer { mask: Some(mask(false)), ..layer("a", 0, &[5, 5, 5]) };
+        let half = EditedMask {
+            pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![51, 255])))),
+            ..mask(true)
+        };
+        let both =
+            EditedLayer { masks: vec![Arc::new(mask(true)), Arc::new(half)], ..layer("a", 0, &[5, 5]) };
+        assert_eq!(shades(&gathered(&[&both]).unwrap()), [(5, 51), (5, 0)], "those of groups count, too");
+        let off = EditedLayer { masks: vec![Arc::new(mask(false))], ..layer("a", 0, &[5, 5, 5]) };
         assert_eq!(shades(&gathered(&[&off]).unwrap()), [(5, 255); 3]);
     }
 

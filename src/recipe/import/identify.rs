@@ -25,15 +25,9 @@ fn token_of<'a>(layer: &EditedLayer, layers: &'a [ExportedLayer]) -> Option<&'a 
 
 /// The export that a document came from: by its key; else the one that has most of its tokens, and of those
 /// the one whose pixels most of its layers still show. None where nothing says so.
-///
-/// # Errors
-/// What layers say when they are asked for their pixels.
-pub fn record_of<'a>(
-    document: &EditedDocument,
-    records: &'a [ExportRecord],
-) -> Result<Option<&'a ExportRecord>> {
+pub fn record_of<'a>(document: &EditedDocument, records: &'a [ExportRecord]) -> Option<&'a ExportRecord> {
     if let Some(record) = records.iter().find(|record| Some(&record.key) == document.key.as_ref()) {
-        return Ok(Some(record));
+        return Some(record);
     }
     let tokens = |record: &ExportRecord| {
         let mut found: Vec<_> = document.layers.iter().filter_map(|l| token_of(l, &record.layers)).collect();
@@ -44,9 +38,9 @@ pub fn record_of<'a>(
     let most = records.iter().map(tokens).max().unwrap_or(0);
     let candidates: Vec<&ExportRecord> = records.iter().filter(|record| tokens(record) == most).collect();
     if let ([only], true) = (&candidates[..], most > 0) {
-        return Ok(Some(only));
+        return Some(only);
     }
-    let hashes = hashes_of(document)?;
+    let hashes = hashes_of(document);
     let untouched = |record: &&ExportRecord| {
         let known = |hash: &String| record.layers.iter().any(|layer| layer.pixels == *hash);
         let same_kind = record.format == document.format;
@@ -54,7 +48,7 @@ pub fn record_of<'a>(
     };
     let best = candidates.into_iter().max_by_key(untouched);
     // Without a token, only pixels that are still as they were say whose they are.
-    Ok(best.filter(|record| most > 0 || untouched(record).0 > 0))
+    best.filter(|record| most > 0 || untouched(record).0 > 0)
 }
 
 /// A file that carries a key as exports of this program do, and of no export known here, is not compared with
@@ -80,9 +74,10 @@ fn looks_like_a_key(key: &str) -> bool {
 }
 
 /// What every layer shows, at its place.
-fn hashes_of(document: &EditedDocument) -> Result<Vec<String>> {
-    let hash = |layer: &EditedLayer| Ok(layer.pixels.read()?.hash_at(layer.rect.x, layer.rect.y));
-    document.layers.par_iter().map(hash).collect()
+fn hashes_of(document: &EditedDocument) -> Vec<String> {
+    // What cannot be read is no hint; it is told later.
+    let hash = |layer: &EditedLayer| Some(layer.pixels.read().ok()?.hash_at(layer.rect.x, layer.rect.y));
+    document.layers.par_iter().filter_map(hash).collect()
 }
 
 /// A document's layers, sorted by what they are.

@@ -3,21 +3,24 @@
 use super::compare::{Comparison, Placed, Profiles};
 use super::gather::{Gathered, gathered};
 use super::merged::{Absent, take_out};
+use super::originals::Originals;
+use super::recall::{Recall, Sight, code_of};
 use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
-use crate::document::export_record::ExportedLayer;
+use crate::document::export_record::{ExportRecord, ExportedLayer, Helper};
 use crate::document::paint::{PaintedLayer, Patch};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
-use crate::io::baselines::Baselines;
 use crate::io::hash::hash_bytes;
-use crate::io::layered::{Depth, EditedLayer};
+use crate::io::layered::{Depth, EditedLayer, Raster};
 
 /// What all layers of a document share.
 pub struct Desk<'a> {
     /// Pixels as they were exported.
-    pub kept: &'a Baselines,
+    pub originals: Originals<'a>,
+    /// The export.
+    pub record: &'a ExportRecord,
     /// Bits of a sample as exported.
     pub depth: Depth,
     /// Where the photo's top left pixel lies on the canvas.
@@ -30,6 +33,14 @@ pub struct Desk<'a> {
     pub profiles: Option<Profiles>,
     /// Image layers that are not in the document; they may have been merged into others.
     pub absent: Vec<Absent<'a>>,
+    /// Layers are called as they were exported, not as files.
+    pub named: bool,
+    /// A layer that cannot be read is an error, and not left out.
+    pub only_whole: bool,
+    /// What was seen at earlier imports.
+    pub recall: &'a Recall,
+    /// What else of the document decides what a layer shows.
+    pub ground: String,
 }
 
 /// The paint of one image layer.
@@ -42,6 +53,20 @@ pub struct LayerPaint {
     pub seen: PaintedLayer,
     /// Paint on image layers that were merged into this one, by their places in the record.
     pub of_absent: Vec<(usize, Patch)>,
+}
+
+/// Nothing of a layer is taken home; what the project has of it stays.
+fn left_out(mut report: LayerReport, why: String) -> LayerPaint {
+    report.state = LayerState::LeftOut;
+    report.notes.push(why);
+    LayerPaint { report, patch: None, seen: PaintedLayer::default(), of_absent: Vec::new() }
+}
+
+/// What layers of one token show together.
+struct Seen {
+    sight: Sight,
+    /// With their place in photo pixels; none where the hash was enough.
+    pixels: Option<(Raster, PixelRect)>,
 }
 
 /// More of a layer than this cannot be other than it was, unless it lies somewhere else.
@@ -58,19 +83,19 @@ impl Desk<'_> {
         layers: &[&EditedLayer],
         before: Option<&PaintedLayer>,
     ) -> Result<LayerPaint> {
-        let Gathered { rect, pixels, notes } = gathered(layers)?;
         let mut report = LayerReport::new(&layers[0].name, Some(&exported.id), LayerState::Unchanged);
-        report.notes = notes;
-        report.renamed = layers.iter().all(|layer| layer.name != exported.name);
+        report.renamed = self.named && layers.iter().all(|layer| layer.name != exported.name);
+        let seen = match self.look(layers, |shown| self.is_known(shown, exported, before)) {
+            Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
+                return Ok(left_out(report, problem.to_string()));
+            }
+            seen => seen?,
+        };
+        report.notes = seen.sight.notes;
+        let rect = seen.sight.rect;
         report.resized =
             self.scale == 1.0 && (rect.w, rect.h) != (exported.exported_rect.w, exported.exported_rect.h);
-        let shown = if self.scale == 1.0 {
-            (pixels, self.in_photo(rect))
-        } else {
-            unscaled(&pixels, rect, self.scale)
-        };
-        let (pixels, rect) = shown;
-        let shown = self.hash(&pixels, rect);
+        let shown = seen.sight.shown;
         let done = |report, patch, seen| Ok(LayerPaint { report, patch, seen, of_absent: Vec::new() });
         if shown == exported.pixels {
             return done(report, Some(Patch::of_pixels(&[])), PaintedLayer::default());
@@ -80,12 +105,15 @@ impl Desk<'_> {
             report.state = if before.painted > 0 { LayerState::Painted } else { LayerState::Unchanged };
             return done(report, None, before.clone());
         }
-        let Some(base) = self.kept.pixels(&exported.baseline)? else {
-            report.state = LayerState::LeftOut;
-            report
-                .notes
-                .push("its pixels as exported are no longer kept; export again and paint there".into());
-            return done(report, None, PaintedLayer::default());
+        let (pixels, rect) = seen.pixels.expect("what is not known was decoded");
+        let Some(base) = self.originals.pixels(self.record, exported)? else {
+            return Ok(left_out(
+                report,
+                "its pixels as exported are no longer kept (exports/pixels holds those of the last eight exports of each \
+                 photo), and the stack has others now: what was painted cannot be told; export again, and copy the \
+                 layer over in the image editor"
+                    .into(),
+            ));
         };
         let base = Placed { rect: exported.baseline.rect, pixels: &base };
         let found = Placed { rect, pixels: &pixels };
@@ -95,13 +123,80 @@ impl Desk<'_> {
             let rect = PixelRect { x: rect.x - moved[0], y: rect.y - moved[1], ..rect };
             patch = self.painted(base, Placed { rect, pixels: &pixels });
         }
-        let (patch, of_absent) = take_out(&self.absent, exported, base, patch, self.kept, &mut report)?;
+        let (patch, of_absent) =
+            take_out(&self.absent, exported, base, patch, self.originals.kept, &mut report)?;
         (report.painted, report.erased) = (patch.count(), patch.erased());
         if report.painted > 0 {
             report.state = LayerState::Painted;
         }
         let seen = PaintedLayer { shown, painted: report.painted, erased: report.erased };
         Ok(LayerPaint { report, patch: Some(patch), seen, of_absent })
+    }
+
+    fn is_known(&self, shown: &str, exported: &ExportedLayer, before: Option<&PaintedLayer>) -> bool {
+        shown == exported.pixels || before.is_some_and(|before| before.shown == shown)
+    }
+
+    /// What layers of one token show together. Those that were looked at before are not decoded again when `enough`
+    /// says that the hash of what they show will do.
+    fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<Seen> {
+        let code = code_of(&self.ground, layers)?;
+        let before = code.as_deref().and_then(|code| self.recall.sight(code));
+        if let Some(sight) = before.filter(|sight| enough(&sight.shown)) {
+            return Ok(Seen { sight, pixels: None });
+        }
+        let Gathered { rect: found, pixels, notes } = gathered(layers)?;
+        let (pixels, rect) = match self.scale == 1.0 {
+            true => (pixels, self.in_photo(found)),
+            false => unscaled(&pixels, found, self.scale),
+        };
+        let sight = Sight { shown: self.hash(&pixels, rect), rect: found, notes };
+        if let Some(code) = code {
+            self.recall.keep(code, sight.clone());
+        }
+        Ok(Seen { sight, pixels: Some((pixels, rect)) })
+    }
+
+    /// What to say of the photo or a guide: something only where it was painted on.
+    ///
+    /// # Errors
+    /// What reading its pixels says.
+    pub fn helper(&self, layer: &EditedLayer, helper: &Helper) -> Result<Option<LayerReport>> {
+        let shown = match self.hash_of_helper(layer) {
+            Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
+                let report = LayerReport::new(&layer.name, None, LayerState::LeftOut);
+                return Ok(Some(left_out(report, problem.to_string()).report));
+            }
+            shown => shown?,
+        };
+        Ok(shown.filter(|shown| *shown != helper.pixels).map(|_| {
+            let mut report = LayerReport::new(&layer.name, None, LayerState::PaintedHelper);
+            report.notes.push(
+                "it was painted on; nothing of that is taken home: paint on a layer with a [token]".into(),
+            );
+            report
+        }))
+    }
+
+    /// Of its pixels as they are stored: a guide may be seen through. None where a shallower editor has rounded them.
+    fn hash_of_helper(&self, layer: &EditedLayer) -> Result<Option<String>> {
+        let code = layer.pixels.code()?;
+        let code =
+            code.map(|code| hash_bytes(format!("helper {} {:?} {code}", self.ground, layer.rect).as_bytes()));
+        if let Some(sight) = code.as_deref().and_then(|code| self.recall.sight(code)) {
+            return Ok(Some(sight.shown));
+        }
+        let pixels = layer.pixels.read()?;
+        let same_depth = pixels.depth() == self.depth;
+        if !same_depth && self.depth != Depth::Eight {
+            return Ok(None);
+        }
+        let pixels = if same_depth { pixels } else { pixels.in_depth(self.depth) };
+        let shown = pixels.hash_at(layer.rect.x, layer.rect.y);
+        if let Some(code) = code {
+            self.recall.keep(code, Sight { shown: shown.clone(), rect: layer.rect, notes: Vec::new() });
+        }
+        Ok(Some(shown))
     }
 
     /// A rectangle of the canvas in photo pixels.
@@ -119,7 +214,7 @@ impl Desk<'_> {
     }
 
     /// In the depth of the export, so that a file that was only converted is still the same.
-    fn hash(&self, pixels: &crate::io::layered::Raster, rect: PixelRect) -> String {
+    fn hash(&self, pixels: &Raster, rect: PixelRect) -> String {
         let hash = match pixels.depth() == self.depth {
             true => pixels.hash_at(rect.x, rect.y),
             false => pixels.clone().in_depth(self.depth).hash_at(rect.x, rect.y),

@@ -7,7 +7,9 @@ mod gather;
 mod identify;
 mod layer;
 mod merged;
+mod originals;
 mod place;
+mod recall;
 pub mod report;
 mod scaled;
 mod settle;
@@ -18,14 +20,19 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-use self::file::FilePaint;
+pub use self::recall::Recall;
+
+use self::file::{FilePaint, Reading};
+use self::originals::Originals;
 use self::report::FileReport;
 use self::settle::{Arrival, settle};
 use crate::document::export_record::ExportRecord;
 use crate::document::paint::{PaintBook, PaintEntry, PaintImport, PaintedDocument, PaintedView, Patch};
 use crate::error::{Error, Result};
 use crate::io::baselines::Baselines;
+use crate::io::documents::{documents, is_exported_folder};
 use crate::io::exports::ExportStore;
+use crate::io::layered::folder::read::STACK_FILE;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::task::Task;
@@ -37,6 +44,8 @@ pub struct ImportOptions {
     pub dry_run: bool,
     /// Take the paint of images home that were scaled.
     pub scaled: bool,
+    /// Refuse a file when one of its layers cannot be read, which else is left out: it may still be being written.
+    pub only_whole: bool,
 }
 
 /// What became of all files, in their order.
@@ -55,16 +64,23 @@ pub struct Imported {
 /// The stage that is reported.
 pub const STAGE: &str = "import";
 
-/// Imports edited files into the project in the folder `project`, as one import that can be taken back as a whole. A
-/// fault in one file is in [`Imported::failed`], the others go on. Whoever calls holds the project's lock, unless it
-/// is a dry run.
+/// Imports edited files into the project in the folder `project`, as one import that can be taken back as a whole; of
+/// a folder that is no export all layered files in it. A fault in one file is in [`Imported::failed`], a layer that
+/// cannot be read is left out; the others go on. `recall` makes the next import of the same file fast. Whoever calls
+/// holds the project's lock, unless it is a dry run.
 ///
 /// # Errors
 /// [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be read, or nothing
 /// can be written; [`Error::Cancelled`]. The project's paint is then as it was.
-pub fn import(project: &Path, files: &[PathBuf], options: ImportOptions, task: &Task) -> Result<Imported> {
+pub fn import(
+    project: &Path,
+    files: &[PathBuf],
+    options: ImportOptions,
+    recall: &Recall,
+    task: &Task,
+) -> Result<Imported> {
     let exports = project.join("exports");
-    let (records, problems) = ExportStore::new(&exports).read_all()?;
+    let (records, problems) = task.timed("read records", || ExportStore::new(&exports).read_all())?;
     problems.iter().for_each(|problem| task.note(problem.to_string()));
     let store = PaintStore::new(project);
     let before = store.read()?;
@@ -77,8 +93,10 @@ pub fn import(project: &Path, files: &[PathBuf], options: ImportOptions, task: &
         store,
         pending: BTreeMap::new(),
         options,
+        recall,
     };
     let mut imported = Imported::default();
+    let files = documents_of(files, &mut imported.failed)?;
     for (file, done) in files.iter().zip(0..) {
         task.step(STAGE, done, files.len() as u64)?;
         match desk.file(file, task) {
@@ -96,6 +114,26 @@ pub fn import(project: &Path, files: &[PathBuf], options: ImportOptions, task: &
         }
     }
     Ok(imported)
+}
+
+/// The files that were given, and instead of folders that are no exports the layered files in them.
+fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result<Vec<PathBuf>> {
+    let mut files = Vec::new();
+    for path in given {
+        if !path.is_dir() || is_exported_folder(path) || path.join(STACK_FILE).is_file() {
+            files.push(path.clone());
+            continue;
+        }
+        let found = documents(path)?;
+        if found.is_empty() {
+            let finding =
+                "a folder without a layered file in it, and no exported one (stack.json is not there)";
+            let remedy = "give PSD, XCF or OpenRaster files, a folder of them, or an exported folder";
+            failed.push((path.clone(), Error::input(path, "", finding, remedy)));
+        }
+        files.extend(found.into_keys());
+    }
+    Ok(files)
 }
 
 /// The last imports, oldest first.
@@ -131,15 +169,17 @@ struct Desk<'a> {
     /// Paint that has no file yet, by the name that stands in for it.
     pending: BTreeMap<String, Patch>,
     options: ImportOptions,
+    recall: &'a Recall,
 }
 
 impl Desk<'_> {
     fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
-        let known = |document: &str| self.book.documents.get(document).cloned().unwrap_or_default();
         let name = |key: &str| format!("{key}@{}", self.path_of(file));
-        let read = |record: &ExportRecord| known(&name(&record.key));
-        let FilePaint { record, mut report, layers } =
-            file::read(file, &self.records, &self.kept, self.options.scaled, &read, task)?;
+        let originals = Originals { kept: &self.kept, project: self.project, book: &self.book };
+        let reading =
+            Reading { records: &self.records, originals, options: self.options, recall: self.recall };
+        let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
+        let FilePaint { record, mut report, layers } = file::read(file, reading, &read, task)?;
         let document = name(&record.key);
         let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
         let (view_id, known) = (view_id(&view), record.paint.clone());
@@ -183,10 +223,25 @@ impl Desk<'_> {
         relative_to(self.project, file).unwrap_or_else(|_| file.display().to_string())
     }
 
-    fn pixels(&self, entry: &PaintEntry) -> Result<Patch> {
+    /// What a document's layers showed at its last import. Those whose paint was lost since are looked at anew.
+    fn seen_before(&self, document: &str) -> PaintedDocument {
+        let mut seen = self.book.documents.get(document).cloned().unwrap_or_default();
+        let of_document = self.book.entries.iter().filter(|entry| entry.document == document);
+        for lost in of_document.filter(|entry| self.is_lost(entry)) {
+            seen.layers.remove(&lost.layer);
+        }
+        seen
+    }
+
+    fn is_lost(&self, entry: &PaintEntry) -> bool {
+        !self.pending.contains_key(&entry.file) && self.store.check(entry).is_err()
+    }
+
+    fn pixels(&self, entry: &PaintEntry) -> Result<Option<Patch>> {
         match self.pending.get(&entry.file) {
-            Some(patch) => Ok(patch.clone()),
-            None => self.store.patch(entry),
+            Some(patch) => Ok(Some(patch.clone())),
+            None if self.is_lost(entry) => Ok(None),
+            None => self.store.patch(entry).map(Some),
         }
     }
 

@@ -23,6 +23,17 @@ pub struct FileReport {
     pub notes: Vec<String>,
 }
 
+impl FileReport {
+    /// The layers of which nothing is taken home although they may have been painted on, for the exit status.
+    pub fn problem(&self) -> Option<String> {
+        let left_out = self.layers.iter().filter(|layer| layer.state == LayerState::LeftOut);
+        let reasons = left_out.map(|layer| format!("{}: {}", layer.name, layer.notes.join("; ")));
+        let reasons: Vec<String> = reasons.collect();
+        let file = self.file.display();
+        (!reasons.is_empty()).then(|| format!("{file}: left out: {}", reasons.join("\n")))
+    }
+}
+
 /// What became of one image layer, or of a layer that is none.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LayerReport {

@@ -6,6 +6,8 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use rustc_hash::FxHashSet;
+
 use super::report::Conflict;
 use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::error::Result;
@@ -50,7 +52,7 @@ pub struct Settled {
     pub removed: Vec<PaintEntry>,
     /// Entries that come, without a file yet.
     pub added: Vec<(PaintEntry, Patch)>,
-    /// Pixels whose paint is other than it was.
+    /// Pixels that show other paint than before, each once, however many surfaces and documents share it.
     pub changed: u64,
     /// Paint of other documents that is contradicted.
     pub conflicts: Vec<Conflict>,
@@ -62,7 +64,7 @@ fn key_of(entry: &PaintEntry) -> SurfaceKey {
     (entry.object.clone(), entry.face, entry.triangle, entry.beyond)
 }
 
-/// Brings the paint of one layer into the book; `read` gives the pixels of an entry.
+/// Brings the paint of one layer into the book; `read` gives the pixels of an entry, none where its picture is damaged.
 ///
 /// # Errors
 /// What `read` says.
@@ -70,7 +72,7 @@ pub fn settle(
     book: &PaintBook,
     arrival: &Arrival,
     surfaces: Vec<OnSurface>,
-    read: &dyn Fn(&PaintEntry) -> Result<Patch>,
+    read: &dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
 ) -> Result<Settled> {
     let of_photo: Vec<&PaintEntry> = book.of_photo(arrival.photo);
     let is_own = |entry: &&PaintEntry| entry.document == arrival.document && entry.layer == arrival.layer;
@@ -79,15 +81,16 @@ pub fn settle(
         let key = (surface.object.clone(), surface.face, surface.triangle, surface.beyond);
         by_surface.insert(key, surface);
     }
-    let mut settled = Settled::default();
+    let (mut settled, mut changed) = (Settled::default(), FxHashSet::default());
     let own_keys: BTreeSet<SurfaceKey> = of_photo.iter().copied().filter(is_own).map(key_of).collect();
     let keys: BTreeSet<SurfaceKey> = by_surface.keys().cloned().chain(own_keys).collect();
     for key in keys {
         let (own, others): (Vec<&PaintEntry>, Vec<&PaintEntry>) =
             of_photo.iter().copied().filter(|entry| key_of(entry) == key).partition(is_own);
         let surface = by_surface.remove(&key);
-        Meeting { arrival, own, others, read }.settle(surface, &mut settled)?;
+        Meeting { arrival, own, others, read }.settle(surface, &mut settled, &mut changed)?;
     }
+    settled.changed = changed.len() as u64;
     Ok(settled)
 }
 
@@ -97,22 +100,34 @@ struct Meeting<'a> {
     /// Of the same layer of the same document, earlier imports first.
     own: Vec<&'a PaintEntry>,
     others: Vec<&'a PaintEntry>,
-    read: &'a dyn Fn(&PaintEntry) -> Result<Patch>,
+    read: &'a dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
 }
 
 impl Meeting<'_> {
-    fn settle(&self, surface: Option<OnSurface>, settled: &mut Settled) -> Result<()> {
+    fn settle(
+        &self,
+        surface: Option<OnSurface>,
+        settled: &mut Settled,
+        changed: &mut FxHashSet<(i32, i32)>,
+    ) -> Result<()> {
+        let others = self.shown_by_others()?;
         let mut fresh = surface.as_ref().map_or_else(|| Patch::of_pixels(&[]), |s| s.patch.clone());
         let mut kept = Vec::new();
         for &entry in self.own.iter().rev() {
-            let before = (self.read)(entry)?;
+            let Some(before) = (self.read)(entry)? else {
+                // The layer has all of its paint, so it has what was lost.
+                settled.removed.push(entry.clone());
+                continue;
+            };
             let stays = before.picked(|x, y, colour| fresh.at(x, y) == Some(colour));
-            settled.changed +=
-                before.picked(|x, y, _| surface.as_ref().is_none_or(|s| s.patch.at(x, y).is_none())).count();
+            let gone = |x: i32, y: i32| surface.as_ref().is_none_or(|s| s.patch.at(x, y).is_none());
+            let bared = before.iter().filter(|&(x, y, old)| gone(x, y) && others.at(x, y) != Some(old));
+            changed.extend(bared.map(|(x, y, _)| (x, y)));
             fresh = fresh.picked(|x, y, _| stays.at(x, y).is_none());
             kept.push((entry, before, stays));
         }
-        settled.changed += fresh.count();
+        let new = fresh.iter().filter(|&(x, y, colour)| others.at(x, y) != Some(colour));
+        changed.extend(new.map(|(x, y, _)| (x, y)));
         settled.conflicts.extend(self.conflicts(&fresh)?);
         if !fresh.is_empty() {
             fresh = self.gather_newest(&mut kept, fresh);
@@ -131,6 +146,17 @@ impl Meeting<'_> {
         Ok(())
     }
 
+    /// What all other paint of the surface shows together.
+    fn shown_by_others(&self) -> Result<Patch> {
+        let mut shown = Patch::of_pixels(&[]);
+        for entry in &self.others {
+            if let Some(patch) = (self.read)(entry)? {
+                shown = shown.under(&patch);
+            }
+        }
+        Ok(shown)
+    }
+
     /// Own paint that nobody's newer paint lies over becomes one with the new paint.
     fn gather_newest(&self, kept: &mut [(&PaintEntry, Patch, Patch)], fresh: Patch) -> Patch {
         let newest_other = self.others.iter().map(|entry| entry.import).max().unwrap_or(0);
@@ -142,7 +168,7 @@ impl Meeting<'_> {
         let mut conflicts = Vec::new();
         let others = self.others.iter().filter(|entry| entry.document != self.arrival.document);
         for entry in others.filter(|entry| !self.arrival.known.contains(&entry.file)) {
-            let theirs = (self.read)(entry)?;
+            let Some(theirs) = (self.read)(entry)? else { continue };
             let other = |x: i32, y: i32, colour| theirs.at(x, y).is_some_and(|theirs| theirs != colour);
             let pixels = fresh.iter().filter(|&(x, y, colour)| other(x, y, colour)).count() as u64;
             if pixels > 0 {
@@ -203,7 +229,7 @@ mod tests {
                 patch: Patch::of_pixels(pixels),
             };
             let surfaces = if pixels.is_empty() { vec![] } else { vec![surface] };
-            let read = |entry: &PaintEntry| Ok(self.patches[&entry.file].clone());
+            let read = |entry: &PaintEntry| Ok(self.patches.get(&entry.file).cloned());
             let settled = settle(&self.book, &arrival, surfaces, &read).unwrap();
             self.book.entries.retain(|entry| !settled.removed.contains(entry));
             for (number, (entry, patch)) in settled.added.iter().enumerate() {
@@ -241,6 +267,24 @@ mod tests {
         assert_eq!(shelf.book.entries.len(), 1, "one surface, one file");
         shelf.import("k1", 3, &[]);
         assert!(shelf.book.entries.is_empty());
+    }
+
+    #[test]
+    fn paint_whose_picture_was_lost_comes_back_with_the_file_that_brought_it() {
+        let mut shelf = Shelf::default();
+        shelf.import("k1", 1, &[(0, 0, RED), (1, 0, RED)]);
+        shelf.patches.clear();
+        assert_eq!(shelf.import("k1", 2, &[(0, 0, RED), (1, 0, RED)]).changed, 2);
+        assert_eq!(shelf.seen(), [(0, RED), (1, RED)]);
+        assert_eq!(shelf.book.entries.len(), 1);
+    }
+
+    #[test]
+    fn the_same_paint_in_a_copy_of_the_file_changes_nothing() {
+        let mut shelf = Shelf::default();
+        assert_eq!(shelf.import("k1@a.psd", 1, &[(0, 0, RED), (1, 0, RED)]).changed, 2);
+        assert_eq!(shelf.import("k1@copy.psd", 2, &[(0, 0, RED), (1, 0, BLUE)]).changed, 1);
+        assert_eq!(shelf.import("k1@copy.psd", 3, &[]).changed, 1, "of the two only the blue one vanishes");
     }
 
     #[test]

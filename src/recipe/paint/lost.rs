@@ -25,19 +25,23 @@ pub struct PaintSurvey {
     pub photos: Vec<(String, usize, u64)>,
     /// What has no place in the stacks of today.
     pub lost: Vec<LostPaint>,
+    /// Pictures of paint that are damaged or gone, each with what is lost and what to do.
+    pub damaged: Vec<String>,
 }
 
 /// Looks at all paint of the project that `store` belongs to, whose photos are called `photos`. Photos without a stack
 /// lose nothing yet.
 ///
 /// # Errors
-/// When the paint or a stack cannot be read.
+/// When the paint cannot be read.
 pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> {
     let paint = PaintStore::new(store.project());
     let book = paint.read()?;
     let mut names: Vec<&str> = book.entries.iter().map(|entry| entry.photo.as_str()).collect();
     names.dedup();
-    let mut survey = PaintSurvey::default();
+    let damaged = book.entries.iter().filter_map(|entry| paint.check(entry).err());
+    let mut survey =
+        PaintSurvey { damaged: damaged.map(|error| error.to_string()).collect(), ..PaintSurvey::default() };
     for name in names {
         let entries = book.of_photo(name);
         let mut faces: Vec<_> = entries.iter().map(|entry| (&entry.object, entry.face)).collect();
@@ -51,7 +55,8 @@ pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> 
                 pixels: entry.pixels,
                 reason: "the project has no such photo".into(),
             }));
-        } else if let Some(stack) = store.current(name)? {
+        // A stack that cannot be read is told elsewhere.
+        } else if let Ok(Some(stack)) = store.current(name) {
             survey.lost.extend(PhotoPaint::of(&book, paint.clone(), &stack).lost(&stack)?);
         }
     }

@@ -32,6 +32,8 @@ pub struct PhotoPaint {
     layers: Vec<Vec<Placed>>,
     /// Entries whose surface is not in the stack.
     lost: Vec<usize>,
+    /// What paint of the photo cannot be shown, because its pictures are damaged or gone.
+    damaged: Vec<String>,
 }
 
 /// An entry on an image layer.
@@ -65,16 +67,23 @@ impl PhotoPaint {
         Ok(Self::of(&book, store, stack))
     }
 
-    /// The same from a book that was read.
+    /// The same from a book that was read. Entries whose pictures are damaged show nowhere; see
+    /// [`Self::damaged`].
     pub fn of(book: &PaintBook, store: PaintStore, stack: &Stack) -> Self {
-        let entries: Vec<PaintEntry> = book.of_photo(&stack.photo.name).into_iter().cloned().collect();
+        let (mut entries, mut damaged) = (Vec::new(), Vec::new());
+        for entry in book.of_photo(&stack.photo.name) {
+            match store.check(entry) {
+                Ok(()) => entries.push(entry.clone()),
+                Err(error) => damaged.push(error.to_string()),
+            }
+        }
         if entries.is_empty() {
-            return Self::default();
+            return Self { damaged, ..Self::default() };
         }
         let current = || PaintedView { photo: stack.photo.clone(), camera: stack.camera.clone() };
         let views =
             entries.iter().map(|e| book.views.get(&e.view).cloned().unwrap_or_else(current)).collect();
-        let mut paint = Self { store: Some(store), entries, views, ..Self::default() };
+        let mut paint = Self { store: Some(store), entries, views, damaged, ..Self::default() };
         paint.place(stack);
         paint
     }
@@ -147,6 +156,11 @@ impl PhotoPaint {
         let rect = stack.image_layers[layer].rect;
         let inside = |x: i32, y: i32| x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
         Ok(patch.picked(|x, y, _| inside(x, y)))
+    }
+
+    /// What paint of the photo cannot be shown, because its pictures are damaged or gone, and what to do about it.
+    pub fn damaged(&self) -> &[String] {
+        &self.damaged
     }
 
     /// Files of paint that may show in the stack: what an export of it depends on.

@@ -12,6 +12,7 @@ use serde::Deserialize;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
+use crate::io::hash::hash_file;
 use crate::io::json::read_json;
 use crate::io::layered::bytes::SAVE_AGAIN;
 use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
@@ -42,15 +43,19 @@ struct Canvas {
 #[derive(Debug, Clone, Deserialize)]
 struct DescribedLayer {
     id: String,
+    #[serde(default)]
+    name: String,
     rect: [i64; 4],
     file: String,
 }
 
 /// A file with its place.
 struct Placed {
+    name: String,
     file: PathBuf,
     rect: PixelRect,
-    head: PngHead,
+    /// Or why its pixels cannot be taken.
+    head: Result<PngHead, String>,
     id: Option<String>,
 }
 
@@ -82,8 +87,8 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     placed.extend(
         added.into_iter().filter_map(|file| as_large_as_the_canvas(file, (width, height), &mut notes)),
     );
-    let depth =
-        if placed.iter().any(|p| p.head.depth == Depth::Sixteen) { Depth::Sixteen } else { Depth::Eight };
+    let is_deep = |placed: &Placed| placed.head.as_ref().is_ok_and(|head| head.depth == Depth::Sixteen);
+    let depth = if placed.iter().any(is_deep) { Depth::Sixteen } else { Depth::Eight };
     let icc = profile(&mut placed, &mut notes);
     let key = fs::read_to_string(folder.join(KEY_FILE)).ok().map(|key| key.trim().to_owned());
     Ok(EditedDocument {
@@ -109,18 +114,21 @@ fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> O
     if !file.is_file() {
         return None;
     }
-    placed(file, layer, notes)
+    placed(format!("{} [{}]", layer.name, layer.id), file, layer, notes)
 }
 
-fn placed(file: PathBuf, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
-    let head = noted(&file, head(&file), notes)?;
+/// A file of a layer at that layer's place. What is wrong with it is said when its pixels are asked for.
+fn placed(name: String, file: PathBuf, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
     let [x, y, w, h] = layer.rect;
-    if (i64::from(head.width), i64::from(head.height)) != (w, h) {
-        let found = format!("{} x {} pixels, its layer has {w} x {h}", head.width, head.height);
-        return noted(&file, Err(format!("{found}: its place is not known")), notes);
-    }
     let rect = noted(&file, rect_at(x, y, w, h).ok_or_else(|| format!("it lies at ({x}, {y})")), notes)?;
-    Some(Placed { file, rect, head, id: Some(layer.id.clone()) })
+    let head = head(&file).and_then(|head| match (i64::from(head.width), i64::from(head.height)) == (w, h) {
+        true => Ok(head),
+        false => Err(format!(
+            "{} x {} pixels, its layer has {w} x {h}: its place is not known",
+            head.width, head.height
+        )),
+    });
+    Some(Placed { name, file, rect, head, id: Some(layer.id.clone()) })
 }
 
 fn noted<T>(file: &Path, found: Result<T, String>, notes: &mut Vec<String>) -> Option<T> {
@@ -129,8 +137,10 @@ fn noted<T>(file: &Path, found: Result<T, String>, notes: &mut Vec<String>) -> O
 
 /// A file that somebody added whose name carries the layer's token.
 fn added_for(file: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
-    let name = file.file_stem()?.to_string_lossy();
-    name.contains(&format!("[{}]", layer.id)).then(|| placed(file.to_owned(), layer, notes)).flatten()
+    let name = name_of(file);
+    let is_meant = [format!("[{}]", layer.id), format!("({})", layer.id)].iter().any(|id| name.contains(id));
+    let found = is_meant.then(|| placed(name, file.to_owned(), layer, notes)).flatten()?;
+    noted(file, found.head.clone(), notes).map(|_| found)
 }
 
 fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<String>) -> Option<Placed> {
@@ -141,7 +151,11 @@ fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<Str
         return noted(&file, Err(format!("{found}; {expected}")), notes);
     }
     let rect = PixelRect { x: 0, y: 0, w: canvas.0, h: canvas.1 };
-    Some(Placed { file, rect, head, id: None })
+    Some(Placed { name: name_of(&file), file, rect, head: Ok(head), id: None })
+}
+
+fn name_of(file: &Path) -> String {
+    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
 /// The PNG files beside `stack.json` that it does not name, sorted; the photo is none of them.
@@ -167,7 +181,8 @@ fn head(file: &Path) -> Result<PngHead, String> {
 
 /// That of the first file, which holds for all.
 fn profile(placed: &mut [Placed], notes: &mut Vec<String>) -> Option<Vec<u8>> {
-    let mut profiles = placed.iter_mut().map(|placed| (&placed.file, placed.head.icc.take()));
+    let mut profiles =
+        placed.iter_mut().filter_map(|placed| Some((&placed.file, placed.head.as_mut().ok()?.icc.take())));
     let (_, first) = profiles.next()?;
     let others = profiles.filter(|(_, profile)| *profile != first);
     notes.extend(others.map(|(file, _)| {
@@ -178,25 +193,27 @@ fn profile(placed: &mut [Placed], notes: &mut Vec<String>) -> Option<Vec<u8>> {
 
 impl Placed {
     fn layer(self, depth: Depth) -> EditedLayer {
-        let Self { file, rect, head, id } = self;
-        let name = tidy_name(&file.file_stem().unwrap_or_default().to_string_lossy());
+        let Self { name, file, rect, head, id } = self;
+        let stored = file.clone();
+        let code = move || Ok(format!("{} {depth:?}", hash_file(&stored)?));
         EditedLayer {
-            name,
+            name: tidy_name(&name),
             groups: Vec::new(),
             rect,
             visible: true,
             hidden_by_group: false,
             opacity: 1.0,
             blend: Blend::Normal,
-            mask: None,
+            masks: Vec::new(),
             id,
             locked: false,
-            pixels: Lazy::new(move || pixels(&file, &head, depth)),
+            pixels: Lazy::new(move || pixels(&file, &head, depth)).with_code(code),
         }
     }
 }
 
-fn pixels(file: &Path, head: &PngHead, depth: Depth) -> Result<Raster> {
+fn pixels(file: &Path, head: &Result<PngHead, String>, depth: Depth) -> Result<Raster> {
+    let head = head.as_ref().map_err(|found| Error::input(file, "", found, SAVE_AGAIN))?;
     let open = File::open(file).map_err(Error::io(file, "open it"))?;
     let length = open.metadata().map_err(Error::io(file, "read it"))?.len();
     let input = BufReader::with_capacity(1 << 16, open);

@@ -11,6 +11,7 @@ use zip::read::ZipFile;
 use super::stack_xml::{Image, parse};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
+use crate::io::hash::Hashing;
 use crate::io::layered::bytes::{FileBytes, FileReader, SAVE_AGAIN};
 use crate::io::layered::place::rect_at;
 use crate::io::layered::png_edited::{self, PngHead};
@@ -42,7 +43,7 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut notes = Vec::new();
     let image = parse(&xml, &mut notes)
         .map_err(|found| Error::input(bytes.path(), "stack.xml", found, SAVE_AGAIN))?;
-    let (found, depth, icc) = pictures(&mut archive, &image, &mut notes)?;
+    let (found, depth, icc) = pictures(&mut archive, &image, &mut notes);
     let key = archive.text(KEY_FILE).ok().map(|key| key.trim().to_owned()).filter(|key| !key.is_empty());
     let layers = found.into_iter().map(|picture| picture.layer(&archive, depth, &mut notes));
     let mut layers: Vec<EditedLayer> = layers.collect::<Vec<_>>().into_iter().flatten().collect();
@@ -51,24 +52,25 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     Ok(EditedDocument { format: ExportFormat::Ora, width, height, depth, icc, key, layers, notes })
 }
 
-/// A layer of `stack.xml` with the head of its PNG.
+/// A layer of `stack.xml` with the head of its PNG, or why that cannot be read.
 struct Picture<'x> {
     described: &'x super::stack_xml::Layer,
-    head: PngHead,
+    head: Result<PngHead, String>,
 }
 
-/// The layers whose PNG can be read, from the top; the depth and the profile of all.
+/// The layers, from the top; the depth and the profile of all.
 fn pictures<'x>(
     archive: &mut Archive,
     image: &'x Image,
     notes: &mut Vec<String>,
-) -> Result<(Vec<Picture<'x>>, Depth, Option<Vec<u8>>)> {
+) -> (Vec<Picture<'x>>, Depth, Option<Vec<u8>>) {
     let (mut found, mut depth, mut icc) = (Vec::new(), Depth::Eight, None);
+    let mut is_first = true;
     for described in &image.layers {
-        match archive.png_head(&described.file)? {
+        match archive.png_head(&described.file) {
             Ok(mut head) => {
                 let profile = head.icc.take();
-                if !found.is_empty() && profile != icc {
+                if !std::mem::replace(&mut is_first, false) && profile != icc {
                     notes.push(format!(
                         "layer \"{}\" has another colour profile than the first, which is taken for all",
                         described.name
@@ -79,27 +81,31 @@ fn pictures<'x>(
                 if head.depth == Depth::Sixteen {
                     depth = Depth::Sixteen;
                 }
-                found.push(Picture { described, head });
+                found.push(Picture { described, head: Ok(head) });
             }
-            Err(problem) => {
-                let (name, file) = (&described.name, &described.file);
-                notes.push(format!("layer \"{name}\" is left out: {file}: {problem}"));
-            }
+            Err(problem) => found.push(Picture { described, head: Err(problem) }),
         }
     }
-    Ok((found, depth, icc))
+    (found, depth, icc)
 }
 
 impl Picture<'_> {
     fn layer(self, archive: &Archive, depth: Depth, notes: &mut Vec<String>) -> Option<EditedLayer> {
         let Self { described, head } = self;
         let (x, y) = described.place;
-        let Some(rect) = rect_at(x, y, head.width.into(), head.height.into()) else {
+        let (width, height) = head.as_ref().map_or((0, 0), |head| (head.width.into(), head.height.into()));
+        let Some(rect) = rect_at(x, y, width, height) else {
             notes.push(format!("layer \"{}\" is left out: it lies at ({x}, {y})", described.name));
             return None;
         };
         let (archive, file) = (archive.clone(), described.file.clone());
-        let pixels = Lazy::new(move || archive.clone().raster(&file, &head, depth));
+        let (same, stored) = (archive.clone(), file.clone());
+        let code = move || Ok(format!("{} {depth:?}", same.clone().hash_of_code(&stored)?));
+        let pixels = Lazy::new(move || match &head {
+            Ok(head) => archive.clone().raster(&file, head, depth),
+            Err(found) => Err(Error::input(archive.bytes.path(), file.as_str(), found, SAVE_AGAIN)),
+        })
+        .with_code(code);
         Some(EditedLayer {
             name: described.name.clone(),
             groups: described.groups.clone(),
@@ -108,7 +114,7 @@ impl Picture<'_> {
             hidden_by_group: described.hidden_by_group,
             opacity: described.opacity,
             blend: described.blend.clone(),
-            mask: None,
+            masks: Vec::new(),
             id: None,
             locked: described.locked,
             pixels,
@@ -154,19 +160,38 @@ impl Archive {
     }
 
     /// The head of a PNG, or what is wrong with that layer alone.
-    fn png_head(&mut self, name: &str) -> Result<Result<PngHead, String>> {
+    fn png_head(&mut self, name: &str) -> Result<PngHead, String> {
         let length = match self.zip.by_name(name) {
             Ok(file) => file.size(),
-            Err(error) => return Ok(Err(error.to_string())),
+            Err(error) => return Err(error.to_string()),
         };
         for most in [BEGINNING, length.max(BEGINNING)] {
-            let beginning = self.content(name, most)?;
+            let beginning = match self.content(name, most) {
+                Ok(beginning) => beginning,
+                Err(error) => return Err(error.to_string()),
+            };
             let head = png_edited::head(Cursor::new(&beginning));
             if head.is_ok() || most >= length {
-                return Ok(head);
+                return head;
             }
         }
-        Ok(Err("its head is longer than it says".into()))
+        Err("its head is longer than it says".into())
+    }
+
+    /// Of a file as it lies in the archive.
+    fn hash_of_code(&mut self, name: &str) -> Result<String> {
+        let place = self.zip.index_for_name(name);
+        let read = |index: usize| -> Result<String, String> {
+            let mut file = self.zip.by_index_raw(index).map_err(|error| error.to_string())?;
+            let (mut code, method) = (Vec::new(), format!("{:?}", file.compression()));
+            file.read_to_end(&mut code).map_err(|error| error.to_string())?;
+            let mut hashing = Hashing::default();
+            hashing.add(method.as_bytes());
+            hashing.add(&code);
+            Ok(hashing.hash())
+        };
+        let hash = place.ok_or_else(|| "it is not in the archive".to_owned()).and_then(read);
+        hash.map_err(|found| self.wrong(name, found))
     }
 
     fn raster(&mut self, name: &str, head: &PngHead, depth: Depth) -> Result<crate::io::layered::Raster> {

@@ -59,7 +59,7 @@ fn walk(outermost: Node, notes: &mut Vec<String>) -> Vec<Layer> {
     let mut next = outermost.first_element_child();
     while let Some(node) = next {
         let inner = if node.has_tag_name("stack") {
-            groups.open(group(node), notes);
+            groups.open(group(node));
             moved.push(sum(*moved.last().unwrap_or(&(0, 0)), place_of(node)));
             node.first_element_child()
         } else {
@@ -88,7 +88,7 @@ fn group(node: Node) -> GroupTraits {
         name: name_of(node),
         visible: is_visible(node),
         opacity: opacity_of(node),
-        masked: false,
+        mask: None,
         blend: blend_of(node),
     }
 }
@@ -101,15 +101,16 @@ fn layer(node: Node, groups: &OpenGroups, moved: (i64, i64), notes: &mut Vec<Str
         notes.push(format!("<{what}> \"{name}\" has no pixels that are read; it is left out"));
         return None;
     };
+    let around = groups.around();
     Some(Layer {
-        groups: groups.names(),
         file: file.to_owned(),
         place: place_of(node),
         moved_by_groups: moved,
         visible: is_visible(node),
-        hidden_by_group: groups.hide(),
-        opacity: opacity_of(node),
-        blend: blend_of(node),
+        hidden_by_group: around.hidden,
+        opacity: opacity_of(node) * around.opacity,
+        blend: around.blend(blend_of(node)),
+        groups: around.names,
         locked: node.attribute("edit-locked") == Some("true"),
         name,
     })

@@ -13,6 +13,8 @@ pub struct Head {
     pub width: u32,
     pub height: u32,
     pub depth: Depth,
+    /// Channels of the merged picture.
+    pub channels: u16,
     /// One channel of colour instead of three.
     pub grey: bool,
     pub icc: Option<Vec<u8>>,
@@ -41,7 +43,8 @@ impl Head {
             2 => Kind::Psb,
             other => return Err(bytes.damaged(4, format!("version {other}, expected 1 (PSD) or 2 (PSB)"))),
         };
-        cursor.skip(6 + 2)?; // nothing, and the number of channels of the merged picture
+        cursor.skip(6)?;
+        let channels = cursor.u16()?;
         let (height, width) = (cursor.u32()?, cursor.u32()?);
         if !is_canvas(width, height) {
             return Err(bytes.damaged(14, format!("a canvas of {width} x {height} pixels")));
@@ -56,7 +59,7 @@ impl Head {
             3 => false,
             mode => return Err(not_read(bytes, 24, colour_mode(mode))),
         };
-        Ok(Self { kind, width, height, depth, grey, icc: None, key: None, notes: Vec::new() })
+        Ok(Self { kind, width, height, depth, channels, grey, icc: None, key: None, notes: Vec::new() })
     }
 
     fn resources(&mut self, resources: &mut Cursor) -> Result<()> {

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 use super::blocks::Section;
 use super::head::Head;
 use super::names::blend_name;
-use super::planes::{Coding, read_plane};
+use super::planes::{Coding, hash_of_code, read_plane};
 use super::records::{Channel, MaskRecord, Record};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -30,7 +30,7 @@ pub fn of_records(
     let mut layers = Vec::new();
     for record in records.into_iter().rev() {
         match record.extras.section {
-            Some(Section::GroupStart(blend)) => groups.open(group_traits(&record, blend), notes),
+            Some(Section::GroupStart(blend)) => groups.open(group_traits(&record, blend, head, bytes)),
             Some(Section::GroupEnd) => groups.close(notes),
             None => layers.extend(layer(&record, head, bytes, &groups, notes)),
         }
@@ -40,13 +40,13 @@ pub fn of_records(
     layers
 }
 
-fn group_traits(record: &Record, blend: Option<[u8; 4]>) -> GroupTraits {
+fn group_traits(record: &Record, blend: Option<[u8; 4]>, head: &Head, bytes: &Arc<FileBytes>) -> GroupTraits {
     let blend = blend.unwrap_or(record.blend);
     GroupTraits {
         name: record.name.clone(),
         visible: record.visible,
         opacity: f32::from(record.opacity) / 255.0,
-        masked: record.mask.is_some_and(|mask| mask.enabled),
+        mask: record.mask.and_then(|mask| edited_mask(record, mask, head, bytes)).map(Arc::new),
         blend: if matches!(&blend, b"pass" | b"norm") {
             Blend::Normal
         } else {
@@ -70,15 +70,16 @@ fn layer(
         notes.push(format!("layer \"{}\": {what} is not applied", record.name));
     }
     let fill = f32::from(record.extras.fill.unwrap_or(255)) / 255.0;
+    let around = groups.around();
     Some(EditedLayer {
         name: record.name.clone(),
-        groups: groups.names(),
+        masks: around.masks(record.mask.and_then(|mask| edited_mask(record, mask, head, bytes))),
         rect: record.rect,
         visible: record.visible,
-        hidden_by_group: groups.hide(),
-        opacity: f32::from(record.opacity) / 255.0 * fill,
-        blend: blend(record),
-        mask: record.mask.and_then(|mask| edited_mask(record, mask, head, bytes)),
+        hidden_by_group: around.hidden,
+        opacity: f32::from(record.opacity) / 255.0 * fill * around.opacity,
+        blend: around.blend(blend(record)),
+        groups: around.names,
         id: None,
         locked: record.extras.locked,
         pixels: pixels(record, head, bytes),
@@ -103,12 +104,21 @@ fn edited_mask(record: &Record, mask: MaskRecord, head: &Head, bytes: &Arc<FileB
     let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
     let PixelRect { w, h, .. } = mask.rect;
     let inverted = mask.inverted;
+    let code = {
+        let bytes = bytes.clone();
+        move || Ok(format!("{} {inverted}", hash_of_code(&bytes, &[channel], (w, h), coding)?))
+    };
     let read = move || {
         let samples = read_plane(&bytes, channel, w, h, coding)?;
         Ok(Grey::new(w, h, if inverted { negative(samples) } else { samples }))
     };
     let outside = f32::from(if inverted { 255 - mask.outside } else { mask.outside }) / 255.0;
-    Some(EditedMask { rect: mask.rect, outside, enabled: mask.enabled, pixels: Lazy::new(read) })
+    Some(EditedMask {
+        rect: mask.rect,
+        outside,
+        enabled: mask.enabled,
+        pixels: Lazy::new(read).with_code(code),
+    })
 }
 
 fn negative(samples: Samples) -> Samples {
@@ -125,7 +135,12 @@ fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> 
     let alpha = record.channel(ALPHA);
     let (bytes, coding) = (bytes.clone(), Coding { kind: head.kind, depth: head.depth });
     let (at, PixelRect { w, h, .. }) = (record.at, record.rect);
-    Lazy::new(move || {
+    let stored: Vec<Channel> = found.iter().copied().flatten().chain(alpha).collect();
+    let code = {
+        let bytes = bytes.clone();
+        move || hash_of_code(&bytes, &stored, (w, h), coding)
+    };
+    let read = move || {
         if w == 0 || h == 0 {
             return Ok(Raster::blank(w, h, coding.depth));
         }
@@ -136,7 +151,8 @@ fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> 
         let mut planes = planes.collect::<Result<Vec<_>>>()?;
         let alpha = alpha.and_then(|_| planes.pop());
         Ok(Raster::new(w, h, woven(&planes, alpha.as_ref(), coding.depth)))
-    })
+    };
+    Lazy::new(read).with_code(code)
 }
 
 /// R, G, B, A per pixel from one plane of grey or three of colour.

@@ -6,6 +6,7 @@
 mod blocks;
 mod head;
 mod layers;
+mod merged;
 mod names;
 mod planes;
 mod records;
@@ -36,6 +37,7 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     if records.is_empty() {
         notes.push("it has no layers: it was flattened, or saved without them".into());
     }
+    notes.extend(merged::cut_short(&mut cursor, &head));
     let layers = layers::of_records(records, &head, bytes, &mut notes);
     Ok(EditedDocument {
         format: ExportFormat::Psd,

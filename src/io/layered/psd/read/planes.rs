@@ -7,6 +7,7 @@ use flate2::read::ZlibDecoder;
 use super::Kind;
 use super::records::Channel;
 use crate::error::{Error, Result};
+use crate::io::hash::Hashing;
 use crate::io::layered::Depth;
 use crate::io::layered::bytes::FileBytes;
 use crate::io::layered::inflate::can_inflate_to;
@@ -64,6 +65,25 @@ pub fn read_plane(
             Samples::U16(summed(wide, width, kind, u16::wrapping_add))
         }
     })
+}
+
+/// A hash of the channels' code: of where it is the same, [`read_plane`] gives the same.
+///
+/// # Errors
+/// Those of reading the file.
+pub fn hash_of_code(
+    bytes: &FileBytes,
+    channels: &[Channel],
+    (width, height): (u32, u32),
+    coding: Coding,
+) -> Result<String> {
+    let mut hashing = Hashing::default();
+    hashing.add(format!("{width} x {height} {coding:?}").as_bytes());
+    for channel in channels {
+        hashing.add(&channel.id.to_be_bytes());
+        hashing.add(&bytes.read(channel.at, channel.length)?);
+    }
+    Ok(hashing.hash())
 }
 
 fn blank(depth: Depth) -> Samples {

@@ -10,7 +10,7 @@ use super::{modes, pointer, text};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::GroupTraits;
+use crate::io::layered::groups::{Around, GroupTraits};
 use crate::io::layered::place::rect_at;
 use crate::io::layered::{EditedLayer, EditedMask, Lazy};
 
@@ -62,7 +62,7 @@ impl Reader<'_> {
         self.note_effects(&mut cursor, &name)?;
         let path = self.tree.path_of(&properties.path);
         if properties.group {
-            self.group(name, path, &properties, mask != 0);
+            self.group(name, path, &properties, (mask, width, height))?;
             return Ok(None);
         }
         let model = Model::of(kind)
@@ -72,18 +72,20 @@ impl Reader<'_> {
             self.bytes.damaged(place, format!("a layer of {width} x {height} pixels at ({x}, {y})"))
         })?;
         let table = self.table(hierarchy, rect, model)?;
-        let (groups, hidden_by_group) = self.tree.groups_of(&path, &name, self.notes);
+        let same = table.clone();
+        let own = self.mask(mask, rect, properties.apply_mask)?;
+        let around = self.tree.around(&path, &name, self.notes);
         Ok(Some(EditedLayer {
-            groups,
+            masks: around.masks(own),
             rect,
             visible: properties.visible,
-            hidden_by_group,
-            opacity: properties.opacity,
-            blend: modes::blend(properties.mode),
-            mask: self.mask(mask, rect, properties.apply_mask)?,
+            hidden_by_group: around.hidden,
+            opacity: properties.opacity * around.opacity,
+            blend: around.blend(modes::blend(properties.mode)),
+            groups: around.names,
             id: properties.layer,
             locked: properties.locked,
-            pixels: Lazy::new(move || table.raster()),
+            pixels: Lazy::new(move || table.raster()).with_code(move || same.hash_of_code()),
             name,
         }))
     }
@@ -97,16 +99,25 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn group(&mut self, name: String, path: Vec<u32>, properties: &Properties, has_mask: bool) {
+    fn group(
+        &mut self,
+        name: String,
+        path: Vec<u32>,
+        properties: &Properties,
+        (mask, width, height): (u64, u32, u32),
+    ) -> Result<()> {
+        let (x, y) = properties.offset;
+        let rect = rect_at(x.into(), y.into(), width.into(), height.into());
+        let mask = rect.map(|rect| self.mask(mask, rect, properties.apply_mask)).transpose()?.flatten();
         let group = GroupTraits {
             name,
             visible: properties.visible,
             opacity: properties.opacity,
-            masked: has_mask && properties.apply_mask,
+            mask: mask.map(Arc::new),
             blend: modes::blend(properties.mode),
         };
-        group.note(self.notes);
         self.tree.groups.insert(path, group);
+        Ok(())
     }
 
     fn mask(&self, place: u64, rect: PixelRect, enabled: bool) -> Result<Option<EditedMask>> {
@@ -123,7 +134,9 @@ impl Reader<'_> {
         Properties::read(&mut cursor, self.head.wide)?;
         let hierarchy = pointer(&mut cursor, self.head.wide)?;
         let table = self.table(hierarchy, rect, Model::Mask)?;
-        Ok(Some(EditedMask { rect, outside: 1.0, enabled, pixels: Lazy::new(move || table.grey()) }))
+        let same = table.clone();
+        let pixels = Lazy::new(move || table.grey()).with_code(move || same.hash_of_code());
+        Ok(Some(EditedMask { rect, outside: 1.0, enabled, pixels }))
     }
 
     fn table(&self, hierarchy: u64, rect: PixelRect, model: Model) -> Result<TileTable> {
@@ -150,14 +163,13 @@ impl Tree {
         vec![self.outermost - 1]
     }
 
-    /// The names of the groups on the way, and whether one of them is not shown.
-    fn groups_of(&self, path: &[u32], layer: &str, notes: &mut Vec<String>) -> (Vec<String>, bool) {
+    /// What the groups on the way do to a layer.
+    fn around(&self, path: &[u32], layer: &str, notes: &mut Vec<String>) -> Around {
         let ways = (1..path.len()).map(|length| self.groups.get(&path[..length]));
         let found: Vec<&GroupTraits> = ways.clone().flatten().collect();
         if found.len() < ways.count() {
             notes.push(format!("layer \"{layer}\" lies in a group that is not in the file"));
         }
-        let hidden = found.iter().any(|group| !group.visible);
-        (found.into_iter().map(|group| group.name.clone()).collect(), hidden)
+        Around::of(found.into_iter())
     }
 }

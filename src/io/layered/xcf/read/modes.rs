@@ -6,13 +6,8 @@ const NORMAL_LEGACY: u32 = 0;
 const NORMAL: u32 = 28;
 const PASS_THROUGH: u32 = 61;
 
-/// The names of modes 1 to 60, as GIMP 2.10 shows them.
-const NAMES: [&str; 60] = [
-    "dissolve",
-    "behind",
-    "multiply",
-    "screen",
-    "overlay",
+/// The modes that GIMP has twice: as in 2.8, and as from 2.10 on.
+const TWICE: [&str; 16] = [
     "difference",
     "addition",
     "subtract",
@@ -29,55 +24,57 @@ const NAMES: [&str; 60] = [
     "soft light",
     "grain extract",
     "grain merge",
-    "colour erase",
-    "overlay",
-    "LCh hue",
-    "LCh chroma",
-    "LCh colour",
-    "LCh lightness",
-    "normal",
-    "behind",
-    "multiply",
-    "screen",
-    "difference",
-    "addition",
-    "subtract",
-    "darken only",
-    "lighten only",
-    "HSV hue",
-    "HSV saturation",
-    "HSL colour",
-    "HSV value",
-    "divide",
-    "dodge",
-    "burn",
-    "hard light",
-    "soft light",
-    "grain extract",
-    "grain merge",
-    "vivid light",
-    "pin light",
-    "linear light",
-    "hard mix",
-    "exclusion",
-    "linear burn",
-    "luma darken only",
-    "luma lighten only",
-    "luminance",
-    "colour erase",
-    "erase",
-    "merge",
-    "split",
 ];
+
+/// Names of modes as GIMP 2.10 shows them, each run with the number of its first.
+const RUNS: [(usize, &[&str]); 5] = [
+    (1, &["dissolve", "behind", "multiply", "screen", "overlay"]),
+    (6, &TWICE),
+    (
+        22,
+        &[
+            "colour erase",
+            "overlay",
+            "LCh hue",
+            "LCh chroma",
+            "LCh colour",
+            "LCh lightness",
+            "normal",
+            "behind",
+            "multiply",
+            "screen",
+        ],
+    ),
+    (32, &TWICE),
+    (
+        48,
+        &[
+            "vivid light",
+            "pin light",
+            "linear light",
+            "hard mix",
+            "exclusion",
+            "linear burn",
+            "luma darken only",
+            "luma lighten only",
+            "luminance",
+            "colour erase",
+            "erase",
+            "merge",
+            "split",
+        ],
+    ),
+];
+
+fn name(mode: usize) -> Option<&'static str> {
+    RUNS.iter().find_map(|(first, names)| names.get(mode.checked_sub(*first)?).copied())
+}
 
 /// How a layer of this mode is laid over what is below; a group that passes through counts as normal.
 pub fn blend(mode: u32) -> Blend {
     match mode {
         NORMAL_LEGACY | NORMAL | PASS_THROUGH => Blend::Normal,
-        mode => {
-            let name = (mode as usize).checked_sub(1).and_then(|index| NAMES.get(index));
-            Blend::Other(name.map_or_else(|| format!("mode {mode}"), |name| (*name).to_owned()))
-        }
+        mode => Blend::Other(name(mode as usize).map_or_else(|| format!("mode {mode}"), str::to_owned)),
     }
 }
 
@@ -87,9 +84,15 @@ mod tests {
 
     #[test]
     fn modes_have_the_names_of_the_page_on_the_format() {
-        for (mode, name) in
-            [(1, "dissolve"), (22, "colour erase"), (23, "overlay"), (30, "multiply"), (37, "HSV hue")]
-        {
+        for (mode, name) in [
+            (1, "dissolve"),
+            (6, "difference"),
+            (22, "colour erase"),
+            (23, "overlay"),
+            (30, "multiply"),
+            (37, "HSV hue"),
+            (60, "split"),
+        ] {
             assert_eq!(blend(mode), Blend::Other(name.into()));
         }
         assert_eq!((blend(0), blend(28), blend(61)), (Blend::Normal, Blend::Normal, Blend::Normal));

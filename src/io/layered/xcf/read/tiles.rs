@@ -9,6 +9,7 @@ use super::head::Head;
 use super::pointer;
 use super::precision::{Kind, Precision};
 use crate::error::Result;
+use crate::io::hash::Hashing;
 use crate::io::layered::bytes::FileBytes;
 use crate::io::layered::xcf::tiles::{TILE, unpack};
 use crate::io::layered::{Depth, Grey, Raster};
@@ -58,6 +59,8 @@ pub struct TileTable {
     bytes: Arc<FileBytes>,
     /// Of the first pointer.
     at: u64,
+    /// Where the next level begins, behind the last tile as GIMP writes it; else the file's end.
+    end: u64,
     width: u32,
     height: u32,
     wide: bool,
@@ -100,6 +103,8 @@ impl TileTable {
             return Err(bytes.damaged(place, format!("{}, expected {}", what(found), what(expected))));
         }
         let level = pointer(&mut cursor, head.wide)?;
+        let next = if level == 0 { 0 } else { pointer(&mut cursor, head.wide).unwrap_or(0) };
+        let end = if next > level { next } else { bytes.length() };
         let mut cursor = bytes.cursor(level);
         let found = (cursor.u32()?, cursor.u32()?);
         if found != (width, height) {
@@ -109,7 +114,7 @@ impl TileTable {
         }
         let (at, wide, precision) = (cursor.at(), head.wide, head.precision);
         let (bytes, colours) = (bytes.clone(), Arc::from([]));
-        let table = Self { bytes, at, width, height, wide, model, precision, compression, colours };
+        let table = Self { bytes, at, end, width, height, wide, model, precision, compression, colours };
         table.check_size()?;
         Ok(table)
     }
@@ -258,9 +263,27 @@ impl TileTable {
         let following = places.iter().skip(1).map(Some).chain([None]);
         let lengths = places.iter().zip(following).map(|(place, next)| {
             let gap = next.and_then(|next| next.checked_sub(*place)).filter(|gap| (1..=most).contains(gap));
-            gap.unwrap_or(most).min(self.bytes.length().saturating_sub(*place))
+            let to_end =
+                if *place < self.end { self.end - place } else { self.bytes.length().saturating_sub(*place) };
+            gap.unwrap_or(most).min(to_end)
         });
         Ok(places.iter().copied().zip(lengths).collect())
+    }
+
+    /// A hash of the code of all tiles: where it is the same, the pixels are.
+    ///
+    /// # Errors
+    /// Those of reading the file.
+    pub fn hash_of_code(&self) -> Result<String> {
+        let mut hashing = Hashing::default();
+        let size = (self.width, self.height);
+        let how = format!("{size:?} {:?} {:?} {:?}", self.model, self.precision, self.compression);
+        hashing.add(how.as_bytes());
+        hashing.add(self.colours.as_flattened());
+        for (at, length) in self.codes()? {
+            hashing.add(&self.bytes.read(at, length)?);
+        }
+        Ok(hashing.hash())
     }
 
     /// The bytes of a tile, pixel by pixel.

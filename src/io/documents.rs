@@ -1,0 +1,110 @@
+//! The layered documents of a folder: what an image editor may have saved there.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use super::layered::KEY_FILE;
+use super::project::PROJECT_FILE;
+use crate::error::{Error, Result};
+
+/// Formats of layered files, by their extensions in lower case.
+const EXTENSIONS: [&str; 4] = ["psd", "psb", "ora", "xcf"];
+/// How deep sub-folders are followed: nobody sorts exports more finely.
+const DEEPEST: usize = 16;
+
+/// Size and time of a file, or of all files of a folder: another one after every save.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Stamp(Vec<(PathBuf, u64, Option<SystemTime>)>);
+
+/// The layered documents in a folder and its sub-folders: files by their extension, and folders that were exported, by
+/// their key file; the folder itself, if it is one. Hidden folders, links to folders and projects are not looked into.
+///
+/// # Errors
+/// [`Error::Io`] when the folder cannot be read. What vanishes meanwhile, or may not be read below it, is left out.
+pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
+    let mut found = BTreeMap::new();
+    if is_exported_folder(folder) {
+        found.insert(folder.to_owned(), stamp_of_folder(folder));
+    } else {
+        fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))?;
+        look_into(folder, 0, &mut found);
+    }
+    Ok(found)
+}
+
+/// Whether a folder is one that `export --format folder` wrote.
+pub fn is_exported_folder(folder: &Path) -> bool {
+    folder.join(KEY_FILE).is_file()
+}
+
+fn look_into(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
+        // Temporary files of editors and of ourselves.
+        if name.starts_with('.') || name.ends_with('~') {
+            continue;
+        }
+        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+        if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
+            if is_exported_folder(&path) {
+                found.insert(path.clone(), stamp_of_folder(&path));
+            } else if depth < DEEPEST && !path.join(PROJECT_FILE).exists() {
+                look_into(&path, depth + 1, found);
+            }
+        } else if EXTENSIONS.contains(&extension.as_str())
+            && let Some(stamp) = stamp(&path)
+        {
+            found.insert(path, Stamp(vec![stamp]));
+        }
+    }
+}
+
+fn stamp_of_folder(folder: &Path) -> Stamp {
+    Stamp(files_below(folder).iter().filter_map(|file| stamp(file)).collect())
+}
+
+fn stamp(file: &Path) -> Option<(PathBuf, u64, Option<SystemTime>)> {
+    let metadata = fs::metadata(file).ok()?;
+    Some((file.to_owned(), metadata.len(), metadata.modified().ok()))
+}
+
+fn files_below(folder: &Path) -> Vec<PathBuf> {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut files: Vec<PathBuf> =
+        entries.flat_map(|path| if path.is_dir() { files_below(&path) } else { vec![path] }).collect();
+    files.sort();
+    files
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn names(folder: &Path) -> Vec<String> {
+        let below = |path: PathBuf| path.strip_prefix(folder).unwrap().to_string_lossy().replace('\\', "/");
+        documents(folder).unwrap().into_keys().map(below).collect()
+    }
+
+    #[test]
+    fn layered_files_and_exported_folders_are_documents_and_nothing_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let put = |name: &str| {
+            let file = folder.path().join(name);
+            fs::create_dir_all(file.parent().unwrap()).unwrap();
+            fs::write(file, "x").unwrap();
+        };
+        for name in ["a.psd", "B.ORA", "c.xcf", "d.png", ".hidden.psd", "e.psd~", "notes.txt"] {
+            put(name);
+        }
+        for name in ["exported/a.psd", "north/side/f.psd", ".trash/g.psd", "project/h.psd"] {
+            put(name);
+        }
+        put(&format!("exported/{KEY_FILE}"));
+        put(&format!("project/{PROJECT_FILE}"));
+        assert_eq!(names(folder.path()), ["B.ORA", "a.psd", "c.xcf", "exported", "north/side/f.psd"]);
+        assert_eq!(names(&folder.path().join("exported")), [""], "the folder itself");
+        assert!(documents(&folder.path().join("nowhere")).is_err());
+    }
+}
