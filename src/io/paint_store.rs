@@ -93,7 +93,8 @@ impl PaintStore {
         ))
     }
 
-    /// Looks whether the picture of an entry is there and as it was written: its name tells its content.
+    /// Looks whether the picture of an entry is there and can be shown: as it was written, which its name tells, or
+    /// changed by somebody since, and whole.
     ///
     /// # Errors
     /// [`Error::Input`] that says what paint is lost with it and how it comes back.
@@ -102,10 +103,7 @@ impl PaintStore {
         if !file.is_file() {
             return Err(self.damaged(entry, "is gone"));
         }
-        match is_ours(&file)? {
-            true => Ok(()),
-            false => Err(self.damaged(entry, "is damaged: it is not as it was written")),
-        }
+        if is_ours(&file)? { Ok(()) } else { self.patch(entry).map(drop) }
     }
 
     /// `what` of the picture of an entry.
@@ -355,6 +353,12 @@ mod tests {
         store.check(&entry).unwrap();
         let file = project.path().join("paint").join(&entry.file);
         let whole = fs::read(&file).unwrap();
+        let mut other = Vec::new();
+        let retouched = Patch::of_pixels(&[(-3, 2, [514; 4]), (4, 5, ERASED)]);
+        write_rgba(&mut other, &raster_of(&retouched), None).unwrap();
+        fs::write(&file, other).unwrap();
+        store.check(&entry).unwrap();
+        assert_eq!(store.patch(&entry).unwrap(), retouched, "somebody may have had a reason");
         for damage in [Some(&whole[..whole.len() / 2]), None] {
             match damage {
                 Some(bytes) => fs::write(&file, bytes).unwrap(),

@@ -180,11 +180,9 @@ fn desk<'a>(
     let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
     let profiles = profiles(file, document, record, originals.kept)?;
     let absent = missing(record, sorted).into_iter().map(|(place, layer)| Absent { place, layer }).collect();
-    let ground = format!(
-        "{offset:?} {scale} {depth:?} {:?} {:?}",
-        document.depth,
-        document.icc.as_deref().map(hash_bytes)
-    );
+    // A profile that says the same as the photo's may be written anew with every save, with the date in it.
+    let other_profile = profiles.is_some().then(|| document.icc.as_deref().map(hash_bytes));
+    let ground = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
     let (named, only_whole) = (document.format != ExportFormat::Folder, options.only_whole);
     Ok(Desk {
         originals,
