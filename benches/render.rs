@@ -51,7 +51,13 @@ impl Town {
                 if model.face(face).plane.signed_distance(eye) > 0.0 {
                     let sheet = SheetId(photo * layers + face.0 % layers);
                     let photo = PhotoId(photo);
-                    sources.servers.push(Server { sheet, photo, back: false, domain: Domain::Whole });
+                    sources.servers.push(Server {
+                        sheet,
+                        photo,
+                        back: false,
+                        pinned: false,
+                        domain: Domain::Whole,
+                    });
                 }
             }
             sources.of_face.push(Range { start, end: sources.servers.len() as u32 });

@@ -13,13 +13,14 @@ use quadratura::layers::cycles::resolve_cycles;
 use quadratura::layers::parts::gather_parts;
 use quadratura::layers::rasteriser::Presence;
 use quadratura::layers::runs::Runs;
-use quadratura::layers::{Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo};
+use quadratura::layers::wishes::{Grouping, Wanted};
+use quadratura::layers::{Options, Rasteriser, SoftwareRasteriser, Sorted, View, Wishes, sort_photo};
 use quadratura::scene::synthetic::{Scene, large};
 use quadratura::task::Task;
 
 fn sort(scene: &Scene, rasteriser: &dyn Rasteriser) -> Sorted {
     let Scene { model, camera, pose, .. } = scene;
-    sort_photo(model, camera, pose, rasteriser, &Options::default(), &Task::silent())
+    sort_photo(model, camera, pose, rasteriser, &Options::default(), &Wishes::default(), &Task::silent())
         .expect("the rasteriser works and nobody stops it")
 }
 
@@ -91,7 +92,7 @@ fn graph_against_stencil(c: &mut Criterion) {
                 let drawn = draw();
                 let runs = Runs::new(drawn.lists);
                 let resolved = resolve_cycles(&view, &runs, &working, &drawn.occlusions, &options);
-                gather_parts(model, &view, &resolved, options.min_support)
+                gather_parts(model, &view, &resolved, options.min_support, &Wanted::default())
             });
         });
         group.bench_function(format!("{name}/stencil"), |b| {
@@ -113,7 +114,16 @@ fn clustering(c: &mut Criterion) {
         let photo = PixelRect { x: 0, y: 0, w: town.camera.width, h: town.camera.height };
         group.throughput(Throughput::Elements(bounds.len() as u64));
         group.bench_function(bounds.len().to_string(), |b| {
-            b.iter(|| cluster(&town.model, &sorted.layers, &bounds, photo, &Options::default()));
+            b.iter(|| {
+                cluster(
+                    &town.model,
+                    &sorted.layers,
+                    &bounds,
+                    photo,
+                    &Options::default(),
+                    &Grouping::default(),
+                )
+            });
         });
     }
 }

@@ -33,6 +33,8 @@ struct Photo {
 
 const FLAG_BACK: u32 = 1u << 24u;
 const SIDES_SHIFT: u32 = 25u;
+const SIDES_MASK: u32 = 63u;
+const FLAG_PINNED: u32 = 1u << 31u;
 
 // Heights of faces over their planes, in world units: the relief, packed side by side.
 @group(0) @binding(6) var heights: texture_2d<f32>;
@@ -171,6 +173,9 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     let seen_from_behind = drawn.plane.w > 0.0;
 
     var best = no_best();
+    // Of the photo that the face is pinned to: colours times trust and their sum, and the largest trust.
+    var pinned = vec4f(0.0);
+    var pinned_share = 0.0;
     var most_confident = 0.0;
     var served = 0.0;
     var at = 0u;
@@ -209,7 +214,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let z = dot(photo.row_z.xyz, p) + photo.row_z.w;
         let px = vec2f(dot(photo.row_x.xyz, p) + photo.row_x.w, dot(photo.row_y.xyz, p) + photo.row_y.w) / z;
         var inside = z > 0.0;
-        let sides = candidate.y >> SIDES_SHIFT;
+        let sides = (candidate.y >> SIDES_SHIFT) & SIDES_MASK;
         for (var side = 1u; side <= sides; side += 1u) {
             let half_plane = bitcast<vec4f>(candidates[at + side]);
             inside = inside && dot(half_plane.xy, px) >= half_plane.z;
@@ -238,9 +243,18 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
             }
             served += 1.0;
             most_confident = max(most_confident, texel.w);
-            best = join(best, q, shown_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves));
+            let color = shown_color(undone(texel.rgb, photo, px) * photo.gain.rgb, candidate, octaves);
+            if PINS && !other_side && (candidate.y & FLAG_PINNED) != 0u {
+                pinned += vec4f(color * trust, trust);
+                pinned_share = max(pinned_share, trust);
+            } else {
+                best = join(best, q, color);
+            }
         }
     }
-    let color = blended(best);
+    var color = blended(best);
+    if PINS && pinned.w > 0.0 {
+        color = mix(color, pinned.rgb / pinned.w, select(1.0, pinned_share, is_any(best)));
+    }
     return finished(color, served, most_confident, drawn.cells.x);
 }

@@ -39,6 +39,7 @@
 //! let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
 //! let options = BuildOptions {
 //!     layers: opened.project.options.clone(),
+//!     decisions: opened.project.decisions.clone(),
 //!     photos: Vec::new(), // all
 //!     memory: 4 << 30,
 //!     threads: 2,

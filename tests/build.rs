@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use glam::DVec3;
-use quadratura::document::Stack;
+use quadratura::document::{Decisions, Stack};
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::{BoxShape, Method, Options, SoftwareRasteriser};
 use quadratura::recipe::build::{BuildOptions, Built, build};
@@ -88,7 +88,12 @@ impl Bench {
     }
 
     fn build(&self, layers: Options, threads: usize) -> Built {
-        let options = BuildOptions { layers, photos: Vec::new(), memory: 1 << 30, threads, force: false };
+        self.decided(layers, &Decisions::default(), threads)
+    }
+
+    fn decided(&self, layers: Options, decisions: &Decisions, threads: usize) -> Built {
+        let (decisions, photos) = (decisions.clone(), Vec::new());
+        let options = BuildOptions { layers, decisions, photos, memory: 1 << 30, threads, force: false };
         let store = StackStore::new(self.folder.path());
         let built = build(&self.site, &store, &SoftwareRasteriser, &options, &Task::silent());
         built.unwrap().pop().unwrap()
@@ -238,8 +243,8 @@ fn a_fault_in_one_photo_does_not_stop_the_others() {
     let missing = bench.folder.path().join("missing.png");
     let lost = Photo { name: "lost.png".into(), file: missing, ..bench.site.photos[0].clone() };
     bench.site.photos.insert(0, lost);
-    let options =
-        BuildOptions { layers: Options::default(), photos: Vec::new(), memory: 1, threads: 4, force: false };
+    let (layers, decisions, photos) = (Options::default(), Decisions::default(), Vec::new());
+    let options = BuildOptions { layers, decisions, photos, memory: 1, threads: 4, force: false };
     let store = StackStore::new(bench.folder.path());
     let built = build(&bench.site, &store, &SoftwareRasteriser, &options, &Task::silent()).unwrap();
     assert!(built[0].stack.as_ref().is_err_and(|e| e.to_string().contains("missing.png")));
@@ -265,4 +270,60 @@ fn uv_from_world_takes_a_surface_to_its_texel() {
             assert!((x - image.x).abs() < 1e-6 && (y - image.y).abs() < 1e-6, "{x} {y} {image}");
         }
     }
+}
+
+fn decided(text: &str) -> Decisions {
+    let mut decisions = Decisions::default();
+    decisions.set("photo.png", serde_json::from_str(text).unwrap());
+    decisions
+}
+
+#[test]
+fn a_new_name_is_given_without_making_a_layer_again_and_taken_back_without_a_trace() {
+    let bench = Bench::new(&rich_scene(), 8, false);
+    let plain = bench.build(Options::default(), 1).stack.unwrap();
+    let bytes = bench.bytes();
+    let element = plain.image_layers[1].elements[0] as usize;
+    let known_by = plain.visibility_layers.iter().flatten().nth(element).unwrap().known_by();
+    let of = serde_json::to_string(&known_by).unwrap();
+    let decisions = decided(&format!(r#"{{"names":[{{"name":"Bell tower","of":[{of}]}}]}}"#));
+
+    let named = bench.decided(Options::default(), &decisions, 1);
+    assert!(named.up_to_date, "only its name is new");
+    let (was, now) = (&plain.image_layers[1], &named.stack.unwrap().image_layers[1]);
+    assert_eq!((now.name.as_str(), now.own_name.as_ref()), ("Bell tower", Some(&was.name)));
+    assert_eq!(now.id, was.id, "files that were exported before still come home");
+    assert!(bench.decided(Options::default(), &decisions, 1).up_to_date);
+    bench.build(Options::default(), 1);
+    assert_eq!(bench.bytes(), bytes);
+
+    fs::remove_dir_all(bench.stack_folder()).unwrap();
+    let fresh = bench.decided(Options::default(), &decisions, 1);
+    assert!(!fresh.up_to_date && fresh.stack.unwrap().image_layers[1].name == "Bell tower");
+}
+
+#[test]
+fn decisions_about_a_photos_layers_build_it_again_and_what_does_not_hold_is_told() {
+    let bench = Bench::new(&rich_scene(), 8, false);
+    let plain = bench.build(Options::default(), 1).stack.unwrap();
+    let all: Vec<String> = plain
+        .visibility_layers
+        .iter()
+        .flatten()
+        .map(|element| serde_json::to_string(&element.known_by()).unwrap())
+        .collect();
+    let merge = decided(&format!(r#"{{"merge":[[{}]]}}"#, all.join(",")));
+    let built = bench.decided(Options::default(), &merge, 1);
+    assert!(!built.up_to_date);
+    let merged = built.stack.unwrap();
+    assert_eq!(merged.ground(), plain.inputs);
+    assert!(merged.unmet.iter().any(|note| note.contains("hides a part of")), "{:?}", merged.unmet);
+    assert!(bench.decided(Options::default(), &merge, 1).up_to_date);
+
+    let gone = decided(r#"{"split":[[[{"object":"nowhere"}]]],"options":{"margin":3}}"#);
+    let stack = bench.decided(Options::default(), &gone, 1).stack.unwrap();
+    assert!(stack.unmet[0].contains("nowhere has no texture from this photo"), "{:?}", stack.unmet);
+    let other = bench.build(Options { margin: 3, ..Options::default() }, 1).stack.unwrap();
+    let ids = |stack: &Stack| stack.image_layers.iter().map(|l| l.id.clone()).collect::<Vec<_>>();
+    assert_eq!(ids(&stack), ids(&other), "an option of the photo's own");
 }

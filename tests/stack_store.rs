@@ -16,6 +16,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
     let layer = |name: &&str| ImageLayer {
         id: name.to_lowercase(),
         name: (*name).into(),
+        own_name: None,
         order: 0,
         rect,
         elements: vec![],
@@ -47,6 +48,7 @@ fn stack_of(names: &[&str], inputs: &str) -> Stack {
         fill: None,
         untextured: vec![],
         notes: vec![],
+        unmet: vec![],
         counts: Default::default(),
     }
 }

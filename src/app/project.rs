@@ -138,6 +138,7 @@ impl Editor {
             let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
             let options = BuildOptions {
                 layers: opened.project.options.clone(),
+                decisions: opened.project.decisions.clone(),
                 photos,
                 memory: default_memory(),
                 threads: rayon::current_num_threads(),

@@ -15,6 +15,7 @@ use crate::io::project::{read_project, write_project};
 use crate::io::stack_store::StackStore;
 use crate::layers::Options;
 use crate::recipe::build::{BuildOptions, Built, build};
+use crate::recipe::decide::strangers;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::preview;
 use crate::task::Task;
@@ -34,11 +35,13 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     opened.photos_named(&args.photos.names)?;
     let options = BuildOptions {
         layers: options,
+        decisions: opened.project.decisions.clone(),
         photos: args.photos.names.clone(),
         memory: args.memory.or_default(),
         threads: rayon::current_num_threads(),
         force: args.force,
     };
+    strangers(&opened.project.decisions, &opened.site).iter().for_each(|gone| task.note(gone));
     let built = build(&opened.site, &store, &rasteriser, &options, task)?;
     if !args.stacks_only {
         preview::prepare(&args.project, &opened, task)?;

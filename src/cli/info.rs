@@ -12,6 +12,7 @@ use super::untextured::Untextured;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
+use crate::recipe::decide::{excluded, state_of_face, strangers as decision_strangers};
 use crate::recipe::fill::{FillState, fill_inputs};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{FaceInStack, StackState, Survey, face_in_stack, face_named};
@@ -49,7 +50,8 @@ fn about_photos(
         let state = survey.state(photo)?;
         table.add(&photo.name, state.word(), state.stack());
         if let Some(stack) = state.stack() {
-            untextured.add(stack);
+            untextured.add(stack, excluded(stack, &opened.project.decisions.of(&photo.name)));
+            stack.unmet.iter().for_each(|unmet| task.of(&photo.name).note(unmet));
             filling.add(stack, FillState::of(stack, &fill_inputs).word());
         }
         if let StackState::Broken(error) = &state {
@@ -57,6 +59,8 @@ fn about_photos(
         }
     }
     let model = &opened.site.model;
+    let gone = decision_strangers(&opened.project.decisions, &opened.site);
+    gone.iter().for_each(|gone| task.note(gone));
     let mut text = format!(
         "{}, {} in {}\n\n{}\n{}\n",
         counted(opened.site.photos.len(), "photo"),
@@ -85,6 +89,8 @@ fn about_photos(
         "untextured": untextured.to_json(),
         "paint": painted.to_json(),
         "stacks_without_photo": strangers,
+        "decisions": opened.project.decisions,
+        "decisions_about_what_is_gone": gone,
     });
     Ok((text, json))
 }
@@ -119,7 +125,11 @@ fn about_face(
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
         let what = state.stack().map(|stack| said_of_face(stack, object, face.index));
-        let (text, mut row) = what.unwrap_or_default();
+        let (mut text, mut row) = what.unwrap_or_default();
+        if let Some(decided) = state_of_face(&opened.project.decisions.of(&photo.name), object, face.index) {
+            text = if text.is_empty() { decided.into() } else { format!("{decided}; {text}") };
+            row["decided"] = json!(decided);
+        }
         table.row([photo.name.clone(), state.word().to_owned(), text]);
         row["photo"] = json!(photo.name);
         row["state"] = json!(state.word());
@@ -142,7 +152,7 @@ fn said_of_face(stack: &Stack, object: &str, index: u32) -> (String, Value) {
             )
         }
         FaceInStack::Untextured(untextured) => {
-            let text = super::untextured::reason_in_words(untextured);
+            let text = untextured.in_words();
             (text, json!({ "textured": false, "untextured": untextured }))
         }
         FaceInStack::Unknown => ("not in this stack, which is of another model".into(), json!({})),

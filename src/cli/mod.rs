@@ -21,6 +21,7 @@ mod build;
 mod bytes;
 mod check;
 mod colour;
+mod decide;
 mod edit;
 mod export;
 mod fault;
@@ -87,6 +88,7 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
         Command::Fill(args) => fill::run(args, task),
         Command::Export(args) => export::run(args, task),
         Command::Colour(args) => colour::run(args, task),
+        Command::Decide(args) => decide::run(args, task),
         Command::Import(args) => import::run(args, task),
         Command::Watch(args) => import::run_watch(args, task),
         Command::Render(args) => render::run(args, task),

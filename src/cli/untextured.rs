@@ -11,15 +11,6 @@ use crate::document::stack::{self, Reason};
 /// So many faces are listed for people; programs get all of them.
 const MOST_FACES: usize = 40;
 
-const REASONS: [(Reason, &str); 6] = [
-    (Reason::Outside, "outside"),
-    (Reason::Behind, "behind"),
-    (Reason::TooSmall, "too small"),
-    (Reason::Hidden, "hidden"),
-    (Reason::Masked, "masked"),
-    (Reason::Degenerate, "no area"),
-];
-
 /// What several stacks say of the faces that they do not texture.
 #[derive(Debug, Default)]
 pub struct Untextured {
@@ -27,9 +18,11 @@ pub struct Untextured {
 }
 
 impl Untextured {
-    /// Adds what one photo's stack says.
-    pub fn add(&mut self, stack: &Stack) {
-        self.photos.push((stack.photo.name.clone(), stack.untextured.clone()));
+    /// Adds what one photo's stack says, and the faces that the photo was excluded for.
+    pub fn add(&mut self, stack: &Stack, excluded: Vec<stack::Untextured>) {
+        let mut faces = stack.untextured.clone();
+        faces.extend(excluded);
+        self.photos.push((stack.photo.name.clone(), faces));
     }
 
     /// How many, by photo and reason; and the faces that no photo textures.
@@ -38,11 +31,11 @@ impl Untextured {
             return String::new();
         }
         let mut headings = vec!["faces without texture"];
-        headings.extend(REASONS.map(|(_, word)| word));
+        headings.extend(Reason::ALL.map(Reason::word));
         let mut table = Table::new(&headings);
         for (photo, faces) in &self.photos {
-            let count = |(reason, _)| faces.iter().filter(|face| face.reason == reason).count().to_string();
-            table.row([photo.clone()].into_iter().chain(REASONS.map(count)));
+            let count = |reason| faces.iter().filter(|face| face.reason == reason).count().to_string();
+            table.row([photo.clone()].into_iter().chain(Reason::ALL.map(count)));
         }
         format!("{}{}", table.render(), self.nowhere_in_words())
     }
@@ -54,7 +47,7 @@ impl Untextured {
             text.push_str(&format!("{photo}: {} without texture\n", counted(faces.len(), "face")));
             let mut table = Table::default();
             for face in faces {
-                table.row([format!("  {}[{}]", face.object, face.face), reason_in_words(face)]);
+                table.row([format!("  {}[{}]", face.object, face.face), face.in_words()]);
             }
             text.push_str(&table.render());
         }
@@ -91,7 +84,7 @@ impl Untextured {
         let mut table = Table::default();
         for ((object, face), reasons) in faces.iter().take(MOST_FACES) {
             let reasons: Vec<_> =
-                reasons.iter().map(|(reason, count)| format!("{} in {count}", word(*reason))).collect();
+                reasons.iter().map(|(reason, count)| format!("{} in {count}", reason.word())).collect();
             table.row([format!("  {object}[{face}]"), reasons.join(", ")]);
         }
         let more = match faces.len().saturating_sub(MOST_FACES) {
@@ -104,15 +97,4 @@ impl Untextured {
             table.render()
         )
     }
-}
-
-/// `hidden by tower[3] at pixel (812, 40)`.
-pub fn reason_in_words(face: &stack::Untextured) -> String {
-    let by = face.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
-    let at = face.at.map_or(String::new(), |[x, y]| format!(" at pixel ({x}, {y})"));
-    format!("{}{by}{at}", word(face.reason))
-}
-
-fn word(reason: Reason) -> &'static str {
-    REASONS.iter().find(|(known, _)| *known == reason).map_or("unknown", |(_, word)| word)
 }

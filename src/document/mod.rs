@@ -2,12 +2,16 @@
 
 pub mod camera_path;
 pub mod colour;
+pub mod decisions;
 pub mod export_record;
+pub mod history;
 pub mod names;
 pub mod paint;
 pub mod project;
 pub mod stack;
 
 pub use colour::Colour;
+pub use decisions::{Decisions, PhotoDecisions};
+pub use history::History;
 pub use project::Project;
 pub use stack::{Element, ImageLayer, Stack};

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::Colour;
+use super::{Colour, Decisions};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -35,6 +35,9 @@ pub struct Project {
     /// What was decided about the photos' exposures.
     #[serde(default, skip_serializing_if = "Colour::is_default")]
     pub colour: Colour,
+    /// What was decided about single photos' layers.
+    #[serde(default, skip_serializing_if = "Decisions::is_default")]
+    pub decisions: Decisions,
 }
 
 #[cfg(test)]

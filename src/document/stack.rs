@@ -3,7 +3,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::PixelRect;
-use crate::layers::Method;
+use crate::layers::{Faces, Method};
 
 /// The version this program writes; it reads no other.
 pub const STACK_VERSION: u32 = 2;
@@ -15,7 +15,8 @@ pub struct Stack {
     pub version: u32,
     /// How the visibility layers were found.
     pub method: Method,
-    /// Hash of everything the stack was made of; when it still matches, nothing is rebuilt.
+    /// Hash of everything the stack was made of; when it still matches, nothing is rebuilt. What was decided
+    /// about this photo's layers has a hash of its own, behind a `-`.
     pub inputs: String,
     /// The photo.
     pub photo: StackPhoto,
@@ -53,6 +54,9 @@ pub struct Stack {
     /// What the user should know: cuts that failed, violations of the published method.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
+    /// What was decided about its layers and could not be done, with the reason.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub unmet: Vec<String>,
     /// Counts for reports.
     pub counts: Counts,
 }
@@ -61,6 +65,11 @@ pub struct Stack {
 const LARGEST_SIDE: u32 = 1 << (crate::projection::tiles::MOST_LEVELS - 1);
 
 impl Stack {
+    /// Hash of what it was made of besides decisions about its layers: photo, camera, model, options.
+    pub fn ground(&self) -> &str {
+        self.inputs.split('-').next().unwrap_or_default()
+    }
+
     /// The first image layer that cannot be, as place and finding: one of elements that are not there, or
     /// with a side of no pixels or of more than textures may have. Whoever reads a file asks; all else
     /// takes it for granted.
@@ -117,6 +126,23 @@ pub struct Element {
     pub back: Vec<u32>,
 }
 
+impl Element {
+    /// The faces that it is known by: those that it holds whole; where it holds none, those of its pieces.
+    pub fn known_by(&self) -> Faces {
+        let faces = if self.faces.is_empty() { self.all_faces() } else { self.faces.clone() };
+        Faces { object: self.object.clone(), faces }
+    }
+
+    /// Every face of which it holds anything, rising.
+    pub fn all_faces(&self) -> Vec<u32> {
+        let mut faces: Vec<u32> =
+            self.faces.iter().copied().chain(self.pieces.iter().map(|p| p[0])).collect();
+        faces.sort_unstable();
+        faces.dedup();
+        faces
+    }
+}
+
 /// A flat surface: a planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
@@ -166,6 +192,9 @@ pub struct ImageLayer {
     pub id: String,
     /// Readable name.
     pub name: String,
+    /// The name that it has by itself, where it was given another.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own_name: Option<String>,
     /// Its place in the stack: longest path in the quotient, 0 nearest.
     pub order: u32,
     /// In photo pixels; may reach outside the photo.
@@ -250,6 +279,15 @@ pub struct Untextured {
     pub at: Option<[u32; 2]>,
 }
 
+impl Untextured {
+    /// `hidden by tower[3] at pixel (812, 40)`.
+    pub fn in_words(&self) -> String {
+        let by = self.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
+        let at = self.at.map_or(String::new(), |[x, y]| format!(" at pixel ({x}, {y})"));
+        format!("{}{by}{at}", self.reason.word())
+    }
+}
+
 /// Why a face gets no texture from a photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -266,6 +304,35 @@ pub enum Reason {
     Masked,
     /// No area: nothing to texture.
     Degenerate,
+    /// Somebody decided that this photo gives it none. It is in the stack, which shows what hides what; so
+    /// the file never says this, but lists of reasons do.
+    Excluded,
+}
+
+impl Reason {
+    /// All of them.
+    pub const ALL: [Self; 7] = [
+        Self::Outside,
+        Self::Behind,
+        Self::TooSmall,
+        Self::Hidden,
+        Self::Masked,
+        Self::Degenerate,
+        Self::Excluded,
+    ];
+
+    /// For tables and messages.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::Outside => "outside",
+            Self::Behind => "behind",
+            Self::TooSmall => "too small",
+            Self::Hidden => "hidden",
+            Self::Masked => "masked",
+            Self::Degenerate => "no area",
+            Self::Excluded => "excluded",
+        }
+    }
 }
 
 /// Counts for reports.

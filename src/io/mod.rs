@@ -22,6 +22,7 @@ pub mod photo;
 pub mod photo_list;
 pub mod picture_png;
 pub mod project;
+pub mod recovery;
 pub mod reference;
 pub mod relief_file;
 pub mod stack_files;

@@ -30,8 +30,20 @@ pub fn read_project(folder: &Path) -> Result<Project> {
         return Err(Error::input(file, "", found, "give the folder that `quadratura new` made"));
     }
     refuse_other_versions(&file)?;
-    let project: Project = read_json(&file, LARGEST_PROJECT, REMEDY)?;
-    let problems = [("options", project.options.problem()), ("colour", project.colour.problem())];
+    judged(&file, read_json(&file, LARGEST_PROJECT, REMEDY)?)
+}
+
+/// A project that was read from `file`, if all it says can be.
+///
+/// # Errors
+/// [`Error::Input`] as for [`read_project`].
+pub fn judged(file: &Path, project: Project) -> Result<Project> {
+    refuse_version(file, project.version)?;
+    let problems = [
+        ("options", project.options.problem()),
+        ("colour", project.colour.problem()),
+        ("decisions", project.decisions.problem(&project.options)),
+    ];
     match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
         Some((place, problem)) => Err(Error::input(file, place, problem, REMEDY)),
         None => Ok(project),
@@ -53,6 +65,10 @@ fn refuse_other_versions(file: &Path) -> Result<()> {
         version: u32,
     }
     let Versioned { version } = read_json(file, LARGEST_PROJECT, REMEDY)?;
+    refuse_version(file, version)
+}
+
+fn refuse_version(file: &Path, version: u32) -> Result<()> {
     if (1..=PROJECT_VERSION).contains(&version) {
         return Ok(());
     }
@@ -142,10 +158,10 @@ fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::Colour;
+    use crate::document::{Colour, Decisions, PhotoDecisions};
     use crate::geometry::Similarity;
-    use crate::layers::Options;
     use crate::layers::fill::FillOptions;
+    use crate::layers::{Faces, Options};
 
     fn project() -> Project {
         Project {
@@ -157,7 +173,15 @@ mod tests {
             options: Options { margin: 4, ..Options::default() },
             fill: FillOptions { without: vec!["tractor".into()], ..FillOptions::default() },
             colour: Colour { reference: Some("0001.jpg".into()), ..Colour::default() },
+            decisions: decisions(),
         }
+    }
+
+    fn decisions() -> Decisions {
+        let mut decisions = Decisions::default();
+        let exclude = vec![Faces { object: "tower".into(), faces: vec![2, 3] }];
+        decisions.set("0001.jpg", PhotoDecisions { exclude, ..PhotoDecisions::default() });
+        decisions
     }
 
     fn refused(text: &str) -> String {
@@ -196,6 +220,9 @@ mod tests {
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m",
             "colour": {"fixed": {"a.jpg": [0, 0, 99]}}}"#;
         assert!(refused(text).contains("colour: a.jpg is fixed"), "{}", refused(text));
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m",
+            "decisions": {"a.jpg": {"merge": [[]]}}}"#;
+        assert!(refused(text).contains("decisions: a.jpg: merge[0] names no object"), "{}", refused(text));
     }
 
     #[test]

@@ -28,9 +28,9 @@ use super::hash::{hash_bytes, hash_file};
 use super::inbox::{keep_in_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
 use super::stack_files::{RECORD, StackFiles, Stamps, State, is_version, names_in};
-use crate::document::Stack;
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::STACK_VERSION;
+use crate::document::{ImageLayer, Stack};
 use crate::error::{Error, Result};
 
 const STACK_FILE: &str = "stack.json";
@@ -148,19 +148,33 @@ impl StackStore {
     /// # Errors
     /// [`Error::Io`] when a file is gone or the project cannot be written to.
     pub fn amend(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
-        let photo = &stack.photo.name;
-        let (writer, home) = (self.begin(photo)?, self.folder(photo));
         let mut bare = stack.clone();
         bare.bytes -= bare.fill.take().map_or(0, |fill| fill.bytes.min(stack.bytes));
-        for layer in &mut bare.image_layers {
-            layer.fill = None;
-            for file in [&mut layer.file, &mut layer.needed_file] {
-                let name = file.rsplit('/').next().unwrap_or_default().to_owned();
-                link(&home.join(&*file), &writer.folder().join(&name))?;
-                *file = name;
-            }
-        }
+        bare.image_layers.iter_mut().for_each(|layer| layer.fill = None);
+        let writer = self.begin_with(&mut bare)?;
         Ok((writer, bare))
+    }
+
+    /// Makes what a stack says of the current one, such as names, true on disk: all its files stay as they
+    /// are.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; the old stack stays as it was.
+    pub fn restate(&self, stack: &Stack) -> Result<Committed> {
+        let mut bare = stack.clone();
+        let writer = self.begin_with(&mut bare)?;
+        writer.commit(bare)
+    }
+
+    /// Starts a new version with the files that a current stack names, which then names them barely.
+    fn begin_with(&self, stack: &mut Stack) -> Result<StackWriter> {
+        let (writer, home) = (self.begin(&stack.photo.name)?, self.folder(&stack.photo.name));
+        for file in stack.image_layers.iter_mut().flat_map(files_of) {
+            let name = file.rsplit('/').next().unwrap_or_default().to_owned();
+            link(&home.join(&*file), &writer.folder().join(&name))?;
+            *file = name;
+        }
+        Ok(writer)
     }
 
     /// Clears away what killed builds left over. Returns where in `inbox/` files are now that
@@ -246,14 +260,8 @@ impl StackWriter {
     pub fn commit(self, mut stack: Stack) -> Result<Committed> {
         let mut record = StackFiles::sync_and_record(self.folder())?;
         let version = record.version(&to_json(&stack));
-        for layer in &mut stack.image_layers {
-            layer.file = format!("{version}/{}", layer.file);
-            layer.needed_file = format!("{version}/{}", layer.needed_file);
-            if let Some(fill) = &mut layer.fill {
-                let files = [&mut fill.filled_file, &mut fill.confidence_file, &mut fill.provenance_file];
-                files.into_iter().for_each(|file| *file = format!("{version}/{file}"));
-            }
-        }
+        let files = stack.image_layers.iter_mut().flat_map(files_of);
+        files.for_each(|file| *file = format!("{version}/{file}"));
         let text = to_json(&stack);
         record.stack = hash_bytes(&text);
         write_atomically(self.folder().join(RECORD), &to_json(&record))?;
@@ -312,6 +320,15 @@ impl StackWriter {
         write_atomically(&file, text)?;
         Ok(kept)
     }
+}
+
+/// The names of all files of an image layer.
+fn files_of(layer: &mut ImageLayer) -> impl Iterator<Item = &mut String> {
+    let ImageLayer { file, needed_file, fill, .. } = layer;
+    let of_fill = fill
+        .iter_mut()
+        .flat_map(|fill| [&mut fill.filled_file, &mut fill.confidence_file, &mut fill.provenance_file]);
+    [file, needed_file].into_iter().chain(of_fill)
 }
 
 /// The same file under another name: at no cost where the file system can, else as a copy.

@@ -6,6 +6,8 @@ use super::graph::Graph;
 use super::options::{BoxShape, Options};
 use super::parts::Layers;
 use super::quotient::Quotient;
+use super::together::{Obstacle, Together, Unmet, bring_together};
+use super::wishes::Grouping;
 use crate::geometry::PixelRect;
 use crate::scene::Model;
 
@@ -35,42 +37,55 @@ pub struct Cluster {
 pub struct Clusters {
     /// By order, then by first element.
     pub list: Vec<Cluster>,
+    /// Merges that were asked for and could not be made, between elements.
+    pub unmet: Vec<Unmet>,
 }
 
 /// Merges the elements' boxes. `bounds` are the elements' outlines in whole pixels.
 ///
-/// Patches come by falling box area (ties: object name, first node). Each joins the cluster whose
+/// What was asked to be together comes first, whatever it costs. Then such groups and all other patches
+/// come by falling box area (ties: object name, first node). Each joins the cluster whose
 /// box holds the union and whose bounding box grows least, if no path of occlusions leads between
-/// the two either way and no forgiven pair is shared; else it starts a cluster. With powers of two
-/// that is the rule A12 < A1 + A2 of 2003; `published` restricts it to one visibility layer.
+/// the two either way, no forgiven pair is shared and none was asked to be apart; else it starts a
+/// cluster. With powers of two that is the rule A12 < A1 + A2 of 2003; `published` restricts it to one
+/// visibility layer.
 pub fn cluster(
     model: &Model,
     layers: &Layers,
     bounds: &[PixelRect],
     photo: PixelRect,
     options: &Options,
+    grouping: &Grouping,
 ) -> Clusters {
-    let mut patches = split_into_patches(bounds, options);
+    let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
+    let (together, unmet) = rules.bring_together();
     let name = |p: &Patch| &model.object(layers.elements[p.element as usize].object).name;
-    patches.sort_by_key(|p| {
-        let area = box_size(p.bounds, options).area();
+    let mut units = rules.units(&together.members);
+    units.sort_by_key(|unit| {
+        let p = &rules.patches[unit.members[0] as usize];
+        let area = box_size(unit.bounds, options).area();
         (Reverse(area), name(p), layers.elements[p.element as usize].nodes[0], p.bounds.y, p.bounds.x)
     });
-    let mut merging = Merging::new(layers, patches, options);
-    (0..merging.patches.len() as u32).for_each(|p| merging.place(p));
-    Clusters { list: merging.finish(photo) }
+    let mut merging = Merging { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
+    units.into_iter().for_each(|unit| merging.place(unit));
+    Clusters { list: merging.finish(photo), unmet }
 }
 
 /// Smaller tiles would be nothing but margin.
 pub const SMALLEST_TILE: u32 = 64;
 
-/// Elements whose bounds exceed the largest side are tiled.
-fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
+/// The longest side of a box.
+fn longest_side(options: &Options) -> u32 {
     let most = options.largest_side.max(SMALLEST_TILE);
-    let most = match options.boxes {
+    match options.boxes {
         BoxShape::Exact => most,
         BoxShape::PowerOfTwo => 1 << most.ilog2(),
-    };
+    }
+}
+
+/// Elements whose bounds exceed the largest side are tiled.
+fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
+    let most = longest_side(options);
     let side = most.saturating_sub(2 * options.margin).max(SMALLEST_TILE / 2) as usize;
     let mut patches = Vec::with_capacity(bounds.len());
     for (element, b) in bounds.iter().enumerate() {
@@ -108,97 +123,167 @@ fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect 
     PixelRect { x, y, w: size.w, h: size.h }
 }
 
-/// A cluster while it grows.
-struct Growing {
-    /// The patch whose node names the cluster in the quotient.
-    first: u32,
+/// Patches that stay together: one, or those that were asked to.
+struct Unit {
+    /// The patch whose node names it in the quotient.
+    root: u32,
     bounds: PixelRect,
-    size: PixelRect,
-    layer: u32,
+    /// Its visibility layer, where it has one only.
+    layer: Option<u32>,
+    /// Rising.
     members: Vec<u32>,
 }
 
-struct Merging<'a> {
-    layers: &'a Layers,
-    options: &'a Options,
-    patches: Vec<Patch>,
-    order: Graph,
-    quotient: Quotient,
-    against: Vec<(u32, u32)>,
-    clusters: Vec<Growing>,
+/// A cluster while it grows.
+struct Growing {
+    of: Unit,
+    size: PixelRect,
 }
 
-impl<'a> Merging<'a> {
-    fn new(layers: &'a Layers, patches: Vec<Patch>, options: &'a Options) -> Self {
+/// What may share an image layer.
+struct Rules<'a> {
+    layers: &'a Layers,
+    options: &'a Options,
+    grouping: &'a Grouping,
+    patches: Vec<Patch>,
+    order: Graph,
+    against: Vec<(u32, u32)>,
+}
+
+impl<'a> Rules<'a> {
+    fn new(layers: &'a Layers, patches: Vec<Patch>, options: &'a Options, grouping: &'a Grouping) -> Self {
         let order = graph_of_patches(layers, &patches);
         let mut against: Vec<(u32, u32)> =
             layers.against.iter().flat_map(|&(f, b, _)| [(f, b), (b, f)]).collect();
         against.sort_unstable();
-        let quotient = Quotient::new(&order);
-        Self { layers, options, patches, order, quotient, against, clusters: Vec::new() }
+        Self { layers, options, grouping, patches, order, against }
     }
 
-    fn place(&mut self, patch: u32) {
-        let p = self.patches[patch as usize];
-        let layer = self.layers.elements[p.element as usize].layer;
+    /// The merges that were asked for, and which of them were not possible, between elements. An element
+    /// of several patches is larger than image layers may be.
+    fn bring_together(&self) -> (Together, Vec<Unmet>) {
+        let of_element = |element: u32| {
+            let begin = self.patches.partition_point(|p| p.element < element);
+            begin..self.patches.partition_point(|p| p.element <= element)
+        };
+        let mut unmet = Vec::new();
+        let mut merges = Vec::with_capacity(self.grouping.merges.len());
+        for (merge, elements) in (0u32..).zip(&self.grouping.merges) {
+            let (small, large): (Vec<u32>, Vec<u32>) =
+                elements.iter().partition(|e| of_element(**e).len() == 1);
+            let told = |item: u32| Unmet { merge, item, with: elements[0], why: Obstacle::TooLarge };
+            unmet.extend(large.into_iter().map(told));
+            merges.push(small.into_iter().map(|element| of_element(element).start as u32).collect());
+        }
+        let together = bring_together(&self.order, &merges, |joining, group| {
+            let too_large = || self.too_large(joining, group).then_some((group[0], Obstacle::TooLarge));
+            self.obstacle(joining, group).or_else(too_large)
+        });
+        let element = |patch: u32| self.patches[patch as usize].element;
+        let of_patches = together.unmet.iter();
+        unmet.extend(of_patches.map(|u| Unmet { item: element(u.item), with: element(u.with), ..*u }));
+        unmet.sort_by_key(|unmet| (unmet.merge, unmet.item));
+        (together, unmet)
+    }
+
+    /// What keeps patches out of a group besides paths of occlusions, and which one of the group.
+    fn obstacle(&self, joining: &[u32], group: &[u32]) -> Option<(u32, Obstacle)> {
+        let element = |patch: u32| self.patches[patch as usize].element;
+        let find = |keeps: &dyn Fn(u32, u32) -> bool, why| {
+            let kept = |&&member: &&u32| joining.iter().any(|&j| keeps(element(j), element(member)));
+            group.iter().find(kept).map(|&member| (member, why))
+        };
+        find(&|a, b| self.against.binary_search(&(a, b)).is_ok(), Obstacle::Forgiven)
+            .or_else(|| find(&|a, b| self.grouping.apart(a, b), Obstacle::Split))
+    }
+
+    fn too_large(&self, a: &[u32], b: &[u32]) -> bool {
+        let union = self.bounds(a).union(&self.bounds(b));
+        let size = box_size(union, self.options);
+        size.w.max(size.h) > longest_side(self.options)
+    }
+
+    fn bounds(&self, members: &[u32]) -> PixelRect {
+        let bounds = members.iter().map(|&m| self.patches[m as usize].bounds);
+        bounds.reduce(|a, b| a.union(&b)).expect("a group has members")
+    }
+
+    fn units(&self, members: &[Vec<u32>]) -> Vec<Unit> {
+        let layer = |m: &u32| self.layers.elements[self.patches[*m as usize].element as usize].layer;
+        let groups = (0u32..).zip(members).filter(|(_, members)| !members.is_empty());
+        groups
+            .map(|(root, members)| {
+                let first = layer(&members[0]);
+                let layer = members.iter().all(|m| layer(m) == first).then_some(first);
+                Unit { root, bounds: self.bounds(members), layer, members: members.clone() }
+            })
+            .collect()
+    }
+}
+
+struct Merging<'a> {
+    rules: &'a Rules<'a>,
+    quotient: Quotient,
+    clusters: Vec<Growing>,
+}
+
+impl Merging<'_> {
+    fn place(&mut self, unit: Unit) {
+        let options = self.rules.options;
         let mut by_growth: Vec<(u64, usize)> = self
             .clusters
             .iter()
             .enumerate()
-            .filter(|(_, c)| !self.options.published || c.layer == layer)
-            .filter(|(_, c)| self.holds(c, p.bounds))
-            .map(|(i, c)| (c.bounds.union(&p.bounds).area() - c.bounds.area(), i))
+            .filter(|(_, c)| !options.published || (unit.layer.is_some() && c.of.layer == unit.layer))
+            .filter(|(_, c)| self.holds(c, unit.bounds))
+            .map(|(i, c)| (c.of.bounds.union(&unit.bounds).area() - c.of.bounds.area(), i))
             .collect();
         by_growth.sort_unstable();
-        match by_growth.into_iter().map(|(_, i)| i).find(|&i| self.may_join(patch, i)) {
+        match by_growth.into_iter().map(|(_, i)| i).find(|&i| self.may_join(&unit, i)) {
             Some(i) => {
-                self.quotient.merge(self.clusters[i].first, patch);
+                self.quotient.merge(self.clusters[i].of.root, unit.root);
                 let cluster = &mut self.clusters[i];
-                cluster.bounds = cluster.bounds.union(&p.bounds);
-                cluster.size = match self.options.boxes {
+                cluster.of.bounds = cluster.of.bounds.union(&unit.bounds);
+                cluster.size = match options.boxes {
                     BoxShape::PowerOfTwo => cluster.size,
-                    BoxShape::Exact => box_size(cluster.bounds, self.options),
+                    BoxShape::Exact => box_size(cluster.of.bounds, options),
                 };
-                cluster.members.push(patch);
+                cluster.of.members.extend(unit.members);
             }
-            None => self.clusters.push(Growing {
-                first: patch,
-                bounds: p.bounds,
-                size: box_size(p.bounds, self.options),
-                layer,
-                members: vec![patch],
-            }),
+            None => {
+                let size = box_size(unit.bounds, options);
+                self.clusters.push(Growing { of: unit, size });
+            }
         }
     }
 
     /// The union costs no more texels than the two apart.
     fn holds(&self, cluster: &Growing, bounds: PixelRect) -> bool {
-        let union = box_size(cluster.bounds.union(&bounds), self.options);
-        match self.options.boxes {
+        let options = self.rules.options;
+        let union = box_size(cluster.of.bounds.union(&bounds), options);
+        match options.boxes {
             BoxShape::PowerOfTwo => union.w <= cluster.size.w && union.h <= cluster.size.h,
             BoxShape::Exact => {
-                union.w.max(union.h) <= self.options.largest_side
-                    && union.area() < cluster.size.area() + box_size(bounds, self.options).area()
+                union.w.max(union.h) <= options.largest_side
+                    && union.area() < cluster.size.area() + box_size(bounds, options).area()
             }
         }
     }
 
-    fn may_join(&self, patch: u32, cluster: usize) -> bool {
-        let element = self.patches[patch as usize].element;
-        let shares_forgiven = self.clusters[cluster].members.iter().any(|&m| {
-            let other = self.patches[m as usize].element;
-            self.against.binary_search(&(element, other)).is_ok()
-        });
-        !shares_forgiven && !self.quotient.connected(self.clusters[cluster].first, patch)
+    fn may_join(&self, unit: &Unit, cluster: usize) -> bool {
+        let cluster = &self.clusters[cluster].of;
+        self.rules.obstacle(&unit.members, &cluster.members).is_none()
+            && !self.quotient.connected(cluster.root, unit.root)
     }
 
     fn finish(self, photo: PixelRect) -> Vec<Cluster> {
+        let (patches, order) = (&self.rules.patches, &self.rules.order);
         let count = self.clusters.len() as u32;
-        let mut cluster_of = vec![0u32; self.patches.len()];
+        let mut cluster_of = vec![0u32; patches.len()];
         for (i, cluster) in self.clusters.iter().enumerate() {
-            cluster.members.iter().for_each(|&m| cluster_of[m as usize] = i as u32);
+            cluster.of.members.iter().for_each(|&m| cluster_of[m as usize] = i as u32);
         }
-        let edges = self.order.edges.iter();
+        let edges = order.edges.iter();
         let between = edges.map(|&(f, b, px)| (cluster_of[f as usize], cluster_of[b as usize], px));
         let order = Graph::new(count, between).longest_paths();
         let mut list: Vec<Cluster> = self
@@ -206,9 +291,9 @@ impl<'a> Merging<'a> {
             .iter()
             .zip(order)
             .map(|(c, order)| {
-                let mut patches: Vec<Patch> = c.members.iter().map(|&m| self.patches[m as usize]).collect();
-                patches.sort_by_key(|p| (p.element, p.bounds.y, p.bounds.x));
-                Cluster { order, rect: place_box(c.bounds, c.size, photo), patches }
+                let mut of: Vec<Patch> = c.of.members.iter().map(|&m| patches[m as usize]).collect();
+                of.sort_by_key(|p| (p.element, p.bounds.y, p.bounds.x));
+                Cluster { order, rect: place_box(c.of.bounds, c.size, photo), patches: of }
             })
             .collect();
         list.sort_by_key(|c| {

@@ -4,6 +4,7 @@
 
 pub mod options;
 pub mod view;
+pub mod wishes;
 
 pub mod pairs;
 pub mod rasteriser;
@@ -23,6 +24,7 @@ pub mod pieces;
 pub mod cluster;
 pub mod content;
 pub mod fill;
+pub mod together;
 
 pub mod sort;
 #[cfg(test)]
@@ -34,3 +36,4 @@ pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind}
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};
 pub use view::{InverseDepth, Item, ItemId, View};
+pub use wishes::{Faces, Wishes};

@@ -10,6 +10,7 @@ use super::graph::Graph;
 use super::nodes::NodeId;
 use super::quotient::Quotient;
 use super::view::View;
+use super::wishes::Wanted;
 use crate::scene::{Model, ObjectId};
 
 /// Faces and pieces of one object that do not occlude each other.
@@ -40,15 +41,20 @@ pub struct Layers {
 ///
 /// Objects come by falling number of nodes, then name; nodes by layer, then model order. A node
 /// joins the first part of its object that it overlaps in at most `min_support` pixels, to which no
-/// path of occlusions leads through others (the quotient stays acyclic), and with which it has at
-/// most `min_support` forgiven pixels towards any other.
-pub fn gather_parts(model: &Model, view: &View, resolved: &Resolved, min_support: u32) -> Layers {
+/// path of occlusions leads through others (the quotient stays acyclic), with which it has at
+/// most `min_support` forgiven pixels towards any other, and from no face of which it was asked to be
+/// apart.
+pub fn gather_parts(
+    model: &Model,
+    view: &View,
+    resolved: &Resolved,
+    min_support: u32,
+    wanted: &Wanted,
+) -> Layers {
     let kept = &resolved.kept.graph;
     let layer = kept.longest_paths();
-    let object_of = |node: u32| {
-        let item = resolved.nodes.list[node as usize].item;
-        model.face(view.items[item as usize].face).object
-    };
+    let face_of = |node: u32| view.items[resolved.nodes.list[node as usize].item as usize].face;
+    let object_of = |node: u32| model.face(face_of(node)).object;
     let mut nodes_of: FxHashMap<ObjectId, Vec<u32>> = FxHashMap::default();
     (0..kept.len).for_each(|node| nodes_of.entry(object_of(node)).or_default().push(node));
     let mut objects: Vec<_> = nodes_of.into_iter().collect();
@@ -57,7 +63,7 @@ pub fn gather_parts(model: &Model, view: &View, resolved: &Resolved, min_support
     let mut gathering = Gathering::new(resolved, min_support);
     for (_, nodes) in &mut objects {
         nodes.sort_unstable_by_key(|&n| (layer[n as usize], n));
-        gathering.gather(nodes);
+        gathering.gather(nodes, |a, b| wanted.apart(face_of(a), face_of(b)));
     }
     let groups: Vec<u32> = (0..kept.len).map(|n| gathering.quotient.group(n)).collect();
     layers_of_groups(&groups, &resolved.relation, kept, object_of)
@@ -85,15 +91,21 @@ impl Gathering {
         Self { quotient: Quotient::new(&resolved.kept.graph), overlaps, forgiven, min_support }
     }
 
-    fn gather(&mut self, nodes: &[u32]) {
-        let mut parts: Vec<u32> = Vec::new();
+    fn gather(&mut self, nodes: &[u32], apart: impl Fn(u32, u32) -> bool) {
+        // Each begins with the node that names it.
+        let mut parts: Vec<Vec<u32>> = Vec::new();
         for &node in nodes {
-            match parts.iter().copied().find(|&part| self.may_join(node, part)) {
-                Some(part) => {
+            let fits = |part: &Vec<u32>| {
+                self.may_join(node, part[0]) && !part.iter().any(|&member| apart(member, node))
+            };
+            match parts.iter().position(fits) {
+                Some(place) => {
+                    let part = parts[place][0];
                     self.merge_forgiven(part, node);
                     self.quotient.merge(part, node);
+                    parts[place].push(node);
                 }
-                None => parts.push(node),
+                None => parts.push(vec![node]),
             }
         }
     }

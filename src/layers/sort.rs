@@ -12,9 +12,10 @@ use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
 use super::view::View;
+use super::wishes::{Wanted, Wishes};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::scene::Model;
+use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
 /// Everything the sort finds out about one photo.
@@ -46,7 +47,8 @@ pub struct Sorted {
     pub locked: u32,
 }
 
-/// Sorts what one photo sees of the model (in world coordinates) into image layers.
+/// Sorts what one photo sees of the model (in world coordinates) into image layers, as it was wished for
+/// where that can be.
 ///
 /// # Errors
 /// Those of the rasteriser, and [`crate::Error::Cancelled`].
@@ -56,8 +58,10 @@ pub fn sort_photo(
     pose: &Pose,
     rasteriser: &dyn Rasteriser,
     options: &Options,
+    wishes: &Wishes,
     task: &Task,
 ) -> Result<Sorted> {
+    let wanted = Wanted::new(wishes, model);
     let view = task.timed("view", || View::new(model, camera, pose));
     task.go_on()?;
     let Fragments { presence, lists, occlusions } =
@@ -70,7 +74,8 @@ pub fn sort_photo(
         Method::Graph => {
             let resolved =
                 task.timed("cycles", || resolve_cycles(&view, &runs, &working, &occlusions, options));
-            let layers = task.timed("parts", || gather_parts(model, &view, &resolved, options.min_support));
+            let gather = || gather_parts(model, &view, &resolved, options.min_support, &wanted);
+            let layers = task.timed("parts", gather);
             (resolved, layers, 0)
         }
         Method::Stencil => {
@@ -78,7 +83,8 @@ pub fn sort_photo(
                 .timed("stencil", || rasteriser.stencil_peeling(&view, options.tolerance, &working, task))?;
             let nodes = Nodes::whole(&working);
             let items: Vec<u32> = nodes.list.iter().map(|n| n.item).collect();
-            let layers = layers_of_stencil(model, &view, &items, &peeled, &occlusions, options.min_support);
+            let support = options.min_support;
+            let layers = layers_of_stencil(model, &view, &items, &peeled, &occlusions, support, &wanted);
             (Resolved { nodes, ..Resolved::default() }, layers, peeled.locked)
         }
     };
@@ -88,7 +94,8 @@ pub fn sort_photo(
     let texels_unmerged = of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
     let bounds = element_bounds(&of_nodes, &layers);
     let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
-    let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options));
+    let grouping = wanted.of_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
+    let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options, &grouping));
     let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
     let refused = contradicting(&resolved, &layers);
     let Resolved { nodes, cuts, free_cuts, .. } = resolved;
@@ -106,6 +113,17 @@ pub fn sort_photo(
         refused,
         locked,
     })
+}
+
+/// By element its faces, rising.
+fn faces_of_elements(view: &View, nodes: &Nodes, layers: &Layers) -> Vec<Vec<FaceId>> {
+    let face = |node: u32| view.items[nodes.list[node as usize].item as usize].face;
+    let of_element = |element: &super::parts::Element| {
+        let mut faces: Vec<FaceId> = element.nodes.iter().map(|node| face(node.0)).collect();
+        faces.dedup();
+        faces
+    };
+    layers.elements.iter().map(of_element).collect()
 }
 
 /// The refused edges that the layers contradict; others turned out to agree with them.

@@ -1,13 +1,21 @@
 //! The sort on invented scenes whose answer is known.
 
-use crate::layers::{Options, SoftwareRasteriser, Sorted, sort_photo};
+use crate::layers::{Options, SoftwareRasteriser, Sorted, Wishes, sort_photo};
 use crate::scene::synthetic::{Scene, Truth, closed_form};
 use crate::task::Task;
 
 fn sorted(scene: &Scene) -> Sorted {
     let task = Task::silent();
-    sort_photo(&scene.model, &scene.camera, &scene.pose, &SoftwareRasteriser, &Options::default(), &task)
-        .expect("nobody stops it")
+    sort_photo(
+        &scene.model,
+        &scene.camera,
+        &scene.pose,
+        &SoftwareRasteriser,
+        &Options::default(),
+        &Wishes::default(),
+        &task,
+    )
+    .expect("nobody stops it")
 }
 
 fn names_by_layer(scene: &Scene, sorted: &Sorted) -> Vec<Vec<String>> {

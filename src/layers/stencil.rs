@@ -7,10 +7,11 @@ use super::graph::Graph;
 use super::parts::{Layers, compact_groups, from_layers};
 use super::rasteriser::{Occlusion, StencilLayers};
 use super::view::View;
+use super::wishes::Wanted;
 use crate::scene::Model;
 
 /// The faces of each object that share a layer and overlap in at most `min_support` pixels make an
-/// element; nothing is cut and nothing forgiven. Occlusions that contradict the layers are in
+/// element, if none was asked to be apart; nothing is cut and nothing forgiven. Occlusions that contradict the layers are in
 /// [`Layers::against`]. Nodes are the items of the working set, in model order.
 pub fn layers_of_stencil(
     model: &Model,
@@ -19,6 +20,7 @@ pub fn layers_of_stencil(
     peeled: &StencilLayers,
     occlusions: &[Occlusion],
     min_support: u32,
+    wanted: &Wanted,
 ) -> Layers {
     let node_of = |item: u32| items.binary_search(&item).ok().map(|n| n as u32);
     let relation = Graph::new(
@@ -29,7 +31,8 @@ pub fn layers_of_stencil(
     for &(front, back, px) in &relation.edges {
         *overlaps.entry((front.min(back), front.max(back))).or_default() += px;
     }
-    let object_of = |node: u32| model.face(view.items[items[node as usize] as usize].face).object;
+    let face_of = |node: u32| view.items[items[node as usize] as usize].face;
+    let object_of = |node: u32| model.face(face_of(node)).object;
     let layer_of = |node: u32| peeled.layer[items[node as usize] as usize].unwrap_or(0);
 
     let mut groups: Vec<Vec<u32>> = Vec::new();
@@ -38,8 +41,10 @@ pub fn layers_of_stencil(
     for node in 0..items.len() as u32 {
         let candidates = groups_of.entry((object_of(node).0, layer_of(node))).or_default();
         let fits = |g: &&u32| {
-            let pairs = groups[**g as usize].iter().filter_map(|&n| overlaps.get(&(n, node)));
-            pairs.sum::<u32>() <= min_support
+            let group = &groups[**g as usize];
+            let pairs = group.iter().filter_map(|&n| overlaps.get(&(n, node)));
+            let apart = group.iter().any(|&n| wanted.apart(face_of(n), face_of(node)));
+            pairs.sum::<u32>() <= min_support && !apart
         };
         let group = match candidates.iter().find(fits) {
             Some(&group) => group,

@@ -3,15 +3,18 @@
 //! penalty. Bounds are proven over a ball around what the cell shows of the face, so that a shader that
 //! stops where the next least penalty exceeds its worst has left out none.
 
+mod bounds;
+
 use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
+use self::bounds::{angles, borders, projected_ball};
 use super::relief::LEAST_FACING;
 use super::shot::{MOST_TAPS, Mode, Quality, Shot};
 use super::sources::{Projector, Server, Sources};
-use super::weights::{BORDER_SHARE, LEAST_ANGLE, OTHER_SIDE, angle_at, border_ramp};
+use super::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::scene::{Face, FaceId, Model};
@@ -42,7 +45,7 @@ impl Confidence for Unknown {
 pub struct Candidate {
     /// Its place in [`Sources::servers`].
     pub server: u32,
-    /// No point of the cell has a smaller penalty, in radians.
+    /// No point of the cell has a smaller penalty, in radians; 0 for a pinned photo.
     pub least: f64,
     /// Photo pixels that the cell may look up there, within the sheet's rectangle.
     pub rect: PixelRect,
@@ -293,7 +296,8 @@ impl<C: Confidence> Finder<'_, C> {
         let server = &self.sources.servers[id as usize];
         let photo = self.sources.photo(server.photo);
         let blend = &self.shot.blend;
-        let angle = angles(patch, self.shot.viewpoint(), photo.pose.center_in_world());
+        let angle =
+            angles(patch.middle_in_world, patch.radius, self.shot.viewpoint(), photo.pose.center_in_world());
         let density = self.octaves(subject, patch, &photo.camera, &photo.pose);
         let seen = self.footprint(patch, server, photo, density.start)?;
         let octaves = match blend.mode {
@@ -314,6 +318,8 @@ impl<C: Confidence> Finder<'_, C> {
         // mean of the two.
         let finer = if self.shot.quality == Quality::Final { MOST_TAPS.log2() / 2.0 } else { 0.0 };
         let finest = (-density.end - finer).max(0.0) as u32;
+        // A pinned photo comes before all others, and takes no one's place.
+        let (least, most) = if server.pinned { (0.0, f64::INFINITY) } else { (least, most) };
         Some((Candidate { server: id, least, rect: seen.rect, finest }, most))
     }
 
@@ -394,48 +400,6 @@ struct Footprint {
 
 fn distance(plane: &Plane, point: DVec3) -> f64 {
     plane.normal.dot(point - plane.point).abs()
-}
-
-/// Bounds of the angle under which `a` and `b` appear from points of the patch. From a point at
-/// distances x and y it changes by at most |a - b| / (x y) per unit of the way: its level sets are the
-/// circles through both (inscribed angles).
-fn angles(patch: &Patch, a: DVec3, b: DVec3) -> Range<f64> {
-    let middle = patch.middle_in_world;
-    let (x, y) = (middle.distance(a) - patch.radius, middle.distance(b) - patch.radius);
-    if x <= 0.0 || y <= 0.0 {
-        return 0.0..std::f64::consts::PI;
-    }
-    let angle = angle_at(middle, a, b);
-    let change = patch.radius * a.distance(b) / (x * y);
-    (angle - change).max(0.0)..(angle + change).min(std::f64::consts::PI)
-}
-
-/// A box in photo pixels that holds the projection of a ball (camera frame); all of the plane where
-/// the ball reaches behind the camera.
-fn projected_ball(middle: DVec3, radius: f64, camera: &Pinhole) -> (DVec2, DVec2) {
-    if middle.z <= radius {
-        return (DVec2::NEG_INFINITY, DVec2::INFINITY);
-    }
-    // x/z over the box around the ball: each bound is taken at the depth that makes it extreme.
-    let depths = (middle.z - radius, middle.z + radius);
-    let bounds = |m: f64, f: f64, c: f64| {
-        let (low, high) = (m - radius, m + radius);
-        let low = if low < 0.0 { low / depths.0 } else { low / depths.1 };
-        let high = if high > 0.0 { high / depths.0 } else { high / depths.1 };
-        (f * low + c, f * high + c)
-    };
-    let (x0, x1) = bounds(middle.x, camera.fx, camera.cx);
-    let (y0, y1) = bounds(middle.y, camera.fy, camera.cy);
-    (DVec2::new(x0, y0), DVec2::new(x1, y1))
-}
-
-/// Bounds of [`super::weights::border`] in a box.
-fn borders(camera: &Pinhole, low: DVec2, high: DVec2) -> Range<f64> {
-    let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
-    let ramp = BORDER_SHARE * size.min_element();
-    let least = low.min(size - high).min_element();
-    let most = high.min(size - low).min_element();
-    border_ramp(least / ramp)..border_ramp(most / ramp)
 }
 
 /// The box of a clipped polygon, in pixels; `None` where nothing is left.

@@ -51,6 +51,9 @@ pub struct Server {
     pub photo: PhotoId,
     /// The photo sees the face from behind and serves that side of it.
     pub back: bool,
+    /// The face is pinned to this photo: as far as it is trusted at a point, no other takes part there
+    /// ([`super::weights::shares`]).
+    pub pinned: bool,
     /// Where it serves.
     pub domain: Domain,
 }

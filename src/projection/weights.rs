@@ -33,9 +33,14 @@ pub struct Claim {
 }
 
 impl Claim {
+    /// How far the photo is trusted at the point: 0 to 1.
+    pub fn trust(&self) -> f64 {
+        self.border * self.confidence
+    }
+
     /// The penalty; infinite where the photo does not serve. [`Mode::Debevec`] looks at angles alone.
     pub fn penalty(&self, blend: &Blend) -> f64 {
-        let trust = self.border * self.confidence;
+        let trust = self.trust();
         if trust <= 0.0 {
             return f64::INFINITY;
         }
@@ -100,6 +105,30 @@ pub fn weights(penalties: &[f64], blend: &Blend) -> Vec<f64> {
     weights
 }
 
+/// The shares of photos where a face may be pinned to one of them: `trusts` has its [`Claim::trust`], and
+/// none for the others.
+///
+/// The pinned photo takes as much of the point as it is trusted there, the others what is left, as if it
+/// were not there; all of it where no other serves. Trust does not depend on the viewpoint and ends in ramps at the photo's
+/// border and beside what it does not show: nothing pops, and no seam is to be seen. (To put its penalty
+/// before all others' would end it within a hair's breadth.) Servers of it that overlap share
+/// its part by their trust.
+pub fn shares(penalties: &[f64], trusts: &[Option<f64>], blend: &Blend) -> Vec<f64> {
+    let pinned = |i: usize| trusts[i].is_some();
+    let others = (0..penalties.len()).map(|i| if pinned(i) { f64::INFINITY } else { penalties[i] });
+    let mut shares = weights(&others.collect::<Vec<_>>(), blend);
+    let sum: f64 = trusts.iter().flatten().sum();
+    if sum <= 0.0 {
+        return shares;
+    }
+    let alone = shares.iter().all(|share| *share <= 0.0);
+    let most = if alone { 1.0 } else { trusts.iter().flatten().fold(0.0, |a: f64, b| a.max(*b)) };
+    for (share, trust) in shares.iter_mut().zip(trusts) {
+        *share = *share * (1.0 - most) + most * trust.unwrap_or(0.0) / sum;
+    }
+    shares
+}
+
 fn raw_weight(q: f64, next: f64, mode: Mode) -> f64 {
     match mode {
         Mode::Best => 1.0,
@@ -151,6 +180,29 @@ mod tests {
             assert_eq!(weights(&[0.5; 5], &blend(mode, 4)), [0.25, 0.25, 0.25, 0.25, 0.0]);
             assert_eq!(weights(&[f64::INFINITY; 2], &blend(mode, 4)), [0.0, 0.0]);
         }
+    }
+
+    #[test]
+    fn a_pinned_photo_takes_what_it_is_trusted_with_and_leaves_the_rest_as_it_was() {
+        for mode in MODES {
+            let blend = blend(mode, 2);
+            let alone = weights(&[0.3, 0.1, 0.2], &blend);
+            let with = |trust: f64| shares(&[0.3, 0.5, 0.1, 0.2], &[None, Some(trust), None, None], &blend);
+            for trust in [0.0, 0.25, 1.0] {
+                let left = 1.0 - trust;
+                let expected = [alone[0] * left, trust, alone[1] * left, alone[2] * left];
+                let found = with(trust);
+                assert!(found.iter().zip(expected).all(|(a, b)| (a - b).abs() < 1e-12), "{mode}: {found:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_pinned_photo_that_serves_alone_is_all_there_is_and_two_of_its_layers_share() {
+        let blend = blend(Mode::Lumigraph, 4);
+        assert_eq!(shares(&[0.3, f64::INFINITY], &[Some(0.01), None], &blend), [1.0, 0.0]);
+        assert_eq!(shares(&[0.3, 0.3, 0.1], &[Some(0.5), Some(0.5), None], &blend), [0.25, 0.25, 0.5]);
+        assert_eq!(shares(&[0.3], &[None], &blend), [1.0]);
     }
 
     #[test]

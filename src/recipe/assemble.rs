@@ -1,5 +1,6 @@
 //! From what the sort found to what `stack.json` says.
 
+use super::unmet::unmet;
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
     Surface, Untextured,
@@ -11,12 +12,20 @@ use crate::layers::nodes::Node;
 use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
 use crate::layers::rasteriser::Presence;
 use crate::layers::view::Absence;
-use crate::layers::{Method, Options, Sorted};
+use crate::layers::{Method, Options, Sorted, Wishes};
 use crate::projection::frustum::uv_from_world;
 use crate::scene::{FaceId, Model, Photo};
 
-/// The stack of a photo; `inputs` is the hash of all it was made of. `bytes` is still 0.
-pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options, inputs: &str) -> Stack {
+/// The stack of a photo; `inputs` is the hash of all it was made of. Its layers have the names that they have
+/// by themselves, and `bytes` is still 0.
+pub fn assemble(
+    model: &Model,
+    photo: &Photo,
+    sorted: &Sorted,
+    options: &Options,
+    wishes: &Wishes,
+    inputs: &str,
+) -> Stack {
     let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
     let elements = elements(model, sorted, &pieces);
     let image_layers = image_layers(model, photo, sorted, &elements);
@@ -45,6 +54,7 @@ pub fn assemble(model: &Model, photo: &Photo, sorted: &Sorted, options: &Options
         fill: None,
         untextured: untextured(model, sorted),
         notes: notes(model, sorted, options),
+        unmet: unmet(wishes, sorted, &elements),
         counts: counts(sorted, options),
         image_layers,
         visibility_layers: by_layer(sorted, elements),
@@ -167,6 +177,7 @@ fn image_layer(
 ) -> ImageLayer {
     ImageLayer {
         name: name(model, sorted, cluster),
+        own_name: None,
         order: cluster.order,
         rect: cluster.rect,
         elements: cluster.patches.iter().map(|p| p.element).collect(),

@@ -7,9 +7,11 @@ use rayon::prelude::*;
 
 use super::assemble::assemble;
 use super::inputs::Inputs;
+use super::layer_names::rename;
 use super::named::photos_named;
 use super::side_by_side::SideBySide;
 use crate::document::stack::{Reason, Stack, Untextured};
+use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
 use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
 use crate::io::photo::read_photo;
@@ -24,6 +26,8 @@ use crate::task::Task;
 pub struct BuildOptions {
     /// The method.
     pub layers: Options,
+    /// What was decided about single photos' layers.
+    pub decisions: Decisions,
     /// Only these photos; empty for all.
     pub photos: Vec<String>,
     /// Bytes that photos worked on at the same time may take together.
@@ -60,7 +64,7 @@ pub fn build(
     task: &Task,
 ) -> Result<Vec<Built>> {
     let photos = photos_named(site, &options.photos)?;
-    let inputs = Inputs::new(&site.model, &options.layers);
+    let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
     let job = Job { site, store, rasteriser, options, inputs };
     let at_a_time = SideBySide { threads: options.threads, memory: options.memory, stage: "photos" };
     let work = |photo: &&Photo| job.photo(photo, &task.of(&photo.name));
@@ -91,18 +95,34 @@ impl Job<'_> {
         }
     }
 
+    /// A stack that is up to date, with its layers named as was decided: nothing else of it is made again.
+    fn with_names(&self, mut stack: Stack, task: &Task) -> Result<(Stack, Vec<PathBuf>)> {
+        note_unmet(&stack, task);
+        let decided = self.options.decisions.of(&stack.photo.name);
+        if !give_names(&mut stack, &decided, task) {
+            return Ok((stack, Vec::new()));
+        }
+        let committed = self.store.restate(&stack)?;
+        Ok((committed.stack, committed.kept))
+    }
+
     fn try_photo(&self, photo: &Photo, task: &Task) -> Result<(Stack, bool, Vec<PathBuf>)> {
         task.go_on()?;
         let inputs = self.inputs.hash(photo)?;
         if !self.options.force
             && let Some(stack) = self.store.up_to_date(&photo.name, &inputs)?
         {
-            return Ok((stack, true, Vec::new()));
+            let (stack, kept) = self.with_names(stack, task)?;
+            return Ok((stack, true, kept));
         }
-        let model = &self.site.model;
-        let options = &self.options.layers;
-        let sorted = sort_photo(model, &photo.camera, &photo.pose, self.rasteriser, options, task)?;
-        let mut stack = task.timed("assemble", || assemble(model, photo, &sorted, options, &inputs));
+        let decided = self.options.decisions.of(&photo.name);
+        let (model, options) = (&self.site.model, &decided.options.applied_to(&self.options.layers));
+        let (camera, wishes) = (&photo.camera, decided.wishes());
+        let sorted = sort_photo(model, camera, &photo.pose, self.rasteriser, options, &wishes, task)?;
+        let assembled = || assemble(model, photo, &sorted, options, &wishes, &inputs);
+        let mut stack = task.timed("assemble", assembled);
+        note_unmet(&stack, task);
+        give_names(&mut stack, &decided, task);
         let pixels =
             task.timed("decode", || read_photo(&photo.file, photo.camera.width, photo.camera.height))?;
         if pixels.has_alpha() {
@@ -115,6 +135,18 @@ impl Job<'_> {
         let committed = task.timed("commit", || writer.commit(stack))?;
         Ok((committed.stack, false, committed.kept))
     }
+}
+
+/// Tells what was decided and could not be done.
+fn note_unmet(stack: &Stack, task: &Task) {
+    stack.unmet.iter().for_each(|unmet| task.note(unmet));
+}
+
+/// Gives the layers the names that were decided, and tells of those that found none. Whether one changed.
+fn give_names(stack: &mut Stack, decided: &PhotoDecisions, task: &Task) -> bool {
+    let renamed = rename(stack, &decided.names);
+    renamed.homeless.iter().for_each(|name| task.note(name));
+    renamed.changed
 }
 
 /// Writes every image layer and its needed area; returns their bytes.

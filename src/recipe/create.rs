@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 
 use super::open::{Opened, open_site};
 use crate::document::project::PROJECT_VERSION;
-use crate::document::{Colour, Project};
+use crate::document::{Colour, Decisions, Project};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
@@ -67,6 +67,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             options: new.options.clone(),
             fill: FillOptions::default(),
             colour: Colour::default(),
+            decisions: Decisions::default(),
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

@@ -139,13 +139,14 @@ fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> R
     Ok(vec![None; centers.len()])
 }
 
-/// Stacks know what they were made of: pixels, camera, model, program. Photos without one are told by
+/// Stacks know what they were made of: pixels, camera, model, program. What was decided about their layers
+/// changes nothing here. Photos without one are told by
 /// their camera alone; once they have a stack the gains are made anew.
 pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
         let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
         let pose = (photo.pose.rotation_rows(), photo.pose.translation);
-        (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.inputs.clone()))
+        (photo.name.clone(), camera, pose, stack.as_ref().map(|stack| stack.ground().to_owned()))
     };
     let photos: Vec<_> = site.photos.iter().zip(stacks).map(of_photo).collect();
     let text =

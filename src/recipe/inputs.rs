@@ -2,6 +2,7 @@
 
 use blake3::Hasher;
 
+use crate::document::Decisions;
 use crate::error::Result;
 use crate::io::hash::hash_file;
 use crate::layers::Options;
@@ -10,20 +11,23 @@ use crate::scene::{Model, Photo};
 /// Counts the changes to what a build makes of the same inputs.
 const REVISION: u32 = 1;
 
-/// What all photos of a project share: model, options, program.
+/// What stacks are made of: model, options and program, which all photos of a project share, and what was
+/// decided about single photos' layers.
 #[derive(Debug)]
 pub struct Inputs<'a> {
     model: String,
     options: &'a Options,
+    decisions: &'a Decisions,
 }
 
 impl<'a> Inputs<'a> {
-    /// Of a model in the world, and options.
-    pub fn new(model: &Model, options: &'a Options) -> Self {
-        Self { model: hash_of_model(model), options }
+    /// Of a model in the world, options, and decisions.
+    pub fn new(model: &Model, options: &'a Options, decisions: &'a Decisions) -> Self {
+        Self { model: hash_of_model(model), options, decisions }
     }
 
-    /// The hash of all that the stack of `photo` is made of: 64 hexadecimal digits.
+    /// The hash of all that the stack of `photo` is made of: 64 hexadecimal digits, and where something was
+    /// decided about its layers, `-` and 64 more.
     ///
     /// # Errors
     /// [`crate::Error::Io`] when the photo cannot be read.
@@ -34,9 +38,15 @@ impl<'a> Inputs<'a> {
         let pose = (pose.rotation_rows(), pose.translation);
         let program = (env!("CARGO_PKG_VERSION"), REVISION);
         let all = (program, &photo.name, pixels, &self.model, camera, pose, self.options);
-        let text = serde_json::to_vec(&all).expect("plain data is JSON");
-        Ok(blake3::hash(&text).to_hex().to_string())
+        let ground = hash_of(&all);
+        let decided = self.decisions.of(&photo.name).of_stack();
+        Ok(if decided.is_default() { ground } else { format!("{ground}-{}", hash_of(&decided)) })
     }
+}
+
+fn hash_of(value: &impl serde::Serialize) -> String {
+    let text = serde_json::to_vec(value).expect("plain data is JSON");
+    blake3::hash(&text).to_hex().to_string()
 }
 
 /// The model bit for bit, in the order of its file.
@@ -89,17 +99,35 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         let model = Model { vertices: vec![DVec3::ONE], ..Model::default() };
         let (options, photo) = (Options::default(), photo(file.path()));
-        let hash = Inputs::new(&model, &options).hash(&photo).unwrap();
-        assert_eq!(Inputs::new(&model, &options).hash(&photo).unwrap(), hash);
+        let none = Decisions::default();
+        let hash = Inputs::new(&model, &options, &none).hash(&photo).unwrap();
+        assert_eq!(Inputs::new(&model, &options, &none).hash(&photo).unwrap(), hash);
 
         let moved = Similarity { translation: DVec3::X, ..Similarity::IDENTITY };
-        assert_ne!(Inputs::new(&model.transformed(&moved), &options).hash(&photo).unwrap(), hash);
+        assert_ne!(Inputs::new(&model.transformed(&moved), &options, &none).hash(&photo).unwrap(), hash);
         let wider = Options { margin: 9, ..Options::default() };
-        assert_ne!(Inputs::new(&model, &wider).hash(&photo).unwrap(), hash);
+        assert_ne!(Inputs::new(&model, &wider, &none).hash(&photo).unwrap(), hash);
         let mut other = photo.clone();
         other.camera.cx += 1e-9;
-        assert_ne!(Inputs::new(&model, &options).hash(&other).unwrap(), hash);
+        assert_ne!(Inputs::new(&model, &options, &none).hash(&other).unwrap(), hash);
         std::fs::write(file.path(), "pixels").unwrap();
-        assert_ne!(Inputs::new(&model, &options).hash(&photo).unwrap(), hash);
+        assert_ne!(Inputs::new(&model, &options, &none).hash(&photo).unwrap(), hash);
+    }
+    #[test]
+    fn a_decision_changes_the_hash_of_its_own_photo_and_leaves_its_ground() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        let (model, options, photo) = (Model::default(), Options::default(), photo(file.path()));
+        let hash = |name: &str, text: &str| {
+            let mut decisions = Decisions::default();
+            decisions.set(name, serde_json::from_str(text).unwrap());
+            Inputs::new(&model, &options, &decisions).hash(&photo).unwrap()
+        };
+        let plain = hash("a.png", "{}");
+        let merged = hash("a.png", r#"{"merge":[[{"object":"a"},{"object":"b"}]]}"#);
+        assert!(merged.starts_with(&format!("{plain}-")) && merged.len() == 129);
+        assert_ne!(hash("a.png", r#"{"options":{"margin":9}}"#), merged);
+        let for_any_stack = r#"{"pin":[{"object":"a"}],"exclude":[{"object":"b"}],"names":[{"name":"n","of":[{"object":"a"}]}]}"#;
+        assert_eq!(hash("a.png", for_any_stack), plain);
+        assert_eq!(hash("b.png", r#"{"merge":[[{"object":"a"}]]}"#), plain, "another photo's");
     }
 }

@@ -63,7 +63,7 @@ pub fn open(
 ) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
-    let sources = Arc::new(sources(site, &stacks));
+    let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems());
     let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;

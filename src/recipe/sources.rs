@@ -5,8 +5,8 @@ use std::ops::Range;
 
 use glam::{DVec2, DVec3};
 
-use crate::document::Stack;
 use crate::document::stack::ImageLayer;
+use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
@@ -21,8 +21,10 @@ const CUT_SLACK_PX: f64 = 0.75;
 /// in f64 from the face's own corners.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The sources of a site; photos without a stack (`None`) serve nothing. Stacks in the site's order.
-pub fn sources(site: &Site, stacks: &[Option<Stack>]) -> Sources {
+/// The sources of a site; photos without a stack (`None`) serve nothing. Stacks in the site's order. What was
+/// decided says which photos serve a face no more, and which one serves it alone.
+pub fn sources(site: &Site, stacks: &[Option<Stack>], decisions: &Decisions) -> Sources {
+    let pinned = pinned_faces(site, decisions);
     let faces = FaceIndex::new(&site.model);
     let mut sources = Sources::default();
     let mut servers: Vec<(FaceId, Server)> = Vec::new();
@@ -30,7 +32,9 @@ pub fn sources(site: &Site, stacks: &[Option<Stack>]) -> Sources {
         let (name, camera, pose) = (photo.name.clone(), photo.camera, photo.pose);
         sources.photos.push(Projector { name, camera, pose });
         if let Some(stack) = stack {
-            let mut reader = StackReader { model: &site.model, faces: &faces, photo, id, stack };
+            let decided = &decisions.of(&photo.name);
+            let (model, pinned) = (&site.model, &pinned);
+            let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
             reader.read(&mut sources.sheets, &mut servers);
         }
     }
@@ -44,6 +48,21 @@ pub fn sources(site: &Site, stacks: &[Option<Stack>]) -> Sources {
     }
     sources.servers = servers.into_iter().map(|(_, server)| server).collect();
     sources
+}
+
+/// By face, the photo that it is pinned to.
+fn pinned_faces(site: &Site, decisions: &Decisions) -> BTreeMap<FaceId, PhotoId> {
+    if decisions.photos.values().all(|decided| decided.pin.is_empty()) {
+        return BTreeMap::new();
+    }
+    let names = site.photos.iter().map(|photo| photo.name.as_str());
+    let pinned = |id: FaceId| {
+        let face = site.model.face(id);
+        let name = decisions.pinned(names.clone(), &site.model.object(face.object).name, face.index)?;
+        let place = names.clone().position(|photo| photo == name)?;
+        Some((id, PhotoId(place as u32)))
+    };
+    site.model.face_ids().filter_map(pinned).collect()
 }
 
 /// Faces by object name and index.
@@ -66,6 +85,8 @@ struct StackReader<'a> {
     photo: &'a Photo,
     id: PhotoId,
     stack: &'a Stack,
+    decided: &'a PhotoDecisions,
+    pinned: &'a BTreeMap<FaceId, PhotoId>,
 }
 
 impl StackReader<'_> {
@@ -82,10 +103,12 @@ impl StackReader<'_> {
                 let element = elements[e as usize];
                 let shared = sheets_of[e as usize] > 1;
                 let mut serve = |index: u32, domain: Domain| {
-                    if let Some(face) = self.faces.get(&element.object, index) {
+                    let excluded = self.decided.excludes(&element.object, index);
+                    if let Some(face) = self.faces.get(&element.object, index).filter(|_| !excluded) {
+                        let pinned = self.pinned.get(&face) == Some(&self.id);
                         let back = element.back.contains(&index);
                         let domain = if shared { within(domain, layer) } else { domain };
-                        servers.push((face, Server { sheet, photo: self.id, back, domain }));
+                        servers.push((face, Server { sheet, photo: self.id, back, pinned, domain }));
                     }
                 };
                 element.faces.iter().for_each(|&index| serve(index, Domain::Whole));

@@ -50,7 +50,9 @@ pub struct Survey<'a> {
 impl<'a> Survey<'a> {
     /// Of one project.
     pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
-        Self { store, inputs: Inputs::new(&opened.site.model, &opened.project.options) }
+        let project = &opened.project;
+        let inputs = Inputs::new(&opened.site.model, &project.options, &project.decisions);
+        Self { store, inputs }
     }
 
     /// The state of the stack of `photo`.

@@ -4,6 +4,7 @@
 mod colour;
 #[path = "../common/mod.rs"]
 mod common;
+mod decide;
 mod faults;
 mod filling;
 mod site;

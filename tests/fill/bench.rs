@@ -91,7 +91,14 @@ impl Bench {
 
     /// Builds all stacks; returns the photos' names.
     pub fn build(&self, layers: Options) -> Vec<String> {
-        let options = BuildOptions { layers, photos: Vec::new(), memory: 1 << 30, threads: 1, force: false };
+        let options = BuildOptions {
+            layers,
+            decisions: Default::default(),
+            photos: Vec::new(),
+            memory: 1 << 30,
+            threads: 1,
+            force: false,
+        };
         let store = StackStore::new(self.folder.path());
         let built = build(&self.site, &store, &SoftwareRasteriser, &options, &Task::silent()).unwrap();
         built.into_iter().map(|built| built.stack.map(|stack| stack.photo.name).unwrap()).collect()
@@ -107,6 +114,7 @@ impl Bench {
             world_from_model: Similarity::IDENTITY,
             options: Options::default(),
             colour: Default::default(),
+            decisions: Default::default(),
             fill: FillOptions::default(),
         };
         Opened {

@@ -10,6 +10,7 @@ mod peeling;
 mod rays;
 mod sites;
 mod sorted;
+mod wishes;
 
 use oracle::Oracle;
 use quadratura::layers::{Options, SoftwareRasteriser, count_pairs};

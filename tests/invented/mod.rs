@@ -151,6 +151,7 @@ fn layer(plan: &Plan, index: u32, needed: &[bool], visible: &[bool]) -> ImageLay
     ImageLayer {
         id: format!("t{:03}x{}", index, plan.seed),
         name: names[index as usize % names.len()].into(),
+        own_name: None,
         order: index * plan.orders / plan.layers,
         rect: PixelRect {
             x: needed_rect.x - margin,
@@ -225,6 +226,7 @@ fn stack(plan: &Plan, image_layers: Vec<ImageLayer>) -> Stack {
         fill: None,
         untextured: vec![],
         notes: vec![],
+        unmet: vec![],
         counts: Default::default(),
         image_layers,
     }

@@ -4,8 +4,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use glam::DVec2;
-use quadratura::document::Colour;
-use quadratura::document::Stack;
+use quadratura::document::{Colour, Decisions, Stack};
 use quadratura::gpu::{Gpu, GpuRasteriser, Renderer, TextureOptions, TileStore};
 use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
@@ -17,6 +16,7 @@ use quadratura::recipe::build::{BuildOptions, build};
 use quadratura::recipe::gains::photo_gains;
 use quadratura::recipe::sheets::SheetFiles;
 use quadratura::recipe::sources::sources;
+use quadratura::scene::synthetic::Dice;
 use quadratura::scene::{FaceId, PhotoPixels, Site};
 use quadratura::task::Task;
 use tempfile::TempDir;
@@ -62,12 +62,26 @@ impl Bench {
             photo_gains(&site, &stacks, &Colour::default(), folder.path(), 1 << 30, &Task::silent()).unwrap();
         Some(Self {
             gpu: Gpu::headless().unwrap(),
-            sources: sources(&site, &stacks).into(),
+            sources: sources(&site, &stacks, &Decisions::default()).into(),
             texels: Arc::new(SheetFiles::new(&store, &stacks, true)),
             _folder: folder,
             gains,
             site,
         })
+    }
+
+    /// Pins about this share of the faces to one of the photos that serve them.
+    pub fn pin(&mut self, share: f64, dice: &mut Dice) {
+        let sources = Arc::make_mut(&mut self.sources);
+        for range in sources.of_face.clone() {
+            let servers = &mut sources.servers[range.start as usize..range.end as usize];
+            // Without a share nothing is drawn: other scenes stay what they are.
+            if share <= 0.0 || servers.is_empty() || !dice.chance(share) {
+                continue;
+            }
+            let photo = servers[dice.whole(0, servers.len() as u32 - 1) as usize].photo;
+            servers.iter_mut().for_each(|server| server.pinned = server.photo == photo);
+        }
     }
 
     pub fn renderer(&self, relief: &Relief) -> Renderer {
@@ -121,6 +135,7 @@ pub fn renderer_of(
 fn stacks(site: &Site, folder: &Path, rasteriser: &GpuRasteriser) -> Vec<Option<Stack>> {
     let options = BuildOptions {
         layers: Options::default(),
+        decisions: Default::default(),
         photos: Vec::new(),
         memory: 1 << 30,
         threads: 2,

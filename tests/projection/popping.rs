@@ -258,4 +258,7 @@ fn nothing_pops_on_flights_over_an_invented_site() {
     let jumps = check(&bench, &[[0, 1], [2, 3]], &[], "boxes");
     assert!(jumps > 10, "what is measured here would show it if something popped: {jumps}");
     check(&bench, &[[4, 5]], &random_heights(&bench.site.model), "boxes with relief");
+    let mut pinned = bench;
+    pinned.pin(0.5, &mut Dice::new(6));
+    check(&pinned, &[[2, 3]], &[], "boxes, half of the faces pinned");
 }

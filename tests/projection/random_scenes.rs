@@ -37,12 +37,13 @@ fn view(scene: &Scene, dice: &mut Dice) -> Shot {
     shot
 }
 
-/// Pictures of all modes in both qualities, of sites of so many scenes.
-fn compare(scenes: impl Iterator<Item = Scene>, relief: impl Fn(&Bench) -> Relief, what: &str) {
+/// Pictures of all modes in both qualities, of sites of so many scenes, with a share of the faces pinned.
+fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Bench) -> Relief, what: &str) {
     let mut all = [Difference::default(); 2];
     for (seed, scene) in (1..).zip(scenes) {
         let mut dice = Dice::new(seed);
-        let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+        let Some(mut bench) = bench(scene.clone(), &mut dice) else { return };
+        bench.pin(pinned, &mut dice);
         let relief = relief(&bench);
         let (mut gpu, mut twin) = (bench.renderer(&relief), bench.twin(&relief));
         for mode in Mode::ALL {
@@ -72,17 +73,23 @@ fn compare(scenes: impl Iterator<Item = Scene>, relief: impl Fn(&Bench) -> Relie
 #[test]
 fn the_gpu_and_its_twin_show_polygons_in_all_attitudes_alike() {
     let scenes = (1..=6).map(|seed| random::soup(seed, 24));
-    compare(scenes, |_| Relief::default(), "soups");
+    compare(scenes, 0.0, |_| Relief::default(), "soups");
 }
 
 #[test]
 fn the_gpu_and_its_twin_show_boxes_on_a_ground_alike() {
     let scenes = (1..=6).map(|seed| random::boxes(seed, 8));
-    compare(scenes, |_| Relief::default(), "boxes");
+    compare(scenes, 0.0, |_| Relief::default(), "boxes");
+}
+
+#[test]
+fn the_gpu_and_its_twin_show_faces_that_are_pinned_to_a_photo_alike() {
+    let scenes = (21..=23).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
+    compare(scenes, 0.6, |_| Relief::default(), "pinned");
 }
 
 #[test]
 fn the_gpu_and_its_twin_show_reliefs_of_random_scenes_alike() {
     let scenes = (11..=13).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
-    compare(scenes, |bench| hills(&bench.site.model), "reliefs");
+    compare(scenes, 0.0, |bench| hills(&bench.site.model), "reliefs");
 }

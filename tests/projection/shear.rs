@@ -74,7 +74,13 @@ fn case(dice: &mut Dice, site_at: DVec3) -> Case {
     let sources = Sources {
         photos: vec![Projector { name: String::new(), camera, pose }],
         sheets: vec![Sheet { photo: PhotoId(0), id: String::new(), rect }],
-        servers: vec![Server { sheet: SheetId(0), photo: PhotoId(0), back: false, domain: Domain::Whole }],
+        servers: vec![Server {
+            sheet: SheetId(0),
+            photo: PhotoId(0),
+            back: false,
+            pinned: false,
+            domain: Domain::Whole,
+        }],
         of_face: std::iter::once(0..1).collect(),
     };
     let site = Site { photos: Vec::new(), model: m.finish() };

@@ -158,6 +158,7 @@ fn reason(reason: Reason, by: Option<&str>) -> String {
         (Reason::Hidden, None) => "hidden".into(),
         (Reason::Masked, _) => "masked".into(),
         (Reason::Degenerate, _) => "has no area".into(),
+        (Reason::Excluded, _) => "excluded".into(),
     }
 }
 

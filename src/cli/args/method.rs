@@ -78,7 +78,7 @@ impl From<BoxArg> for BoxShape {
     }
 }
 
-fn tolerance(text: &str) -> Result<f32, String> {
+pub(super) fn tolerance(text: &str) -> Result<f32, String> {
     let tolerance = text.parse().map_err(|_| "expected a number such as 0.0001".to_string())?;
     let options = Options { tolerance, ..Options::default() };
     options.problem().map_or(Ok(tolerance), Err)

@@ -4,6 +4,7 @@
 //! of its own.
 
 mod colour;
+mod decide;
 mod export;
 mod fill;
 mod import;
@@ -15,6 +16,7 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 
 pub use colour::{ColourArgs, Switch};
+pub use decide::{DecideArgs, OwnOption};
 pub use export::{ExportArgs, FormatArg};
 pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
@@ -83,6 +85,8 @@ pub enum Command {
     Export(ExportArgs),
     /// Show and decide how the photos' exposures are evened out
     Colour(ColourArgs),
+    /// Decide about photos' layers: merge, split, name; exclude a photo, or pin to it
+    Decide(DecideArgs),
     /// Take edited files home: what was painted becomes the project's paint
     Import(ImportArgs),
     /// Import whatever an image editor saves in a folder

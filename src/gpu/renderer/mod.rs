@@ -50,6 +50,8 @@ pub struct Renderer {
     gpu: Gpu,
     model: Arc<Model>,
     sources: Arc<Sources>,
+    /// Some face is pinned to a photo.
+    pins: bool,
     gains: Gains,
     surface: Surface,
     tiles: TileStore,
@@ -84,6 +86,7 @@ impl Renderer {
                 gpu: gpu.clone(),
                 surface: Surface::of(&model),
                 model,
+                pins: sources.servers.iter().any(|server| server.pinned),
                 sources,
                 gains,
                 tiles,
@@ -167,7 +170,7 @@ impl Renders for Renderer {
         gpu.guarded("drawing a picture", || {
             let undoes_optics = self.prepare(shot, task)?;
             task.timed("draw", || {
-                self.draw(shot, Program::of(shot, undoes_optics));
+                self.draw(shot, Program::of(shot, undoes_optics, self.pins));
                 self.target(shot, shot.quality == Quality::Final).picture(&gpu)
             })
         })

@@ -23,16 +23,18 @@ pub enum Program {
         /// Texels are freed of what their cameras' optics did to them. Software adapters pay for that even
         /// where there is nothing to undo.
         undoes_optics: bool,
+        /// Some face is pinned to a photo. That costs registers, too.
+        pins: bool,
     },
 }
 
 impl Program {
     /// The one that draws a shot's picture.
-    pub fn of(shot: &Shot, undoes_optics: bool) -> Self {
+    pub fn of(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
         let single = matches!(shot.shown, Shown::BestPhoto | Shown::Layer | Shown::Density);
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
-        Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality, undoes_optics }
+        Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality, undoes_optics, pins }
     }
 
     /// Colours are filtered as they are stored, in sRGB.
@@ -42,13 +44,16 @@ impl Program {
 }
 
 /// WGSL before `weights.wgsl` and `project.wgsl`.
-pub fn generated(mode: Mode, photos: u32, shown: Shown, quality: Quality, undoes_optics: bool) -> String {
+pub fn generated(program: Program) -> String {
+    let Program::Picture { mode, photos, shown, quality, undoes_optics, pins } = program else {
+        return String::new();
+    };
     let mut text = String::new();
     let _ = write!(
         text,
         "const BEST = 0u; const DEBEVEC = 1u; const LUMIGRAPH = 2u; const SMOOTH = 3u;\n\
          const MODE = {}u;\nconst ANISOTROPIC = {};\nconst MOST_TAPS = {MOST_TAPS:?};\nconst COUNTS_ALL = {};\n\
-         const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\n",
+         const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n",
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all that serve, not over the best.
@@ -71,6 +76,7 @@ fn slots(k: u32) -> String {
     text.push_str("    next: f32,\n}\n");
     let empty: String = (0..k).map(|_| "INFINITE, vec3f(0.0), ").collect();
     let _ = writeln!(text, "fn no_best() -> Best {{ return Best({empty}INFINITE); }}");
+    text.push_str("fn is_any(best: Best) -> bool { return best.q0 < INFINITE; }\n");
     text.push_str("fn next_of(best: Best) -> f32 { return best.next; }\n");
     text.push_str("fn join(best: Best, q_in: f32, color_in: vec3f) -> Best {\n");
     text.push_str(

@@ -160,8 +160,8 @@ impl Passes {
 pub fn source(program: Program, photos: &PhotoTable) -> String {
     match program {
         Program::Faces => SURFACES.into(),
-        Program::Picture { mode, photos: k, shown, quality, undoes_optics } => {
-            let generated = program::generated(mode, k, shown, quality, undoes_optics);
+        Program::Picture { .. } => {
+            let generated = program::generated(program);
             let project = PROJECT.replace("PHOTO_SPACE", photos.space).replace("PHOTO_COUNT", &photos.count);
             [SURFACES, texels::SOURCE, WEIGHTS, &program::preamble(), &generated, &project].concat()
         }

@@ -168,7 +168,8 @@ fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, lea
         | logs[0] << 16
         | logs[1] << 20
         | u32::from(server.back) << 24
-        | (sides.len() as u32) << 25;
+        | (sides.len() as u32) << 25
+        | u32::from(server.pinned) << 31;
     // Rounded down: a bound stays one.
     let least = (least as f32).next_down();
     let corner = (rect.x as u32 & 0xffff) | (rect.y as u32) << 16;

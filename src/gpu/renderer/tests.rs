@@ -35,7 +35,7 @@ const SHOWN: [Shown; 8] = [
 ];
 
 fn picture(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> Program {
-    Program::Picture { mode, photos, shown, quality, undoes_optics: false }
+    Program::Picture { mode, photos, shown, quality, undoes_optics: false, pins: false }
 }
 
 fn programs() -> Vec<Program> {
@@ -49,7 +49,7 @@ fn programs() -> Vec<Program> {
         }
     }
     let quality = Quality::Final;
-    programs.push(Program::of(&Shot { quality, ..shot(70, 3) }, true));
+    programs.push(Program::of(&Shot { quality, ..shot(70, 3) }, true, true));
     programs
 }
 

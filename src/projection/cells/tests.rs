@@ -6,7 +6,7 @@ use super::{Cells, Confidence, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
 use crate::projection::shot::{Blend, Mode, Shot};
 use crate::projection::sources::{Domain, PhotoId, Projector, Server, Sheet, SheetId, Sources};
-use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit, weights};
+use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::scene::Model;
 use crate::scene::synthetic::{Dice, centred, look_at, random};
 
@@ -40,11 +40,13 @@ fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
     for face in model.face_ids() {
         let plane = model.face(face).plane;
         let start = sources.servers.len() as u32;
+        let pin = dice.chance(0.3).then(|| dice.whole(0, count - 1));
         for photo in 0..count {
             let eye = sources.photos[photo as usize].pose.center_in_world();
             let back = plane.signed_distance(eye) < 0.0;
+            let pinned = pin == Some(photo);
             let (sheet, photo) = (SheetId(photo), PhotoId(photo));
-            sources.servers.push(Server { sheet, photo, back, domain: Domain::Whole });
+            sources.servers.push(Server { sheet, photo, back, pinned, domain: Domain::Whole });
         }
         sources.of_face.push(start..sources.servers.len() as u32);
     }
@@ -95,9 +97,12 @@ fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &
             let all = sources.of_face[found.face.0 as usize].clone();
             let of = |s: u32| penalty(sources, shot, &plane, &sources.servers[s as usize], p);
             let everybody: Vec<f64> = all.clone().map(of).collect();
-            let truth = weights(&everybody, &shot.blend);
+            let pinned = |s: u32| sources.servers[s as usize].pinned;
+            let trust = |s: u32| pinned(s).then(|| if of(s).is_finite() { 0.5 } else { 0.0 });
+            let truth = weights::shares(&everybody, &all.clone().map(trust).collect::<Vec<_>>(), &shot.blend);
             let listed: Vec<f64> = list.iter().map(|c| of(c.server)).collect();
-            let found_weights = weights(&listed, &shot.blend);
+            let trusts: Vec<Option<f64>> = list.iter().map(|c| trust(c.server)).collect();
+            let found_weights = weights::shares(&listed, &trusts, &shot.blend);
             for (server, truth) in all.zip(&truth) {
                 let place = list.iter().position(|c| c.server == server);
                 let weight = place.map_or(0.0, |i| found_weights[i]);

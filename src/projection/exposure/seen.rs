@@ -8,7 +8,7 @@ use crate::geometry::polygon::fit_plane;
 use crate::projection::cells::{Candidate, Cells};
 use crate::projection::surface::{Hit, Surface};
 use crate::projection::weights::{
-    Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, weights,
+    Claim, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
 use crate::projection::{PhotoId, Shot, Sources};
 use crate::scene::Model;
@@ -65,24 +65,26 @@ impl Looker<'_> {
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[place], px.x as u32 / side, px.y as u32 / side);
         let point = eye + direction * hit.t;
-        let penalties: Vec<f64> = list.iter().map(|c| self.penalty(&hit, c, point)).collect();
-        for (candidate, weight) in list.iter().zip(weights(&penalties, &self.shot.blend)) {
+        let claims = list.iter().map(|c| self.claim(&hit, c, point));
+        let (penalties, pinned): (Vec<f64>, Vec<Option<f64>>) = claims.unzip();
+        for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &self.shot.blend)) {
             let photo = self.sources.servers[candidate.server as usize].photo;
             tell(photo.0 as usize, weight);
         }
     }
 
-    /// As far as it is known without looking at texels.
-    fn penalty(&self, hit: &Hit, candidate: &Candidate, point: DVec3) -> f64 {
+    /// The penalty, and of a pinned photo how far it is trusted, as far as they are known without looking at
+    /// texels.
+    fn claim(&self, hit: &Hit, candidate: &Candidate, point: DVec3) -> (f64, Option<f64>) {
         let server = &self.sources.servers[candidate.server as usize];
         let photo = self.sources.photo(server.photo);
         let in_photo = photo.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px));
-        let (Some(px), Some(plane)) = (px, self.plane(hit)) else { return f64::INFINITY };
+        let (Some(px), Some(plane)) = (px, self.plane(hit)) else { return (f64::INFINITY, None) };
         let (eye, center) = (self.shot.viewpoint(), photo.pose.center_in_world());
         let other_side = server.back == (plane.signed_distance(eye) > 0.0);
         if other_side && !self.model.object(self.model.face(hit.face).object).billboard {
-            return f64::INFINITY;
+            return (f64::INFINITY, None);
         }
         let depth = self.shot.pose.camera_from_world(point).z;
         let octaves = octaves_missing(
@@ -90,7 +92,9 @@ impl Looker<'_> {
             pixels_per_unit(&photo.camera, &plane, center, in_photo.z),
         );
         let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
-        Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0 }.penalty(&self.shot.blend)
+        let claim = Claim { angle, octaves, border: border(&photo.camera, px), confidence: 1.0 };
+        let pinned = (server.pinned && !other_side).then(|| claim.trust());
+        (claim.penalty(&self.shot.blend), pinned)
     }
 
     /// The face's plane; of a face that is not planar its triangle's.
@@ -124,8 +128,13 @@ mod tests {
             let pose = look_at(DVec3::new(0.5, y, 0.0), DVec3::ZERO);
             Projector { name: String::new(), camera: centred(64, 64, 64.0), pose }
         };
-        let server =
-            |i: u32| Server { sheet: SheetId(i), photo: PhotoId(i), back: i == 1, domain: Domain::Whole };
+        let server = |i: u32| Server {
+            sheet: SheetId(i),
+            photo: PhotoId(i),
+            back: i == 1,
+            pinned: false,
+            domain: Domain::Whole,
+        };
         let sheet = |i: u32| Sheet { photo: PhotoId(i), id: i.to_string(), rect };
         let sources = Sources {
             photos: [-5.0, 5.0].map(projector).to_vec(),

@@ -9,13 +9,22 @@ use crate::geometry::polygon::fit_plane;
 use crate::projection::exposure::optics::radius2;
 use crate::projection::surface::Hit;
 use crate::projection::weights::{
-    Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, weights,
+    Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
 };
 use crate::projection::{Mode, Projector, Quality, Server, Shot};
 use crate::scene::FaceId;
 
 /// Confidences below half a step of 8 bits are none.
 const LEAST_CONFIDENCE: f64 = 0.002;
+
+/// What a server is to a point.
+struct Served {
+    penalty: f64,
+    /// Of a pinned photo, how far it is trusted.
+    pinned: Option<f64>,
+    /// In linear light.
+    colour: [f64; 3],
+}
 
 /// What a pixel's ray meets.
 pub struct Place<'a> {
@@ -57,20 +66,21 @@ impl<'a> Place<'a> {
     fn colour_at(&self, point: DVec3, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
         let servers = self.twin.sources.servers_of(self.face).iter();
         let taking_part = servers.filter(|server| !self.shot.without.contains(&server.photo));
-        let (penalties, colours): (Vec<f64>, Vec<[f64; 3]>) = taking_part
-            .filter_map(|server| {
-                let (penalty, colour) = self.served(server, point)?;
-                let factor = factors[server.photo.0 as usize];
-                Some((penalty, [0, 1, 2].map(|c| colour[c] * factor[c])))
-            })
-            .unzip();
-        let weights = weights(&penalties, &self.shot.blend);
-        let sum = |c: usize| weights.iter().zip(&colours).map(|(weight, colour)| weight * colour[c]).sum();
+        let mut of_servers = (Vec::new(), Vec::new(), Vec::new());
+        for (server, served) in taking_part.filter_map(|server| Some((server, self.served(server, point)?))) {
+            let factor = factors[server.photo.0 as usize];
+            of_servers.0.push(served.penalty);
+            of_servers.1.push(served.pinned);
+            of_servers.2.push([0, 1, 2].map(|c| served.colour[c] * factor[c]));
+        }
+        let (penalties, pinned, colours) = of_servers;
+        let shares = shares(&penalties, &pinned, &self.shot.blend);
+        let sum = |c: usize| shares.iter().zip(&colours).map(|(share, colour)| share * colour[c]).sum();
         (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
     }
 
-    /// The penalty and the colour of one server; `None` where it does not serve the point.
-    fn served(&self, server: &Server, point: DVec3) -> Option<(f64, [f64; 3])> {
+    /// What one server is to the point; `None` where it does not serve it.
+    fn served(&self, server: &Server, point: DVec3) -> Option<Served> {
         let photo = self.twin.sources.photo(server.photo);
         let in_photo = photo.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px))?;
@@ -98,9 +108,11 @@ impl<'a> Place<'a> {
         }
         let octaves = octaves_missing(in_view, of_photo);
         let angle = angle_at(point, eye, center) + if other_side { OTHER_SIDE } else { 0.0 };
-        let penalty = Claim { angle, octaves, border, confidence }.penalty(&self.shot.blend);
+        let claim = Claim { angle, octaves, border, confidence };
+        let penalty = claim.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
-        Some((penalty, colour))
+        let pinned = (server.pinned && !other_side).then(|| claim.trust());
+        Some(Served { penalty, pinned, colour })
     }
 
     /// How the point on the plane, `depth` before the view, moves in the world when its pixel does by one:

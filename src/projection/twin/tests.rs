@@ -34,6 +34,7 @@ fn twin(photos: Vec<Pose>) -> Twin {
         sheet: SheetId(photo),
         photo: PhotoId(photo),
         back: false,
+        pinned: false,
         domain: Domain::Whole,
     };
     let count = photos.len() as u32;

@@ -16,7 +16,7 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
-use crate::document::Stack;
+use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
 use crate::io::hash::hash_bytes;
 use crate::io::stack_store::StackStore;
@@ -91,8 +91,19 @@ impl FillState {
 pub fn fill_inputs(opened: &Opened, stacks: &[Option<Stack>], options: &FillOptions) -> String {
     let options = serde_json::to_string(options).expect("plain data is JSON");
     let colour = gains::decisions(&opened.project.colour);
-    let text = format!("{VERSION} {} {options}{colour}", gains::inputs(&opened.site, stacks));
+    let excluded = excluded(&opened.project.decisions);
+    let text = format!("{VERSION} {} {options}{colour}{excluded}", gains::inputs(&opened.site, stacks));
     hash_bytes(text.as_bytes())
+}
+
+/// Photos give nothing to faces that they are excluded for; empty where none is.
+fn excluded(decisions: &Decisions) -> String {
+    let of_photo = decisions.photos.iter().filter(|(_, decided)| !decided.exclude.is_empty());
+    let of_photo: Vec<_> = of_photo.map(|(photo, decided)| (photo, &decided.exclude)).collect();
+    if of_photo.is_empty() {
+        return String::new();
+    }
+    serde_json::to_string(&of_photo).expect("plain data is JSON")
 }
 
 /// Fills the hidden texels of the photos' current stacks, photo by photo. A fault in one photo is in its
@@ -122,7 +133,7 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
     let surfaces = Surfaces::of(&site.model);
-    let sources = sources(site, &stacks);
+    let sources = sources(site, &stacks, &opened.project.decisions);
     let donors = PhotoDonors::new(opened, &surfaces, memory, task);
     let ground = Ground {
         photos: &sources.photos,

@@ -1,0 +1,277 @@
+//! What the user decided about single photos' layers: `decisions` of `project.json`.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use serde::{Deserialize, Serialize};
+
+use crate::layers::{Faces, Options, Wishes};
+
+/// A layer's name is cut off by no image editor below this length, in bytes.
+pub const LONGEST_NAME: usize = 120;
+
+/// Decisions by the photos' names. They name faces, so that they hold again for every stack that is
+/// made; those that find nothing to hold for now are kept.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(transparent)]
+pub struct Decisions {
+    /// Photos without a decision are not in it.
+    pub photos: BTreeMap<String, PhotoDecisions>,
+}
+
+/// Decisions about one photo's layers.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PhotoDecisions {
+    /// [`Wishes::merge`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub merge: Vec<Vec<Faces>>,
+    /// [`Wishes::split`].
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub split: Vec<Vec<Vec<Faces>>>,
+    /// Names of image layers.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub names: Vec<LayerName>,
+    /// Faces that this photo gives no texture.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub exclude: Vec<Faces>,
+    /// Faces that this photo textures alone, as far as it shows them.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub pin: Vec<Faces>,
+    /// Options of the method that differ for this photo.
+    #[serde(skip_serializing_if = "PhotoOptions::is_default")]
+    pub options: PhotoOptions,
+}
+
+/// The name of an image layer, which is known by what it holds: of all layers the one with most of
+/// these faces.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct LayerName {
+    /// What it is called.
+    pub name: String,
+    /// What it held when it was named.
+    pub of: Vec<Faces>,
+}
+
+/// Those options of the method that a photo may have of its own ([`Options`]); none: the project's.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
+#[serde(default, deny_unknown_fields)]
+pub struct PhotoOptions {
+    /// [`Options::tolerance`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub tolerance: Option<f32>,
+    /// [`Options::min_support`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min_support: Option<u32>,
+    /// [`Options::margin`].
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub margin: Option<u32>,
+}
+
+impl PhotoOptions {
+    /// Nothing differs.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// The project's options with those that differ.
+    pub fn applied_to(&self, options: &Options) -> Options {
+        Options {
+            tolerance: self.tolerance.unwrap_or(options.tolerance),
+            min_support: self.min_support.unwrap_or(options.min_support),
+            margin: self.margin.unwrap_or(options.margin),
+            ..options.clone()
+        }
+    }
+}
+
+impl PhotoDecisions {
+    /// Nothing was decided.
+    pub fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+
+    /// As the visibility sort takes them.
+    pub fn wishes(&self) -> Wishes {
+        Wishes { merge: self.merge.clone(), split: self.split.clone() }
+    }
+
+    /// Those that a stack is made of; the others hold for any stack.
+    pub fn of_stack(&self) -> Self {
+        let Self { merge, split, options, .. } = self.clone();
+        Self { merge, split, options, ..Self::default() }
+    }
+
+    /// The photo gives the face `index` of `object` no texture.
+    pub fn excludes(&self, object: &str, index: u32) -> bool {
+        self.exclude.iter().any(|faces| faces.holds(object, index))
+    }
+
+    fn problem(&self, options: &Options) -> Option<String> {
+        let lists = [("exclude", &self.exclude), ("pin", &self.pin)];
+        let of_lists = lists
+            .into_iter()
+            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} has {faces} twice")));
+        of_lists
+            .or_else(|| numbered("merge", &self.merge, |merge| empty(merge)))
+            .or_else(|| numbered("split", &self.split, |split| problem_of_split(split)))
+            .or_else(|| numbered("names", &self.names, problem_of_name))
+            .or_else(|| {
+                let both = self.pin.iter().find(|faces| self.exclude.contains(faces))?;
+                Some(format!("{both} is pinned and excluded"))
+            })
+            .or_else(|| Some(format!("options: {}", self.options.applied_to(options).problem()?)))
+    }
+}
+
+fn numbered<T>(name: &str, list: &[T], problem: impl Fn(&T) -> Option<String>) -> Option<String> {
+    list.iter().enumerate().find_map(|(at, item)| Some(format!("{name}[{at}] {}", problem(item)?)))
+}
+
+fn empty(list: &[Faces]) -> Option<String> {
+    list.is_empty().then(|| "names no object; expected one at least".into())
+}
+
+fn problem_of_split(groups: &[Vec<Faces>]) -> Option<String> {
+    if groups.is_empty() || groups.iter().any(Vec::is_empty) {
+        return Some("has a group without an object; expected groups of one object at least".into());
+    }
+    let twice = groups.iter().enumerate().find_map(|(at, group)| {
+        let elsewhere = |faces: &&Faces| groups[..at].iter().flatten().any(|other| overlap(faces, other));
+        group.iter().find(elsewhere)
+    });
+    twice.map(|faces| format!("has {faces} in two of its groups"))
+}
+
+fn problem_of_name(name: &LayerName) -> Option<String> {
+    let LayerName { name, of } = name;
+    if name.trim().is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
+        let expected = format!("expected 1 to {LONGEST_NAME} bytes in one line");
+        return Some(format!("is called {name:?}; {expected}"));
+    }
+    empty(of)
+}
+
+/// The two have a face in common.
+pub fn overlap(a: &Faces, b: &Faces) -> bool {
+    let either = a.faces.is_empty() || b.faces.is_empty();
+    a.object == b.object && (either || a.faces.iter().any(|face| b.faces.contains(face)))
+}
+
+fn repeated(list: &[Faces]) -> Option<&Faces> {
+    let mut seen = BTreeSet::new();
+    list.iter().find(|faces| !seen.insert(*faces))
+}
+
+impl Decisions {
+    /// Nothing was decided.
+    pub fn is_default(&self) -> bool {
+        self.photos.is_empty()
+    }
+
+    /// About one photo.
+    pub fn of(&self, photo: &str) -> PhotoDecisions {
+        self.photos.get(photo).cloned().unwrap_or_default()
+    }
+
+    /// Replaces what was decided about a photo.
+    pub fn set(&mut self, photo: &str, decisions: PhotoDecisions) {
+        if decisions.is_default() {
+            self.photos.remove(photo);
+        } else {
+            self.photos.insert(photo.to_owned(), decisions);
+        }
+    }
+
+    /// The photo, of these, that textures a face alone. What was decided about the face itself goes
+    /// before what was decided about its object, an earlier photo before a later one.
+    pub fn pinned<'a>(
+        &self,
+        photos: impl Iterator<Item = &'a str> + Clone,
+        object: &str,
+        index: u32,
+    ) -> Option<&'a str> {
+        let pins = |whole: bool, photo: &str| {
+            let Some(decisions) = self.photos.get(photo) else { return false };
+            decisions.pin.iter().any(|faces| faces.faces.is_empty() == whole && faces.holds(object, index))
+        };
+        let of_face = photos.clone().find(|photo| pins(false, photo));
+        of_face.or_else(|| photos.clone().find(|photo| pins(true, photo)))
+    }
+
+    /// What cannot be, with the photo: decisions that are empty, contradict themselves, or are out of
+    /// range beside `options`, the project's.
+    pub fn problem(&self, options: &Options) -> Option<String> {
+        self.photos
+            .iter()
+            .find_map(|(photo, decisions)| Some(format!("{photo}: {}", decisions.problem(options)?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn of(text: &str) -> PhotoDecisions {
+        serde_json::from_str(text).unwrap()
+    }
+
+    fn problem(text: &str) -> String {
+        let mut decisions = Decisions::default();
+        decisions.set("a.jpg", of(text));
+        decisions.problem(&Options::default()).unwrap_or_default()
+    }
+
+    const ALL: &str = r#"{"merge":[[{"object":"tower"},{"object":"gate","faces":[2]}]],"split":[[[{"object":"tree"}]]],"names":[{"name":"Front","of":[{"object":"gate"}]}],"exclude":[{"object":"tree"}],"pin":[{"object":"wall"}],"options":{"margin":4}}"#;
+
+    #[test]
+    fn decisions_come_back_as_they_were_written_and_those_without_one_leave_no_trace() {
+        let mut decisions = Decisions::default();
+        decisions.set("a.jpg", of(ALL));
+        decisions.set("b.jpg", PhotoDecisions::default());
+        let text = serde_json::to_string(&decisions).unwrap();
+        assert_eq!(text, format!(r#"{{"a.jpg":{ALL}}}"#));
+        assert_eq!(serde_json::from_str::<Decisions>(&text).unwrap(), decisions);
+        assert_eq!(decisions.problem(&Options::default()), None);
+        decisions.set("a.jpg", PhotoDecisions::default());
+        assert!(decisions.is_default());
+    }
+
+    #[test]
+    fn what_cannot_be_is_told_with_its_photo_and_its_place() {
+        assert!(problem(r#"{"merge":[[{"object":"a"}],[]]}"#).starts_with("a.jpg: merge[1] names no object"));
+        assert!(problem(r#"{"split":[[[]]]}"#).contains("split[0]"));
+        let twice = problem(r#"{"split":[[[{"object":"a"}],[{"object":"a","faces":[1]}]]]}"#);
+        assert!(twice.contains("a[1] in two of its groups"), "{twice}");
+        assert!(problem(r#"{"names":[{"name":" ","of":[{"object":"a"}]}]}"#).contains("names[0]"));
+        assert!(problem(r#"{"names":[{"name":"a\nb","of":[{"object":"a"}]}]}"#).contains("one line"));
+        assert!(
+            problem(r#"{"pin":[{"object":"a"}],"exclude":[{"object":"a"}]}"#).contains("pinned and excluded")
+        );
+        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude has a twice"));
+        assert!(problem(r#"{"options":{"tolerance":2}}"#).contains("options: tolerance is 2"));
+        assert!(serde_json::from_str::<PhotoDecisions>(r#"{"merges":[]}"#).is_err(), "misspelt");
+    }
+
+    #[test]
+    fn a_pin_of_the_face_goes_before_one_of_its_object_and_an_earlier_photo_before_a_later_one() {
+        let mut decisions = Decisions::default();
+        decisions.set("a", of(r#"{"pin":[{"object":"wall"}]}"#));
+        decisions.set("b", of(r#"{"pin":[{"object":"wall","faces":[1]},{"object":"tree"}]}"#));
+        decisions.set("c", of(r#"{"pin":[{"object":"wall","faces":[1]}]}"#));
+        let pinned = |object: &str, face: u32| decisions.pinned(["a", "b", "c"].into_iter(), object, face);
+        assert_eq!(
+            [pinned("wall", 0), pinned("wall", 1), pinned("tree", 5)],
+            [Some("a"), Some("b"), Some("b")]
+        );
+        assert_eq!(pinned("gate", 0), None);
+    }
+
+    #[test]
+    fn only_what_changes_a_stack_is_of_the_stack() {
+        let stack = of(ALL).of_stack();
+        assert!(stack.names.is_empty() && stack.exclude.is_empty() && stack.pin.is_empty());
+        assert_eq!(stack.wishes(), of(ALL).wishes());
+        assert_eq!(stack.options.applied_to(&Options::default()).margin, 4);
+    }
+}

@@ -1,0 +1,154 @@
+//! What is not saved yet, kept for the case of a crash: `project.unsaved.json` beside `project.json`, which
+//! it never touches. It is no derived file: nobody could make it again.
+
+use std::fs;
+use std::io::ErrorKind;
+use std::path::{Path, PathBuf};
+use std::time::SystemTime;
+
+use serde::{Deserialize, Serialize};
+
+use super::atomic::{sync_folder, write_atomically};
+use super::hash::hash_file;
+use super::json::{read_json, to_json};
+use super::project::{PROJECT_FILE, judged};
+use crate::document::Project;
+use crate::error::{Error, Result};
+
+/// The name of the file in the project's folder.
+pub const UNSAVED_FILE: &str = "project.unsaved.json";
+
+const LARGEST: u64 = 16 << 20;
+const REMEDY: &str = "remove the file if you do not want back what was not saved";
+
+/// The file.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct Unsaved {
+    /// Hash of the `project.json` that the changes were made to.
+    of: String,
+    /// The project with the changes.
+    project: Project,
+}
+
+/// What a program that ended too soon left behind.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Recovered {
+    /// The project with the changes that were not saved.
+    pub project: Project,
+    /// When they were kept.
+    pub time: SystemTime,
+    /// Since then `project.json` was changed by somebody else: taking the changes takes that back.
+    pub saved_since: bool,
+}
+
+/// Keeps a project that is not saved. Whoever calls it holds the project's lock.
+///
+/// # Errors
+/// [`Error::Io`]; what was kept before stays, and `project.json` in any case.
+pub fn keep_unsaved(folder: &Path, project: &Project) -> Result<()> {
+    let unsaved = Unsaved { of: hash_file(folder.join(PROJECT_FILE))?, project: project.clone() };
+    write_atomically(path(folder), &to_json(&unsaved))
+}
+
+/// What was kept and not saved; none where nothing was, or where it says the same as `saved`, which is
+/// `project.json` as it is.
+///
+/// # Errors
+/// [`Error::Input`] for a file that is broken or of a newer program, [`Error::Io`]. It stays where it is.
+pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>> {
+    let file = path(folder);
+    let time = match fs::metadata(&file).and_then(|data| data.modified()) {
+        Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
+        time => time.map_err(Error::io(&file, "read it"))?,
+    };
+    let Unsaved { of, project } = read_json(&file, LARGEST, REMEDY)?;
+    let project = judged(&file, project)?;
+    if project == *saved {
+        return Ok(None);
+    }
+    let saved_since = of != hash_file(folder.join(PROJECT_FILE))?;
+    Ok(Some(Recovered { project, time, saved_since }))
+}
+
+/// Forgets what was kept: after a save, or when nobody wants it.
+///
+/// # Errors
+/// [`Error::Io`] when it is there and cannot be removed.
+pub fn forget_unsaved(folder: &Path) -> Result<()> {
+    let file = path(folder);
+    match fs::remove_file(&file) {
+        Err(error) if error.kind() == ErrorKind::NotFound => Ok(()),
+        removed => removed.map_err(Error::io(&file, "remove it")).and_then(|()| sync_folder(folder)),
+    }
+}
+
+fn path(folder: &Path) -> PathBuf {
+    folder.join(UNSAVED_FILE)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::io::project::{read_project, write_project};
+    use crate::layers::Options;
+
+    fn project(margin: u32) -> Project {
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
+        let project: Project = serde_json::from_str(text).unwrap();
+        Project { options: Options { margin, ..Options::default() }, ..project }
+    }
+
+    fn folder() -> tempfile::TempDir {
+        let folder = tempfile::tempdir().unwrap();
+        write_project(folder.path(), &project(1)).unwrap();
+        folder
+    }
+
+    #[test]
+    fn what_was_not_saved_is_found_again_and_project_json_is_as_it_was() {
+        let folder = folder();
+        let before = fs::read(folder.path().join(PROJECT_FILE)).unwrap();
+        assert_eq!(find_unsaved(folder.path(), &project(1)).unwrap(), None);
+        keep_unsaved(folder.path(), &project(2)).unwrap();
+        keep_unsaved(folder.path(), &project(3)).unwrap();
+        let found = find_unsaved(folder.path(), &project(1)).unwrap().unwrap();
+        assert_eq!((found.project, found.saved_since), (project(3), false));
+        assert_eq!(fs::read(folder.path().join(PROJECT_FILE)).unwrap(), before);
+    }
+
+    #[test]
+    fn after_a_save_there_is_nothing_to_recover_even_if_the_program_ended_before_it_could_forget() {
+        let folder = folder();
+        keep_unsaved(folder.path(), &project(2)).unwrap();
+        write_project(folder.path(), &project(2)).unwrap();
+        assert_eq!(find_unsaved(folder.path(), &read_project(folder.path()).unwrap()).unwrap(), None);
+        forget_unsaved(folder.path()).unwrap();
+        forget_unsaved(folder.path()).unwrap();
+        assert!(!folder.path().join(UNSAVED_FILE).exists());
+    }
+
+    #[test]
+    fn a_project_that_was_changed_elsewhere_since_is_told() {
+        let folder = folder();
+        keep_unsaved(folder.path(), &project(2)).unwrap();
+        write_project(folder.path(), &project(5)).unwrap();
+        let found = find_unsaved(folder.path(), &project(5)).unwrap().unwrap();
+        assert!(found.saved_since && found.project == project(2));
+    }
+
+    #[test]
+    fn what_is_broken_is_told_with_its_file_and_stays() {
+        let folder = folder();
+        let file = folder.path().join(UNSAVED_FILE);
+        for text in [
+            r#"{"of": "x""#,
+            r#"{"of": "x", "project": {"version": 99, "photos": "p", "cameras": "c", "model": "m"}}"#,
+        ] {
+            fs::write(&file, text).unwrap();
+            let told = find_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
+            assert!(told.contains(UNSAVED_FILE), "{told}");
+            assert_eq!(fs::read_to_string(&file).unwrap(), text);
+        }
+    }
+}

@@ -1,0 +1,213 @@
+//! What somebody wants of a photo's image layers, against the method's own choice: faces that shall
+//! share one, and faces that shall not. Faces are named, so that wishes outlive stacks and models.
+
+use std::fmt;
+
+use rustc_hash::FxHashMap;
+use serde::{Deserialize, Serialize};
+
+use crate::scene::{FaceId, Model};
+
+/// Faces of one object by name: all of them where none is listed.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Faces {
+    /// Unique name of the object.
+    pub object: String,
+    /// Indices within the object as in the model file, rising; empty for the whole object.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub faces: Vec<u32>,
+}
+
+impl Faces {
+    /// A whole object.
+    pub fn whole(object: impl Into<String>) -> Self {
+        Self { object: object.into(), faces: Vec::new() }
+    }
+
+    /// Whether the face `index` of `object` is one of them.
+    pub fn holds(&self, object: &str, index: u32) -> bool {
+        self.object == object && (self.faces.is_empty() || self.faces.contains(&index))
+    }
+
+    /// Those of them that the model has, rising.
+    pub fn in_model(&self, model: &Model) -> Vec<FaceId> {
+        let Some(object) = model.objects.iter().find(|o| o.name == self.object) else { return Vec::new() };
+        if self.faces.is_empty() {
+            return object.faces.clone();
+        }
+        let mut found: Vec<FaceId> =
+            self.faces.iter().filter_map(|index| object.faces.get(*index as usize).copied()).collect();
+        found.sort_unstable();
+        found.dedup();
+        found
+    }
+}
+
+/// `tower`, or `tower[0-2, 5]`.
+impl fmt::Display for Faces {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.object)?;
+        if self.faces.is_empty() {
+            return Ok(());
+        }
+        let runs = self.faces.chunk_by(|a, b| a.checked_add(1) == Some(*b));
+        let run = |run: &[u32]| match run {
+            [first, .., last] => format!("{first}-{last}"),
+            alone => alone[0].to_string(),
+        };
+        write!(f, "[{}]", runs.map(run).collect::<Vec<_>>().join(", "))
+    }
+}
+
+/// The wishes about one photo's image layers.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Wishes {
+    /// Each: faces whose elements shall share one image layer, as far as the method allows.
+    pub merge: Vec<Vec<Faces>>,
+    /// Each: groups of faces that share no image layer with one another; of one group alone: with no
+    /// other face at all.
+    pub split: Vec<Vec<Vec<Faces>>>,
+}
+
+/// Wishes about the faces of a model.
+#[derive(Debug, Clone, Default)]
+pub struct Wanted {
+    merges: Vec<Vec<FaceId>>,
+    splits: Vec<Division<FaceId>>,
+}
+
+impl Wanted {
+    /// What the model does not have is left out.
+    pub fn new(wishes: &Wishes, model: &Model) -> Self {
+        let all = |list: &Vec<Faces>| list.iter().flat_map(|faces| faces.in_model(model)).collect::<Vec<_>>();
+        let merges = wishes.merge.iter().map(all).collect();
+        let division = |groups: &Vec<Vec<Faces>>| {
+            let numbered = (0u32..).zip(groups);
+            let group_of =
+                numbered.flat_map(|(number, group)| all(group).into_iter().map(move |f| (f, vec![number])));
+            Division { group_of: group_of.collect(), alone: groups.len() == 1 }
+        };
+        Self { merges, splits: wishes.split.iter().map(division).collect() }
+    }
+
+    /// Two faces shall share no image layer.
+    pub fn apart(&self, a: FaceId, b: FaceId) -> bool {
+        self.splits.iter().any(|split| split.parts(&a, &b))
+    }
+
+    /// The same in terms of elements, of which each is given by its faces.
+    pub fn of_elements(&self, faces_of: &[Vec<FaceId>]) -> Grouping {
+        let elements = || (0u32..).zip(faces_of);
+        let holding = |faces: &Vec<FaceId>| {
+            let holds = |of: &Vec<FaceId>| of.iter().any(|face| faces.contains(face));
+            elements().filter(|(_, of)| holds(of)).map(|(element, _)| element).collect()
+        };
+        let division = |split: &Division<FaceId>| Division {
+            group_of: elements()
+                .map(|(element, of)| {
+                    let mut groups: Vec<u32> = of.iter().map(|face| split.group(face)).collect();
+                    groups.sort_unstable();
+                    groups.dedup();
+                    (element, groups)
+                })
+                .collect(),
+            alone: split.alone,
+        };
+        Grouping {
+            merges: self.merges.iter().map(holding).collect(),
+            splits: self.splits.iter().map(division).collect(),
+        }
+    }
+}
+
+/// Wishes in terms of one photo's elements.
+#[derive(Debug, Clone, Default)]
+pub struct Grouping {
+    /// By merge, the elements that hold a face of it, in reading order.
+    pub merges: Vec<Vec<u32>>,
+    splits: Vec<Division<u32>>,
+}
+
+impl Grouping {
+    /// Two elements shall share no image layer.
+    pub fn apart(&self, a: u32, b: u32) -> bool {
+        self.splits.iter().any(|split| split.parts(&a, &b))
+    }
+}
+
+/// In no group of a split.
+const REST: u32 = u32::MAX;
+
+/// One split: the groups that things belong to; what is not listed is the rest.
+#[derive(Debug, Clone)]
+struct Division<T> {
+    group_of: FxHashMap<T, Vec<u32>>,
+    /// The rest shares with no group either.
+    alone: bool,
+}
+
+impl<T: Eq + std::hash::Hash> Division<T> {
+    fn groups(&self, thing: &T) -> &[u32] {
+        self.group_of.get(thing).map_or(&[REST], |groups| groups)
+    }
+
+    fn group(&self, thing: &T) -> u32 {
+        self.groups(thing)[0]
+    }
+
+    fn parts(&self, a: &T, b: &T) -> bool {
+        let apart = |a: u32, b: u32| a != b && (self.alone || (a != REST && b != REST));
+        self.groups(a).iter().any(|&a| self.groups(b).iter().any(|&b| apart(a, b)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    fn named(object: &str, faces: &[u32]) -> Faces {
+        Faces { object: object.into(), faces: faces.to_vec() }
+    }
+
+    #[test]
+    fn faces_are_written_as_people_type_them_and_read_as_the_file_has_them() {
+        assert_eq!(Faces::whole("tower").to_string(), "tower");
+        assert_eq!(named("tower", &[1, 3, 4, 5]).to_string(), "tower[1, 3-5]");
+        assert_eq!(serde_json::to_string(&Faces::whole("tower")).unwrap(), r#"{"object":"tower"}"#);
+        let read: Faces = serde_json::from_str(r#"{"object":"tower","faces":[3]}"#).unwrap();
+        assert!(read.holds("tower", 3) && !read.holds("tower", 4) && !read.holds("gate", 3));
+    }
+
+    #[test]
+    fn a_group_alone_is_apart_from_all_others_and_groups_are_apart_from_one_another() {
+        let model = closed_form::stairs().model;
+        let object = |i: usize| Faces::whole(model.objects[i].name.clone());
+        let face = |i: usize| model.objects[i].faces[0];
+        let split = |groups: Vec<Vec<Faces>>| {
+            Wanted::new(&Wishes { split: vec![groups], ..Wishes::default() }, &model)
+        };
+        let alone = split(vec![vec![object(0), object(1)]]);
+        assert!(
+            !alone.apart(face(0), face(1)) && alone.apart(face(0), face(2)) && !alone.apart(face(2), face(3))
+        );
+        let two = split(vec![vec![object(0)], vec![object(1)]]);
+        assert!(two.apart(face(0), face(1)) && !two.apart(face(0), face(2)) && !two.apart(face(1), face(2)));
+        let elements = alone.of_elements(&[vec![face(0)], vec![face(1)], vec![face(1), face(2)]]);
+        assert!(
+            !elements.apart(0, 1) && elements.apart(0, 2) && elements.apart(1, 2),
+            "a mixed element is apart"
+        );
+    }
+
+    #[test]
+    fn what_the_model_does_not_have_is_left_out() {
+        let model = closed_form::stairs().model;
+        let name = &model.objects[1].name;
+        let merge = vec![vec![Faces::whole("gone"), named(name, &[0, 99])]];
+        let wanted = Wanted::new(&Wishes { merge, ..Wishes::default() }, &model);
+        let elements: Vec<Vec<FaceId>> = model.objects.iter().map(|object| object.faces.clone()).collect();
+        assert_eq!(wanted.of_elements(&elements).merges, [[1]]);
+    }
+}

@@ -1,0 +1,127 @@
+//! Why a decision cannot be, said before it is made.
+
+use crate::document::{Element, PhotoDecisions, Stack};
+use crate::error::{Error, Result};
+use crate::layers::Faces;
+use crate::layers::graph::Graph;
+use crate::layers::together::{Obstacle, bring_together};
+use crate::layers::wishes::{Grouping, Wanted};
+use crate::recipe::survey::{FaceInStack, face_in_stack};
+use crate::recipe::unmet;
+use crate::scene::{FaceId, Model};
+
+/// # Errors
+/// [`Error::Request`] for every object and face that the model does not have.
+pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
+    let problem = |faces: &Faces| {
+        let Some(object) = model.objects.iter().find(|object| object.name == faces.object) else {
+            return Some(format!("the model has no object {:?}", faces.object));
+        };
+        let missing = faces.faces.iter().find(|index| **index as usize >= object.faces.len())?;
+        let count = object.faces.len();
+        Some(format!("{:?} has {count} faces, numbered from 0; there is no face {missing}", object.name))
+    };
+    let errors = of.iter().filter_map(problem).map(Error::Request).collect();
+    Error::of_all(errors).map_or(Ok(()), Err)
+}
+
+/// # Errors
+/// [`Error::Request`] for everything of which the photo's stack, if it has one, has nothing.
+pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result<()> {
+    let Some(stack) = stack else { return Ok(()) };
+    let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
+    let unseen = of.iter().filter(|faces| !elements.iter().any(|element| unmet::holds(element, faces)));
+    let problem = |faces: &Faces| {
+        let first = faces.faces.first().copied().unwrap_or(0);
+        let why = match face_in_stack(stack, &faces.object, first) {
+            FaceInStack::Untextured(why) => format!(": {}", why.in_words()),
+            _ => String::new(),
+        };
+        Error::Request(format!("{photo} gives {faces} no texture{why}"))
+    };
+    Error::of_all(unseen.map(problem).collect()).map_or(Ok(()), Err)
+}
+
+/// Judges the last merge, with all that was decided before it.
+///
+/// # Errors
+/// [`Error::Request`] when it changes nothing, or with the first element that cannot join and why.
+pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Result<()> {
+    let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
+    let grouping = grouping(decided, &elements, model);
+    let last = decided.merge.len() - 1;
+    let title = format!("merge of {}", unmet::list(&decided.merge[last]));
+    if grouping.merges[last].len() < 2 {
+        let found = format!("{title}: it is one part of one object in {}", stack.photo.name);
+        return Err(Error::Request(format!("{found}; name something else to merge it with")));
+    }
+    let supports = |list: &[crate::document::stack::Support]| {
+        list.iter().map(|s| (s.front, s.back, s.px)).collect::<Vec<_>>()
+    };
+    let order = Graph::new(elements.len() as u32, supports(&stack.occlusions));
+    let mut against = supports(&stack.forgiven);
+    against.extend(supports(&stack.unresolved));
+    let together = bring_together(&order, &grouping.merges, |b, a| obstacle(b, a, &against, &grouping));
+    let refused = unmet::of_merge(&decided.merge[last], last as u32, &together.unmet, &elements);
+    match refused.first() {
+        None => Ok(()),
+        Some(first) => {
+            let why = unmet::in_words(first, &order, &elements);
+            Err(Error::Request(format!("{title}: {why}; {}", remedy(first.why))))
+        }
+    }
+}
+
+fn remedy(why: Obstacle) -> &'static str {
+    match why {
+        Obstacle::Occluded => "merge what does not lie before or behind each other",
+        Obstacle::Forgiven => "a larger tolerance or another merge may do",
+        Obstacle::Split => "forget that split first",
+        Obstacle::TooLarge => "raise `largest_side` in the project's options",
+    }
+}
+
+fn obstacle(
+    joining: &[u32],
+    group: &[u32],
+    against: &[(u32, u32, u32)],
+    grouping: &Grouping,
+) -> Option<(u32, Obstacle)> {
+    let forgiven = |a: u32, b: u32| against.iter().any(|&(f, k, _)| (f, k) == (a, b) || (f, k) == (b, a));
+    let find = |keeps: &dyn Fn(u32, u32) -> bool, why| {
+        let kept = group.iter().find(|&&member| joining.iter().any(|&j| keeps(j, member)));
+        kept.map(|&member| (member, why))
+    };
+    find(&forgiven, Obstacle::Forgiven).or_else(|| find(&|a, b| grouping.apart(a, b), Obstacle::Split))
+}
+
+fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> Grouping {
+    let faces_of: Vec<Vec<FaceId>> = elements
+        .iter()
+        .map(|e| Faces { object: e.object.clone(), faces: e.all_faces() }.in_model(model))
+        .collect();
+    Wanted::new(&decided.wishes(), model).of_elements(&faces_of)
+}
+
+/// Judges the last split.
+///
+/// # Errors
+/// [`Error::Request`] when a merge holds together what it takes apart.
+pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
+    let last = decided.split.len() - 1;
+    let split = crate::layers::Wishes { split: vec![decided.split[last].clone()], ..Default::default() };
+    let wanted = Wanted::new(&split, model);
+    let faces_of = |merge: &[Faces]| merge.iter().flat_map(|f| f.in_model(model)).collect::<Vec<FaceId>>();
+    let torn = |merge: &&Vec<Faces>| {
+        let faces = faces_of(merge);
+        faces.iter().any(|a| faces.iter().any(|b| wanted.apart(*a, *b)))
+    };
+    match decided.merge.iter().find(torn) {
+        None => Ok(()),
+        Some(merge) => Err(Error::Request(format!(
+            "{}: the merge of {} holds both sides; forget it first",
+            unmet::title_of_split(&decided.split[last]),
+            unmet::list(merge)
+        ))),
+    }
+}

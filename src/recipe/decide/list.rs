@@ -1,0 +1,88 @@
+//! The decisions about a photo, one by one, with the numbers that they are taken back by.
+
+use serde::Serialize;
+
+use crate::document::PhotoDecisions;
+use crate::document::decisions::PhotoOptions;
+use crate::error::{Error, Result};
+use crate::layers::Faces;
+use crate::recipe::unmet::{list, title_of_split};
+
+/// What kind a decision is of.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "kebab-case")]
+pub enum Kind {
+    /// [`PhotoDecisions::merge`].
+    Merge,
+    /// [`PhotoDecisions::split`].
+    Split,
+    /// [`PhotoDecisions::names`].
+    Name,
+    /// [`PhotoDecisions::exclude`].
+    Exclude,
+    /// [`PhotoDecisions::pin`].
+    Pin,
+    /// [`PhotoDecisions::options`].
+    Options,
+}
+
+/// One decision about a photo.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize)]
+pub struct Decided {
+    /// From 1, through all kinds.
+    pub number: usize,
+    /// Its kind.
+    pub kind: Kind,
+    /// In words.
+    pub text: String,
+    /// What it names.
+    pub of: Vec<Faces>,
+}
+
+/// The decisions about a photo in the order of `project.json`.
+pub fn decided(decisions: &PhotoDecisions) -> Vec<Decided> {
+    let of = |kind, text: String, of: Vec<Faces>| (kind, text, of);
+    let one = |faces: &Faces| vec![faces.clone()];
+    let merges = decisions.merge.iter().map(|m| of(Kind::Merge, format!("merge of {}", list(m)), m.clone()));
+    let splits = decisions.split.iter().map(|s| of(Kind::Split, title_of_split(s), s.concat()));
+    let names = decisions.names.iter();
+    let names =
+        names.map(|n| of(Kind::Name, format!("{:?} is the layer of {}", n.name, list(&n.of)), n.of.clone()));
+    let excluded = decisions.exclude.iter().map(|f| of(Kind::Exclude, format!("excluded for {f}"), one(f)));
+    let pinned = decisions.pin.iter().map(|f| of(Kind::Pin, format!("{f} is pinned to it"), one(f)));
+    let options = (!decisions.options.is_default())
+        .then(|| of(Kind::Options, options_in_words(&decisions.options), Vec::new()));
+    let all = merges.chain(splits).chain(names).chain(excluded).chain(pinned).chain(options);
+    (1..).zip(all).map(|(number, (kind, text, of))| Decided { number, kind, text, of }).collect()
+}
+
+fn options_in_words(options: &PhotoOptions) -> String {
+    let tolerance = options.tolerance.map(|t| format!("tolerance {t}"));
+    let support = options.min_support.map(|n| format!("min_support {n}"));
+    let margin = options.margin.map(|n| format!("margin {n}"));
+    [tolerance, support, margin].into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// Takes the decision with this number back.
+///
+/// # Errors
+/// [`Error::Request`] when there is none.
+pub fn forget(decisions: &mut PhotoDecisions, photo: &str, number: usize) -> Result<()> {
+    let all = decided(decisions);
+    let Some(found) = all.iter().find(|decided| decided.number == number) else {
+        let count = all.len();
+        return Err(Error::Request(format!(
+            "{photo} has no decision {number}; it has {count}, counted from 1 (`quadratura decide` lists them)"
+        )));
+    };
+    let place = all.iter().filter(|other| other.kind == found.kind && other.number < number).count();
+    match found.kind {
+        Kind::Merge => drop(decisions.merge.remove(place)),
+        Kind::Split => drop(decisions.split.remove(place)),
+        Kind::Name => drop(decisions.names.remove(place)),
+        Kind::Exclude => drop(decisions.exclude.remove(place)),
+        Kind::Pin => drop(decisions.pin.remove(place)),
+        Kind::Options => decisions.options = PhotoOptions::default(),
+    }
+    Ok(())
+}

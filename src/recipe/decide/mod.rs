@@ -1,0 +1,258 @@
+//! What is decided about single photos' layers: edits of `decisions` in `project.json`, each judged against
+//! the stacks as they are. Pure; whoever calls saves.
+
+mod checks;
+mod list;
+mod named;
+mod state;
+
+use std::collections::BTreeSet;
+
+use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
+pub use self::list::{Decided, Kind, decided};
+pub use self::named::{faces_named, faces_of_layer};
+pub use self::state::{excluded, state_of_face, strangers};
+use super::layer_names::layers_of_names;
+use super::named::place_of_photo;
+use super::unmet::list as in_words;
+use crate::document::decisions::{LayerName, PhotoOptions};
+use crate::document::{PhotoDecisions, Project, Stack};
+use crate::error::{Error, Result};
+use crate::layers::Faces;
+use crate::scene::{Model, Site};
+
+/// One decision. Photos are named as people type them ([`place_of_photo`]), faces exactly.
+#[derive(Debug, Clone, PartialEq)]
+pub enum LayerEdit {
+    /// What these faces belong to shares one image layer of the photo.
+    Merge { photo: String, of: Vec<Faces> },
+    /// These groups share no image layer; one group alone shares with nothing else.
+    Split { photo: String, groups: Vec<Vec<Faces>> },
+    /// The image layer that holds most of these faces has this name; none: the one it has by itself.
+    Rename { photo: String, of: Vec<Faces>, name: Option<String> },
+    /// The photo gives these faces no texture.
+    Exclude { photo: String, of: Vec<Faces> },
+    /// The photo textures these faces alone, as far as it shows them.
+    Pin { photo: String, of: Vec<Faces> },
+    /// The photo's own options of the method, in place of those it had.
+    Options { photo: String, options: PhotoOptions },
+    /// Takes one decision back, by its number in [`decided`].
+    Forget { photo: String, number: usize },
+    /// Takes all decisions about a photo back, or all there are.
+    Reset { photo: Option<String> },
+}
+
+impl LayerEdit {
+    /// What is undone when this is: `merge of tower, gate[2]`.
+    pub fn name(&self) -> String {
+        match self {
+            Self::Merge { of, .. } => format!("merge of {}", in_short(of)),
+            Self::Split { groups, .. } => match &groups[..] {
+                [alone] => format!("split of {}", in_short(alone)),
+                groups => format!("split into {} groups", groups.len()),
+            },
+            Self::Rename { name: Some(name), .. } => format!("rename to {name}"),
+            Self::Rename { name: None, of, .. } => format!("own name of {}", in_short(of)),
+            Self::Exclude { photo, of } => format!("exclusion of {photo} for {}", in_short(of)),
+            Self::Pin { photo, of } => format!("pin of {} to {photo}", in_short(of)),
+            Self::Options { photo, .. } => format!("options of {photo}"),
+            Self::Forget { photo, number } => format!("forget decision {number} of {photo}"),
+            Self::Reset { photo: Some(photo) } => format!("reset of {photo}"),
+            Self::Reset { photo: None } => "reset of all decisions".into(),
+        }
+    }
+
+    fn photo(&self) -> Option<&str> {
+        match self {
+            Self::Merge { photo, .. }
+            | Self::Split { photo, .. }
+            | Self::Rename { photo, .. }
+            | Self::Exclude { photo, .. }
+            | Self::Pin { photo, .. }
+            | Self::Options { photo, .. }
+            | Self::Forget { photo, .. } => Some(photo),
+            Self::Reset { photo } => photo.as_deref(),
+        }
+    }
+}
+
+/// Some of many: names of steps stand in menus.
+fn in_short(of: &[Faces]) -> String {
+    const MOST: usize = 3;
+    match of.len() {
+        0..=MOST => in_words(of),
+        more => format!("{} and {} more", in_words(&of[..MOST - 1]), more - (MOST - 1)),
+    }
+}
+
+/// The project after a decision. `stacks` in the site's order: a photo without one is not asked whether what
+/// was decided can be, which the next build tells.
+///
+/// # Errors
+/// [`Error::Request`] with what is in the way and what would do: a photo, object or face that is not there,
+/// a face that the photo does not show, elements that hide each other, decisions that contradict it.
+pub fn edited(project: &Project, edit: &LayerEdit, site: &Site, stacks: &[Option<Stack>]) -> Result<Project> {
+    let mut project = project.clone();
+    let Some(photo) = edit.photo() else {
+        project.decisions = Default::default();
+        return Ok(project);
+    };
+    let photo = whole_name(photo, edit, &project, site)?;
+    let place = site.photos.iter().position(|known| known.name == photo);
+    let stack = place.and_then(|place| stacks.get(place)?.as_ref());
+    let mut ground = Ground { project: &mut project, photo: &photo, model: &site.model, stack };
+    ground.apply(edit)?;
+    match project.decisions.problem(&project.options) {
+        Some(problem) => Err(Error::Request(problem)),
+        None => Ok(project),
+    }
+}
+
+/// Decisions outlive their photos: what is written may be taken back by its whole name.
+fn whole_name(typed: &str, edit: &LayerEdit, project: &Project, site: &Site) -> Result<String> {
+    let takes_back = matches!(edit, LayerEdit::Forget { .. } | LayerEdit::Reset { .. });
+    if takes_back && project.decisions.photos.contains_key(typed) {
+        return Ok(typed.to_owned());
+    }
+    Ok(site.photos[place_of_photo(site, typed)?].name.clone())
+}
+
+/// What an edit is applied to.
+struct Ground<'a> {
+    project: &'a mut Project,
+    photo: &'a str,
+    model: &'a Model,
+    stack: Option<&'a Stack>,
+}
+
+impl Ground<'_> {
+    fn apply(&mut self, edit: &LayerEdit) -> Result<()> {
+        let mut decided = self.project.decisions.of(self.photo);
+        match edit {
+            LayerEdit::Merge { of, .. } => self.merge(&mut decided, of)?,
+            LayerEdit::Split { groups, .. } => self.split(&mut decided, groups)?,
+            LayerEdit::Rename { of, name, .. } => self.rename(&mut decided, of, name.as_deref())?,
+            LayerEdit::Exclude { of, .. } => {
+                let of = self.seen(of)?;
+                decided.pin = without(&decided.pin, &of, self.model);
+                decided.exclude = united([decided.exclude, of].concat());
+            }
+            LayerEdit::Pin { of, .. } => {
+                let of = self.seen(of)?;
+                self.unpin_elsewhere(&of);
+                decided.exclude = without(&decided.exclude, &of, self.model);
+                decided.pin = united([decided.pin, of].concat());
+            }
+            LayerEdit::Options { options, .. } => decided.options = *options,
+            LayerEdit::Forget { number, .. } => list::forget(&mut decided, self.photo, *number)?,
+            LayerEdit::Reset { .. } => decided = PhotoDecisions::default(),
+        }
+        self.project.decisions.set(self.photo, decided);
+        Ok(())
+    }
+
+    /// Faces that the model has and the photo textures.
+    fn seen(&self, of: &[Faces]) -> Result<Vec<Faces>> {
+        let of = united(of.to_vec());
+        refuse_unknown(&of, self.model)?;
+        refuse_unseen(&of, self.photo, self.stack)?;
+        Ok(of)
+    }
+
+    fn merge(&self, decided: &mut PhotoDecisions, of: &[Faces]) -> Result<()> {
+        let of = self.seen(of)?;
+        if decided.merge.contains(&of) {
+            return Ok(());
+        }
+        decided.merge.push(of);
+        self.stack.map_or(Ok(()), |stack| refuse_merge(decided, stack, self.model))
+    }
+
+    fn split(&self, decided: &mut PhotoDecisions, groups: &[Vec<Faces>]) -> Result<()> {
+        let groups: Vec<Vec<Faces>> = groups.iter().map(|group| self.seen(group)).collect::<Result<_>>()?;
+        if decided.split.contains(&groups) {
+            return Ok(());
+        }
+        decided.split.push(groups);
+        refuse_split(decided, self.model)
+    }
+
+    fn rename(&self, decided: &mut PhotoDecisions, of: &[Faces], name: Option<&str>) -> Result<()> {
+        let mut new = LayerName { name: name.unwrap_or_default().trim().to_owned(), of: self.seen(of)? };
+        match self.stack {
+            Some(stack) => {
+                let held = layers_of_names(stack, std::slice::from_ref(&new));
+                let layer = held.iter().position(Option::is_some);
+                let layer = layer.ok_or_else(|| no_layer(&new.of, self.photo))?;
+                let place = layers_of_names(stack, &decided.names)[layer];
+                place.map(|place| decided.names.remove(place));
+                // All of it, so that it is the same layer that is found again.
+                new.of = faces_of_layer(stack, layer);
+            }
+            None => decided.names.retain(|old| old.of != new.of),
+        }
+        if name.is_some() {
+            decided.names.push(new);
+        }
+        Ok(())
+    }
+
+    /// A face is pinned to one photo: the last word holds.
+    fn unpin_elsewhere(&mut self, of: &[Faces]) {
+        let photos: BTreeSet<String> = self.project.decisions.photos.keys().cloned().collect();
+        for other in photos.iter().filter(|other| *other != self.photo) {
+            let mut decided = self.project.decisions.of(other);
+            decided.pin = without(&decided.pin, of, self.model);
+            self.project.decisions.set(other, decided);
+        }
+    }
+}
+
+fn no_layer(of: &[Faces], photo: &str) -> Error {
+    Error::Request(format!("no image layer of {photo} holds {}", in_words(of)))
+}
+
+/// One entry an object, by name; a whole object takes its single faces in.
+fn united(mut list: Vec<Faces>) -> Vec<Faces> {
+    list.sort();
+    let mut united: Vec<Faces> = Vec::with_capacity(list.len());
+    for mut faces in list {
+        faces.faces.sort_unstable();
+        faces.faces.dedup();
+        match united.last_mut() {
+            // Whole objects come first.
+            Some(last) if last.object == faces.object && last.faces.is_empty() => {}
+            Some(last) if last.object == faces.object => {
+                last.faces.append(&mut faces.faces);
+                last.faces.sort_unstable();
+                last.faces.dedup();
+            }
+            _ => united.push(faces),
+        }
+    }
+    united
+}
+
+/// A list less some faces. What the model does not have stays, unless it is named the same.
+fn without(list: &[Faces], of: &[Faces], model: &Model) -> Vec<Faces> {
+    let rest = |faces: &Faces| {
+        if of.contains(faces) {
+            return None;
+        }
+        let taken = |index: &u32| of.iter().any(|taken| taken.holds(&faces.object, *index));
+        let all: Vec<u32> = match faces.faces.is_empty() {
+            true => faces.in_model(model).iter().map(|face| model.face(*face).index).collect(),
+            false => faces.faces.clone(),
+        };
+        let left: Vec<u32> = all.iter().copied().filter(|index| !taken(index)).collect();
+        match left.len() {
+            n if n == all.len() => Some(faces.clone()),
+            0 => None,
+            _ => Some(Faces { object: faces.object.clone(), faces: left }),
+        }
+    };
+    list.iter().filter_map(rest).collect()
+}
+
+#[cfg(test)]
+mod tests;

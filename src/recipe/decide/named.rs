@@ -1,0 +1,59 @@
+//! Faces by the words that people type for them.
+
+use crate::document::Stack;
+use crate::error::{Error, Result};
+use crate::layers::Faces;
+use crate::scene::Model;
+
+/// What `typed` names: the token of an image layer of the stack, an object, or faces of one as
+/// `OBJECT[3, 5-8]`.
+///
+/// # Errors
+/// [`Error::Request`] when it is none of these.
+pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<Vec<Faces>> {
+    let is_object = |name: &str| model.objects.iter().any(|object| object.name == name);
+    // An object comes first, whatever it is called.
+    if is_object(typed) {
+        return Ok(vec![Faces::whole(typed)]);
+    }
+    let layer = stack.and_then(|stack| {
+        let place = stack.image_layers.iter().position(|layer| layer.id == typed)?;
+        Some(faces_of_layer(stack, place))
+    });
+    if let Some(faces) = layer {
+        return Ok(faces);
+    }
+    let unknown = || {
+        Error::Request(format!(
+            "{typed:?} names nothing here; expected an object, faces of one as OBJECT[3, 5-8], or the token of an \
+             image layer, as `quadratura info` shows them"
+        ))
+    };
+    let (object, rest) = typed.rsplit_once('[').ok_or_else(unknown)?;
+    let faces = rest.strip_suffix(']').and_then(indices).filter(|_| is_object(object)).ok_or_else(unknown)?;
+    Ok(vec![Faces { object: object.to_owned(), faces }])
+}
+
+/// `3, 5-8`; an index is below a million.
+fn indices(text: &str) -> Option<Vec<u32>> {
+    const MOST: u32 = 1_000_000;
+    let mut all = Vec::new();
+    for part in text.split(',') {
+        let (first, last) = part.split_once('-').unwrap_or((part, part));
+        let (first, last): (u32, u32) = (first.trim().parse().ok()?, last.trim().parse().ok()?);
+        if first > last || last >= MOST {
+            return None;
+        }
+        all.extend(first..=last);
+    }
+    all.sort_unstable();
+    all.dedup();
+    Some(all)
+}
+
+/// What an image layer holds, an entry an element.
+pub fn faces_of_layer(stack: &Stack, layer: usize) -> Vec<Faces> {
+    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
+    let held = elements.filter(|(_, number)| stack.image_layers[layer].elements.contains(number));
+    super::united(held.map(|(element, _)| element.known_by()).collect())
+}

@@ -1,0 +1,252 @@
+//! Decisions as they are made, refused and taken back, on a site of four panes.
+
+use super::*;
+use crate::layers::{Options, SoftwareRasteriser, sort_photo};
+use crate::recipe::assemble::assemble;
+use crate::recipe::layer_names::rename;
+use crate::scene::synthetic::{Modeller, Scene, closed_form};
+use crate::task::Task;
+
+/// A pane, one behind it, and an object of two faces beside them.
+fn site() -> Site {
+    let mut m = Modeller::new();
+    m.object("front").screen(3.0, [-0.5, -0.5, 0.5, 0.5]);
+    m.object("back").screen(5.0, [-1.0, -0.8, 0.8, 0.8]);
+    m.object("pair").screen(4.0, [1.2, -0.5, 1.7, 0.5]).screen(4.0, [1.8, -0.5, 2.2, 0.5]);
+    m.object("shed").screen(9.0, [-0.1, -0.1, 0.1, 0.1]);
+    let site = Scene { model: m.finish(), ..closed_form::two_quads() }.site();
+    let photo = |name: &str| crate::scene::Photo { name: name.into(), ..site.photos[0].clone() };
+    Site { photos: vec![photo("a.jpg"), photo("b.jpg")], ..site.clone() }
+}
+
+fn project() -> Project {
+    let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
+    serde_json::from_str(text).unwrap()
+}
+
+/// What a build makes of the first photo.
+fn stack(site: &Site, project: &Project) -> Stack {
+    let (photo, options) = (&site.photos[0], Options::default());
+    let decided = project.decisions.of(&photo.name);
+    let (wishes, task) = (decided.wishes(), Task::silent());
+    let sort =
+        sort_photo(&site.model, &photo.camera, &photo.pose, &SoftwareRasteriser, &options, &wishes, &task);
+    let mut stack = assemble(&site.model, photo, &sort.unwrap(), &options, &wishes, "made of");
+    rename(&mut stack, &decided.names);
+    stack
+}
+
+fn faces(object: &str, faces: &[u32]) -> Faces {
+    Faces { object: object.into(), faces: faces.to_vec() }
+}
+
+fn whole(names: &[&str]) -> Vec<Faces> {
+    names.iter().map(|name| Faces::whole(*name)).collect()
+}
+
+/// One edit after the other, each with the stack as it then is.
+fn all(edits: &[LayerEdit]) -> Result<Project> {
+    let site = site();
+    edits.iter().try_fold(project(), |project, edit| {
+        let stacks = [Some(stack(&site, &project)), None];
+        edited(&project, edit, &site, &stacks)
+    })
+}
+
+fn refused(edits: &[LayerEdit]) -> String {
+    all(edits).unwrap_err().to_string()
+}
+
+fn merge(of: Vec<Faces>) -> LayerEdit {
+    LayerEdit::Merge { photo: "a".into(), of }
+}
+
+fn split(groups: Vec<Vec<Faces>>) -> LayerEdit {
+    LayerEdit::Split { photo: "a".into(), groups }
+}
+
+fn layer_of(stack: &Stack, object: &str, index: u32) -> usize {
+    let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
+    let holds = |number: &u32| {
+        let element = elements[*number as usize];
+        element.object == object && element.all_faces().contains(&index)
+    };
+    stack.image_layers.iter().position(|layer| layer.elements.iter().any(holds)).unwrap()
+}
+
+#[test]
+fn a_merge_that_can_be_is_made_by_the_next_build_and_leaves_nothing_unmet() {
+    let site = site();
+    let plain = stack(&site, &project());
+    assert_ne!(layer_of(&plain, "back", 0), layer_of(&plain, "pair", 0));
+    let merged = stack(&site, &all(&[merge(whole(&["pair", "back"]))]).unwrap());
+    assert_eq!(layer_of(&merged, "back", 0), layer_of(&merged, "pair", 0));
+    assert!(merged.unmet.is_empty(), "{:?}", merged.unmet);
+    assert!(merged.image_layers.is_sorted_by_key(|layer| layer.order));
+}
+
+#[test]
+fn a_merge_of_what_hides_each_other_is_refused_with_who_hides_whom() {
+    let told = refused(&[merge(whole(&["back", "front"]))]);
+    assert!(told.contains("front[0] hides a part of back[0]"), "{told}");
+    let told = refused(&[merge(whole(&["front"]))]);
+    assert!(told.contains("one part of one object"), "{told}");
+}
+
+#[test]
+fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() {
+    let told = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
+    assert!(told.contains("no object \"gate\"") && told.contains("no face 7"), "{told}");
+    let told = refused(&[LayerEdit::Exclude { photo: "a".into(), of: whole(&["shed"]) }]);
+    assert!(told.contains("gives shed no texture: hidden by"), "{told}");
+    let told = refused(&[LayerEdit::Exclude { photo: "c".into(), of: whole(&["front"]) }]);
+    assert!(told.contains("no photo is called c"), "{told}");
+}
+
+#[test]
+fn faces_of_one_object_are_split_into_layers_of_their_own() {
+    let site = site();
+    let project = all(&[split(vec![vec![faces("pair", &[1])]])]).unwrap();
+    let stack = stack(&site, &project);
+    let layer = &stack.image_layers[layer_of(&stack, "pair", 1)];
+    assert_eq!(layer.elements.len(), 1);
+    assert_ne!(layer_of(&stack, "pair", 0), layer_of(&stack, "pair", 1));
+}
+
+#[test]
+fn merges_and_splits_that_contradict_each_other_are_refused() {
+    let apart = || split(vec![whole(&["pair"]), whole(&["back"])]);
+    let told = refused(&[apart(), merge(whole(&["pair", "back"]))]);
+    assert!(told.contains("a split keeps it apart") && told.contains("forget that split"), "{told}");
+    let told = refused(&[merge(whole(&["pair", "back"])), apart()]);
+    assert!(told.contains("the merge of back, pair holds both sides"), "{told}");
+    let told = refused(&[split(vec![whole(&["pair"]), vec![faces("pair", &[1])]])]);
+    assert!(told.contains("in two of its groups"), "{told}");
+    // What is alone may be merged within itself.
+    all(&[split(vec![whole(&["pair", "back"])]), merge(whole(&["pair", "back"]))]).unwrap();
+}
+
+#[test]
+fn a_layer_has_the_last_name_that_it_was_given_and_its_own_when_that_is_taken_back() {
+    let site = site();
+    let name = |name: Option<&str>| LayerEdit::Rename {
+        photo: "a".into(),
+        of: vec![faces("pair", &[0])],
+        name: name.map(Into::into),
+    };
+    let named = all(&[name(Some("left")), name(Some(" right "))]).unwrap();
+    assert_eq!(named.decisions.of("a.jpg").names.len(), 1);
+    let stack = stack(&site, &named);
+    assert_eq!(stack.image_layers[layer_of(&stack, "pair", 1)].name, "right");
+    assert_eq!(all(&[name(Some("left")), name(None)]).unwrap(), project());
+    assert!(refused(&[name(Some("  "))]).contains("names[0]"));
+}
+
+#[test]
+fn of_excluding_and_pinning_the_last_word_holds_face_by_face() {
+    let exclude = |photo: &str, of: Vec<Faces>| LayerEdit::Exclude { photo: photo.into(), of };
+    let pin = |photo: &str, of: Vec<Faces>| LayerEdit::Pin { photo: photo.into(), of };
+    let both = all(&[exclude("a", whole(&["pair"])), pin("a", vec![faces("pair", &[1])])]).unwrap();
+    let decided = both.decisions.of("a.jpg");
+    assert_eq!((decided.exclude, decided.pin), (vec![faces("pair", &[0])], vec![faces("pair", &[1])]));
+    let moved = all(&[pin("a", whole(&["pair"])), pin("b", vec![faces("pair", &[0])])]).unwrap();
+    assert_eq!(moved.decisions.of("a.jpg").pin, [faces("pair", &[1])]);
+    assert_eq!(moved.decisions.of("b.jpg").pin, [faces("pair", &[0])]);
+    let taken = all(&[pin("a", whole(&["pair"])), exclude("a", whole(&["pair"]))]).unwrap();
+    assert!(taken.decisions.of("a.jpg").pin.is_empty());
+    let site = site();
+    let told = excluded(&stack(&site, &taken), &taken.decisions.of("a.jpg"));
+    assert_eq!(
+        told.iter().map(|u| (u.face, u.in_words())).collect::<Vec<_>>(),
+        [(0, "excluded".into()), (1, "excluded".into())]
+    );
+    assert_eq!(state_of_face(&taken.decisions.of("a.jpg"), "pair", 1), Some("excluded"));
+}
+
+#[test]
+fn excluded_and_pinned_faces_are_served_accordingly() {
+    let site = site();
+    let edits = [
+        LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) },
+        LayerEdit::Pin { photo: "a".into(), of: whole(&["back"]) },
+    ];
+    let project = all(&edits).unwrap();
+    let of_a = stack(&site, &project);
+    let stacks = [Some(of_a.clone()), Some(of_a)];
+    let sources = crate::recipe::sources::sources(&site, &stacks, &project.decisions);
+    let servers = |object: usize| {
+        let servers = sources.servers_of(site.model.objects[object].faces[0]).iter();
+        servers.map(|server| (server.photo.0, server.pinned)).collect::<Vec<_>>()
+    };
+    assert_eq!(servers(0), [(1, false)], "a is excluded for it");
+    assert_eq!(servers(1), [(0, true), (1, false)], "the other serves where a does not");
+    assert_eq!(servers(2), [(0, false), (1, false)]);
+}
+
+#[test]
+fn decisions_are_taken_back_by_number_and_all_together() {
+    let options = PhotoOptions { margin: Some(5), ..PhotoOptions::default() };
+    let edits = [
+        merge(whole(&["pair", "back"])),
+        LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) },
+        LayerEdit::Options { photo: "a".into(), options },
+    ];
+    let project = all(&edits).unwrap();
+    let list = decided(&project.decisions.of("a.jpg"));
+    let texts: Vec<&str> = list.iter().map(|one| one.text.as_str()).collect();
+    assert_eq!(texts, ["merge of back, pair", "excluded for front", "margin 5"]);
+    let edit = |edit: LayerEdit| edited(&project, &edit, &site(), &[]);
+    let forget = |number: usize| edit(LayerEdit::Forget { photo: "a".into(), number });
+    let left = forget(2).unwrap().decisions.of("a.jpg");
+    assert!(left.exclude.is_empty() && left.merge.len() == 1 && left.options == options);
+    assert!(forget(4).unwrap_err().to_string().contains("it has 3"));
+    assert!(edit(LayerEdit::Reset { photo: Some("a".into()) }).unwrap().decisions.is_default());
+    assert!(edit(LayerEdit::Reset { photo: None }).unwrap().decisions.is_default());
+    let wide = PhotoOptions { tolerance: Some(2.0), ..options };
+    let told = edit(LayerEdit::Options { photo: "a".into(), options: wide }).unwrap_err().to_string();
+    assert!(told.contains("a.jpg: options: tolerance is 2"), "{told}");
+}
+
+#[test]
+fn decisions_about_what_is_gone_are_kept_told_and_can_be_forgotten() {
+    let mut project = all(&[merge(whole(&["pair", "back"]))]).unwrap();
+    let of = project.decisions.of("a.jpg");
+    project.decisions.set("gone.jpg", of);
+    let mut site = site();
+    let mut model = (*site.model).clone();
+    model.objects[2].name = "twins".into();
+    site.model = std::sync::Arc::new(model);
+    let told = strangers(&project.decisions, &site);
+    assert_eq!(told.len(), 2);
+    assert!(told[0].contains("a.jpg, decision 1") && told[0].contains("pair"), "{told:?}");
+    assert!(told[1].contains("gone.jpg") && told[1].contains("--reset"), "{told:?}");
+    let stack = stack(&site, &project);
+    assert!(stack.unmet[0].contains("pair has no texture"), "{:?}", stack.unmet);
+    let edit = LayerEdit::Reset { photo: Some("gone.jpg".into()) };
+    assert_eq!(edited(&project, &edit, &site, &[]).unwrap().decisions.photos.len(), 1);
+}
+
+#[test]
+fn faces_are_named_as_people_type_them() {
+    let (site, project) = (site(), project());
+    let stack = stack(&site, &project);
+    let named = |typed: &str| faces_named(&site.model, Some(&stack), typed);
+    assert_eq!(named("pair").unwrap(), whole(&["pair"]));
+    assert_eq!(named("pair[0-1]").unwrap(), [faces("pair", &[0, 1])]);
+    assert_eq!(named("pair[1, 0]").unwrap(), [faces("pair", &[0, 1])]);
+    let layer = layer_of(&stack, "front", 0);
+    let of_layer = named(&stack.image_layers[layer].id).unwrap();
+    assert!(of_layer.contains(&faces("front", &[0])), "{of_layer:?}");
+    for wrong in ["gate", "pair[", "pair[x]", "pair[2-1]", "gate[0]", "pair[0-4000000000]"] {
+        assert!(named(wrong).unwrap_err().to_string().contains("names nothing here"), "{wrong}");
+    }
+}
+
+#[test]
+fn every_edit_has_a_name_for_the_history() {
+    assert_eq!(merge(whole(&["pair", "back"])).name(), "merge of pair, back");
+    assert_eq!(merge(whole(&["a", "b", "c", "d"])).name(), "merge of a, b and 2 more");
+    assert_eq!(split(vec![whole(&["pair"])]).name(), "split of pair");
+    let edit = LayerEdit::Forget { photo: "a".into(), number: 2 };
+    assert_eq!(edit.name(), "forget decision 2 of a");
+}

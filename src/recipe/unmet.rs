@@ -1,0 +1,100 @@
+//! Wishes about image layers that a stack does not meet, in words.
+
+use crate::document::Element;
+use crate::layers::graph::Graph;
+use crate::layers::together::{Obstacle, Unmet};
+use crate::layers::{Faces, Sorted, Wishes};
+
+/// Every wish that the stack of these elements does not meet, and why.
+pub fn unmet(wishes: &Wishes, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
+    let mut told = Vec::new();
+    for (number, merge) in (0u32..).zip(&wishes.merge) {
+        let title = format!("merge of {}", list(merge));
+        told.extend(missing(merge, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
+        let order = &sorted.layers.occlusions;
+        let of_merge = of_merge(merge, number, &sorted.clusters.unmet, elements);
+        told.extend(of_merge.iter().map(|u| format!("{title}: {}", in_words(u, order, elements))));
+    }
+    for split in &wishes.split {
+        let title = title_of_split(split);
+        let all: Vec<Faces> = split.iter().flatten().cloned().collect();
+        told.extend(missing(&all, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
+    }
+    told
+}
+
+/// `split of tower from gate, tree`, or `split of tower from all else`.
+pub fn title_of_split(groups: &[Vec<Faces>]) -> String {
+    match groups {
+        [alone] => format!("split of {} from all else", list(alone)),
+        groups => format!("split of {}", groups.iter().map(|g| list(g)).collect::<Vec<_>>().join(" from ")),
+    }
+}
+
+/// `tower, gate[2]`.
+pub fn list(faces: &[Faces]) -> String {
+    faces.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
+}
+
+fn no_texture(faces: &Faces) -> String {
+    format!("{faces} has no texture from this photo now; it holds again once it has")
+}
+
+/// Those that no element has anything of.
+fn missing<'a>(list: &'a [Faces], elements: &'a [Element]) -> impl Iterator<Item = &'a Faces> {
+    list.iter().filter(|faces| !elements.iter().any(|element| holds(element, faces)))
+}
+
+/// An element has a face of these.
+pub fn holds(element: &Element, faces: &Faces) -> bool {
+    element.all_faces().iter().any(|face| faces.holds(&element.object, *face))
+}
+
+/// What of a merge, the one with this number, was asked for and is not so.
+pub fn of_merge<'a>(
+    merge: &[Faces],
+    number: u32,
+    unmet: &'a [Unmet],
+    elements: &[Element],
+) -> Vec<&'a Unmet> {
+    let of_merge: Vec<&Unmet> = unmet.iter().filter(|u| u.merge == number).collect();
+    let stays = |u: &&Unmet| !is_met_otherwise(merge, u.item, &of_merge, elements);
+    of_merge.iter().copied().filter(stays).collect()
+}
+
+/// Of a face that was cut the pieces may lie in several elements: one of them in the merge is what was
+/// asked for.
+fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[Element]) -> bool {
+    let element = &elements[item as usize];
+    let joined = |other: &Element, number: u32| {
+        number != item && other.object == element.object && !unmet.iter().any(|u| u.item == number)
+    };
+    let asked = |face: &u32| merge.iter().any(|faces| faces.holds(&element.object, *face));
+    element.all_faces().iter().filter(|face| asked(face)).all(|face| {
+        let others = elements.iter().zip(0u32..).filter(|(other, number)| joined(other, *number));
+        others.into_iter().any(|(other, _)| other.all_faces().contains(face))
+    })
+}
+
+/// Why an element stays out of a merge; `order`: occlusions between the elements.
+pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
+    let name = |element: u32| elements[element as usize].known_by().to_string();
+    let (item, with) = (name(unmet.item), name(unmet.with));
+    let why = match unmet.why {
+        Obstacle::Occluded => {
+            let path = order
+                .shortest_path(unmet.item, unmet.with)
+                .or_else(|| order.shortest_path(unmet.with, unmet.item));
+            match path {
+                Some(path) => path.into_iter().map(name).collect::<Vec<_>>().join(" hides a part of "),
+                None => format!("another merge ties it to what lies before or behind {with}"),
+            }
+        }
+        Obstacle::Forgiven => format!("it and {with} touch so that each hides a few pixels of the other"),
+        Obstacle::Split => format!("a split keeps it apart from {with}"),
+        Obstacle::TooLarge => {
+            format!("a rectangle around it and {with} is larger than `largest_side` allows")
+        }
+    };
+    format!("{item} stays apart: {why}")
+}

@@ -1,0 +1,105 @@
+//! `decide` on the tiny site: a box before a wall, on a floor; a shed that nobody sees.
+
+use std::fs;
+
+use serde_json::Value;
+
+use super::common::gpu_rasteriser;
+use super::site::{Site, json_of, stderr_of, stdout_of};
+
+fn project_file(site: &Site) -> String {
+    fs::read_to_string(site.path("project/project.json")).unwrap()
+}
+
+fn layer_names(site: &Site) -> Vec<String> {
+    let text = fs::read(site.path("project/stacks/left.png/stack.json")).unwrap();
+    let stack: Value = serde_json::from_slice(&text).unwrap();
+    let layers = stack["image_layers"].as_array().unwrap();
+    layers.iter().map(|layer| layer["name"].as_str().unwrap().to_owned()).collect()
+}
+
+/// The states of both photos after another build.
+fn built(site: &Site) -> Vec<String> {
+    let built = site.json("build project --stacks-only --json");
+    let photos = built["photos"].as_array().unwrap();
+    photos.iter().map(|photo| photo["state"].as_str().unwrap().to_owned()).collect()
+}
+
+#[test]
+fn decisions_change_the_stack_of_their_photo_and_taking_them_back_brings_everything_back() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    let before = project_file(&site);
+    built(&site);
+    let names = layer_names(&site);
+    assert_eq!(names.len(), 2, "wall and floor fit the same rectangle: {names:?}");
+
+    let split = stdout_of(&site.run("decide project --photo left --split wall --from floor").success());
+    assert!(split.contains("split of wall from floor") && split.contains("quadratura build"), "{split}");
+    assert_eq!(built(&site), ["built", "up to date"], "only what changes");
+    assert_eq!(layer_names(&site).len(), 3);
+    site.run("decide project --photo left --forget 1 --merge wall floor").success();
+    assert_eq!(built(&site), ["built", "up to date"]);
+    assert_eq!(layer_names(&site), names, "they are together anyway");
+
+    site.command("decide project --photo left --of wall --name").arg("Back wall").assert().success();
+    assert_eq!(built(&site), ["up to date"; 2]);
+    assert!(layer_names(&site).contains(&"Back wall".to_owned()));
+
+    let listed = site.json("decide project --json");
+    let texts: Vec<&str> =
+        (0..2).map(|i| listed["photos"][0]["decisions"][i]["text"].as_str().unwrap()).collect();
+    assert_eq!(texts[0], "merge of floor, wall");
+    assert!(texts[1].starts_with("\"Back wall\" is the layer of"), "{texts:?}");
+    assert_eq!(listed["changed"], false);
+
+    site.run("decide project --photo left --forget 2 --forget 1").success();
+    assert_eq!(project_file(&site), before);
+    assert_eq!(built(&site), ["built", "up to date"]);
+    assert_eq!(layer_names(&site), names);
+}
+
+#[test]
+fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    built(&site);
+    let before = project_file(&site);
+    let refused = site.command("decide project --photo left --merge wall").arg("box 0").assert().failure();
+    let told = stderr_of(&refused);
+    assert!(told.contains("box 0[0] hides a part of wall[0]"), "{told}");
+    let told = stderr_of(&site.run("decide project --photo left --pin shed").failure());
+    assert!(told.contains("left.png gives shed no texture: hidden by box 0[0]"), "{told}");
+    let told = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
+    assert!(told.contains("\"gate\" names nothing here"), "{told}");
+    assert_eq!(project_file(&site), before);
+    site.run("decide project --merge wall floor").code(2);
+    site.run("decide project --photo left --tolerance wide").code(2);
+}
+
+#[test]
+fn excluded_and_pinned_faces_are_told_and_need_no_build() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    built(&site);
+    site.run("decide project --photo left --exclude wall --pin floor").success();
+    assert_eq!(built(&site), ["up to date"; 2]);
+    let wall = site.json("info project --face wall[0] --json");
+    assert_eq!(wall["photos"][0]["decided"], "excluded");
+    assert_eq!(wall["photos"][1]["decided"], Value::Null);
+    let floor = stdout_of(&site.run("info project --face floor[0]").success());
+    assert!(floor.contains("pinned to this photo; in wall + 1"), "{floor}");
+    let info = json_of(&site.run("info project --json").success());
+    assert_eq!(info["untextured"]["by_photo"]["left.png"][1]["reason"], "excluded", "{info:#}");
+    site.run("decide project --reset").success();
+    assert!(!project_file(&site).contains("decisions"));
+}
