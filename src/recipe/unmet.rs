@@ -86,7 +86,11 @@ pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
                 .shortest_path(unmet.item, unmet.with)
                 .or_else(|| order.shortest_path(unmet.with, unmet.item));
             match path {
-                Some(path) => path.into_iter().map(name).collect::<Vec<_>>().join(" hides a part of "),
+                Some(path) => {
+                    let names: Vec<String> = path.into_iter().map(name).collect();
+                    // Only the second is hidden by what the sentence began with.
+                    names.join(", which hides a part of ").replacen(", which hides", " hides", 1)
+                }
                 None => format!("another merge ties it to what lies before or behind {with}"),
             }
         }
