@@ -5,6 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
+use super::spread_table::SpreadTable;
 use super::table::counted;
 use crate::document::Project;
 use crate::error::Result;
@@ -12,7 +13,7 @@ use crate::io::lock::ProjectLock;
 use crate::io::project::{read_project, write_project};
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::FillOptions;
-use crate::recipe::fill::{FillRequest, FilledPhoto, fill};
+use crate::recipe::fill::{FillRequest, FilledPhoto, fill, tell};
 use crate::recipe::open::open_site;
 use crate::task::Task;
 
@@ -29,18 +30,20 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
         memory: args.memory.or_default(),
         force: args.force,
     };
+    let fill = if args.dry_run { tell } else { fill };
     let filled = fill(&args.project, &opened, &request, task)?;
     kept.extend(filled.iter().flat_map(|filled| filled.kept.clone()));
     for file in kept {
         task.note(format!("a file that was changed by hand is now {}", file.display()));
     }
-    Ok(report(&filled, args.photos.problems_of(&opened, task)))
+    let problems = args.photos.problems_of(&opened, task);
+    Ok(if args.dry_run { offered(&filled, problems) } else { report(&filled, problems) })
 }
 
 /// The project's options with those that were given; kept in the project if that is wanted.
 fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOptions> {
     let options = args.applied_to(&project.fill);
-    if options == project.fill {
+    if options == project.fill || args.dry_run {
         return Ok(options);
     }
     if args.save_options {
@@ -57,9 +60,13 @@ fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOp
 
 fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let mut table = FillTable::default();
+    let mut spread = SpreadTable::default();
     for photo in filled {
         match &photo.stack {
-            Ok(stack) => table.add(stack, if photo.up_to_date { "up to date" } else { "filled" }),
+            Ok(stack) => {
+                table.add(stack, if photo.up_to_date { "up to date" } else { "filled" });
+                spread.add(&photo.photo, &photo.spread);
+            }
             Err(error) => {
                 table.add_failed(&photo.photo);
                 problems.push(format!("{}: {error}", photo.photo));
@@ -68,12 +75,26 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     }
     let fresh = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
     let text = format!(
-        "{}\n{} filled, {} up to date, {} left out or failed\n",
+        "{}{}\n{} filled, {} up to date, {} left out or failed\n",
         table.text(),
+        spread.text("paint of other photos on what a photo shows"),
         counted(fresh, "photo"),
         filled.iter().filter(|photo| photo.up_to_date).count(),
         problems.len(),
     );
-    let json = json!({ "photos": table.into_json(), "problems": problems });
+    let json = json!({ "photos": table.into_json(), "propagated": spread.into_json(), "problems": problems });
     Outcome { text, json, problems }
+}
+
+/// What a dry run found.
+fn offered(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
+    let mut spread = SpreadTable::default();
+    for photo in filled {
+        spread.add(&photo.photo, &photo.spread);
+        problems.extend(photo.stack.as_ref().err().map(|error| format!("{}: {error}", photo.photo)));
+    }
+    let told = spread.text("paint of other photos that would be laid over what a photo shows");
+    let told = if told.is_empty() { "no paint would be laid over any photo\n".to_owned() } else { told };
+    let json = json!({ "dry_run": true, "propagated": spread.into_json(), "problems": problems });
+    Outcome { text: format!("{told}nothing was written\n"), json, problems }
 }

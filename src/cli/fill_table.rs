@@ -7,8 +7,8 @@ use super::table::Table;
 use crate::document::Stack;
 use crate::recipe::fill::FillShares;
 
-const HEADINGS: [&str; 8] =
-    ["photo", "filling", "hidden", "from photos", "by example", "diffused", "empty", "size"];
+const HEADINGS: [&str; 9] =
+    ["photo", "filling", "hidden", "from photos", "from paint", "by example", "diffused", "empty", "size"];
 
 const LEGEND: &str = "
 hidden: of all texels that surfaces cover; the shares behind it: of the hidden ones
@@ -31,7 +31,8 @@ impl FillTable {
     pub fn add(&mut self, stack: &Stack, state: &str) {
         let shares = FillShares::of(stack);
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
-        let filled = [shares.from_photos, shares.by_example, shares.diffused, shares.empty];
+        let FillShares { from_photos, from_paint, by_example, diffused, empty, .. } = shares;
+        let filled = [from_photos, from_paint, by_example, diffused, empty];
         let bytes = stack.fill.as_ref().map_or(String::new(), |fill| readable_bytes(fill.bytes));
         let name = stack.photo.name.clone();
         let cells = [name, state.to_owned(), percent(shares.hidden)].into_iter();

@@ -1,11 +1,14 @@
 //! `quadratura info`.
 
+use std::path::Path;
+
 use serde_json::{Value, json};
 
 use super::Outcome;
 use super::args::InfoArgs;
 use super::fill_table::FillTable;
 use super::painted::Painted;
+use super::spread_table::SpreadTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::Untextured;
@@ -13,7 +16,7 @@ use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
 use crate::recipe::decide::{excluded, state_of_face, strangers as decision_strangers};
-use crate::recipe::fill::{FillState, fill_inputs};
+use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{FaceInStack, StackState, Survey, face_in_stack, face_named};
 use crate::scene::Photo;
@@ -44,7 +47,8 @@ fn about_photos(
     let mut table = StackTable::default();
     let mut untextured = Untextured::default();
     let mut filling = FillTable::default();
-    let fill_inputs = fill_inputs_now(opened, store);
+    let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
+    let mut spread = SpreadTable::default();
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
@@ -53,6 +57,7 @@ fn about_photos(
             untextured.add(stack, excluded(stack, &opened.project.decisions.of(&photo.name)));
             stack.unmet.iter().for_each(|unmet| task.of(&photo.name).note(unmet));
             filling.add(stack, FillState::of(stack, &fill_inputs).word());
+            spread.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.spread));
         }
         if let StackState::Broken(error) = &state {
             problems.push(format!("{}: {error}", photo.name));
@@ -62,12 +67,13 @@ fn about_photos(
     let gone = decision_strangers(&opened.project.decisions, &opened.site);
     gone.iter().for_each(|gone| task.note(gone));
     let mut text = format!(
-        "{}, {} in {}\n\n{}\n{}\n",
+        "{}, {} in {}\n\n{}\n{}{}\n",
         counted(opened.site.photos.len(), "photo"),
         counted(model.faces.len(), "face"),
         counted(model.objects.len(), "object"),
         table.text(),
         filling.text(),
+        spread.text("paint of other photos on what a photo shows"),
     );
     let in_detail = !args.photos.names.is_empty();
     text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
@@ -86,6 +92,7 @@ fn about_photos(
         "objects": model.objects.len(),
         "photos": table.into_json(),
         "filling": filling.into_json(),
+        "propagated": spread.into_json(),
         "untextured": untextured.to_json(),
         "paint": painted.to_json(),
         "stacks_without_photo": strangers,
@@ -96,10 +103,10 @@ fn about_photos(
 }
 
 /// What fillings would be made of now. A stack that cannot be read is none here; it is told elsewhere.
-fn fill_inputs_now(opened: &Opened, store: &StackStore) -> String {
+fn fill_inputs_now(folder: &Path, opened: &Opened, store: &StackStore) -> Result<FillInputs> {
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
-    fill_inputs(opened, &stacks, &opened.project.fill)
+    FillInputs::of(folder, opened, &stacks, &opened.project.fill)
 }
 
 /// Stacks whose photo has left the project.

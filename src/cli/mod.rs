@@ -36,6 +36,7 @@ mod painted;
 mod render;
 pub mod reporter;
 mod score;
+mod spread_table;
 mod stacks;
 mod table;
 mod timings;

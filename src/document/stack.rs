@@ -227,8 +227,20 @@ pub struct LayerFill {
     pub confidence_file: String,
     /// 8- or 16-bit PNG: the place in [`StackFill::origins`] of where a filled texel comes from; 0 elsewhere.
     pub provenance_file: String,
+    /// RGBA PNG: opaque where paint of another photo is laid over what `file` shows, else transparent. It holds
+    /// texels of `file` only; the two files above speak of them, too.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spread_file: Option<String>,
     /// Texels filled.
     pub texels_filled: u64,
+}
+
+impl LayerFill {
+    /// All files.
+    pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
+        let three = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
+        three.into_iter().chain(&mut self.spread_file)
+    }
 }
 
 /// What filled the hidden texels of a stack.
@@ -242,24 +254,59 @@ pub struct StackFill {
     pub texels_hidden: u64,
     /// Of these: given by other photos.
     pub texels_from_photos: u64,
+    /// Given by paint of other photos.
+    #[serde(default)]
+    pub texels_from_paint: u64,
     /// Made by example.
     pub texels_by_example: u64,
     /// Made by diffusion.
     pub texels_diffused: u64,
+    /// What paint of other photos was laid over visible texels, or met paint of the photo's own: by face and photo.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub spread: Vec<SpreadPaint>,
     /// Bytes of the filling's files.
     pub bytes: u64,
+}
+
+/// Paint of another photo that belongs on a face that this one shows.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
+pub struct SpreadPaint {
+    /// `object[index]`.
+    pub face: String,
+    /// The photo that it was painted in.
+    pub from: String,
+    /// Texels that it was laid over.
+    pub texels: u64,
+    /// Texels with paint of the photo's own, which stays.
+    pub own: u64,
+    /// Those of `own` whose paint clearly says something else.
+    pub conflicts: u64,
+    /// Those of `texels` where the paint of a third photo clearly says something else.
+    pub dissents: u64,
 }
 
 /// Names in [`StackFill::origins`] that are no photos'. Photos' names hold no brackets at both ends.
 pub mod origins {
     /// No filling.
     pub const NONE: &str = "[none]";
-    /// An artist's hand.
+    /// An artist's hand in the photo itself.
     pub const PAINTED: &str = "[painted]";
+    /// How names of an artist's hand in another photo begin: `[painted in NAME]`.
+    const PAINTED_IN: &str = "[painted in ";
     /// Invented by example.
     pub const EXEMPLAR: &str = "[exemplar]";
     /// Invented by diffusion.
     pub const DIFFUSED: &str = "[diffused]";
+
+    /// An artist's hand in the photo with this name.
+    pub fn painted_in(photo: &str) -> String {
+        format!("{PAINTED_IN}{photo}]")
+    }
+
+    /// The photo that a name of an artist's hand speaks of; none for other names.
+    pub fn painter(origin: &str) -> Option<&str> {
+        origin.strip_prefix(PAINTED_IN)?.strip_suffix(']')
+    }
 }
 
 /// A face that this photo gives no texture.

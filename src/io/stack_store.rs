@@ -29,6 +29,7 @@ use super::inbox::{keep_in_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
 use super::stack_files::{RECORD, StackFiles, Stamps, State, is_version, names_in};
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
+use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
 use crate::document::{ImageLayer, Stack};
 use crate::error::{Error, Result};
@@ -325,9 +326,7 @@ impl StackWriter {
 /// The names of all files of an image layer.
 fn files_of(layer: &mut ImageLayer) -> impl Iterator<Item = &mut String> {
     let ImageLayer { file, needed_file, fill, .. } = layer;
-    let of_fill = fill
-        .iter_mut()
-        .flat_map(|fill| [&mut fill.filled_file, &mut fill.confidence_file, &mut fill.provenance_file]);
+    let of_fill = fill.iter_mut().flat_map(LayerFill::files_mut);
     [file, needed_file].into_iter().chain(of_fill)
 }
 

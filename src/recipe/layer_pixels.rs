@@ -1,5 +1,5 @@
 //! The pixels of an image layer as everybody sees them, editors and renderer alike: what the photo shows, what fills
-//! the rest, and what was painted on it.
+//! the rest, what was painted on it in other photos, and in its own.
 
 use std::path::Path;
 
@@ -11,7 +11,8 @@ use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::io::layered::png::read_rgba;
 
-/// An image layer of a stack whose files lie below `folder`, as large as its rectangle: paint over filling over photo.
+/// An image layer of a stack whose files lie below `folder`, as large as its rectangle: paint over filling over photo, where
+/// filling is also what paint of other photos puts in the photo's place.
 /// Each painted pixel is there as the artist left it; only soft paint on what was empty lets the filling through.
 ///
 /// # Errors
@@ -22,6 +23,11 @@ pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usi
     let mut raster = read_rgba(&folder.join(&image_layer.file), rect.w, rect.h)?;
     let mut patch = paint.on(stack, layer)?;
     if let Some(fill) = &image_layer.fill {
+        if let Some(file) = &fill.spread_file {
+            let shown = raster;
+            raster = read_rgba(&folder.join(file), rect.w, rect.h)?;
+            raster.lay_over(&shown);
+        }
         let filling = read_rgba(&folder.join(&fill.filled_file), rect.w, rect.h)?;
         patch = over_filling(patch, rect, &raster, &filling);
         raster.lay_over(&filling);

@@ -28,8 +28,7 @@ pub struct SheetFiles {
 struct SheetFile {
     texels: PathBuf,
     needed: PathBuf,
-    /// Colours and confidence of the filling.
-    filled: Option<[PathBuf; 2]>,
+    filled: Option<FilledFiles>,
     /// Of the files.
     rect: PixelRect,
     needed_rect: PixelRect,
@@ -37,6 +36,15 @@ struct SheetFile {
     photo: usize,
     /// Its place in the stack.
     layer: usize,
+}
+
+/// The filling of a sheet.
+#[derive(Debug, Clone)]
+struct FilledFiles {
+    colours: PathBuf,
+    confidence: PathBuf,
+    /// Paint of other photos, over what the photo shows.
+    spread: Option<PathBuf>,
 }
 
 impl SheetFiles {
@@ -50,11 +58,11 @@ impl SheetFiles {
             stack.image_layers.iter().enumerate().map(move |(place, layer)| SheetFile {
                 texels: folder.join(&layer.file),
                 needed: folder.join(&layer.needed_file),
-                filled: layer
-                    .fill
-                    .as_ref()
-                    .filter(|_| filled)
-                    .map(|fill| [&fill.filled_file, &fill.confidence_file].map(|file| folder.join(file))),
+                filled: layer.fill.as_ref().filter(|_| filled).map(|fill| FilledFiles {
+                    colours: folder.join(&fill.filled_file),
+                    confidence: folder.join(&fill.confidence_file),
+                    spread: fill.spread_file.as_ref().map(|file| folder.join(file)),
+                }),
                 rect: layer.rect,
                 needed_rect: layer.needed_rect,
                 photo,
@@ -109,10 +117,14 @@ impl Texels for SheetFiles {
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
         mark_beside(&rgba, &mut needed);
-        if let Some([colours, confidence]) = &file.filled {
-            let colours = read_layer(colours, file.rect, rect)?;
-            let confidence = read_grey(confidence, file.rect, rect)?;
+        if let Some(filled) = &file.filled {
+            let confidence = read_grey(&filled.confidence, file.rect, rect)?;
+            let colours = read_layer(&filled.colours, file.rect, rect)?;
             fill_in(&mut rgba, &mut needed, &colours, &confidence);
+            if let Some(spread) = &filled.spread {
+                let colours = read_layer(spread, file.rect, rect)?;
+                lay_spread(&mut rgba, &mut needed, &colours, &confidence);
+            }
         }
         if let Some(Some((stack, paint))) = self.painted.get(file.photo) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
@@ -139,6 +151,18 @@ fn fill_in(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16
             *texel = [r, g, b, (*confidence).min(255) as u8];
             *needed |= FILLED;
         }
+    }
+}
+
+/// Gives texels of the photo the colour that was painted in another one, their alpha how far that is trusted.
+fn lay_spread(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16]) {
+    let spread = colours.as_chunks::<4>().0.iter().zip(confidence);
+    let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed);
+    for ((texel, needed), (colour, confidence)) in texels.zip(spread).filter(|(_, (colour, _))| colour[3] > 0)
+    {
+        let [r, g, b, _] = *colour;
+        *texel = [r, g, b, (*confidence).min(255) as u8];
+        *needed |= FILLED;
     }
 }
 
@@ -186,6 +210,14 @@ mod tests {
         fill_in(&mut rgba, &mut needed, &[[7, 8, 9, 255]; 3].concat(), &[30, 30, 0]);
         assert_eq!(rgba, [1, 2, 3, 255, 7, 8, 9, 30, 0, 0, 0, 0]);
         assert_eq!(needed, [1, 1 | FILLED, 1]);
+    }
+
+    #[test]
+    fn paint_of_another_photo_takes_the_place_of_what_the_photo_shows_and_is_trusted_less() {
+        let mut rgba = [[1, 2, 3, 255]; 2].concat();
+        let mut needed = vec![COVERED; 2];
+        lay_spread(&mut rgba, &mut needed, &[7, 8, 9, 255, 0, 0, 0, 0], &[100, 0]);
+        assert_eq!((rgba, needed), (vec![7, 8, 9, 100, 1, 2, 3, 255], vec![COVERED | FILLED, COVERED]));
     }
 
     #[test]

@@ -62,3 +62,64 @@ fn an_object_that_is_left_out_is_kept_so_in_the_project_if_that_is_asked_for() {
     assert!(kept["filling"][1]["shares"]["empty"].as_f64().unwrap() > 0.0);
     assert_eq!(kept["filling"][1]["state"], "filled");
 }
+
+/// Recolours a part of the wall in one exported folder, and takes that home.
+fn paint_the_wall(site: &Site, folder: &str, colour: [u8; 4]) {
+    let layers = fs::read_dir(site.path(folder)).unwrap().map(|entry| entry.unwrap().path());
+    let wall = layers.into_iter().find(|path| path.to_string_lossy().contains(" wall")).unwrap();
+    let mut picture = image::open(&wall).unwrap().into_rgba8();
+    let (width, height) = picture.dimensions();
+    let shown: Vec<(u32, u32)> = (0..height)
+        .flat_map(|y| (0..width).map(move |x| (x, y)))
+        .filter(|&(x, y)| picture.get_pixel(x, y)[3] > 0)
+        .take(3000)
+        .collect();
+    shown.into_iter().for_each(|(x, y)| picture.put_pixel(x, y, image::Rgba(colour)));
+    picture.save(&wall).unwrap();
+    let report = site.json(&format!("import project {folder} --json"));
+    assert_eq!(report["changed"], 3000);
+}
+
+#[test]
+fn paint_of_one_photo_is_offered_to_the_others_laid_over_them_and_taken_away_again() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::with_photos(&["left.png", "right.png"], 160, 120, 1);
+    site.make_project();
+    site.run("build project -q").success();
+    site.run("export project --out layers --format folder").success();
+    let nothing = stdout_of(&site.run("fill project --propagate --dry-run").success());
+    assert!(nothing.contains("no paint would be laid over any photo"), "{nothing}");
+    paint_the_wall(&site, "layers/left.png", [250, 240, 10, 255]);
+
+    let dry = site.json("fill project --propagate --dry-run --json");
+    let offer = &dry["propagated"][0];
+    assert_eq!((&offer["photo"], &offer["paint"]["from"]), (&"right.png".into(), &"left.png".into()));
+    assert!(offer["paint"]["texels"].as_u64().unwrap() > 500, "{offer:#}");
+    assert!(stdout_of(&site.run("info project").success()).contains("not filled"), "nothing was written");
+
+    let note = stderr_of(&site.run("fill project --propagate=left.png").success());
+    assert!(note.contains("--save-options"), "{note}");
+    assert_eq!(site.json("info project --json")["propagated"][0]["paint"], offer["paint"]);
+    site.run("export project --out spread --format folder --provenance").success();
+    let legend = fs::read_to_string(site.path("spread/right.png.provenance/legend.json")).unwrap();
+    assert!(legend.contains("[painted in left.png]"), "{legend}");
+    // What another photo lent is no paint of this one.
+    let home = site.json("import project spread/right.png --json");
+    assert_eq!(home["changed"], 0);
+
+    paint_the_wall(&site, "spread/right.png", [10, 20, 250, 255]);
+    let told = site.json("fill project --propagate=left.png --save-options --json");
+    assert!(told["propagated"][0]["paint"]["conflicts"].as_u64().unwrap() > 200, "{told:#}");
+    assert!(fs::read_to_string(site.path("project/project.json")).unwrap().contains("propagate"));
+    assert_eq!(
+        site.json("fill project --json")["photos"][0]["state"],
+        "up to date",
+        "the project says so now"
+    );
+    let away = site.json("fill project --no-propagate --save-options --json");
+    assert_eq!(away["propagated"], serde_json::json!([]));
+    let unknown = site.run("fill project --propagate=nobody.png").failure().code(1);
+    assert!(stderr_of(&unknown).contains("nobody.png"));
+}

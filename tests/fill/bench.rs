@@ -67,7 +67,12 @@ pub struct Filled {
 impl Bench {
     /// A wall with windows on a ground, a cube before it, seen from three sides.
     pub fn courtyard() -> Self {
-        Self::of(&scenes(&[-5.0, 0.5, 5.5]), 8, false, facade)
+        Self::photographed(facade)
+    }
+
+    /// The same with other colours.
+    pub fn photographed(paint: Paint) -> Self {
+        Self::of(&scenes(&[-5.0, 0.5, 5.5]), 8, false, paint)
     }
 
     /// The same, seen from one side only.
@@ -174,21 +179,27 @@ impl Bench {
         stack: &Stack,
         chosen: impl Fn(u16, &ImageLayer) -> bool,
     ) -> Vec<f64> {
-        let shot = &self.site.photos[photo];
-        let wall = self.site.model.face_ids().next().expect("the wall comes first");
-        let plane = self.site.model.face(wall).plane;
-        let eye = shot.pose.center_in_world();
         let texels = self.texels(photo, stack);
         let chosen = texels.iter().filter(|texel| chosen(texel.place, &stack.image_layers[texel.layer]));
-        let difference = |texel: &Filled| {
-            let px = DVec2::new(f64::from(texel.at[0]) + 0.5, f64::from(texel.at[1]) + 0.5);
-            let ray = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
-            let point = eye - ray * (plane.signed_distance(eye) / plane.normal.dot(ray));
-            let truth = (self.paint)(point);
-            let off = |c: usize| (f64::from(texel.rgb[c]) - 255.0 * truth[c]).abs();
-            (off(0) + off(1) + off(2)) / 3.0
-        };
+        let difference = |texel: &Filled| difference(texel.rgb, (self.paint)(self.on_wall(photo, texel.at)));
         chosen.map(difference).collect()
+    }
+
+    /// Where a pixel's ray meets the wall's plane.
+    pub fn on_wall(&self, photo: usize, [x, y]: [i32; 2]) -> DVec3 {
+        let shot = &self.site.photos[photo];
+        let wall = self.site.model.face_ids().next().expect("the wall comes first");
+        let (plane, eye) = (self.site.model.face(wall).plane, shot.pose.center_in_world());
+        let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let ray = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
+        eye - ray * (plane.signed_distance(eye) / plane.normal.dot(ray))
+    }
+
+    /// The pixels of a photo whose rays meet the wall's plane at such a point.
+    pub fn pixels_where(&self, photo: usize, wanted: impl Fn(DVec3) -> bool) -> Vec<[i32; 2]> {
+        let camera = &self.site.photos[photo].camera;
+        let all = (0..camera.height as i32).flat_map(|y| (0..camera.width as i32).map(move |x| [x, y]));
+        all.filter(|at| wanted(self.on_wall(photo, *at))).collect()
     }
 
     /// Pixels where the stack, with its filling, does not give the photo back although it is valid there and some
@@ -251,6 +262,12 @@ fn scenes(from: &[f64]) -> Vec<Scene> {
         truth: Truth::Unknown,
     };
     from.iter().map(scene).collect()
+}
+
+/// How far a colour of 8 bits is from a true one of 0 to 1, of 255.
+pub fn difference(rgb: [u16; 3], truth: [f64; 3]) -> f64 {
+    let off = |c: usize| (f64::from(rgb[c]) - 255.0 * truth[c]).abs();
+    (off(0) + off(1) + off(2)) / 3.0
 }
 
 /// Photographs the model: the colour of what each pixel's middle meets.

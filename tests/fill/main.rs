@@ -1,6 +1,7 @@
 //! `fill` on small invented sites, from photos on disk to filled stacks on disk.
 
 mod bench;
+mod spread;
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -12,7 +13,7 @@ use quadratura::io::stack_store::StackStore;
 use quadratura::layers::Options;
 use quadratura::layers::fill::{FillOptions, Invent};
 use quadratura::recipe::export::{ExportOptions, export, write_provenance};
-use quadratura::recipe::fill::{FillShares, FillState, fill_inputs};
+use quadratura::recipe::fill::{FillInputs, FillShares, FillState};
 use quadratura::scene::synthetic::{closed_form, random};
 use quadratura::task::Task;
 
@@ -99,7 +100,7 @@ fn only_what_is_stale_is_filled_again_and_a_new_stack_is_not_filled() {
     let stacks = || built.iter().map(|photo| store.current(photo).unwrap()).collect::<Vec<_>>();
     assert!(stacks().iter().flatten().all(|stack| stack.fill.is_some()), "an up to date build keeps it");
     let state = |options: &FillOptions| {
-        let inputs = fill_inputs(&bench.opened(), &stacks(), options);
+        let inputs = FillInputs::of(bench.folder.path(), &bench.opened(), &stacks(), options).unwrap();
         FillState::of(stacks()[0].as_ref().unwrap(), &inputs)
     };
     assert_eq!(state(&options), FillState::Current);

@@ -20,6 +20,18 @@ pub struct FillArgs {
     /// How that is made which no photo shows [default: the project's]
     #[arg(long, value_enum)]
     pub invent: Option<InventArg>,
+    /// Lay paint of other photos over what photos show of the same surfaces: that of all photos, or of this one
+    /// (`--propagate=NAME`, may be given several times; `NAME*` for all that begin so). Paint of a photo's own
+    /// stays; where the two say different things, that is told [default: the project's]
+    #[arg(long, value_name = "PHOTO", num_args = 0..=1, require_equals = true, default_missing_value = "*",
+          conflicts_with = "no_propagate")]
+    pub propagate: Vec<String>,
+    /// Take such paint away again, whatever the project says
+    #[arg(long)]
+    pub no_propagate: bool,
+    /// Only tell what paint would be laid over what photos: nothing is filled, and no layer is written
+    #[arg(long, conflicts_with_all = ["save_options", "force"])]
+    pub dry_run: bool,
     /// Keep these options in project.json. Without it they hold for this time only, and the next fill
     /// without them fills these photos again
     #[arg(long)]
@@ -47,6 +59,11 @@ impl FillArgs {
             InventArg::Diffusion => Invent::Diffusion,
         });
         let without = if self.without.is_empty() { &options.without } else { &self.without };
-        FillOptions { without: without.clone(), invent }
+        let propagate = match (self.no_propagate, self.propagate.is_empty()) {
+            (true, _) => Vec::new(),
+            (_, true) => options.propagate.clone(),
+            _ => self.propagate.clone(),
+        };
+        FillOptions { without: without.clone(), invent, propagate }
     }
 }

@@ -38,7 +38,14 @@ impl Cells {
             let from = row as usize * size[0];
             holds[from + x0 as usize..=from + x1 as usize].fill(true);
         }
-        Self { corner, size, near: grown(&holds, size) }
+        Self { corner, size, near: grown(&holds, size, REACH_CELLS as usize) }
+    }
+
+    /// Which cells hold one of these pixels of the photo, or lie beside one that does: by their places.
+    pub fn touching(&self, pixels: impl Iterator<Item = (u32, u32)>) -> Vec<bool> {
+        let mut holds = vec![false; self.near.len()];
+        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|place| holds[place] = true);
+        grown(&holds, self.size, 1)
     }
 
     /// The middles of the cells that are near the hidden part, in photo pixels, with their places.
@@ -72,9 +79,8 @@ impl Cells {
     }
 }
 
-/// Every mark grown to all sides.
-fn grown(marks: &[bool], [width, height]: [usize; 2]) -> Vec<bool> {
-    let reach = REACH_CELLS as usize;
+/// Every mark grown to all sides by so many cells.
+fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool> {
     let mut wide = vec![false; marks.len()];
     for (i, _) in marks.iter().enumerate().filter(|(_, mark)| **mark) {
         let (x, row) = (i % width, i / width * width);

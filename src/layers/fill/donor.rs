@@ -1,10 +1,12 @@
 //! A photo that gives: its colours at several levels of detail, and what it shows where.
 
+use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use glam::DVec2;
 use rayon::prelude::*;
 
+use super::painted::{LEVELS, Paint, PaintedSurface, Word};
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::error::Result;
 use crate::geometry::{Pinhole, Plane, Pose};
@@ -40,9 +42,6 @@ const PARALLEL: f64 = 0.999;
 /// Neighbouring pixels have the same depth up to this share of it, beside what slopes explain.
 const JUMP: f32 = 3e-3;
 
-/// Levels of detail: coarser than an eighth, neighbours of the surface would be mixed in.
-const LEVELS: usize = 4;
-
 /// The pixel lies [`INSIDE_PX`] inside of what the photo shows of its surface.
 const INSIDE: u32 = 1 << 31;
 
@@ -63,6 +62,8 @@ pub struct Donor {
     /// Per pixel the item that owns it plus one, 0 for none, and [`INSIDE`].
     shown: Vec<u32>,
     levels: Vec<Level>,
+    /// By item.
+    paint: BTreeMap<u32, Paint>,
 }
 
 const NOWHERE: u32 = u32::MAX;
@@ -75,10 +76,12 @@ struct Level {
 }
 
 impl Donor {
-    /// Of a photo with its pixels, and the model in world coordinates; `tolerance` is that of occlusion.
+    /// Of a photo with its pixels and what was painted on it, and the model in world coordinates; `tolerance`
+    /// is that of occlusion. What is painted over is as if the photo had never shown anything else.
     pub fn new(
         projector: &Projector,
         pixels: &PhotoPixels,
+        painted: &[PaintedSurface],
         model: &Model,
         surfaces: &Surfaces,
         tolerance: f32,
@@ -92,11 +95,57 @@ impl Donor {
             item_of[surface.0 as usize] = i;
             planes.push(surfaces.get(surface).plane);
         }
-        let mut shown = owners(&view, tolerance);
-        remove_invalid(&mut shown, pixels);
-        mark_inside(&mut shown, &view);
-        let (bits, icc, levels) = (pixels.bits(), pixels.icc.clone(), levels(pixels));
-        Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, shown, levels }
+        let shown = owners(&view, tolerance);
+        let (bits, icc, paint) = (pixels.bits(), pixels.icc.clone(), BTreeMap::new());
+        let levels = vec![finest(pixels)];
+        let mut donor =
+            Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, shown, levels, paint };
+        remove_invalid(&mut donor.shown, pixels);
+        donor.take_paint(painted);
+        mark_inside(&mut donor.shown, &donor.view);
+        donor.add_levels();
+        donor
+    }
+
+    /// Colours take the place of the photo's where it shows their surface; what was painted away is shown no more.
+    fn take_paint(&mut self, painted: &[PaintedSurface]) {
+        let (width, height) = (self.camera.width, self.camera.height);
+        for painted in painted {
+            let Some(item) = self.item(painted.surface) else { continue };
+            for (x, y, colour) in painted.within(width, height) {
+                if !self.owns(item, x, y) {
+                    continue;
+                }
+                let at = y as usize * width as usize + x as usize;
+                match colour {
+                    Some(colour) => self.levels[0].rgb[3 * at..3 * at + 3].copy_from_slice(&colour),
+                    None => self.shown[at] = 0,
+                }
+            }
+            self.paint.insert(item, Paint::of(painted));
+        }
+    }
+
+    fn add_levels(&mut self) {
+        while self.levels.len() < LEVELS {
+            let last = &self.levels[self.levels.len() - 1];
+            if last.width.min(last.height) <= 1 {
+                break;
+            }
+            let next = halved(last);
+            self.levels.push(next);
+        }
+    }
+
+    /// The paint on an item's surface.
+    pub fn paint(&self, item: u32) -> Option<&Paint> {
+        self.paint.get(&item)
+    }
+
+    /// What was painted at a pixel's middle on an item's surface, at full detail.
+    pub fn painted(&self, item: u32, x: u32, y: u32) -> Word {
+        let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        self.paint(item).map_or(Word::None, |paint| paint.at(centre, 0))
     }
 
     /// The model as the photo sees it.
@@ -174,7 +223,8 @@ impl Donor {
 
     /// Bytes that it takes.
     pub fn bytes(&self) -> u64 {
-        4 * self.shown.len() as u64 + self.levels.iter().map(|level| level.rgb.len() as u64).sum::<u64>()
+        let levels: u64 = self.levels.iter().map(|level| level.rgb.len() as u64).sum();
+        4 * self.shown.len() as u64 + levels + self.paint.values().map(Paint::bytes).sum::<u64>()
     }
 }
 
@@ -246,7 +296,7 @@ fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool 
     off(a).min(off(b)) > 0.0
 }
 
-fn levels(pixels: &PhotoPixels) -> Vec<Level> {
+fn finest(pixels: &PhotoPixels) -> Level {
     let (width, height) = (pixels.width as usize, pixels.height as usize);
     let rows = (0..pixels.height).into_par_iter().flat_map_iter(|y| {
         (0..pixels.width).flat_map(move |x| {
@@ -254,11 +304,7 @@ fn levels(pixels: &PhotoPixels) -> Vec<Level> {
             [r, g, b].map(|value| ((u32::from(value) * 255 + 32767) / 65535) as u8)
         })
     });
-    let mut levels = vec![Level { width, height, rgb: rows.collect() }];
-    while levels.len() < LEVELS && levels[levels.len() - 1].width.min(levels[levels.len() - 1].height) > 1 {
-        levels.push(halved(&levels[levels.len() - 1]));
-    }
-    levels
+    Level { width, height, rgb: rows.collect() }
 }
 
 /// Means of two by two, in linear light; an odd last row or column is dropped.

@@ -23,20 +23,34 @@ pub struct FillOptions {
     pub without: Vec<String>,
     /// What no photo shows.
     pub invent: Invent,
+    /// Photos whose paint is laid over what the others show of the same surfaces: names, or beginnings of names
+    /// with `*` behind.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub propagate: Vec<String>,
 }
 
 impl FillOptions {
     /// Whether the object with this name is filled.
     pub fn fills(&self, object: &str) -> bool {
-        !self.without.iter().any(|pattern| match pattern.strip_suffix('*') {
-            Some(beginning) => object.starts_with(beginning),
-            None => object == pattern,
-        })
+        !self.without.iter().any(|pattern| is_named(object, pattern))
+    }
+
+    /// Whether paint of the photo with this name is laid over other photos.
+    pub fn propagates(&self, photo: &str) -> bool {
+        self.propagate.iter().any(|pattern| is_named(photo, pattern))
     }
 
     /// All of it is as if nothing had been decided.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
+    }
+}
+
+/// Whether a name is the pattern's, or begins as it does before its `*`.
+pub fn is_named(name: &str, pattern: &str) -> bool {
+    match pattern.strip_suffix('*') {
+        Some(beginning) => name.starts_with(beginning),
+        None => name == pattern,
     }
 }
 
@@ -49,5 +63,8 @@ mod tests {
         let options = FillOptions { without: vec!["tractor".into(), "tree_*".into()], ..Default::default() };
         let fills = ["tractor", "tractor.cab", "tree_1", "tree"].map(|name| options.fills(name));
         assert_eq!(fills, [false, true, false, true]);
+        assert!(!options.propagates("a.jpg"), "nothing is laid over a photo unless that is asked for");
+        let all = FillOptions { propagate: vec!["*".into()], ..options };
+        assert!(all.propagates("a.jpg"));
     }
 }

@@ -27,7 +27,7 @@ use crate::task::Task;
 /// invented picture of half a million cells takes a second.
 const MOST_CELLS: f64 = (1 << 19) as f64;
 
-/// Photos that a plate is made of at most: the nearest to the surface.
+/// Photos that a plate is made of at most: those with paint on the surface, then the nearest to it.
 const MOST_PHOTOS: usize = 16;
 
 /// Cells of all plates that are kept at most, six bytes each; beyond, all are made again when they are asked
@@ -166,6 +166,8 @@ impl Layout {
         let cell =
             (1.0 / best).max((extent.x * extent.y / MOST_CELLS).sqrt()).max(extent.max_element() / 4096.0);
         let size = [extent.x, extent.y].map(|side| (side / cell).ceil().max(1.0) as usize);
+        let painters = &ground.painters[surface.face.0 as usize];
+        densities.sort_by_key(|(_, photo)| !painters.contains(photo));
         let most = MOST_PHOTOS.min(ground.source.at_once());
         let mut photos: Vec<PhotoId> = densities.into_iter().take(most).map(|(_, id)| id).collect();
         photos.sort_unstable();

@@ -36,6 +36,31 @@ impl Region {
         self.spans.last().map_or(0, |last| (last.first + last.span.x1 - last.span.x0) as usize)
     }
 
+    /// Every texel as column and row, as the spans count them.
+    pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + Clone {
+        self.spans.iter().flat_map(|s| (s.span.x0..s.span.x1).map(move |x| (x, s.span.y)))
+    }
+
+    /// Only the texels that `keep` wants, by their places; none where it wants nothing.
+    pub fn part(&self, keep: impl Fn(usize) -> bool) -> Option<Self> {
+        let mut spans: Vec<HiddenSpan> = Vec::new();
+        let mut first = 0;
+        for whole in &self.spans {
+            let wanted = |x: &u32| keep((whole.first + x - whole.span.x0) as usize);
+            let mut x0 = whole.span.x0;
+            while let Some(from) = (x0..whole.span.x1).find(|x| wanted(x)) {
+                x0 = (from..whole.span.x1).find(|x| !wanted(x)).unwrap_or(whole.span.x1);
+                spans.push(HiddenSpan {
+                    span: PixelSpan { x0: from, x1: x0, ..whole.span },
+                    first,
+                    ..*whole
+                });
+                first += x0 - from;
+            }
+        }
+        (!spans.is_empty()).then_some(Self { surface: self.surface, spans })
+    }
+
     /// Their bounding box.
     pub fn rect(&self) -> PixelRect {
         let of_span = |s: &HiddenSpan| {
@@ -171,5 +196,10 @@ mod tests {
         assert_eq!(spans, [(0, 10, 12, 3, 0), (0, 13, 14, 3, 2), (1, 14, 16, 3, 0)]);
         assert_eq!(found[0].texels(), 3);
         assert_eq!(found[0].rect(), PixelRect { x: 10, y: 5, w: 4, h: 1 });
+        assert_eq!(found[0].pixels().map(|(x, _)| x).collect::<Vec<_>>(), [10, 11, 13]);
+        let part = found[0].part(|place| place != 1).unwrap();
+        let spans: Vec<_> = part.spans.iter().map(|s| (s.span.x0, s.span.x1, s.layer, s.first)).collect();
+        assert_eq!(spans, [(10, 11, 3, 0), (13, 14, 3, 1)]);
+        assert_eq!(found[0].part(|_| false), None);
     }
 }

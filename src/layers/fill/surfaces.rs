@@ -75,6 +75,13 @@ impl Surfaces {
         SurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
     }
 
+    /// The same where nobody knows whether the face has such a triangle, or is planar.
+    pub fn find(&self, face: FaceId, triangle: Option<u32>) -> Option<SurfaceId> {
+        let id = self.id(face, triangle);
+        let surface = self.list.get(id.0 as usize)?;
+        (surface.face == face && surface.triangle == triangle).then_some(id)
+    }
+
     /// Which of a face's surfaces a polygon lies on: that whose plane and middle are nearest to it.
     pub fn of_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
         let mean = |ring: &[DVec3]| ring.iter().sum::<DVec3>() / ring.len() as f64;
@@ -107,6 +114,8 @@ mod tests {
             let middle = corners.iter().sum::<DVec3>() / 3.0;
             let inner: Vec<DVec3> = corners.iter().map(|p| middle + (*p - middle) * 0.3).collect();
             assert_eq!(surfaces.of_polygon(bent, &inner), id);
+            assert_eq!(surfaces.find(bent, Some(t)), Some(id));
         }
+        assert_eq!((surfaces.find(bent, None), surfaces.find(bent, Some(99))), (None, None));
     }
 }

@@ -84,7 +84,9 @@ fn write_one(
     let shown = read_layer(&stacks.join(&layer.file), layer.rect, rect)?;
     let mut pixels = Vec::with_capacity(4 * places.len());
     for (place, shown) in places.iter().zip(shown.as_chunks::<4>().0) {
-        let [r, g, b] = if shown[3] != 0 { SHOWN } else { colour(usize::from(*place), fill) };
+        // A texel of the photo has an origin of its own where another photo's paint is laid over it.
+        let is_photo = shown[3] != 0 && *place == 0;
+        let [r, g, b] = if is_photo { SHOWN } else { colour(usize::from(*place), fill) };
         let holds = shown[3] != 0 || *place != 0;
         pixels.extend([r, g, b, if holds { u8::MAX } else { 0 }]);
     }
@@ -108,6 +110,10 @@ fn colour(place: usize, fill: &StackFill) -> [u8; 3] {
         Some(origins::PAINTED) => [255; 3],
         Some(origins::EXEMPLAR) => [255, 150, 0],
         Some(origins::DIFFUSED) => [225, 30, 30],
+        // Light, in hues of their own.
+        Some(origin) if origins::painter(origin).is_some() => {
+            rgb_of((place as f64 * 137.508) % 360.0, 0.25, 1.0)
+        }
         // Steps of the golden angle through greens, blues and violets, in two shades.
         Some(_) => {
             let hue = 90.0 + (place as f64 * 137.508) % 210.0;
@@ -135,11 +141,14 @@ mod tests {
         assert_eq!([rgb_of(0.0, 1.0, 1.0), rgb_of(120.0, 1.0, 1.0)], [[255, 0, 0], [0, 255, 0]]);
         let fixed = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED].map(String::from);
         let photos = (0..24).map(|i| format!("{i}.jpg"));
+        let painted = (0..5).map(|i| origins::painted_in(&format!("{i}.jpg")));
         let fill = StackFill {
             inputs: String::new(),
-            origins: fixed.into_iter().chain(photos).collect(),
+            origins: fixed.into_iter().chain(photos).chain(painted).collect(),
             texels_hidden: 0,
             texels_from_photos: 0,
+            texels_from_paint: 0,
+            spread: Vec::new(),
             texels_by_example: 0,
             texels_diffused: 0,
             bytes: 0,

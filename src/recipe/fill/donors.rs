@@ -2,6 +2,7 @@
 
 use std::sync::{Arc, Mutex};
 
+use super::paint::SitePaint;
 use crate::error::{Error, Result};
 use crate::io::photo::read_photo;
 use crate::layers::fill::{Donor, Donors, Surfaces};
@@ -13,6 +14,7 @@ use crate::task::Task;
 pub(super) struct PhotoDonors<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
+    paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
     /// The latest last; none for a photo that cannot be read.
@@ -20,9 +22,16 @@ pub(super) struct PhotoDonors<'a> {
 }
 
 impl<'a> PhotoDonors<'a> {
-    /// Those of a site; `memory`: bytes that decoded photos may take together. Who holds one keeps it.
-    pub fn new(opened: &'a Opened, surfaces: &'a Surfaces, memory: u64, task: &'a Task) -> Self {
-        Self { opened, surfaces, memory, task, recent: Mutex::default() }
+    /// Those of a site with their paint; `memory`: bytes that decoded photos may take together. Who holds one
+    /// keeps it.
+    pub fn new(
+        opened: &'a Opened,
+        surfaces: &'a Surfaces,
+        paint: &'a SitePaint<'a>,
+        memory: u64,
+        task: &'a Task,
+    ) -> Self {
+        Self { opened, surfaces, paint, memory, task, recent: Mutex::default() }
     }
 
     fn known(&self, photo: PhotoId) -> Option<Option<Arc<Donor>>> {
@@ -48,17 +57,22 @@ impl<'a> PhotoDonors<'a> {
         self.task.go_on()?;
         let site = &self.opened.site;
         let file = &site.photos[photo.0 as usize];
-        let pixels = match read_photo(&file.file, file.camera.width, file.camera.height) {
-            Ok(pixels) => pixels,
+        let read = || {
+            Ok((read_photo(&file.file, file.camera.width, file.camera.height)?, self.paint.of_photo(photo)?))
+        };
+        let (pixels, painted) = match read() {
+            Ok(read) => read,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
+                // Without its paint it would give what was painted over.
                 self.task.of(&file.name).note(format!("it gives nothing: {error}"));
                 return Ok(None);
             }
         };
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
         let tolerance = self.opened.project.options.tolerance;
-        Ok(Some(Arc::new(Donor::new(&projector, &pixels, &site.model, self.surfaces, tolerance))))
+        let (model, surfaces) = (&site.model, self.surfaces);
+        Ok(Some(Arc::new(Donor::new(&projector, &pixels, &painted, model, surfaces, tolerance))))
     }
 }
 

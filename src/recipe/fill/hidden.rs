@@ -1,6 +1,6 @@
 //! What is hidden in a stack's image layers, surface by surface.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 
 use glam::DVec3;
@@ -20,6 +20,8 @@ use crate::scene::{FaceId, Model};
 pub(super) struct Hidden {
     /// By surface.
     pub regions: Vec<Region>,
+    /// What the photo shows of the surfaces that may get paint of other photos.
+    pub shown: Vec<Region>,
     /// Hidden texels, also those that stay empty.
     pub texels: u64,
 }
@@ -54,7 +56,8 @@ impl Pixels {
 const NOTHING: u32 = u32::MAX;
 
 /// The hidden pixels of all image layers. A pixel that would lie before what another layer shows there is
-/// left out: that happens where an overlap was forgiven, and the stack must still give the photo back.
+/// left out: that happens where an overlap was forgiven, and the stack must still give the photo back. Of the
+/// surfaces in `spread` also the visible pixels.
 ///
 /// # Errors
 /// [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
@@ -65,6 +68,7 @@ pub(super) fn hidden_regions(
     model: &Model,
     surfaces: &Surfaces,
     options: &FillOptions,
+    spread: &BTreeSet<SurfaceId>,
 ) -> Result<Hidden> {
     let read = |layer: &ImageLayer| Pixels::read(layer, folder);
     let layers: Vec<Pixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
@@ -92,15 +96,19 @@ pub(super) fn hidden_regions(
         let hidden: Vec<bool> =
             hidden.iter().zip(&painted).map(|(hidden, id)| *hidden && id.is_none_or(fills)).collect();
         painted.iter_mut().for_each(|id| *id = id.filter(|id| fills(*id)));
-        (painted, hidden, texels)
+        let spreads = |id: &Option<SurfaceId>| id.is_some_and(|id| spread.contains(&id));
+        let shown: Vec<bool> =
+            painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && spreads(id)).collect();
+        (painted, hidden, shown, texels)
     };
     let found: Vec<_> = stack.image_layers.par_iter().zip(&layers).enumerate().map(of_layer).collect();
-    let (mut regions, mut texels) = (Regions::default(), 0);
-    for ((index, pixels), (painted, hidden, count)) in (0..).zip(&layers).zip(found) {
+    let (mut regions, mut visible, mut texels) = (Regions::default(), Regions::default(), 0);
+    for ((index, pixels), (painted, hidden, shown, count)) in (0..).zip(&layers).zip(found) {
         regions.add(index, pixels.rect, &painted, &hidden);
+        visible.add(index, pixels.rect, &painted, &shown);
         texels += count;
     }
-    Ok(Hidden { regions: regions.finish(), texels })
+    Ok(Hidden { regions: regions.finish(), shown: visible.finish(), texels })
 }
 
 /// Per pixel of the photo the first image layer of the stack that shows it.

@@ -2,13 +2,17 @@
 
 mod donors;
 mod hidden;
+mod inputs;
+mod paint;
 mod report;
 mod write;
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use self::donors::PhotoDonors;
 use self::hidden::hidden_regions;
+use self::paint::SitePaint;
 use self::write::write_fill;
 use super::gains::{self, photo_gains};
 use super::named::photos_named;
@@ -16,19 +20,19 @@ use super::open::Opened;
 use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
-use crate::document::{Decisions, Stack};
+use crate::document::Stack;
+use crate::document::stack::SpreadPaint;
 use crate::error::{Error, Result};
-use crate::io::hash::hash_bytes;
+use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
-use crate::layers::fill::{FillOptions, Ground, Plates, Surfaces, fill_photo};
+use crate::layers::fill::options::is_named;
+use crate::layers::fill::{FillOptions, Ground, Offer, Plates, Surfaces, fill_photo, spread_paint};
 use crate::projection::{PhotoId, Sources};
 use crate::scene::{Model, Photo};
 use crate::task::Task;
 
+pub use inputs::FillInputs;
 pub use report::FillShares;
-
-/// Changes whenever the same inputs would be filled otherwise.
-const VERSION: u32 = 1;
 
 /// What `fill` is asked to do.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,6 +47,14 @@ pub struct FillRequest {
     pub force: bool,
 }
 
+/// What is done with what is found.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Purpose {
+    Fill,
+    /// Nothing is filled, and no stack is written.
+    Tell,
+}
+
 /// What became of one photo.
 #[derive(Debug)]
 pub struct FilledPhoto {
@@ -52,6 +64,8 @@ pub struct FilledPhoto {
     pub stack: Result<Stack>,
     /// Nothing had changed, nothing was written.
     pub up_to_date: bool,
+    /// Paint of other photos that belongs on what it shows.
+    pub spread: Vec<SpreadPaint>,
     /// Files somebody had changed by hand, as they are now in `inbox/`.
     pub kept: Vec<PathBuf>,
 }
@@ -77,33 +91,14 @@ impl FillState {
         }
     }
 
-    /// Of a photo's stack; `inputs` as [`fill_inputs`] says.
-    pub fn of(stack: &Stack, inputs: &str) -> Self {
+    /// Of a photo's stack.
+    pub fn of(stack: &Stack, inputs: &FillInputs) -> Self {
         match &stack.fill {
             None => Self::Missing,
-            Some(fill) if fill.inputs == inputs => Self::Current,
+            Some(fill) if fill.inputs == inputs.of_stack(stack) => Self::Current,
             Some(_) => Self::Stale,
         }
     }
-}
-
-/// Hash of all that fillings are made of: every photo may give to every other.
-pub fn fill_inputs(opened: &Opened, stacks: &[Option<Stack>], options: &FillOptions) -> String {
-    let options = serde_json::to_string(options).expect("plain data is JSON");
-    let colour = gains::decisions(&opened.project.colour);
-    let excluded = excluded(&opened.project.decisions);
-    let text = format!("{VERSION} {} {options}{colour}{excluded}", gains::inputs(&opened.site, stacks));
-    hash_bytes(text.as_bytes())
-}
-
-/// Photos give nothing to faces that they are excluded for; empty where none is.
-fn excluded(decisions: &Decisions) -> String {
-    let of_photo = decisions.photos.iter().filter(|(_, decided)| !decided.exclude.is_empty());
-    let of_photo: Vec<_> = of_photo.map(|(photo, decided)| (photo, &decided.exclude)).collect();
-    if of_photo.is_empty() {
-        return String::new();
-    }
-    serde_json::to_string(&of_photo).expect("plain data is JSON")
 }
 
 /// Fills the hidden texels of the photos' current stacks, photo by photo. A fault in one photo is in its
@@ -111,10 +106,31 @@ fn excluded(decisions: &Decisions) -> String {
 ///
 /// # Errors
 /// [`Error::Request`] for a photo name that the site does not have, for an object to leave out that the
-/// model does not have, and when no photo has a stack; [`Error::Cancelled`].
+/// model does not have, and when no photo has a stack; when the book of paint cannot be read;
+/// [`Error::Cancelled`].
 pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
+    fill_or_tell(folder, opened, request, Purpose::Fill, task)
+}
+
+/// Tells what paint [`fill`] would lay over what photos, whether they are up to date or not; the stacks are as they
+/// were.
+///
+/// # Errors
+/// Those of [`fill`].
+pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
+    fill_or_tell(folder, opened, request, Purpose::Tell, task)
+}
+
+fn fill_or_tell(
+    folder: &Path,
+    opened: &Opened,
+    request: &FillRequest,
+    purpose: Purpose,
+    task: &Task,
+) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
     check_objects(&site.model, &request.options)?;
+    check_painters(&site.photos, &request.options)?;
     let photos = photos_named(site, &request.photos)?;
     let store = StackStore::new(folder);
     let states = task.timed("read stacks", || states(opened, &store))?;
@@ -122,8 +138,11 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
     if stacks.iter().all(Option::is_none) {
         return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
     }
-    let inputs = fill_inputs(opened, &stacks, &request.options);
-    let job = Job { store: &store, opened, request, states: &states, inputs: &inputs };
+    let inputs = FillInputs::of(folder, opened, &stacks, &request.options)?;
+    let surfaces = Surfaces::of(&site.model);
+    let paint = SitePaint::of(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
+    let (store, states, inputs, paint) = (&store, &states[..], &inputs, &paint);
+    let job = Job { store, opened, request, purpose, states, inputs, paint };
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -132,13 +151,13 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
     let gains = task.timed("gains", || photo_gains(site, &stacks, colour, folder, memory, task))?;
     let relief =
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
-    let surfaces = Surfaces::of(&site.model);
     let sources = sources(site, &stacks, &opened.project.decisions);
-    let donors = PhotoDonors::new(opened, &surfaces, memory, task);
+    let donors = PhotoDonors::new(opened, &surfaces, paint, memory, task);
     let ground = Ground {
         photos: &sources.photos,
         surfaces: &surfaces,
         serving: &serving(&sources),
+        painters: &paint.painters(&site.model),
         relief: relief.whole(),
         gains: &gains,
         options: &request.options,
@@ -198,12 +217,22 @@ fn objects_in_words(model: &Model) -> String {
     names.join(", ") + &more
 }
 
+fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
+    let unknown = |pattern: &&String| !photos.iter().any(|photo| is_named(&photo.name, pattern));
+    let errors = options.propagate.iter().filter(unknown);
+    let errors =
+        errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
+    Error::of_all(errors.collect()).map_or(Ok(()), Err)
+}
+
 struct Job<'a> {
     store: &'a StackStore,
     opened: &'a Opened,
     request: &'a FillRequest,
+    purpose: Purpose,
     states: &'a [StackState],
-    inputs: &'a str,
+    inputs: &'a FillInputs,
+    paint: &'a SitePaint<'a>,
 }
 
 impl Job<'_> {
@@ -215,23 +244,32 @@ impl Job<'_> {
 
     fn up_to_date(&self, photo: &Photo) -> Result<bool> {
         let StackState::Current(stack) = self.state(photo).1 else { return Ok(false) };
-        let current = FillState::of(stack, self.inputs) == FillState::Current && !self.request.force;
+        let again = self.request.force || self.purpose == Purpose::Tell;
+        let current = !again && FillState::of(stack, self.inputs) == FillState::Current;
         Ok(current && self.store.up_to_date(&photo.name, &stack.inputs)?.is_some())
     }
 
     fn untouched(&self, photo: &Photo) -> FilledPhoto {
         let stack = self.state(photo).1.stack().expect("what is up to date has a stack").clone();
-        FilledPhoto { photo: photo.name.clone(), stack: Ok(stack), up_to_date: true, kept: Vec::new() }
+        let spread = stack.fill.as_ref().map(|fill| fill.spread.clone()).unwrap_or_default();
+        let (photo, kept) = (photo.name.clone(), Vec::new());
+        FilledPhoto { photo, stack: Ok(stack), up_to_date: true, spread, kept }
     }
 
     /// Only a request to stop is an error here.
     fn photo(&self, photo: &Photo, ground: &Ground, plates: &mut Plates, task: &Task) -> Result<FilledPhoto> {
-        let (stack, kept) = match self.try_photo(photo, ground, plates, task) {
-            Ok((stack, kept)) => (Ok(stack), kept),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(error) => (Err(error), Vec::new()),
+        let filled = self.try_photo(photo, ground, plates, task);
+        let failed = |error| FilledPhoto {
+            photo: photo.name.clone(),
+            stack: Err(error),
+            up_to_date: false,
+            spread: Vec::new(),
+            kept: Vec::new(),
         };
-        Ok(FilledPhoto { photo: photo.name.clone(), stack, up_to_date: false, kept })
+        match filled {
+            Err(Error::Cancelled) => Err(Error::Cancelled),
+            filled => Ok(filled.unwrap_or_else(failed)),
+        }
     }
 
     fn try_photo(
@@ -240,26 +278,75 @@ impl Job<'_> {
         ground: &Ground,
         plates: &mut Plates,
         task: &Task,
-    ) -> Result<(Stack, Vec<PathBuf>)> {
+    ) -> Result<FilledPhoto> {
         task.go_on()?;
         let (id, state) = self.state(photo);
         let stack = current(photo, state)?;
         let folder = self.store.folder(&photo.name);
         let own = task.timed("read photo", || ground.source.donor(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
-        let model = &self.opened.site.model;
-        let hidden = task.timed("hidden", || {
-            hidden_regions(stack, &folder, &own, model, ground.surfaces, &self.request.options)
-        })?;
+        let (model, surfaces, options) = (&self.opened.site.model, ground.surfaces, &self.request.options);
+        let painters = self.painters(ground, id);
+        let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter)).collect();
+        let hidden = task
+            .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
+        let laid = spread_paint(ground, id, hidden.shown, &painters, task)?;
+        let spread = self.told(ground, &laid.offers);
+        let done = |stack: Stack, kept| FilledPhoto {
+            photo: photo.name.clone(),
+            stack: Ok(stack),
+            up_to_date: false,
+            spread: spread.clone(),
+            kept,
+        };
+        if self.purpose == Purpose::Tell {
+            return Ok(done(stack.clone(), Vec::new()));
+        }
         let filled = fill_photo(ground, id, hidden.regions, plates, task)?;
         let names: Vec<&str> = ground.photos.iter().map(|photo| photo.name.as_str()).collect();
         let (writer, mut bare) = self.store.amend(stack)?;
-        task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &own, &names))?;
+        task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("it was written in the line above");
-        (fill.inputs, fill.texels_hidden) = (self.inputs.to_owned(), hidden.texels);
+        (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
+        fill.spread = spread.clone();
         bare.bytes += fill.bytes;
         let committed = task.timed("commit", || writer.commit(bare))?;
-        Ok((committed.stack, committed.kept))
+        Ok(done(committed.stack, committed.kept))
+    }
+
+    /// The other photos whose paint is laid over this one.
+    fn painters(&self, ground: &Ground, own: PhotoId) -> Vec<PhotoId> {
+        let mut painters: Vec<PhotoId> = ground.painters.iter().flatten().copied().collect();
+        painters.sort_unstable();
+        painters.dedup();
+        let name = |photo: PhotoId| &self.opened.site.photos[photo.0 as usize].name;
+        painters.retain(|photo| *photo != own && self.request.options.propagates(name(*photo)));
+        painters
+    }
+
+    /// Offers in the document's words; the triangles of a face are one.
+    fn told(&self, ground: &Ground, offers: &[Offer]) -> Vec<SpreadPaint> {
+        let mut by_face: BTreeMap<(String, &str), Offer> = BTreeMap::new();
+        for offer in offers {
+            let face = self.opened.site.model.face_name(ground.surfaces.get(offer.surface).face);
+            let from = ground.photos[offer.from.0 as usize].name.as_str();
+            let sum = by_face.entry((face, from)).or_insert(Offer {
+                texels: 0,
+                own: 0,
+                conflicts: 0,
+                dissents: 0,
+                ..*offer
+            });
+            sum.texels += offer.texels;
+            sum.own += offer.own;
+            sum.conflicts += offer.conflicts;
+            sum.dissents += offer.dissents;
+        }
+        let told = |((face, from), offer): ((String, &str), Offer)| {
+            let Offer { texels, own, conflicts, dissents, .. } = offer;
+            SpreadPaint { face, from: from.to_owned(), texels, own, conflicts, dissents }
+        };
+        by_face.into_iter().map(told).collect()
     }
 }
 

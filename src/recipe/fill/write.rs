@@ -11,14 +11,16 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_png::{write_grey, write_rgba};
 use crate::layers::content::PixelSpan;
-use crate::layers::fill::{Donor, Filled, Origin, Texel};
+use crate::layers::fill::{Donor, Filled, FilledRegion, Origin, Spread, Texel};
+use crate::projection::PhotoId;
 use crate::scene::Samples;
 
 /// Places of the origins that are no photos.
 const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED];
 
 /// Writes the filling of each image layer into `folder`, and says in `stack` what was written; the hash of
-/// what it was made of and the number of hidden texels are left to the caller. `names` are the photos'.
+/// what it was made of, the number of hidden texels and what was offered are left to the caller. `names` are the
+/// photos'.
 ///
 /// # Errors
 /// [`crate::Error::Io`].
@@ -26,23 +28,18 @@ pub(super) fn write_fill(
     folder: &Path,
     stack: &mut Stack,
     filled: &Filled,
+    spread: &Spread,
     own: &Donor,
     names: &[&str],
 ) -> Result<()> {
-    let givers = givers(filled);
-    let mut parts: Vec<Vec<(PixelSpan, &[Texel])>> = vec![Vec::new(); stack.image_layers.len()];
-    for region in &filled.regions {
-        for span in &region.region.spans {
-            let first = span.first as usize;
-            let texels = &region.texels[first..first + (span.span.x1 - span.span.x0) as usize];
-            parts[span.layer as usize].push((span.span, texels));
-        }
-    }
-    let layers: Vec<_> = stack.image_layers.iter().zip(parts).collect();
+    let givers = givers(filled.regions.iter().chain(&spread.regions));
+    let count = stack.image_layers.len();
+    let (parts, laid) = (by_layer(&filled.regions, count), by_layer(&spread.regions, count));
+    let layers: Vec<_> = stack.image_layers.iter().zip(parts).zip(laid).collect();
     let written: Vec<Option<(LayerFill, u64)>> = layers
         .into_par_iter()
-        .map(|(layer, parts)| {
-            let maps = Maps::of(layer.rect, &parts, own.bits, &givers);
+        .map(|((layer, parts), laid)| {
+            let maps = Maps::of(layer.rect, &parts, &laid, own.bits, &givers);
             maps.write(folder, &layer.id, layer.rect, own.icc.as_deref())
         })
         .collect::<Result<_>>()?;
@@ -55,13 +52,18 @@ pub(super) fn write_fill(
         origins: FIXED
             .iter()
             .copied()
-            .chain(givers.iter().map(|g| names[*g as usize]))
             .map(Into::into)
+            .chain(givers.iter().map(|giver| match giver {
+                Giver::Photo(photo) => names[photo.0 as usize].to_owned(),
+                Giver::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
+            }))
             .collect(),
         texels_hidden: 0,
         texels_from_photos: count(&|origin| matches!(origin, Origin::Photo(_))),
+        texels_from_paint: count(&|origin| matches!(origin, Origin::Painted(_))),
         texels_by_example: count(&|origin| origin == Origin::Exemplar),
         texels_diffused: count(&|origin| origin == Origin::Diffused),
+        spread: Vec::new(),
         bytes: written.iter().flatten().map(|(_, bytes)| bytes).sum(),
     });
     for (layer, written) in stack.image_layers.iter_mut().zip(written) {
@@ -70,19 +72,49 @@ pub(super) fn write_fill(
     Ok(())
 }
 
-/// The photos that gave something, rising.
-fn givers(filled: &Filled) -> Vec<u32> {
-    let texels = filled.regions.iter().flat_map(|region| &region.texels);
-    let photos = texels.filter_map(|texel| match texel.origin {
-        Origin::Photo(photo) => Some(photo.0),
-        _ => None,
-    });
-    photos.collect::<BTreeSet<u32>>().into_iter().collect()
+/// Who gives texels: a photo, or what was painted in one.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Giver {
+    Photo(PhotoId),
+    Painter(PhotoId),
+}
+
+impl Giver {
+    fn of(origin: Origin) -> Option<Self> {
+        match origin {
+            Origin::Photo(photo) => Some(Self::Photo(photo)),
+            Origin::Painted(photo) => Some(Self::Painter(photo)),
+            Origin::Exemplar | Origin::Diffused => None,
+        }
+    }
+}
+
+/// Those that gave something, rising.
+fn givers<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<Giver> {
+    let texels = regions.flat_map(|region| &region.texels);
+    texels.filter_map(|texel| Giver::of(texel.origin)).collect::<BTreeSet<_>>().into_iter().collect()
+}
+
+/// Some texels of a row.
+type Run<'a> = (PixelSpan, &'a [Texel]);
+
+fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<Run<'_>>> {
+    let mut parts = vec![Vec::new(); layers];
+    for region in regions {
+        for span in &region.region.spans {
+            let first = span.first as usize;
+            let texels = &region.texels[first..first + (span.span.x1 - span.span.x0) as usize];
+            parts[span.layer as usize].push((span.span, texels));
+        }
+    }
+    parts
 }
 
 /// The pictures of one image layer's filling.
 struct Maps {
     colours: Samples,
+    /// Over what the photo shows; none where nothing is.
+    spread: Option<Samples>,
     confidence: Vec<u8>,
     provenance: Vec<u16>,
     texels: u64,
@@ -90,45 +122,41 @@ struct Maps {
 }
 
 impl Maps {
-    fn of(rect: PixelRect, parts: &[(PixelSpan, &[Texel])], bits: u8, givers: &[u32]) -> Self {
+    /// Of what fills a layer, and what is laid over it.
+    fn of(rect: PixelRect, parts: &[Run], laid: &[Run], bits: u8, givers: &[Giver]) -> Self {
         let count = rect.area() as usize;
+        let blank = || match bits {
+            16 => Samples::U16(vec![0; 4 * count]),
+            _ => Samples::U8(vec![0; 4 * count]),
+        };
         let mut maps = Self {
-            colours: if bits == 16 {
-                Samples::U16(vec![0; 4 * count])
-            } else {
-                Samples::U8(vec![0; 4 * count])
-            },
+            colours: blank(),
+            spread: (!laid.is_empty()).then(blank),
             confidence: vec![0; count],
             provenance: vec![0; count],
-            texels: 0,
+            texels: parts.iter().map(|(_, texels)| texels.len() as u64).sum(),
             largest: (FIXED.len() + givers.len()) as u16,
         };
-        for (span, texels) in parts {
-            let row = (span.y as i32 - rect.y) as usize * rect.w as usize;
-            let first = row + (span.x0 as i32 - rect.x) as usize;
-            for (at, texel) in (first..).zip(*texels) {
-                maps.put(at, *texel, givers);
+        for (at, texel) in texels_of(rect, parts) {
+            put(&mut maps.colours, at, texel.rgb);
+            maps.describe(at, texel, givers);
+        }
+        for (at, texel) in texels_of(rect, laid) {
+            if let Some(spread) = &mut maps.spread {
+                put(spread, at, texel.rgb);
             }
+            maps.describe(at, texel, givers);
         }
         maps
     }
 
-    fn put(&mut self, at: usize, texel: Texel, givers: &[u32]) {
-        let [r, g, b] = texel.rgb;
-        match &mut self.colours {
-            Samples::U8(samples) => {
-                let byte = |value: u16| (value / 257) as u8;
-                samples[4 * at..4 * at + 4].copy_from_slice(&[byte(r), byte(g), byte(b), u8::MAX]);
-            }
-            Samples::U16(samples) => samples[4 * at..4 * at + 4].copy_from_slice(&[r, g, b, u16::MAX]),
-        }
+    fn describe(&mut self, at: usize, texel: Texel, givers: &[Giver]) {
         self.confidence[at] = texel.confidence;
-        self.provenance[at] = match texel.origin {
-            Origin::Exemplar => 2,
-            Origin::Diffused => 3,
-            Origin::Photo(photo) => (FIXED.len() + givers.partition_point(|g| *g < photo.0)) as u16,
+        self.provenance[at] = match (texel.origin, Giver::of(texel.origin)) {
+            (Origin::Exemplar, _) => 2,
+            (_, Some(giver)) => (FIXED.len() + givers.partition_point(|g| *g < giver)) as u16,
+            (_, None) => 3,
         };
-        self.texels += 1;
     }
 
     /// Nothing where nothing was filled.
@@ -139,22 +167,46 @@ impl Maps {
         rect: PixelRect,
         icc: Option<&[u8]>,
     ) -> Result<Option<(LayerFill, u64)>> {
-        if self.texels == 0 {
+        if self.texels == 0 && self.spread.is_none() {
             return Ok(None);
         }
         let fill = LayerFill {
             filled_file: format!("{id}.filled.png"),
             confidence_file: format!("{id}.confidence.png"),
             provenance_file: format!("{id}.provenance.png"),
+            spread_file: self.spread.as_ref().map(|_| format!("{id}.spread.png")),
             texels_filled: self.texels,
         };
         let provenance = match self.largest {
             0..256 => Samples::U8(self.provenance.iter().map(|place| *place as u8).collect()),
             _ => Samples::U16(self.provenance),
         };
-        let bytes = write_rgba(&folder.join(&fill.filled_file), rect, &self.colours, icc)?
+        let spread = fill.spread_file.as_ref().zip(self.spread.as_ref());
+        let spread = spread.map(|(file, samples)| write_rgba(&folder.join(file), rect, samples, icc));
+        let bytes = spread.unwrap_or(Ok(0))?
+            + write_rgba(&folder.join(&fill.filled_file), rect, &self.colours, icc)?
             + write_grey(&folder.join(&fill.confidence_file), rect, &Samples::U8(self.confidence))?
             + write_grey(&folder.join(&fill.provenance_file), rect, &provenance)?;
         Ok(Some((fill, bytes)))
+    }
+}
+
+/// Their places in a picture of `rect`.
+fn texels_of<'a>(rect: PixelRect, runs: &'a [Run<'a>]) -> impl Iterator<Item = (usize, Texel)> + 'a {
+    runs.iter().flat_map(move |(span, texels)| {
+        let row = (span.y as i32 - rect.y) as usize * rect.w as usize;
+        let first = row + (span.x0 as i32 - rect.x) as usize;
+        (first..).zip(texels.iter().copied())
+    })
+}
+
+/// An opaque texel.
+fn put(samples: &mut Samples, at: usize, [r, g, b]: [u16; 3]) {
+    match samples {
+        Samples::U8(samples) => {
+            let byte = |value: u16| (value / 257) as u8;
+            samples[4 * at..4 * at + 4].copy_from_slice(&[byte(r), byte(g), byte(b), u8::MAX]);
+        }
+        Samples::U16(samples) => samples[4 * at..4 * at + 4].copy_from_slice(&[r, g, b, u16::MAX]),
     }
 }

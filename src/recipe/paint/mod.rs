@@ -1,6 +1,7 @@
 //! Paint on the image layers of today: entries find their surfaces, and surfaces their image layers. Nothing is
 //! written here: paint is authored, and what it looks like in a stack is derived each time.
 
+pub mod by_surface;
 mod home;
 #[cfg(test)]
 mod home_tests;

@@ -1,0 +1,77 @@
+//! The paint of a photo by the surfaces that it is on, whatever image layers they are in.
+
+use std::collections::BTreeMap;
+
+use super::parts::{Parts, holds};
+use super::{PhotoPaint, Placed, Reach, parts_of_layer};
+use crate::document::Stack;
+use crate::document::paint::Patch;
+use crate::error::Result;
+
+/// A surface, as stacks name it.
+#[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
+pub struct SurfaceName {
+    /// Unique name of the object.
+    pub object: String,
+    /// Index within the object.
+    pub face: u32,
+    /// Of a face that is not planar, which of its triangles.
+    pub triangle: Option<u32>,
+}
+
+impl PhotoPaint {
+    /// The surfaces of the stack that somebody painted on, sorted. What was painted past all outlines is on none.
+    pub fn surfaces(&self, stack: &Stack) -> Vec<SurfaceName> {
+        let mut names = Vec::new();
+        self.each(stack, |parts, placed| {
+            names.push(name_of(parts, placed));
+            Ok(())
+        })
+        .expect("nothing is read here");
+        names.sort();
+        names.dedup();
+        names
+    }
+
+    /// The same with the paint on each, in photo pixels: later imports over earlier ones.
+    ///
+    /// # Errors
+    /// What reading a file of paint says.
+    pub fn by_surface(&self, stack: &Stack) -> Result<BTreeMap<SurfaceName, Patch>> {
+        let mut pieces: Vec<(SurfaceName, usize, Patch)> = Vec::new();
+        self.each(stack, |parts, placed| {
+            let mut patch = self.patch(placed.entry, stack)?;
+            if placed.reach == Reach::Covered {
+                let covered = parts.covered(&parts.list[placed.part]);
+                patch = patch.picked(|x, y, _| holds(covered, x, y));
+            }
+            pieces.push((name_of(parts, placed), placed.entry, patch));
+            Ok(())
+        })?;
+        // Entries count from the earliest import.
+        pieces.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));
+        let mut by_surface: BTreeMap<SurfaceName, Patch> = BTreeMap::new();
+        for (name, _, patch) in pieces {
+            let below = by_surface.entry(name).or_insert_with(|| Patch::of_pixels(&[]));
+            *below = below.under(&patch);
+        }
+        by_surface.retain(|_, patch| !patch.is_empty());
+        Ok(by_surface)
+    }
+
+    /// Calls `see` with every place of paint on a surface, image layer by image layer.
+    fn each(&self, stack: &Stack, mut see: impl FnMut(&Parts<'_>, &Placed) -> Result<()>) -> Result<()> {
+        for (layer, placed) in self.layers.iter().enumerate().filter(|(_, placed)| !placed.is_empty()) {
+            let parts = parts_of_layer(stack, layer);
+            for placed in placed.iter().filter(|placed| placed.reach != Reach::Beyond) {
+                see(&parts, placed)?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn name_of(parts: &Parts, placed: &Placed) -> SurfaceName {
+    let part = &parts.list[placed.part];
+    SurfaceName { object: part.object.to_owned(), face: part.face, triangle: part.triangle }
+}
