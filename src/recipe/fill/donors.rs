@@ -69,6 +69,11 @@ impl<'a> PhotoDonors<'a> {
                 return Ok(None);
             }
         };
+        let told = self.task.of(&file.name);
+        self.paint
+            .damaged(photo)
+            .iter()
+            .for_each(|damage| told.note(format!("filling goes on without: {damage}")));
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
         let tolerance = self.opened.project.options.tolerance;
         let (model, surfaces) = (&site.model, self.surfaces);

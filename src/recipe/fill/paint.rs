@@ -47,6 +47,11 @@ impl<'a> SitePaint<'a> {
         Ok(painted.collect())
     }
 
+    /// What of a photo's paint is damaged or gone, so that the photo gives what is under it.
+    pub fn damaged(&self, photo: PhotoId) -> &[String] {
+        self.photos[photo.0 as usize].as_ref().map_or(&[], |(_, paint)| paint.damaged())
+    }
+
     /// The surfaces that are painted on in a photo.
     pub fn surfaces_of(&self, photo: PhotoId) -> BTreeSet<SurfaceId> {
         let Some((stack, paint)) = &self.photos[photo.0 as usize] else { return BTreeSet::new() };
