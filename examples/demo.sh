@@ -56,3 +56,17 @@ say "  $out/views      the square from viewpoints of photos that the project has
 say "  $out/differences  those photos, their predictions, and where they differ"
 say "  $out/flight.apng  a flight across the square: open it in a browser"
 say "  $project        the project; docs/formats.md says what is in it"
+
+# A window, where there is a display and somebody who looks at it.
+case $(uname) in
+    Linux) shown=${WAYLAND_DISPLAY:-}${DISPLAY:-} ;;
+    *) shown=yes ;;
+esac
+if [ -n "$shown" ] && [ "${CI:-}" != true ]; then
+    say
+    say "And the editor, with the same project; F1 shows what keys and mouse do:"
+    step edit "$project"
+else
+    say
+    say "With a display, \`quadratura edit $project\` opens the same in a window."
+fi

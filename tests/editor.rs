@@ -5,18 +5,22 @@ mod common;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Key, Modifiers};
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Event, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
+use quadratura::app::selection::Selection;
 use quadratura::geometry::Similarity;
+use quadratura::io::lock::ProjectLock;
+use quadratura::io::project::read_project;
 use quadratura::layers::Options;
 use quadratura::recipe::create::{NewProject, create_project};
 use quadratura::task::Task;
 
 /// A guard against waiting for ever, far beyond what any step takes.
-const NEVER: Duration = Duration::from_secs(600);
+const NEVER: Duration = Duration::from_secs(100);
 
 fn window(project: Option<PathBuf>) -> Harness<'static, Editor> {
     let builder = Harness::builder().with_size([1280.0, 800.0]);
@@ -75,28 +79,48 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
     assert!(harness.state().session.is_none());
 }
 
-#[test]
-fn a_site_is_opened_built_and_shown_by_hand() {
-    if common::gpu_rasteriser().is_none() {
-        return;
-    }
-    let folder = tempfile::tempdir().unwrap();
-    let mut harness = window(Some(piazza(folder.path())));
+/// A window with the piazza, opened and built by hand; none where no adapter is.
+fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
+    common::gpu_rasteriser()?;
+    let mut harness = window(Some(piazza(folder)));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
     harness.get_by_label("01_church.jpg, not built");
     harness.get_by_label("No photo has layers yet.");
-
     harness.get_by_label("Build layers").click();
     harness.step();
-    let built = |editor: &Editor| {
-        let session = editor.session.as_ref().unwrap();
-        session.painter.is_some() && session.photos.iter().all(|photo| photo.is_current())
-    };
-    wait(&mut harness, "the layers", built);
+    wait(&mut harness, "the layers", is_current);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     harness.get_by_label("01_church.jpg, current");
+    Some(harness)
+}
 
-    // Selecting by hand: a photo in the list, then an object in the outliner.
+fn is_current(editor: &Editor) -> bool {
+    let session = editor.session.as_ref().unwrap();
+    session.painter.is_some()
+        && editor.jobs.is_idle()
+        && session.photos.iter().all(|photo| photo.is_current())
+}
+
+/// Runs a command by its name in the palette.
+fn command(harness: &mut Harness<'_, Editor>, name: &str) {
+    let command = command::all().find(|command| command.name == name).unwrap();
+    assert_eq!((command.ready)(harness.state()), Ok(()), "{name}");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    harness.step();
+    harness.step();
+    harness.event(Event::Text(name.into()));
+    harness.step();
+    harness.key_press(Key::Enter);
+    harness.step();
+    harness.step();
+}
+
+#[test]
+fn a_site_is_opened_built_and_shown_by_hand() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+
+    // Selecting by hand: a photo in the list, then flying into its camera.
     harness.get_by_label("04_arcade.jpg, current").click();
     harness.step();
     harness.step();
@@ -119,9 +143,124 @@ fn a_site_is_opened_built_and_shown_by_hand() {
 
     // Another program may not write meanwhile, and may afterwards.
     let project = folder.path().join("piazza");
-    let locked = quadratura::io::lock::ProjectLock::take(&project).unwrap_err().to_string();
+    let locked = ProjectLock::take(&project).unwrap_err().to_string();
     assert!(locked.contains("is writing to this project"), "{locked}");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
     wait(&mut harness, "closing", |editor| editor.session.is_none() && editor.jobs.is_idle());
-    quadratura::io::lock::ProjectLock::take(&project).unwrap();
+    ProjectLock::take(&project).unwrap();
+}
+
+#[test]
+fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    let project = folder.path().join("piazza");
+    let name = |editor: &Editor| {
+        editor.session.as_ref().unwrap().photos[0].stack.as_ref().unwrap().image_layers[0].name.clone()
+    };
+    let (first, layers) = {
+        let stack = harness.state().session.as_ref().unwrap().photos[0].stack.clone().unwrap();
+        (name(harness.state()), stack.image_layers.len())
+    };
+
+    // A name is typed and holds when the field is left.
+    harness.state_mut().select(Selection::Layer { photo: 0, layer: 0 });
+    harness.step();
+    harness.step();
+    harness.get_by_role_and_label(Role::TextInput, "Name").click();
+    harness.step();
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::A);
+    harness.get_by_role_and_label(Role::TextInput, "Name").type_text("the palazzo");
+    harness.step();
+    harness.key_press(Key::Enter);
+    wait(&mut harness, "the step", |editor| editor.is_dirty());
+    wait(&mut harness, "the name", |editor| name(editor) == "the palazzo");
+    wait(&mut harness, "the name being kept", |_| project.join("project.unsaved.json").is_file());
+    assert_eq!(read_project(&project).unwrap().decisions.photos.len(), 0, "nothing is saved yet");
+
+    // Saved, undone past the save, and done again.
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "the save", |editor| !editor.is_dirty());
+    assert_eq!(read_project(&project).unwrap().decisions.photos.len(), 1);
+    command(&mut harness, "Undo");
+    wait(&mut harness, "the step back", |editor| editor.is_dirty());
+    wait(&mut harness, "the name of before", |editor| name(editor) == first);
+    command(&mut harness, "Redo");
+    wait(&mut harness, "the step forth", |editor| !editor.is_dirty());
+
+    // Two layers become one, unless the method forbids it, and then a note says why.
+    let mut merged = false;
+    for other in 1..layers {
+        harness.state_mut().select(Selection::Layer { photo: 0, layer: 0 });
+        harness.state_mut().toggle_layer(0, other);
+        command(&mut harness, "Merge layers");
+        if harness.state().is_dirty() {
+            merged = true;
+            break;
+        }
+        let note = harness.state().notes.list().last().unwrap();
+        assert!(note.text.contains("merge") || note.text.contains("hide"), "{}", note.text);
+    }
+    assert!(merged, "some layer goes with the first one");
+    wait(&mut harness, "a stale stack", |editor| !editor.session.as_ref().unwrap().photos[0].is_current());
+    command(&mut harness, "Build layers");
+    wait(&mut harness, "the layers", is_current);
+    assert!(
+        harness.state().session.as_ref().unwrap().photos[0].stack.as_ref().unwrap().image_layers.len()
+            < layers
+    );
+
+    // Closing asks; what is not saved is found again as after a crash.
+    wait(&mut harness, "the merge being kept", |_| project.join("project.unsaved.json").is_file());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
+    harness.step();
+    harness.step();
+    harness.get_by_label("Cancel").click();
+    harness.step();
+    harness.step();
+    assert!(harness.state().session.is_some());
+    drop(harness);
+    let mut harness = window(Some(project.clone()));
+    wait(&mut harness, "the project", |editor| editor.session.is_some());
+    wait(&mut harness, "quiet", |editor| editor.jobs.is_idle());
+    harness.get_by_label("Take them back").click();
+    wait(&mut harness, "what was not saved", |editor| editor.is_dirty());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    wait(&mut harness, "the save", |editor| !editor.is_dirty());
+    let decided = read_project(&project).unwrap().decisions;
+    assert_eq!(decided.photos["01_church.jpg"].merge.len(), 1);
+    assert!(!project.join("project.unsaved.json").exists());
+}
+
+#[test]
+fn a_flight_is_made_of_two_views_played_and_filmed() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    command(&mut harness, "Keep this view");
+    assert_eq!(harness.state().session.as_ref().unwrap().opened.project.views[0].name, "View 1");
+    command(&mut harness, "Add keyframe");
+    let start = harness.state().space.viewpoint;
+    command(&mut harness, "Next photo");
+    wait(&mut harness, "the flight to the next photo", |editor| editor.space.through() == Some(1));
+    command(&mut harness, "Add keyframe");
+    harness.get_by_label("Keyframe 1").click();
+    wait(&mut harness, "the start", |editor| {
+        editor.space.viewpoint.position().distance(start.position()) < 1e-9
+    });
+    command(&mut harness, "Play flight");
+    wait(&mut harness, "the end", |editor| !editor.plays());
+    let end = harness.state().session.as_ref().unwrap().opened.site.photos[1].pose.center_in_world();
+    assert!(harness.state().space.viewpoint.position().distance(end) < 1e-9);
+
+    command(&mut harness, "Make a picture…");
+    harness.get_by_label("Make").click();
+    let picture = folder.path().join("piazza/pictures/view.png");
+    wait(&mut harness, "the picture", |editor| picture.is_file() && editor.jobs.is_idle());
+
+    // Of all this a step of the history each: undone, nothing is left to save.
+    for step in ["Undo", "Undo", "Undo"] {
+        assert!(harness.state().is_dirty());
+        command(&mut harness, step);
+    }
+    assert!(!harness.state().is_dirty());
 }

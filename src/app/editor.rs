@@ -6,7 +6,10 @@ use eframe::egui::{self, CentralPanel, Context, Panel, Ui};
 use eframe::{Frame, Storage};
 
 use super::command::{self, Command};
+use super::flight::{Flights, timeline_ui};
+use super::frame_times::FrameTimes;
 use super::jobs::Jobs;
+use super::leaving::{Leaving, Questions};
 use super::notes::{Note, Notes, Weight};
 use super::palette::{Palette, palette_ui};
 use super::panel;
@@ -16,6 +19,8 @@ use super::session::Session;
 use super::settings::Settings;
 use super::space::{Space, space_ui};
 use crate::app::project::Opening;
+use crate::document::Project;
+use crate::document::history::Gesture;
 
 /// The key of the settings among what eframe keeps.
 const SETTINGS: &str = "settings";
@@ -26,8 +31,22 @@ pub enum Ask {
     Run(&'static Command),
     /// This is selected from now on.
     Select(Selection),
+    /// Adds an image layer of a photo to the selection, or takes it out.
+    Toggle(usize, usize),
+    /// Names an image layer of a photo.
+    Rename(usize, usize, String),
+    /// Takes one decision about a photo back, by its number.
+    ForgetDecision(String, usize),
     /// Flies into the camera of a photo.
     FlyTo(usize),
+    /// Flies to a kept view.
+    FlyToView(usize),
+    /// Shows the flight at a time, in seconds.
+    GoTo(f64),
+    /// A step of the history: what is undone, the project after it, and the gesture that it belongs to.
+    Edit(String, Box<Project>, Option<Gesture>),
+    /// A gesture has ended.
+    EndGesture,
     /// Opens a project.
     Open(PathBuf),
     /// Asks one job to stop.
@@ -50,8 +69,12 @@ pub struct Editor {
     pub selection: Selection,
     /// The photo that was selected last: the one that commands on a photo mean.
     pub photo: Option<usize>,
+    /// Image layers that are selected beside the one of `selection`: photo and place in its stack.
+    pub more_layers: Vec<(usize, usize)>,
     /// The 3D view.
     pub space: Space,
+    /// Kept views and the flight.
+    pub flights: Flights,
     /// Pictures of photos.
     pub pictures: Pictures,
     /// The command palette.
@@ -60,6 +83,10 @@ pub struct Editor {
     pub help_shown: bool,
     /// Dialogs around opening and making projects.
     pub opening: Opening,
+    /// Questions before a project is left, or after it was opened.
+    pub questions: Questions,
+    /// What frames took.
+    pub frame_times: FrameTimes,
     /// To be woken by threads.
     pub context: Context,
 }
@@ -77,11 +104,15 @@ impl Editor {
             settings,
             selection: Selection::default(),
             photo: None,
+            more_layers: Vec::new(),
             space: Space::default(),
+            flights: Flights::default(),
             pictures: Pictures::default(),
             palette: Palette::default(),
             help_shown: false,
             opening: Opening::default(),
+            questions: Questions::default(),
+            frame_times: FrameTimes::default(),
             context: context.clone(),
         };
         if let Some(project) = project {
@@ -101,7 +132,13 @@ impl Editor {
     /// Changes what is selected.
     pub fn select(&mut self, selection: Selection) {
         self.selection = selection;
+        self.more_layers.clear();
         self.photo = selection.photo().or(self.photo);
+    }
+
+    /// Seconds of the window's clock.
+    pub fn now_s(&self) -> f64 {
+        self.context.input(|input| input.time)
     }
 
     /// The photo that commands on a photo mean.
@@ -128,14 +165,24 @@ impl Editor {
         self.pictures.take_in(context);
         self.take_dropped(context);
         self.take_chosen();
+        self.take_close_request(context);
+        self.follow();
+        self.fly_on();
     }
 
     fn grant(&mut self, ask: Ask) {
         match ask {
             Ask::Run(command) => self.run(command),
             Ask::Select(selection) => self.select(selection),
+            Ask::Toggle(photo, layer) => self.toggle_layer(photo, layer),
+            Ask::Rename(photo, layer, name) => self.rename_layer(photo, layer, &name),
+            Ask::ForgetDecision(photo, number) => self.forget_decision(photo, number),
             Ask::FlyTo(photo) => self.fly_to_photo(photo),
-            Ask::Open(project) => self.open_project(project),
+            Ask::FlyToView(place) => self.fly_to_view(place),
+            Ask::GoTo(time_s) => self.go_to(time_s),
+            Ask::Edit(name, project, gesture) => self.edit(name, *project, gesture),
+            Ask::EndGesture => self.end_gesture(),
+            Ask::Open(project) => self.leave(Leaving::Open(project)),
             Ask::Stop(job) => self.jobs.stop(job),
             Ask::Forget(project) => self.settings.recent.retain(|other| *other != project),
         }
@@ -161,13 +208,19 @@ impl eframe::App for Editor {
         }
     }
 
-    fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
+    fn ui(&mut self, ui: &mut Ui, frame: &mut Frame) {
+        // Of the frame before.
+        frame.info().cpu_usage.into_iter().for_each(|seconds| self.frame_times.add(seconds));
         let mut asks = Vec::new();
         Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(self, ui, &mut asks));
         Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
         if self.settings.notes_shown {
             let notes = Panel::bottom("notes").resizable(true).default_size(170.0);
             notes.show(ui, |ui| panel::notes::notes_ui(self, ui, &mut asks));
+        }
+        if self.session.is_some() && self.flights.shown {
+            let flight = Panel::bottom("flight").resizable(true).default_size(150.0);
+            flight.show(ui, |ui| timeline_ui(self, ui, &mut asks));
         }
         if self.session.is_some() {
             let left = Panel::left("outliner").resizable(true).default_size(270.0);
@@ -178,6 +231,8 @@ impl eframe::App for Editor {
         } else {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
         }
+        self.questions_ui(ui.ctx());
+        self.export_ui(ui.ctx());
         panel::help::help_ui(self, ui.ctx());
         let context = ui.ctx().clone();
         asks.extend(palette_ui(self, &context).map(Ask::Run));

@@ -44,12 +44,16 @@ pub enum Kind {
     Render,
     /// Makes what a photo's view shows.
     PhotoView,
+    /// Looks which stacks are up to date.
+    Survey,
+    /// Keeps what is not saved.
+    Keep,
 }
 
 impl Kind {
     /// Work that nobody asked for by name is not listed when it is done.
     fn is_quiet(self) -> bool {
-        matches!(self, Self::Thumbnails | Self::PhotoView)
+        matches!(self, Self::Thumbnails | Self::PhotoView | Self::Survey | Self::Keep | Self::Preview)
     }
 }
 

@@ -4,16 +4,21 @@
 //! there and say what is wanted, as [`Ask`](editor::Ask)s, and one place does it. Whatever takes longer than a
 //! frame is a job on a thread of its own.
 
+mod authored;
 pub mod command;
 pub mod editor;
+mod flight;
+pub mod frame_times;
 pub mod jobs;
+mod layer_work;
+mod leaving;
 pub mod notes;
 mod painter;
 mod palette;
 mod panel;
 mod pictures;
 mod project;
-mod selection;
+pub mod selection;
 mod session;
 pub mod settings;
 mod space;
@@ -24,13 +29,16 @@ use eframe::NativeOptions;
 use eframe::egui::ViewportBuilder;
 
 use self::editor::Editor;
+use self::frame_times::{FrameReport, FrameTimes};
 use crate::error::{Error, Result};
 
-/// Opens the window, with a project or without; returns when it is closed.
+/// Opens the window, with a project or without; returns what its frames took when it is closed.
 ///
 /// # Errors
 /// [`Error::Request`] when there is no display or no adapter that draws on it.
-pub fn run(project: Option<PathBuf>) -> Result<()> {
+pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
+    let times = FrameTimes::default();
+    let frame_times = times.clone();
     let viewport = ViewportBuilder::default()
         .with_app_id("quadratura")
         .with_title("Quadratura")
@@ -40,9 +48,11 @@ pub fn run(project: Option<PathBuf>) -> Result<()> {
     let options = NativeOptions { viewport, ..NativeOptions::default() };
     let start = |creation: &eframe::CreationContext<'_>| {
         let editor = Editor::new(&creation.egui_ctx, creation.storage, project);
+        let editor = Editor { frame_times, ..editor };
         Ok(Box::new(editor) as Box<dyn eframe::App>)
     };
-    eframe::run_native("quadratura", options, Box::new(start)).map_err(|error| {
+    let closed = eframe::run_native("quadratura", options, Box::new(start));
+    closed.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
             "the window could not be opened: {error}; without a display, every other command of the program works"
         ))

@@ -7,6 +7,7 @@ use eframe::egui::Context;
 
 use super::editor::Editor;
 use super::jobs::Kind;
+use super::leaving::Leaving;
 use super::notes::{Note, Weight};
 use super::painter::Painter;
 use super::pictures::Pictures;
@@ -68,8 +69,12 @@ impl Editor {
         }
     }
 
-    /// Opens the project in `folder` instead of the one that is open.
+    /// Opens the project in `folder` instead of the one that is open; asks first where something is not saved.
     pub fn open_project(&mut self, folder: PathBuf) {
+        self.leave(Leaving::Open(folder));
+    }
+
+    pub(super) fn open_now(&mut self, folder: PathBuf) {
         let folder = match folder.file_name() {
             Some(name) if name == PROJECT_FILE => folder.parent().map(PathBuf::from).unwrap_or_default(),
             _ => folder,
@@ -78,8 +83,11 @@ impl Editor {
         self.jobs.stop_kind(Kind::Open);
         let name = format!("Opening {}", folder.display());
         self.jobs.start(Kind::Open, name, move |task| {
-            let session = Session::open(&folder, task)?;
-            Ok(Box::new(move |editor| editor.opened(session)))
+            let (session, recovered) = Session::open(&folder, task)?;
+            Ok(Box::new(move |editor| {
+                editor.opened(session);
+                recovered.into_iter().for_each(|recovered| editor.offer_recovery(recovered));
+            }))
         });
     }
 
@@ -117,6 +125,7 @@ impl Editor {
         self.jobs.start(Kind::Preview, "Preparing the 3D view", move |task| {
             let gpu = Gpu::headless()?;
             let preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
+            preview.problems().into_iter().for_each(|problem| task.note(problem));
             let model = opened.site.model.clone();
             let painter = Painter::new(preview, model, gpu.adapter_summary(), task.clone(), context)?;
             Ok(Box::new(move |editor| {
@@ -209,7 +218,7 @@ impl Editor {
         });
     }
 
-    fn stacks_changed(
+    pub(super) fn stacks_changed(
         &mut self,
         folder: &std::path::Path,
         photos: Vec<super::session::PhotoStatus>,

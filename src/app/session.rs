@@ -5,13 +5,17 @@ use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 
+use super::authored::Due;
 use super::painter::Painter;
 use crate::document::Stack;
+use crate::document::history::History;
 use crate::error::Result;
 use crate::geometry::bvh::Bvh;
 use crate::io::lock::ProjectLock;
+use crate::io::recovery::{Recovered, find_unsaved};
 use crate::io::stack_store::StackStore;
 use crate::projection::navigation::{Ground, Viewpoint};
+use crate::recipe::layer_names::rename;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
@@ -32,6 +36,10 @@ pub struct Session {
     pub solid: Solid,
     /// Who draws novel views; none while that is being prepared, or where there is no adapter.
     pub painter: Option<Painter>,
+    /// What was decided, and every step that led to it.
+    pub history: History,
+    /// What is left to do after edits.
+    pub due: Due,
     _lock: ProjectLock,
 }
 
@@ -83,30 +91,52 @@ pub fn survey(folder: &Path, opened: &Opened, task: &Task) -> Result<Vec<PhotoSt
     let photos = &opened.site.photos;
     let status = |(done, photo)| {
         task.step("look at stacks", done, photos.len() as u64)?;
-        survey.state(photo).map(PhotoStatus::of)
+        let mut state = survey.state(photo)?;
+        if let StackState::Current(stack) | StackState::Stale(stack) = &mut state {
+            // A name holds at once, whatever is in the file until it is written again.
+            rename(stack, &opened.project.decisions.of(&photo.name).names);
+        }
+        Ok(PhotoStatus::of(state))
     };
     (0u64..).zip(photos).map(status).collect()
 }
 
 impl Session {
-    /// Opens the project in `folder` for writing.
+    /// Opens the project in `folder` for writing; beside it what was not saved when the program ended last.
     ///
     /// # Errors
     /// Those of [`open`]; [`crate::Error::Request`] when another program writes to it.
-    pub fn open(folder: &Path, task: &Task) -> Result<Self> {
+    pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<Recovered>)> {
         let lock = ProjectLock::take(folder)?;
         let opened = open(folder, task)?;
         let photos = survey(folder, &opened, task)?;
+        let recovered = find_unsaved(folder, &opened.project).unwrap_or_else(|error| {
+            task.note(format!("what was not saved last time cannot be read: {error}"));
+            None
+        });
+        let history = History::new(opened.project.clone());
         let model = &opened.site.model;
-        Ok(Self {
+        let session = Self {
             folder: folder.to_path_buf(),
             ground: Ground::of(&model.vertices, up(&opened.site.photos)),
             solid: Solid::new(model),
             opened: Arc::new(opened),
             photos,
             painter: None,
+            history,
+            due: Due::default(),
             _lock: lock,
-        })
+        };
+        Ok((session, recovered))
+    }
+
+    /// The site was read again.
+    pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
+        self.ground = Ground::of(&opened.site.model.vertices, up(&opened.site.photos));
+        self.solid = Solid::new(&opened.site.model);
+        self.opened = Arc::new(opened);
+        self.photos = photos;
+        self.painter = None;
     }
 
     /// For the title of the window: the folder's own name.

@@ -8,6 +8,6 @@ use crate::app;
 use crate::error::Result;
 
 pub fn run(args: &EditArgs) -> Result<Outcome> {
-    app::run(args.project.clone())?;
-    Ok(Outcome { text: String::new(), json: json!({}), problems: Vec::new() })
+    let frames = app::run(args.project.clone())?;
+    Ok(Outcome { text: String::new(), json: json!({ "frames": frames }), problems: Vec::new() })
 }

@@ -1,5 +1,6 @@
 //! What is saved: the authored project and the derived stacks.
 
+pub mod bookmark;
 pub mod camera_path;
 pub mod colour;
 pub mod decisions;
@@ -7,9 +8,12 @@ pub mod export_record;
 pub mod history;
 pub mod names;
 pub mod paint;
+mod path_edit;
 pub mod project;
 pub mod stack;
 
+pub use bookmark::Bookmark;
+pub use camera_path::CameraPath;
 pub use colour::Colour;
 pub use decisions::{Decisions, PhotoDecisions};
 pub use history::History;

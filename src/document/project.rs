@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Colour, Decisions};
+use super::{Bookmark, CameraPath, Colour, Decisions};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -38,6 +38,12 @@ pub struct Project {
     /// What was decided about single photos' layers.
     #[serde(default, skip_serializing_if = "Decisions::is_default")]
     pub decisions: Decisions,
+    /// Views to come back to.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub views: Vec<Bookmark>,
+    /// The flight that is being made.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub flight: Option<CameraPath>,
 }
 
 #[cfg(test)]

@@ -7,8 +7,8 @@ use serde::Deserialize;
 use super::atomic::write_atomically;
 use super::json::{read_json, to_json};
 use super::lock::LOCK_FILE;
-use crate::document::Project;
 use crate::document::project::PROJECT_VERSION;
+use crate::document::{Bookmark, CameraPath, Project};
 use crate::error::{Error, Result};
 
 /// The name of the authored file in the project's folder.
@@ -43,6 +43,8 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
         ("options", project.options.problem()),
         ("colour", project.colour.problem()),
         ("decisions", project.decisions.problem(&project.options)),
+        ("views", project.views.iter().find_map(Bookmark::problem)),
+        ("flight", project.flight.as_ref().and_then(CameraPath::problem)),
     ];
     match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
         Some((place, problem)) => Err(Error::input(file, place, problem, REMEDY)),
@@ -174,6 +176,8 @@ mod tests {
             fill: FillOptions { without: vec!["tractor".into()], ..FillOptions::default() },
             colour: Colour { reference: Some("0001.jpg".into()), ..Colour::default() },
             decisions: decisions(),
+            views: Vec::new(),
+            flight: Some(CameraPath::empty([64, 48])),
         }
     }
 

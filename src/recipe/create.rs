@@ -68,6 +68,8 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             fill: FillOptions::default(),
             colour: Colour::default(),
             decisions: Decisions::default(),
+            views: Vec::new(),
+            flight: None,
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();

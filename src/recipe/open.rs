@@ -23,7 +23,7 @@ pub struct Opened {
     pub site: Site,
     /// What structure from motion triangulated, in the cameras' world; observations count through
     /// the site's photos.
-    pub points: Vec<SparsePoint>,
+    pub points: Arc<Vec<SparsePoint>>,
     /// Why photos of the cameras' file are not in the site; one each.
     pub problems: Vec<Error>,
     /// Photos whose files cannot be used, by name, with the reason.
@@ -58,11 +58,23 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let left_out = import.left_out.into_iter().zip(reasons).collect();
     let problems = cameras.problems.into_iter().chain(import.problems).collect();
     let site = Site { photos: import.photos, model: Arc::new(model) };
-    let points = points_of_photos(cameras.points, &cameras.photos, &site.photos);
+    let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
     Ok(Opened { project, site, points, problems, left_out })
 }
 
 impl Opened {
+    /// The same site with another project: one that differs in nothing that the site is made of (files, place of
+    /// the model). Its problems have been told.
+    pub fn with_project(&self, project: Project) -> Self {
+        Self {
+            project,
+            site: self.site.clone(),
+            points: self.points.clone(),
+            problems: Vec::new(),
+            left_out: self.left_out.clone(),
+        }
+    }
+
     /// The photos that `names` ask for: [`photos_named`].
     ///
     /// # Errors

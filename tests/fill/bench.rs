@@ -121,11 +121,13 @@ impl Bench {
             colour: Default::default(),
             decisions: Default::default(),
             fill: FillOptions::default(),
+            views: Vec::new(),
+            flight: None,
         };
         Opened {
             project,
             site: self.site.clone(),
-            points: Vec::new(),
+            points: Default::default(),
             problems: Vec::new(),
             left_out: Vec::new(),
         }

@@ -1,9 +1,10 @@
 //! Commands on projects and on the program.
 
-use eframe::egui::{Context, Key, ViewportCommand};
+use eframe::egui::{Context, Key};
 
 use super::{Command, Menu, PLAIN, ctrl, plain, with_project};
 use crate::app::editor::Editor;
+use crate::app::leaving::Leaving;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] = &[&OPEN, &CLOSE, &QUIT, &PALETTE, &NOTES, &DARK, &LAYOUT, &KEYS];
@@ -20,10 +21,10 @@ pub const OPEN: Command = Command {
 /// Closes the project.
 pub const CLOSE: Command = Command {
     name: "Close project",
-    tooltip: "Closes the project; all of it is saved.",
+    tooltip: "Closes the project; asks where something is not saved.",
     keys: &[ctrl(Key::W)],
     ready: with_project,
-    run: |editor, _| editor.close_project(),
+    run: |editor, _| editor.leave(Leaving::Close),
     ..PLAIN
 };
 
@@ -33,7 +34,7 @@ pub const QUIT: Command = Command {
     tooltip: "Ends the program.",
     keys: &[ctrl(Key::Q)],
     starts_group: true,
-    run: |_, context| context.send_viewport_cmd(ViewportCommand::Close),
+    run: |editor, _| editor.leave(Leaving::Quit),
     ..PLAIN
 };
 

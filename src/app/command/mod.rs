@@ -1,7 +1,9 @@
 //! Every command of the editor: its name, its tooltip, its keys, where in the menu it is, when it can be run, and
 //! what it does. Menus, palette, keyboard and tests know commands from these tables alone.
 
+pub mod edit;
 pub mod file;
+pub mod flight;
 pub mod layers;
 pub mod view;
 
@@ -14,6 +16,8 @@ use super::editor::Editor;
 pub enum Menu {
     /// Projects.
     File,
+    /// What was decided.
+    Edit,
     /// Stacks and layers.
     Layers,
     /// What is shown, and from where.
@@ -24,12 +28,13 @@ pub enum Menu {
 
 impl Menu {
     /// All of them.
-    pub const ALL: [Self; 4] = [Self::File, Self::Layers, Self::View, Self::Window];
+    pub const ALL: [Self; 5] = [Self::File, Self::Edit, Self::Layers, Self::View, Self::Window];
 
     /// As the menu bar has it.
     pub fn name(self) -> &'static str {
         match self {
             Self::File => "File",
+            Self::Edit => "Edit",
             Self::Layers => "Layers",
             Self::View => "View",
             Self::Window => "Window",
@@ -56,6 +61,8 @@ pub struct Command {
     pub ready: fn(&Editor) -> Result<(), WhyNot>,
     /// Whether it is switched on, for one that switches.
     pub on: Option<fn(&Editor) -> bool>,
+    /// What it would do it to, for its place in the menu: `merge of 3 layers`.
+    pub detail: Option<fn(&Editor) -> Option<String>>,
     /// What it does.
     pub run: fn(&mut Editor, &Context),
 }
@@ -69,12 +76,16 @@ pub const PLAIN: Command = Command {
     starts_group: false,
     ready: always,
     on: None,
+    detail: None,
     run: |_, _| (),
 };
 
 /// All commands, in the order of their menus.
 pub fn all() -> impl Iterator<Item = &'static Command> {
-    [file::COMMANDS, layers::COMMANDS, view::COMMANDS].into_iter().flatten().copied()
+    [file::COMMANDS, edit::COMMANDS, layers::COMMANDS, view::COMMANDS, flight::COMMANDS]
+        .into_iter()
+        .flatten()
+        .copied()
 }
 
 /// Ready in any state.
@@ -114,14 +125,14 @@ pub fn first_keys(context: &Context, command: &Command) -> String {
     command.keys.first().map(|keys| keys_text(context, keys)).unwrap_or_default()
 }
 
-/// The command whose keys were pressed. Keys without Ctrl are text where text is being typed, and Enter belongs
-/// to whatever has the focus, unless that is `view`, the view that commands speak of.
+/// The command whose keys were pressed. Keys without Ctrl are text where text is being typed, and Enter and Space
+/// belong to whatever has the focus, unless that is `view`, the view that commands speak of.
 pub fn pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> {
     let typing = context.text_edit_focused();
     let focused = context.memory(|memory| memory.focused());
     let taken = focused.is_some() && focused != view;
     let usable = |keys: &KeyboardShortcut| {
-        let theirs = typing || (taken && keys.logical_key == Key::Enter);
+        let theirs = typing || (taken && matches!(keys.logical_key, Key::Enter | Key::Space));
         !theirs || keys.modifiers.command || is_function_key(keys.logical_key)
     };
     // Keys with more modifiers are asked first: else Ctrl+Shift+S would be taken for Ctrl+S.

@@ -1,13 +1,14 @@
 //! What is known of the selection.
 
-use eframe::egui::{Grid, RichText, ScrollArea, Ui};
+use eframe::egui::{Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{grouped, percent};
-use crate::app::command::{layers, view};
+use crate::app::command::{edit, layers, view};
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
 use crate::app::session::Session;
 use crate::document::stack::Reason;
+use crate::recipe::decide::decided;
 use crate::recipe::survey::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, ObjectId};
 
@@ -18,9 +19,9 @@ pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match editor.selection {
         Selection::Nothing => nothing(session, ui),
         Selection::Photo(photo) => photo_ui(editor, session, photo, ui, asks),
-        Selection::Object(object) => object_ui(session, object, ui, asks),
-        Selection::Face(face) => face_ui(session, face, ui, asks),
-        Selection::Layer { photo, layer } => layer_ui(session, photo, layer, ui, asks),
+        Selection::Object(object) => object_ui(editor, session, object, ui, asks),
+        Selection::Face(face) => face_ui(editor, session, face, ui, asks),
+        Selection::Layer { photo, layer } => layer_ui(editor, session, photo, layer, ui, asks),
     });
 }
 
@@ -102,13 +103,14 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
             button(editor, ui, &layers::BUILD_PHOTO, asks);
         }
     });
+    decisions(session, &photo.name, ui, asks);
 }
 
 fn ratio(part: u64, all: u64) -> f64 {
     part as f64 / all.max(1) as f64
 }
 
-fn object_ui(session: &Session, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn object_ui(editor: &Editor, session: &Session, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let model = session.model();
     let it = model.object(object);
     title(ui, "Object", &it.name);
@@ -118,6 +120,7 @@ fn object_ui(session: &Session, object: ObjectId, ui: &mut Ui, asks: &mut Vec<As
     }
     rows(ui, "object", &facts);
     ui.add_space(6.0);
+    surface_buttons(editor, ui, asks);
     ui.strong("Faces shown by photos");
     for face in &it.faces {
         let shown = photos_of(session, *face).filter(|(_, shown)| shown.is_ok()).count();
@@ -157,18 +160,19 @@ fn reason(reason: Reason, by: Option<&str>) -> String {
         (Reason::Hidden, Some(by)) => format!("hidden by {by}"),
         (Reason::Hidden, None) => "hidden".into(),
         (Reason::Masked, _) => "masked".into(),
-        (Reason::Degenerate, _) => "has no area".into(),
         (Reason::Excluded, _) => "excluded".into(),
+        (Reason::Degenerate, _) => "has no area".into(),
     }
 }
 
-fn face_ui(session: &Session, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn face_ui(editor: &Editor, session: &Session, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let model = session.model();
     title(ui, "Face", &model.face_name(face));
     let it = model.face(face);
     let planar = if it.planar { "planar" } else { "not planar: treated by its triangles" };
     rows(ui, "face", &[("Corners", model.ring(face).len().to_string()), ("Shape", planar.into())]);
     ui.add_space(6.0);
+    surface_buttons(editor, ui, asks);
     ui.strong("Photos");
     Grid::new("photos of face").num_columns(2).show(ui, |ui| {
         for (place, shown) in photos_of(session, face) {
@@ -188,7 +192,64 @@ fn face_ui(session: &Session, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn layer_ui(session: &Session, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+/// What may be decided about an object or a face and the photo that was selected last.
+fn surface_buttons(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    if let Some(photo) = editor.selected_photo_name() {
+        ui.weak(format!("With {photo}:"));
+    }
+    ui.horizontal_wrapped(|ui| {
+        for command in [&edit::PIN, &edit::EXCLUDE] {
+            button(editor, ui, command, asks);
+        }
+    });
+    ui.add_space(6.0);
+}
+
+/// A field for the layer's name; what is typed holds when the field is left.
+fn rename(session: &Session, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(it) = session.photos[photo].stack.as_ref().and_then(|stack| stack.image_layers.get(layer))
+    else {
+        return;
+    };
+    let id = ui.make_persistent_id(("name of layer", photo, &it.id));
+    let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| it.name.clone());
+    ui.horizontal(|ui| {
+        let label = ui.label("Name");
+        let field = ui.add(TextEdit::singleline(&mut typed).desired_width(180.0)).labelled_by(label.id);
+        if field.lost_focus() && typed != it.name && !ui.input(|input| input.key_pressed(Key::Escape)) {
+            asks.push(Ask::Rename(photo, layer, typed.clone()));
+        }
+        if field.has_focus() {
+            ui.data_mut(|data| data.insert_temp(id, typed));
+        } else {
+            ui.data_mut(|data| data.remove::<String>(id));
+        }
+    });
+}
+
+/// What was decided about a photo, each with a way to take it back.
+fn decisions(session: &Session, name: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(decisions) = session.opened.project.decisions.photos.get(name) else { return };
+    ui.add_space(8.0);
+    ui.strong("Decided");
+    for decision in decided(decisions) {
+        ui.horizontal_wrapped(|ui| {
+            if ui.small_button("Forget").on_hover_text("Takes this decision back.").clicked() {
+                asks.push(Ask::ForgetDecision(name.to_owned(), decision.number));
+            }
+            ui.label(&decision.text);
+        });
+    }
+}
+
+fn layer_ui(
+    editor: &Editor,
+    session: &Session,
+    photo: usize,
+    layer: usize,
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
     let Some(stack) = &session.photos[photo].stack else { return };
     let Some(it) = stack.image_layers.get(layer) else { return };
     title(ui, "Image layer", &it.name);
@@ -204,6 +265,13 @@ fn layer_ui(session: &Session, photo: usize, layer: usize, ui: &mut Ui, asks: &m
         ("Token", it.id.clone()),
     ];
     rows(ui, "layer", &facts);
+    ui.add_space(6.0);
+    rename(session, photo, layer, ui, asks);
+    ui.horizontal_wrapped(|ui| {
+        for command in [&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE] {
+            button(editor, ui, command, asks);
+        }
+    });
     ui.add_space(6.0);
     ui.strong("Elements");
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();

@@ -36,7 +36,9 @@ fn item(editor: &Editor, ui: &mut Ui, command: &Command) -> bool {
     let why_not = (command.ready)(editor).err();
     let keys = first_keys(ui.ctx(), command);
     let on = command.on.is_some_and(|on| on(editor));
-    let button = Button::selectable(on, command.name).shortcut_text(keys);
+    let detail = command.detail.and_then(|detail| detail(editor));
+    let name = detail.map_or(command.name.to_owned(), |detail| format!("{} {detail}", command.name));
+    let button = Button::selectable(on, name).shortcut_text(keys);
     let response = ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip);
     response
         .on_disabled_hover_text(format!("{} Not now: {}.", command.tooltip, why_not.unwrap_or_default()))

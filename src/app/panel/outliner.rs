@@ -83,9 +83,11 @@ fn layers(editor: &Editor, session: &Session, photo: usize, ui: &mut Ui, asks: &
                 for (place, layer) in stack.image_layers.iter().enumerate().filter(|(_, l)| l.order == order)
                 {
                     let this = Selection::Layer { photo, layer: place };
-                    let button = Button::selectable(editor.selection == this, layer_text(layer)).truncate();
+                    let selected = editor.selection == this || editor.more_layers.contains(&(photo, place));
+                    let button = Button::selectable(selected, layer_text(layer)).truncate();
                     if ui.add(button).clicked() {
-                        asks.push(Ask::Select(this));
+                        let more = ui.input(|input| input.modifiers.command || input.modifiers.shift);
+                        asks.push(if more { Ask::Toggle(photo, place) } else { Ask::Select(this) });
                     }
                 }
             });

@@ -3,7 +3,7 @@
 use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::grouped;
-use crate::app::command::file;
+use crate::app::command::{edit, file};
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Job;
 use crate::app::notes::Weight;
@@ -15,7 +15,7 @@ pub fn status_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             notes(editor, ui, asks);
             ui.separator();
-            site(editor, ui);
+            site(editor, ui, asks);
         });
     });
 }
@@ -71,10 +71,17 @@ fn notes(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn site(editor: &Editor, ui: &mut Ui) {
+fn site(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &editor.session else { return };
     if let Some(painter) = &session.painter {
         ui.weak(painter.adapter.split(',').next().unwrap_or_default()).on_hover_text(&painter.adapter);
+        ui.separator();
+    }
+    if editor.is_dirty() {
+        let text = RichText::new("Not saved").color(ui.visuals().warn_fg_color);
+        if ui.button(text).on_hover_text(edit::SAVE.tooltip).clicked() {
+            asks.push(Ask::Run(&edit::SAVE));
+        }
         ui.separator();
     }
     let texels: u64 = session.photos.iter().filter_map(|photo| Some(photo.stack.as_ref()?.texels_used)).sum();

@@ -118,6 +118,17 @@ impl Space {
         self.shown = None;
     }
 
+    /// Shows what is seen from a viewpoint, at once.
+    pub fn show_from(&mut self, viewpoint: Viewpoint, now_s: f64) {
+        self.moved(now_s);
+        self.viewpoint = viewpoint;
+    }
+
+    /// Size of the view in pixels.
+    pub fn size_px(&self) -> [u32; 2] {
+        self.size_px
+    }
+
     /// Some picture of the project as it is was drawn.
     pub fn has_picture(&self) -> bool {
         self.shown.is_some()
@@ -175,7 +186,7 @@ pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     editor.space.size_px = [side(rect.width()), side(rect.height())];
     let now_s = ui.input(|input| input.time);
     let flies = editor.space.travel(now_s);
-    let moves = input::navigate(editor, ui, &response, rect, now_s);
+    let moves = input::navigate(editor, ui, &response, rect, now_s) || editor.plays();
     receive(editor, ui);
     ask(editor, ui, now_s, flies || moves);
     paint(editor, ui, rect);
@@ -270,8 +281,11 @@ fn px_of(offset: Vec2, density: f32) -> glam::DVec2 {
 }
 
 impl Editor {
-    fn now_s(&self) -> f64 {
-        self.context.input(|input| input.time)
+    /// Flies to a viewpoint that is no photo's.
+    pub fn fly_to_viewpoint(&mut self, there: Viewpoint) {
+        let now_s = self.now_s();
+        let Some(session) = &self.session else { return };
+        self.space.fly(there, None, session, now_s);
     }
 
     /// Flies into the camera of a photo.

@@ -1,0 +1,310 @@
+//! What the user decides: every edit of the project, undone and done again, saved, and kept for the case of a crash.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use super::editor::Editor;
+use super::jobs::Kind;
+use super::notes::{Note, Weight};
+use super::session::{Session, survey};
+use crate::document::Project;
+use crate::document::history::{Gesture, Turn};
+use crate::error::Result;
+use crate::io::project::write_project;
+use crate::io::recovery::{forget_unsaved, keep_unsaved};
+use crate::recipe::decide::{self, LayerEdit};
+use crate::recipe::import::{self, ImportOptions, Recall};
+use crate::recipe::open::open_site;
+
+/// What was edited is kept for the case of a crash when nothing has been edited for so long, in seconds: a slider
+/// that is being dragged is not written at every step.
+const KEPT_AFTER_S: f64 = 1.0;
+/// What follows from an edit is done when nothing has been edited for so long, in seconds.
+const FOLLOWS_AFTER_S: f64 = 0.3;
+
+/// What must be made anew after an edit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Follows {
+    /// What is shown.
+    View,
+    /// Which stacks are up to date, and what is shown.
+    Stacks,
+    /// Everything: files or the model's place are others.
+    Site,
+}
+
+impl Follows {
+    /// Of a change from one project to another.
+    fn of(before: &Project, after: &Project) -> Option<Self> {
+        let site = |project: &Project| {
+            let Project { photos, cameras, model, world_from_model, .. } = project.clone();
+            (photos, cameras, model, world_from_model)
+        };
+        let shown = Project {
+            colour: before.colour.clone(),
+            fill: before.fill.clone(),
+            views: before.views.clone(),
+            flight: before.flight.clone(),
+            ..after.clone()
+        };
+        // Views and flights change nothing that is made.
+        let kept = Project { views: after.views.clone(), flight: after.flight.clone(), ..before.clone() };
+        if kept == *after {
+            None
+        } else if site(before) != site(after) {
+            Some(Self::Site)
+        } else if shown != *before {
+            Some(Self::Stacks)
+        } else {
+            Some(Self::View)
+        }
+    }
+}
+
+/// What is left to do after edits.
+#[derive(Debug, Default)]
+pub struct Due {
+    follows: Option<Follows>,
+    keeps: bool,
+    edited_s: f64,
+}
+
+impl Editor {
+    /// Makes a step of the history: `name` is what is undone. Edits of one gesture are one step.
+    pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
+        let now_s = self.now_s();
+        let Some(session) = &mut self.session else { return };
+        let before = session.history.present().clone();
+        session.history.edit(name, project, gesture);
+        session.present_changed(&before, now_s);
+    }
+
+    /// The next edit is a step of its own.
+    pub fn end_gesture(&mut self) {
+        if let Some(session) = &mut self.session {
+            session.history.end_gesture();
+        }
+    }
+
+    /// Decides something about layers; where that cannot be, a note says why.
+    pub fn decide(&mut self, edit: &LayerEdit) {
+        let Some(session) = &self.session else { return };
+        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref().cloned()).collect();
+        match decide::edited(session.history.present(), edit, &session.opened.site, &stacks) {
+            Ok(project) => self.edit(edit.name(), project, None),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+    }
+
+    /// Takes the last step back.
+    pub fn undo(&mut self) {
+        self.turn(crate::document::history::History::undo);
+    }
+
+    /// Does a step again that was undone.
+    pub fn redo(&mut self) {
+        self.turn(crate::document::history::History::redo);
+    }
+
+    fn turn(&mut self, turn: fn(&mut crate::document::history::History) -> Option<Turn>) {
+        let now_s = self.now_s();
+        let Some(session) = &mut self.session else { return };
+        let before = session.history.present().clone();
+        match turn(&mut session.history) {
+            Some(Turn::Project) => session.present_changed(&before, now_s),
+            Some(Turn::TakeBack(number)) => self.take_back(number),
+            Some(Turn::ImportAgain(number, files)) => self.import_again(number, files),
+            None => (),
+        }
+    }
+
+    fn take_back(&mut self, number: u32) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        self.jobs.start(Kind::Import, "Taking an import back", move |task| {
+            let last = import::history(&folder)?.last().map(|import| import.number);
+            if last != Some(number) {
+                let refused =
+                    "this import cannot be taken back any more: another one came after it, or it is too old";
+                return Ok(Box::new(move |editor: &mut Editor| {
+                    editor.forget_import(number);
+                    editor.tell(Note::new(Weight::Problem, refused));
+                }));
+            }
+            import::take_back(&folder)?;
+            let photos = survey(&folder, &opened, task)?;
+            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new())))
+        });
+    }
+
+    fn import_again(&mut self, number: u32, files: Vec<std::path::PathBuf>) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        self.jobs.start(Kind::Import, "Importing again", move |task| {
+            let imported =
+                import::import(&folder, &files, ImportOptions::default(), &Recall::default(), task)?;
+            let photos = survey(&folder, &opened, task)?;
+            Ok(Box::new(move |editor| {
+                if let (Some(session), Some(new)) = (&mut editor.session, imported.number) {
+                    session.history.imported_again(number, new);
+                }
+                editor.stacks_changed(&folder, photos, Vec::new());
+            }))
+        });
+    }
+
+    fn forget_import(&mut self, number: u32) {
+        if let Some(session) = &mut self.session {
+            session.history.forget_import(number);
+        }
+    }
+
+    /// Something is not saved.
+    pub fn is_dirty(&self) -> bool {
+        self.session.as_ref().is_some_and(|session| session.history.is_dirty())
+    }
+
+    /// Saves the project; whether it is saved now.
+    pub fn save_project(&mut self) -> bool {
+        let Some(session) = &mut self.session else { return true };
+        let folder = &session.folder;
+        let saved = write_project(folder, session.history.present()).and_then(|()| forget_unsaved(folder));
+        match saved {
+            Ok(()) => {
+                session.history.saved();
+                session.due.keeps = false;
+                true
+            }
+            Err(error) => {
+                self.notes.add(Note::new(Weight::Problem, format!("The project was not saved: {error}")));
+                self.settings.notes_shown = true;
+                false
+            }
+        }
+    }
+
+    /// Forgets what is not saved: the project was left so by its user.
+    pub fn discard_unsaved(&mut self) {
+        let Some(session) = &self.session else { return };
+        if let Err(error) = forget_unsaved(&session.folder) {
+            self.tell(Note::new(Weight::Warning, error.to_string()));
+        }
+    }
+
+    /// Does what follows from edits, once nothing has been edited for a moment.
+    pub(super) fn follow(&mut self) {
+        let now_s = self.now_s();
+        let Some(session) = &mut self.session else { return };
+        let rests_s = now_s - session.due.edited_s;
+        if session.due.keeps && rests_s >= KEPT_AFTER_S {
+            session.due.keeps = false;
+            self.keep();
+        } else if session.due.keeps {
+            self.context.request_repaint_after_secs(KEPT_AFTER_S as f32);
+        }
+        let Some(session) = &mut self.session else { return };
+        // A job that writes goes by the project that it began with.
+        let busy =
+            [Kind::Build, Kind::Fill, Kind::Import, Kind::Open].into_iter().any(|kind| self.jobs.runs(kind));
+        if session.due.follows.is_none() || rests_s < FOLLOWS_AFTER_S || busy {
+            return;
+        }
+        match session.due.follows.take() {
+            Some(Follows::View) => self.prepare_painter(),
+            Some(Follows::Stacks) => self.look_again(),
+            Some(Follows::Site) => self.reopen(),
+            None => (),
+        }
+    }
+
+    fn keep(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, project, dirty) =
+            (session.folder.clone(), session.history.present().clone(), session.history.is_dirty());
+        self.jobs.start(Kind::Keep, "Keeping what is not saved", move |_| {
+            kept(&folder, &project, dirty)?;
+            Ok(Box::new(|_| ()))
+        });
+    }
+
+    /// Looks which stacks are up to date.
+    fn look_again(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        self.jobs.stop_kind(Kind::Survey);
+        self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
+            let photos = survey(&folder, &opened, task)?;
+            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new())))
+        });
+    }
+
+    /// Reads the site again, as the project says it is now.
+    fn reopen(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, project) = (session.folder.clone(), session.history.present().clone());
+        self.jobs.start(Kind::Open, "Reading the site again", move |task| {
+            let opened = open_site(&folder, Project::clone(&project), task)?;
+            let photos = survey(&folder, &opened, task)?;
+            Ok(Box::new(move |editor| {
+                let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) else {
+                    return;
+                };
+                session.set_site(opened, photos);
+                editor.pictures = super::pictures::Pictures::default();
+                let opened = editor.session.as_ref().map(|session| session.opened.clone());
+                if let Some(opened) = opened {
+                    editor.pictures.start(&opened, &mut editor.jobs);
+                }
+                editor.space.refresh();
+                editor.prepare_painter();
+            }))
+        });
+    }
+}
+
+/// What is saved needs not be kept.
+fn kept(folder: &Path, project: &Project, dirty: bool) -> Result<()> {
+    if dirty { keep_unsaved(folder, project) } else { forget_unsaved(folder) }
+}
+
+impl Session {
+    /// The project is another one than `before`.
+    fn present_changed(&mut self, before: &Project, now_s: f64) {
+        let present = self.history.present().clone();
+        if *present == *before {
+            return;
+        }
+        let follows = Follows::of(before, &present);
+        self.due.follows = self.due.follows.max(follows);
+        self.due.keeps = true;
+        self.due.edited_s = now_s;
+        if follows != Some(Follows::Site) {
+            self.opened = Arc::new(self.opened.with_project(Project::clone(&present)));
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Similarity;
+
+    fn project() -> Project {
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn what_follows_depends_on_what_was_edited() {
+        let before = project();
+        let mut after = before.clone();
+        after.flight = Some(crate::document::CameraPath::empty([64, 48]));
+        assert_eq!(Follows::of(&before, &after), None);
+        after.colour.reference = Some("a.jpg".into());
+        assert_eq!(Follows::of(&before, &after), Some(Follows::View));
+        after.options.margin += 1;
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Stacks));
+        after.world_from_model = Similarity { scale: 2.0, ..Similarity::IDENTITY };
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Site));
+    }
+}

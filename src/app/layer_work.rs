@@ -1,0 +1,117 @@
+//! Decisions about layers, as the selection means them.
+
+use super::editor::Editor;
+use super::selection::Selection;
+use crate::layers::Faces;
+use crate::recipe::decide::{LayerEdit, faces_of_layer};
+
+impl Editor {
+    /// The photo whose image layers are selected, and their places in its stack: the one that is selected, and those
+    /// that were added to it.
+    pub fn selected_layers(&self) -> (usize, Vec<usize>) {
+        let Selection::Layer { photo, layer } = self.selection else { return (0, Vec::new()) };
+        let more = self.more_layers.iter().filter(|(other, _)| *other == photo).map(|(_, layer)| *layer);
+        let mut layers: Vec<usize> = more.chain([layer]).collect();
+        layers.sort_unstable();
+        layers.dedup();
+        (photo, layers)
+    }
+
+    /// Adds an image layer to the selection, or takes it out.
+    pub fn toggle_layer(&mut self, photo: usize, layer: usize) {
+        let (selected, mut layers) = self.selected_layers();
+        if selected != photo || layers.is_empty() {
+            self.select(Selection::Layer { photo, layer });
+            return;
+        }
+        match layers.iter().position(|other| *other == layer) {
+            Some(place) if layers.len() > 1 => {
+                layers.remove(place);
+            }
+            Some(_) => (),
+            None => layers.push(layer),
+        }
+        self.select(Selection::Layer { photo, layer: layers.pop().unwrap_or(layer) });
+        self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
+    }
+
+    fn photo_name(&self, photo: usize) -> Option<String> {
+        Some(self.session.as_ref()?.opened.site.photos.get(photo)?.name.clone())
+    }
+
+    fn faces_of(&self, photo: usize, layer: usize) -> Vec<Faces> {
+        let stack = self.session.as_ref().and_then(|session| session.photos.get(photo)?.stack.as_ref());
+        stack.map(|stack| faces_of_layer(stack, layer)).unwrap_or_default()
+    }
+
+    /// One image layer of those that are selected.
+    pub fn merge_layers(&mut self) {
+        let (photo, layers) = self.selected_layers();
+        let of = layers.iter().flat_map(|layer| self.faces_of(photo, *layer)).collect();
+        if let Some(photo) = self.photo_name(photo) {
+            self.decide(&LayerEdit::Merge { photo, of });
+        }
+    }
+
+    /// An image layer for each object of the one that is selected.
+    pub fn split_layer(&mut self) {
+        let Selection::Layer { photo, layer } = self.selection else { return };
+        let groups: Vec<Vec<Faces>> =
+            self.faces_of(photo, layer).into_iter().map(|faces| vec![faces]).collect();
+        if let Some(photo) = self.photo_name(photo) {
+            self.decide(&LayerEdit::Split { photo, groups });
+        }
+    }
+
+    /// Names an image layer; an empty name gives it the one back that it has by itself.
+    pub fn rename_layer(&mut self, photo: usize, layer: usize, name: &str) {
+        let of = self.faces_of(photo, layer);
+        let name = (!name.trim().is_empty()).then(|| name.trim().to_owned());
+        if let Some(photo) = self.photo_name(photo) {
+            self.decide(&LayerEdit::Rename { photo, of, name });
+        }
+    }
+
+    fn selected_faces(&self) -> Vec<Faces> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let model = session.model();
+        match self.selection {
+            Selection::Object(object) => vec![Faces::whole(&model.object(object).name)],
+            Selection::Face(face) => {
+                let it = model.face(face);
+                vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
+            }
+            Selection::Layer { photo, layer } => self.faces_of(photo, layer),
+            Selection::Nothing | Selection::Photo(_) => Vec::new(),
+        }
+    }
+
+    /// What is selected shows the photo alone.
+    pub fn pin(&mut self) {
+        let of = self.selected_faces();
+        if let Some(photo) = self.selected_photo_name() {
+            self.decide(&LayerEdit::Pin { photo, of });
+        }
+    }
+
+    /// What is selected never shows the photo.
+    pub fn exclude(&mut self) {
+        let of = self.selected_faces();
+        if let Some(photo) = self.selected_photo_name() {
+            self.decide(&LayerEdit::Exclude { photo, of });
+        }
+    }
+
+    /// Nothing was decided about the photo.
+    pub fn reset_decisions(&mut self) {
+        let photo = self.selected_photo_name();
+        if photo.is_some() {
+            self.decide(&LayerEdit::Reset { photo });
+        }
+    }
+
+    /// Takes one decision about a photo back.
+    pub fn forget_decision(&mut self, photo: String, number: usize) {
+        self.decide(&LayerEdit::Forget { photo, number });
+    }
+}

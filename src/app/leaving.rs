@@ -1,0 +1,166 @@
+//! Leaving a project with something that is not saved, and coming back to it after a crash.
+
+use std::path::PathBuf;
+
+use eframe::egui::{Button, Context, Id, Modal, RichText, Ui, ViewportCommand, vec2};
+
+use super::editor::Editor;
+use super::notes::{Note, Weight};
+use crate::io::recovery::Recovered;
+
+/// Where one is going.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Leaving {
+    /// To no project.
+    Close,
+    /// To another project.
+    Open(PathBuf),
+    /// Out of the program.
+    Quit,
+}
+
+/// Questions before a project is left, or after it was opened.
+#[derive(Debug, Default)]
+pub struct Questions {
+    leaving: Option<Leaving>,
+    /// What was not saved when the program ended last.
+    recovered: Option<Recovered>,
+    /// It was said that nothing is to be asked any more.
+    quits: bool,
+}
+
+impl Editor {
+    /// Leaves the project; asks first where something is not saved.
+    pub fn leave(&mut self, leaving: Leaving) {
+        if self.is_dirty() {
+            self.questions.leaving = Some(leaving);
+        } else {
+            self.left(leaving);
+        }
+    }
+
+    fn left(&mut self, leaving: Leaving) {
+        match leaving {
+            Leaving::Close => self.close_project(),
+            Leaving::Open(project) => self.open_now(project),
+            Leaving::Quit => {
+                self.questions.quits = true;
+                self.context.send_viewport_cmd(ViewportCommand::Close);
+            }
+        }
+    }
+
+    /// The window's own button asks, too.
+    pub(super) fn take_close_request(&mut self, context: &Context) {
+        let asked = context.input(|input| input.viewport().close_requested());
+        if asked && !self.questions.quits && self.is_dirty() {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.questions.leaving = Some(Leaving::Quit);
+        }
+    }
+
+    /// Something was found that was not saved when the program ended last.
+    pub(super) fn offer_recovery(&mut self, recovered: Recovered) {
+        self.questions.recovered = Some(recovered);
+    }
+
+    pub(super) fn questions_ui(&mut self, context: &Context) {
+        if self.questions.leaving.is_some() {
+            self.ask_leaving(context);
+        } else if self.questions.recovered.is_some() {
+            self.ask_recovery(context);
+        }
+    }
+
+    fn ask_leaving(&mut self, context: &Context) {
+        let name = self.session.as_ref().map(super::session::Session::name).unwrap_or_default();
+        let mut answer = None;
+        let modal = Modal::new(Id::unique("leaving")).show(context, |ui| {
+            ui.set_width(400.0);
+            ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
+            ui.add_space(4.0);
+            ui.label(
+                "Layers, fillings and paint are on disk already. Decisions that are not saved would be lost.",
+            );
+            ui.add_space(10.0);
+            ui.horizontal(|ui| {
+                answer = choice(ui, &["Save", "Do not save", "Cancel"]);
+            });
+        });
+        match (answer, modal.should_close()) {
+            (Some("Save"), _) => {
+                if self.save_project() {
+                    self.go();
+                }
+            }
+            (Some("Do not save"), _) => {
+                self.discard_unsaved();
+                self.go();
+            }
+            (Some(_), _) | (None, true) => self.questions.leaving = None,
+            (None, false) => (),
+        }
+    }
+
+    fn go(&mut self) {
+        if let Some(leaving) = self.questions.leaving.take() {
+            self.left(leaving);
+        }
+    }
+
+    fn ask_recovery(&mut self, context: &Context) {
+        let Some(recovered) = &self.questions.recovered else { return };
+        let when = recovered.time.elapsed().map(ago).unwrap_or_default();
+        let since = recovered.saved_since;
+        let mut answer = None;
+        Modal::new(Id::unique("recovery")).show(context, |ui| {
+            ui.set_width(420.0);
+            ui.label(RichText::new("Something was not saved").heading());
+            ui.add_space(4.0);
+            ui.label(format!(
+                "The program ended {when} before your last decisions were saved. They were kept."
+            ));
+            if since {
+                ui.colored_label(
+                    ui.visuals().warn_fg_color,
+                    "The project was saved by another program since: what that changed would be replaced.",
+                );
+            }
+            ui.add_space(10.0);
+            ui.horizontal(|ui| {
+                answer = choice(ui, &["Take them back", "Forget them"]);
+            });
+        });
+        let Some(answer) = answer else { return };
+        let Some(recovered) = self.questions.recovered.take() else { return };
+        if answer == "Take them back" {
+            self.edit("recovery", recovered.project, None);
+        } else {
+            self.discard_unsaved();
+            self.tell(Note::new(Weight::Info, "What was not saved is forgotten"));
+        }
+    }
+}
+
+/// Buttons in a row, the first one as the usual answer; the one that was clicked.
+fn choice(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
+    let mut chosen = None;
+    for (place, answer) in answers.iter().enumerate() {
+        let text = if place == 0 { RichText::new(*answer).strong() } else { RichText::new(*answer) };
+        if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
+            chosen = Some(*answer);
+        }
+    }
+    chosen
+}
+
+/// `5 minutes ago,`, in a sentence.
+fn ago(passed: std::time::Duration) -> String {
+    match passed.as_secs() / 60 {
+        0 => "a moment ago,".into(),
+        1 => "a minute ago,".into(),
+        minutes @ 2..=119 => format!("{minutes} minutes ago,"),
+        minutes if minutes < 48 * 60 => format!("{} hours ago,", minutes / 60),
+        minutes => format!("{} days ago,", minutes / 60 / 24),
+    }
+}

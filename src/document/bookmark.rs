@@ -1,0 +1,92 @@
+//! Views that somebody kept, to come back to.
+
+use glam::{DMat3, DQuat, DVec3};
+use serde::{Deserialize, Serialize};
+
+use crate::geometry::Pose;
+use crate::projection::flight::FrameLens;
+use crate::projection::navigation::Viewpoint;
+
+/// A kept view.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct Bookmark {
+    /// What it is called; several may be called the same.
+    pub name: String,
+    /// Of the camera's centre, in the world.
+    pub position: [f64; 3],
+    /// World to camera, as COLMAP writes it: w, x, y, z.
+    pub rotation: [f64; 4],
+    /// Focal lengths along x and y, in heights of the picture.
+    pub focal: [f64; 2],
+    /// The principal point less the picture's centre, in heights of the picture.
+    #[serde(default)]
+    pub shift: [f64; 2],
+    /// The point that orbiting turns around, in the world.
+    pub pivot: [f64; 3],
+}
+
+impl Bookmark {
+    /// Of a view.
+    pub fn of(name: impl Into<String>, view: &Viewpoint) -> Self {
+        let turn = DQuat::from_mat3(&view.pose.rotation);
+        Self {
+            name: name.into(),
+            position: view.position().to_array(),
+            rotation: [turn.w, turn.x, turn.y, turn.z],
+            focal: view.lens.focal,
+            shift: view.lens.shift,
+            pivot: view.pivot.to_array(),
+        }
+    }
+
+    /// The view.
+    pub fn viewpoint(&self) -> Viewpoint {
+        let [w, x, y, z] = self.rotation;
+        let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
+        let position = DVec3::from_array(self.position);
+        Viewpoint {
+            pose: Pose { rotation, translation: -(rotation * position) },
+            lens: FrameLens { focal: self.focal, shift: self.shift },
+            pivot: DVec3::from_array(self.pivot),
+        }
+    }
+
+    /// Why it can be no view, in a sentence; none where it can.
+    pub fn problem(&self) -> Option<String> {
+        let numbers = self.position.iter().chain(&self.pivot).chain(&self.shift);
+        let turn = self.rotation.iter().map(|part| part * part).sum::<f64>();
+        // False, too, for what is not a number.
+        let fine = numbers.copied().all(|number| number.abs() <= 1e15)
+            && turn > 1e-12
+            && turn < 1e12
+            && self.focal.iter().all(|focal| *focal > 1e-3 && *focal < 1e4);
+        (!fine).then(|| {
+            format!(
+                "the view {:?} is none: expected a position and a pivot within 1e15 of 0, a rotation w, x, y, z, and \
+                 focal lengths of 0.001 to 10000 heights of the picture",
+                self.name
+            )
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::{centred, look_at};
+
+    #[test]
+    fn a_kept_view_comes_back_and_an_impossible_one_is_told() {
+        let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::ZERO);
+        let view = Viewpoint::of_camera(&centred(640, 480, 500.0), &pose, DVec3::ZERO);
+        let kept = Bookmark::of("gate", &view);
+        let text = serde_json::to_string(&kept).unwrap();
+        let back = serde_json::from_str::<Bookmark>(&text).unwrap().viewpoint();
+        assert!((back.position() - view.position()).length() < 1e-9 && back.lens == view.lens);
+        assert!((back.pivot - view.pivot).length() < 1e-12);
+        assert_eq!(kept.problem(), None);
+        let flat = Bookmark { rotation: [0.0; 4], ..kept };
+        assert!(flat.problem().unwrap().contains("gate"));
+    }
+}
