@@ -37,6 +37,7 @@ use crate::error::{Error, Result};
 /// # Errors
 /// [`Error::Request`] when there is no display or no adapter that draws on it.
 pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
+    refuse_no_display()?;
     let times = FrameTimes::default();
     let frame_times = times.clone();
     let viewport = ViewportBuilder::default()
@@ -54,7 +55,19 @@ pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
     let closed = eframe::run_native("quadratura", options, Box::new(start));
     closed.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
-            "the window could not be opened: {error}; without a display, every other command of the program works"
+            "the window could not be opened: {error}; every other command of the program works without one"
         ))
     })
+}
+
+/// What the window system itself says of this names a line of its own source.
+fn refuse_no_display() -> Result<()> {
+    let is_set = |name| std::env::var_os(name).is_some_and(|value| !value.is_empty());
+    let displays = ["WAYLAND_DISPLAY", "WAYLAND_SOCKET", "DISPLAY"];
+    if cfg!(target_os = "linux") && !displays.into_iter().any(is_set) {
+        let message = "there is no display to open a window on: neither DISPLAY nor WAYLAND_DISPLAY is set; every other \
+                       command of the program works without one, `quadratura --help` lists them";
+        return Err(Error::Request(message.into()));
+    }
+    Ok(())
 }

@@ -27,19 +27,34 @@ fn wrong_usage_has_exit_status_2_and_names_the_word() {
         let told = stderr_of(&site.run(words).failure().code(2));
         assert!(told.contains(named), "{words}: {told}");
     }
-    site.run("").failure().code(2);
+}
+
+/// Elsewhere a window might open, and nobody would close it.
+#[cfg(target_os = "linux")]
+#[test]
+fn without_a_display_the_editor_says_so_with_a_command_and_without() {
+    let site = Site::new();
+    for words in ["", "edit", "edit project"] {
+        let mut command = site.command(words);
+        for variable in ["DISPLAY", "WAYLAND_DISPLAY", "WAYLAND_SOCKET"] {
+            command.env_remove(variable);
+        }
+        let told = stderr_of(&command.assert().failure().code(1));
+        assert!(told.contains("no display") && told.contains("--help"), "{words}: {told}");
+    }
 }
 
 #[test]
 fn help_lists_the_commands_that_there_are_and_hides_those_for_packagers() {
     let site = Site::new();
     let help = stdout_of(&site.run("--help").success());
-    for command in
-        ["new", "check", "build", "fill", "export", "import", "watch", "colour", "render", "score", "info"]
-    {
+    for command in [
+        "edit", "new", "check", "build", "fill", "export", "import", "watch", "colour", "render", "score",
+        "info",
+    ] {
         assert!(help.contains(&format!("  {command} ")), "{help}");
     }
-    for word in ["completions", "man ", "edit"] {
+    for word in ["completions", "man "] {
         assert!(!help.contains(&format!("  {word}")), "{help}");
     }
 }
