@@ -20,6 +20,7 @@ fn castle() -> Option<(Site, Vec<SparsePoint>)> {
         name: p.name,
         camera: p.camera,
         pose: p.pose,
+        masks: Vec::new(),
     };
     let photos = cameras.photos.into_iter().map(photo).collect();
     Some((Site { photos, model: model.into() }, cameras.points))

@@ -7,6 +7,7 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::InfoArgs;
 use super::fill_table::FillTable;
+use super::masked::Masked;
 use super::painted::Painted;
 use super::spread_table::SpreadTable;
 use super::stacks::StackTable;
@@ -84,6 +85,8 @@ fn about_photos(
             strangers.join(", ")
         ));
     }
+    let masked = Masked::of(opened)?;
+    text.push_str(&masked.text());
     let painted = Painted::of(opened, store)?;
     text.push_str(&painted.text());
     problems.extend(painted.problems());
@@ -94,6 +97,8 @@ fn about_photos(
         "filling": filling.into_json(),
         "propagated": spread.into_json(),
         "untextured": untextured.to_json(),
+        "masks": masked.to_json(),
+        "objects_off": opened.project.objects_off,
         "paint": painted.to_json(),
         "stacks_without_photo": strangers,
         "decisions": opened.project.decisions,

@@ -30,7 +30,11 @@ mod fill_table;
 mod import;
 mod info;
 mod machine;
+mod mask;
+mod mask_args;
+mod masked;
 mod new;
+mod object;
 mod paint;
 mod painted;
 mod render;
@@ -90,6 +94,8 @@ fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
         Command::Export(args) => export::run(args, task),
         Command::Colour(args) => colour::run(args, task),
         Command::Decide(args) => decide::run(args, task),
+        Command::Mask(args) => mask::run(args, task),
+        Command::Object(args) => object::run(args, task),
         Command::Import(args) => import::run(args, task),
         Command::Watch(args) => import::run_watch(args, task),
         Command::Render(args) => render::run(args, task),

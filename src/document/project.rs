@@ -1,8 +1,10 @@
 //! `project.json`: what the user decided about a project (see `docs/formats.md`).
 
+use std::collections::BTreeSet;
+
 use serde::{Deserialize, Serialize};
 
-use super::{Bookmark, CameraPath, Colour, Decisions};
+use super::{Bookmark, CameraPath, Colour, Decisions, Masks};
 use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
@@ -44,6 +46,12 @@ pub struct Project {
     /// The flight that is being made.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flight: Option<CameraPath>,
+    /// What is no content of the photos.
+    #[serde(default, skip_serializing_if = "Masks::is_empty")]
+    pub masks: Masks,
+    /// Objects of the model that are as if they were not there.
+    #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
+    pub objects_off: BTreeSet<String>,
 }
 
 #[cfg(test)]

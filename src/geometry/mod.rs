@@ -10,6 +10,7 @@ pub mod plane;
 pub mod polygon;
 pub mod rect;
 pub mod similarity;
+pub mod spans;
 pub mod triangle;
 pub mod undistortion;
 
@@ -19,4 +20,5 @@ pub use lens_range::RangedLens;
 pub use plane::Plane;
 pub use rect::PixelRect;
 pub use similarity::Similarity;
+pub use spans::Spans;
 pub use undistortion::Undistortion;

@@ -15,6 +15,8 @@ pub mod layer_png;
 pub mod layer_reader;
 pub mod layered;
 pub mod lock;
+pub mod mask_file;
+pub mod mask_store;
 pub mod models;
 pub mod overlay;
 pub mod paint_store;

@@ -20,6 +20,21 @@ const SEAM_STRENGTH: f64 = 0.45;
 
 const QUALITY: u8 = 88;
 
+/// The seven strokes of a digit that is one unit wide and two high: top, upper right, lower right, bottom, lower left,
+/// upper left, middle.
+const SEGMENTS: [[[f64; 2]; 2]; 7] = [
+    [[0.0, 0.0], [1.0, 0.0]],
+    [[1.0, 0.0], [1.0, 1.0]],
+    [[1.0, 1.0], [1.0, 2.0]],
+    [[0.0, 2.0], [1.0, 2.0]],
+    [[0.0, 1.0], [0.0, 2.0]],
+    [[0.0, 0.0], [0.0, 1.0]],
+    [[0.0, 1.0], [1.0, 1.0]],
+];
+
+/// Which strokes a digit has, the lowest bit first.
+const DIGITS: [u8; 10] = [0x3f, 0x06, 0x5b, 0x4f, 0x66, 0x6d, 0x7d, 0x07, 0x7f, 0x6f];
+
 /// The picture, 8 bits RGB, and the lines over it.
 pub struct Overlay {
     width: u32,
@@ -68,6 +83,20 @@ impl Overlay {
                 let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let distance = distance_to_segment(centre, a, b);
                 self.touch(x, y, distance, color, strength);
+            }
+        }
+    }
+
+    /// Writes a number at a point of the photo, its top left corner, so many pixels of the photo high.
+    pub fn number(&mut self, at_px: DVec2, height_px: f64, number: u32, color: [u8; 3]) {
+        let (half, step) = (height_px / 2.0, height_px * 0.75);
+        for (digit, place) in number.to_string().bytes().zip(0..) {
+            let corner = at_px + DVec2::new(f64::from(place) * step, 0.0);
+            for (segment, [from, to]) in SEGMENTS.iter().enumerate() {
+                if DIGITS[usize::from(digit - b'0')] >> segment & 1 == 1 {
+                    let [a, b] = [from, to].map(|[x, y]| corner + DVec2::new(*x, *y) * half);
+                    self.line(a, b, color, 1.0);
+                }
             }
         }
     }
@@ -199,6 +228,15 @@ mod tests {
                 assert!((overlay.ink[y * 30 + x] - expected).abs() < 1e-6, "{x} {y}");
             }
         }
+    }
+
+    #[test]
+    fn a_number_is_written_digit_by_digit() {
+        let mut overlay = Overlay::new(&grey(60, 40), 2048);
+        overlay.number(DVec2::new(5.5, 5.5), 20.0, 17, [255, 0, 0]);
+        let ink = |x: usize, y: usize| overlay.ink[y * 60 + x] > 0.5;
+        assert!(ink(15, 10) && ink(15, 20) && !ink(5, 10) && !ink(10, 5), "a one has its right strokes only");
+        assert!(ink(25, 5) && ink(30, 10) && !ink(25, 25), "a seven has its top and its right strokes");
     }
 
     #[test]

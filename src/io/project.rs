@@ -45,6 +45,7 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
         ("decisions", project.decisions.problem(&project.options)),
         ("views", project.views.iter().find_map(Bookmark::problem)),
         ("flight", project.flight.as_ref().and_then(CameraPath::problem)),
+        ("masks", project.masks.problem()),
     ];
     match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
         Some((place, problem)) => Err(Error::input(file, place, problem, REMEDY)),
@@ -160,7 +161,7 @@ fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::{Colour, Decisions, PhotoDecisions};
+    use crate::document::{Colour, Decisions, Masks, PhotoDecisions};
     use crate::geometry::Similarity;
     use crate::layers::fill::FillOptions;
     use crate::layers::{Faces, Options};
@@ -178,6 +179,8 @@ mod tests {
             decisions: decisions(),
             views: Vec::new(),
             flight: Some(CameraPath::empty([64, 48])),
+            masks: Masks::default(),
+            objects_off: ["tractor.cab".to_owned()].into(),
         }
     }
 

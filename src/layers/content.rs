@@ -10,8 +10,7 @@ use super::nodes::Nodes;
 use super::parts::Layers;
 use super::runs::{Run, Runs, is_visible, item_of};
 use super::view::View;
-use crate::geometry::PixelRect;
-use crate::projection::spans::Spans;
+use crate::geometry::{PixelRect, Spans};
 
 /// Pixels `x0..x1` of row `y` of the photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -1,6 +1,6 @@
 //! The method, one file per step in reading order: what a photo sees, its fragments and the table
-//! of occlusions, cycles, elements and visibility layers, image layers, their content, and what fills
-//! what the photo did not show of them.
+//! of occlusions, cycles, elements and visibility layers, image layers, their content, what fills
+//! what the photo did not show of them, and what it shows that is not theirs.
 
 pub mod options;
 pub mod view;
@@ -25,6 +25,7 @@ pub mod cluster;
 pub mod content;
 pub mod fill;
 pub mod together;
+pub mod strangers;
 
 pub mod sort;
 #[cfg(test)]

@@ -3,8 +3,8 @@
 
 use glam::{DVec2, DVec3};
 
-use super::spans::{Run, Spans};
 use crate::geometry::clip::clipped_to_box;
+use crate::geometry::spans::{Run, Spans};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 
 /// The pixels within `area` (photo pixels; it may reach outside the photo) that a polygon covers. `outline` is

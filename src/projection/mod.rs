@@ -22,4 +22,4 @@ pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
 pub use sources::{
     Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,
 };
-pub use texels::{confidence, halving, least_confidence, pyramid, residency, spans, srgb, tiles};
+pub use texels::{confidence, halving, least_confidence, pyramid, residency, srgb, tiles};

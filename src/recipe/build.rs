@@ -14,7 +14,7 @@ use crate::document::stack::{Reason, Stack, Untextured};
 use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
 use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
-use crate::io::photo::read_photo;
+use crate::io::photo::read_shown;
 use crate::io::stack_store::{StackStore, StackWriter};
 use crate::layers::runs::{is_visible, item_of};
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
@@ -123,8 +123,7 @@ impl Job<'_> {
         let mut stack = task.timed("assemble", assembled);
         note_unmet(&stack, task);
         give_names(&mut stack, &decided, task);
-        let pixels =
-            task.timed("decode", || read_photo(&photo.file, photo.camera.width, photo.camera.height))?;
+        let pixels = task.timed("decode", || read_shown(photo))?;
         if pixels.has_alpha() {
             count_valid(&mut stack, &sorted, &pixels);
             add_masked(&mut stack, model, &sorted, &pixels);

@@ -226,6 +226,7 @@ mod tests {
             camera: centred(4, 3, 3.0),
             pose: Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO },
             file: "nowhere".into(),
+            masks: Vec::new(),
         };
         Site { photos: ["a.jpg", "b.jpg"].map(photo).to_vec(), model: Arc::new(Model::default()) }
     }

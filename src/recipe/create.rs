@@ -1,11 +1,14 @@
 //! A new project: everything is read once before a word of it is written.
 
+use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use super::masks::beside::{Found, masks_beside};
+use super::masks::{MaskEdit, attach, edited};
 use super::open::{Opened, open_site};
 use crate::document::project::PROJECT_VERSION;
-use crate::document::{Colour, Decisions, Project};
+use crate::document::{Colour, Decisions, Masks, Project};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
@@ -49,7 +52,13 @@ pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Op
 }
 
 fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
-    let opened = open_site(folder, described(folder, new)?, task)?;
+    let mut opened = open_site(folder, described(folder, new)?, task)?;
+    let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
+    found.iter().for_each(|found| task.of(&found.photo).note(format!("masked by {}", found.file)));
+    opened.problems.extend(problems);
+    let edits: Vec<MaskEdit> = found.into_iter().map(Found::edit).collect();
+    opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
+    attach(folder, &opened.project.masks, &mut opened.site.photos);
     write_project(folder, &opened.project)?;
     Ok(opened)
 }
@@ -70,6 +79,8 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
             decisions: Decisions::default(),
             views: Vec::new(),
             flight: None,
+            masks: Masks::default(),
+            objects_off: BTreeSet::new(),
         }),
         (photos, cameras, model) => {
             let errors = [photos.err(), cameras.err(), model.err()].into_iter().flatten().collect();
@@ -82,6 +93,7 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
 fn leave_as_it_was(folder: &Path, was_there: bool) {
     if was_there {
         let _ = fs::remove_dir_all(folder.join("cache"));
+        let _ = fs::remove_dir_all(folder.join("masks"));
         let _ = fs::remove_file(folder.join(LOCK_FILE));
     } else {
         let _ = fs::remove_dir_all(folder);

@@ -38,7 +38,11 @@ impl<'a> Inputs<'a> {
         let pose = (pose.rotation_rows(), pose.translation);
         let program = (env!("CARGO_PKG_VERSION"), REVISION);
         let all = (program, &photo.name, pixels, &self.model, camera, pose, self.options);
+        // Names of masks say nothing of them, and without any all is as if there were none.
+        let mut masks = photo.masks.iter().map(hash_file).collect::<Result<Vec<_>>>()?;
+        masks.sort_unstable();
         let ground = hash_of(&all);
+        let ground = if masks.is_empty() { ground } else { hash_of(&(ground, masks)) };
         let decided = self.decisions.of(&photo.name).of_stack();
         Ok(if decided.is_default() { ground } else { format!("{ground}-{}", hash_of(&decided)) })
     }
@@ -91,11 +95,11 @@ mod tests {
     fn photo(file: &Path) -> Photo {
         let camera = Pinhole { width: 4, height: 3, fx: 3.0, fy: 3.0, cx: 2.0, cy: 1.5 };
         let pose = Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
-        Photo { name: "a.png".into(), camera, pose, file: file.into() }
+        Photo { name: "a.png".into(), camera, pose, file: file.into(), masks: Vec::new() }
     }
 
     #[test]
-    fn a_change_of_model_options_camera_or_pixels_changes_the_hash() {
+    fn a_change_of_model_options_camera_pixels_or_masks_changes_the_hash() {
         let file = tempfile::NamedTempFile::new().unwrap();
         let model = Model { vertices: vec![DVec3::ONE], ..Model::default() };
         let (options, photo) = (Options::default(), photo(file.path()));
@@ -110,6 +114,12 @@ mod tests {
         let mut other = photo.clone();
         other.camera.cx += 1e-9;
         assert_ne!(Inputs::new(&model, &options, &none).hash(&other).unwrap(), hash);
+        let mask = tempfile::NamedTempFile::new().unwrap();
+        let masked = Photo { masks: vec![mask.path().into()], ..photo.clone() };
+        let with_mask = Inputs::new(&model, &options, &none).hash(&masked).unwrap();
+        assert_ne!(with_mask, hash);
+        std::fs::write(mask.path(), "other").unwrap();
+        assert_ne!(Inputs::new(&model, &options, &none).hash(&masked).unwrap(), with_mask);
         std::fs::write(file.path(), "pixels").unwrap();
         assert_ne!(Inputs::new(&model, &options, &none).hash(&photo).unwrap(), hash);
     }

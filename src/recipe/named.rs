@@ -71,6 +71,7 @@ mod tests {
             camera: centred(4, 3, 3.0),
             pose: Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO },
             file: "nowhere".into(),
+            masks: Vec::new(),
         };
         Site { photos: names.iter().map(photo).collect(), model: Arc::new(Model::default()) }
     }

@@ -4,11 +4,13 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
+use super::masks::attach;
 use super::named::{is_short_for, photos_named};
 use super::photos::{PhotoImport, import_photos};
-use crate::document::Project;
+use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras, read_cameras};
+use crate::io::mask_file::check_mask;
 use crate::io::models::read_model;
 use crate::io::project::{PROJECT_FILE, read_project, resolved};
 use crate::scene::{Model, Photo, Site, SparsePoint};
@@ -19,7 +21,7 @@ use crate::task::Task;
 pub struct Opened {
     /// What `project.json` says.
     pub project: Project,
-    /// Photos, cameras and model, in the cameras' world.
+    /// Photos, cameras and model, in the cameras' world; without objects that are switched off.
     pub site: Site,
     /// What structure from motion triangulated, in the cameras' world; observations count through
     /// the site's photos.
@@ -54,10 +56,14 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
             return Err(Error::of_all(errors).expect("one of the two has failed"));
         }
     };
+    let (photos, unmasked) = with_masks(folder, &project.masks, import.photos, task);
     let reasons = import.problems.iter().map(ToString::to_string);
-    let left_out = import.left_out.into_iter().zip(reasons).collect();
-    let problems = cameras.problems.into_iter().chain(import.problems).collect();
-    let site = Site { photos: import.photos, model: Arc::new(model) };
+    let of_masks = unmasked.iter().map(|(photo, problem)| (photo.clone(), problem.to_string()));
+    let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
+    let unmasked = unmasked.into_iter().map(|(_, problem)| problem);
+    let problems = cameras.problems.into_iter().chain(import.problems).chain(unmasked).collect();
+    let model = working_model(model, &project, task)?;
+    let site = Site { photos, model: Arc::new(model) };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
     Ok(Opened { project, site, points, problems, left_out })
 }
@@ -88,6 +94,56 @@ impl Opened {
             Error::of_all(reasons.collect()).unwrap_or(unknown)
         })
     }
+}
+
+/// The photos with their masks; and why some cannot be used, which would show what they must not.
+fn with_masks(folder: &Path, masks: &Masks, mut photos: Vec<Photo>, task: &Task) -> (Vec<Photo>, Vec<(String, Error)>) {
+    attach(folder, masks, &mut photos);
+    let known = |name: &str| photos.iter().any(|photo| photo.name == name);
+    for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {
+        task.note(format!("project.json has masks of {name}, which is not among the photos"));
+    }
+    let (mut masked, mut problems) = (Vec::with_capacity(photos.len()), Vec::new());
+    for photo in photos {
+        let size = [photo.camera.width, photo.camera.height];
+        match photo.masks.iter().find_map(|mask| check_mask(mask, size).err()) {
+            None => masked.push(photo),
+            Some(problem) => problems.push((photo.name.clone(), unusable_mask(&photo.name, &problem))),
+        }
+    }
+    (masked, problems)
+}
+
+fn unusable_mask(photo: &str, problem: &Error) -> Error {
+    Error::Request(format!(
+        "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` takes its \
+         masks away; --find, --add and --object make them again"
+    ))
+}
+
+/// Without the objects that are switched off.
+fn working_model(model: Model, project: &Project, task: &Task) -> Result<Model> {
+    let off = &project.objects_off;
+    if off.is_empty() {
+        return Ok(model);
+    }
+    for name in off.iter().filter(|name| model.objects.iter().all(|object| object.name != **name)) {
+        task.note(format!("project.json switches off {name:?}, which the model does not have"));
+    }
+    let working = model.without(|object| off.contains(&object.name));
+    if working.faces.is_empty() {
+        let found = "all objects of the model are switched off";
+        return Err(Error::Request(format!("{found}; `quadratura object --on NAME` brings one back")));
+    }
+    Ok(working)
+}
+
+/// The whole model of a project in the cameras' world, with what is switched off.
+///
+/// # Errors
+/// As [`open`].
+pub fn whole_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {
+    read_world_model(folder, project, task)
 }
 
 /// The points, with observations that count through `photos` instead of the cameras' file. Those of

@@ -4,8 +4,10 @@ use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use rayon::prelude::*;
+use rustc_hash::FxHashSet;
 
 use super::budget::default_memory;
+use super::masks::beside::mask_names;
 use super::photo_plan::PhotoPlan;
 use super::side_by_side::SideBySide;
 use crate::error::{Error, Result};
@@ -62,7 +64,7 @@ pub fn import_photos(
         }
     }
     import.photos.sort_by(|a, b| a.name.cmp(&b.name));
-    import.notes.extend(unused(&folder, &matches));
+    import.notes.extend(unused(&folder, cameras, &matches));
     Ok(import)
 }
 
@@ -100,8 +102,8 @@ fn made_images(plans: &[Result<PhotoPlan>], task: &Task) -> Result<Vec<Result<()
     at_a_time.run(plans, bytes, work, task)
 }
 
-/// Files that no camera names, in one note.
-fn unused(folder: &PhotoFolder, matches: &[Match]) -> Option<String> {
+/// Files that no camera names and that are no masks, in one note.
+fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<String> {
     let mut used = vec![false; folder.len()];
     for found in matches {
         match found {
@@ -110,7 +112,9 @@ fn unused(folder: &PhotoFolder, matches: &[Match]) -> Option<String> {
             Match::Missing => (),
         }
     }
-    let unused: Vec<_> = (0..folder.len()).filter(|&file| !used[file]).map(|f| folder.name(f)).collect();
+    let masks: FxHashSet<String> = cameras.photos.iter().flat_map(|photo| mask_names(&photo.name)).collect();
+    let unused = (0..folder.len()).filter(|&file| !used[file]).map(|f| folder.name(f));
+    let unused: Vec<_> = unused.filter(|name| !masks.contains(*name)).collect();
     let shown = unused[..unused.len().min(5)].join(", ");
     match unused.len() {
         0 => None,

@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 use super::budget::Budget;
 use crate::error::{Error, Result};
-use crate::io::photo::read_photo;
+use crate::io::photo::read_shown;
 use crate::io::relief_file::{read_relief, write_relief};
 use crate::projection::relief::{Relief, ReliefOptions, Witness, estimate_relief, relief_without};
 use crate::projection::surface::Surface;
@@ -81,11 +81,11 @@ impl SiteRelief {
         let budget = Budget::new(self.memory);
         let witness = |photo: &Photo| {
             task.go_on()?;
-            let Photo { name, camera, pose, file } = photo;
+            let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
             // What a decoder holds at once, and the luminance of it.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
-            budget.with(bytes, || match read_photo(file, camera.width, camera.height) {
+            budget.with(bytes, || match read_shown(photo) {
                 Ok(pixels) => Ok(Witness::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {

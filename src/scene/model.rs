@@ -98,6 +98,31 @@ impl Model {
         format!("{}[{}]", self.object(face.object).name, face.index)
     }
 
+    /// The same model without some of its objects: the others, in their order, with their faces numbered anew.
+    /// Vertices stay, whether a face still uses them or not.
+    pub fn without(&self, leave_out: impl Fn(&Object) -> bool) -> Self {
+        let mut model = Self { vertices: self.vertices.clone(), ..Self::default() };
+        let mut numbered = vec![None; self.objects.len()];
+        for (object, number) in
+            self.objects.iter().zip(&mut numbered).filter(|(object, _)| !leave_out(object))
+        {
+            *number = Some(ObjectId(model.objects.len() as u32));
+            model.objects.push(Object { faces: Vec::new(), ..object.clone() });
+        }
+        for id in self.face_ids() {
+            let face = self.face(id);
+            let Some(object) = numbered[face.object.0 as usize] else { continue };
+            let (ring, triangles) = (model.ring_vertices.len() as u32, model.triangles.len() as u32);
+            model.ring_vertices.extend(self.ring(id));
+            model.triangles.extend(self.face_triangles(id));
+            let ring = ring..model.ring_vertices.len() as u32;
+            let triangles = triangles..model.triangles.len() as u32;
+            model.objects[object.0 as usize].faces.push(FaceId(model.faces.len() as u32));
+            model.faces.push(Face { object, ring, triangles, ..face.clone() });
+        }
+        model
+    }
+
     /// The same model in another frame; planes are carried along.
     pub fn transformed(&self, similarity: &Similarity) -> Self {
         let mut model = self.clone();
@@ -111,5 +136,38 @@ impl Model {
             };
         }
         model
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn a_model_without_an_object_is_the_others_as_they_were() {
+        let model = closed_form::two_quads().model;
+        assert!(model.objects.len() >= 2);
+        assert_eq!(model.without(|_| false), *model);
+        for left_out in &model.objects {
+            let rest = model.without(|object| object.name == left_out.name);
+            assert!(rest.objects.iter().all(|object| object.name != left_out.name));
+            let faces = |model: &Model| {
+                let of_face = |id: FaceId| {
+                    let corners: Vec<DVec3> = model.ring_points(id).collect();
+                    let triangles = model.face_triangles(id).to_vec();
+                    (model.face_name(id), model.face(id).index, corners, triangles)
+                };
+                model.face_ids().map(of_face).collect::<Vec<_>>()
+            };
+            let others = faces(&model).into_iter().filter(|face| {
+                face.0.rsplit_once('[').expect("a face's name has an index").0 != left_out.name
+            });
+            assert_eq!(faces(&rest), others.collect::<Vec<_>>());
+            let listed: Vec<FaceId> = rest.objects.iter().flat_map(|object| object.faces.clone()).collect();
+            assert!(
+                listed.iter().all(|id| rest.objects[rest.face(*id).object.0 as usize].faces.contains(id))
+            );
+        }
     }
 }

@@ -9,7 +9,7 @@ use super::Model;
 use crate::geometry::{Pinhole, Pose};
 
 /// A photo: from import on an undistorted pinhole image with its own K and pose. The pixels stay
-/// in the file; its valid area is its alpha (an image without alpha is valid everywhere).
+/// in the file; its valid area is its alpha (an image without alpha is valid everywhere) without what is masked.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photo {
     /// Unique name: the path below the photo folder as the cameras name it, with `/`.
@@ -20,6 +20,8 @@ pub struct Photo {
     pub pose: Pose,
     /// The pinhole image: the user's own file where nothing had to be resampled, else the cache.
     pub file: PathBuf,
+    /// Pictures of what is no content of it (see `io::mask_file`), as large as the pinhole image.
+    pub masks: Vec<PathBuf>,
 }
 
 /// A point that structure from motion triangulated.

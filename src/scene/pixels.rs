@@ -1,6 +1,6 @@
 //! A photo's pixels, as they lie in its file.
 
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Spans};
 
 /// Samples in row order, top to bottom, channels interleaved; full range of their type.
 #[derive(Debug, Clone, PartialEq)]
@@ -77,6 +77,29 @@ impl PhotoPixels {
         }
     }
 
+    /// The same pixels, no longer valid where `masked` is; colours stay.
+    pub fn without(self, masked: &Spans) -> Self {
+        if masked.is_empty() {
+            return self;
+        }
+        let samples = match self.samples {
+            Samples::U8(samples) => Samples::U8(with_alpha(samples, self.channels, u8::MAX)),
+            Samples::U16(samples) => Samples::U16(with_alpha(samples, self.channels, u16::MAX)),
+        };
+        let mut pixels = Self { samples, channels: 4, ..self };
+        let (width, height) = (pixels.width as i32, pixels.height as i32);
+        for (y, run) in masked.iter().filter(|(y, _)| (0..height).contains(y)) {
+            for x in run.start.clamp(0, width)..run.end.clamp(0, width) {
+                let alpha = pixels.index(x as u32, y as u32) * 4 + 3;
+                match &mut pixels.samples {
+                    Samples::U8(samples) => samples[alpha] = 0,
+                    Samples::U16(samples) => samples[alpha] = 0,
+                }
+            }
+        }
+        pixels
+    }
+
     /// R, G, B, A in 16 bits; 8-bit samples are scaled to the full range, missing alpha is full.
     pub fn rgba16(&self, x: u32, y: u32) -> [u16; 4] {
         let at = self.index(x, y) * self.channels;
@@ -91,9 +114,33 @@ impl PhotoPixels {
     }
 }
 
+/// RGBA of RGB; RGBA as it is.
+fn with_alpha<T: Copy>(samples: Vec<T>, channels: usize, full: T) -> Vec<T> {
+    if channels == 4 {
+        return samples;
+    }
+    let mut rgba = Vec::with_capacity(samples.len() / 3 * 4);
+    samples.as_chunks::<3>().0.iter().for_each(|&[r, g, b]| rgba.extend([r, g, b, full]));
+    rgba
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_is_masked_is_not_valid_and_all_else_stays_as_it_was() {
+        let masked = Spans::of_rows(-1..2, |_, out| out.push(1..9));
+        for samples in [Samples::U8(vec![7; 18]), Samples::U16(vec![7; 18])] {
+            let whole = PhotoPixels { width: 3, height: 2, channels: 3, samples, icc: None };
+            let part = whole.clone().without(&masked);
+            for (x, y) in [(0, 0), (1, 0), (2, 0), (0, 1), (1, 1), (2, 1)] {
+                assert_eq!(part.is_valid(x, y), x == 0);
+                assert_eq!(part.rgba16(x, y)[..3], whole.rgba16(x, y)[..3]);
+            }
+            assert_eq!(whole.clone().without(&Spans::default()), whole);
+        }
+    }
 
     #[test]
     fn a_pixel_is_valid_where_its_alpha_is_full() {

@@ -7,6 +7,7 @@ mod common;
 mod decide;
 mod faults;
 mod filling;
+mod masks;
 mod site;
 mod stopped;
 mod usage;

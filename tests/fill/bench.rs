@@ -120,6 +120,8 @@ impl Bench {
             options: Options::default(),
             colour: Default::default(),
             decisions: Default::default(),
+            masks: Default::default(),
+            objects_off: Default::default(),
             fill: FillOptions::default(),
             views: Vec::new(),
             flight: None,

@@ -46,7 +46,7 @@ impl Shoot {
             let file = folder.join(&name);
             let raster = taken(&surface, &scene.camera, &pose, shade);
             write_rgba(File::create(&file).unwrap(), &raster, None).unwrap();
-            Photo { name, camera: scene.camera, pose, file }
+            Photo { name, camera: scene.camera, pose, file, masks: Vec::new() }
         };
         Site { photos: (0..self.photos).map(photo).collect(), model: scene.model.clone() }
     }

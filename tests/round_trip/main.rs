@@ -6,6 +6,7 @@ mod common;
 mod crash;
 mod damage;
 mod looks;
+mod masks;
 mod matrix;
 mod paper;
 mod piazza;

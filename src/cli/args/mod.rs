@@ -8,6 +8,7 @@ mod decide;
 mod export;
 mod fill;
 mod import;
+mod mask;
 mod method;
 
 use std::path::PathBuf;
@@ -20,6 +21,7 @@ pub use decide::{DecideArgs, OwnOption};
 pub use export::{ExportArgs, FormatArg};
 pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
+pub use mask::{Accepted, MaskArgs, ObjectArgs};
 pub use method::OptionArgs;
 
 use super::bytes::parse_bytes;
@@ -87,6 +89,10 @@ pub enum Command {
     Colour(ColourArgs),
     /// Decide about photos' layers: merge, split, name; exclude a photo, or pin to it
     Decide(DecideArgs),
+    /// Say what in the photos is not in the model: it is filled from other photos
+    Mask(MaskArgs),
+    /// Switch objects of the model off and on, and list them
+    Object(ObjectArgs),
     /// Take edited files home: what was painted becomes the project's paint
     Import(ImportArgs),
     /// Import whatever an image editor saves in a folder

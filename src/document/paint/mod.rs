@@ -7,6 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
+use super::masks::{Mask, MaskFrom};
 use super::stack::{StackCamera, StackPhoto};
 use crate::geometry::PixelRect;
 
@@ -114,6 +115,20 @@ pub struct PaintImport {
     pub replaced: Vec<PaintEntry>,
     /// The documents as they were; none where they were not known.
     pub documents: BTreeMap<String, Option<PaintedDocument>>,
+    /// The masks that it put into `project.json`.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub masks: Vec<ImportedMask>,
+}
+
+/// A mask that an import brought, and what stood in its place.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+pub struct ImportedMask {
+    /// The photo.
+    pub photo: String,
+    /// Whose mask it is.
+    pub from: MaskFrom,
+    /// What the same maker had made before; none where there was nothing.
+    pub before: Option<Mask>,
 }
 
 /// What tells one entry from all others.
@@ -250,6 +265,7 @@ mod tests {
             added,
             replaced,
             documents: BTreeMap::from([("k1".into(), None)]),
+            masks: vec![],
         }
     }
 

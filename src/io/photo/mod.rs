@@ -16,6 +16,7 @@ use crate::scene::{PhotoPixels, Samples};
 mod folder;
 mod jpeg;
 mod pinhole;
+mod shown;
 mod turn;
 
 #[cfg(test)]
@@ -23,6 +24,7 @@ mod tests;
 
 pub use folder::{Match, PhotoFolder};
 pub use pinhole::make_pinhole_image;
+pub use shown::{masked_pixels, read_shown};
 
 /// Formats that are read, by the extensions that photos of a folder are recognised by.
 pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];

@@ -103,7 +103,7 @@ impl Donor {
         remove_invalid(&mut donor.shown, pixels);
         donor.take_paint(painted);
         mark_inside(&mut donor.shown, &donor.view);
-        donor.add_levels();
+        donor.add_levels(valid(pixels));
         donor
     }
 
@@ -126,13 +126,17 @@ impl Donor {
         }
     }
 
-    fn add_levels(&mut self) {
+    fn add_levels(&mut self, mut valid: Option<Vec<bool>>) {
+        // What is masked and painted over is known.
+        let painted = |(valid, shown): (&mut bool, &u32)| *valid |= *shown != 0;
+        valid.iter_mut().flatten().zip(&self.shown).for_each(painted);
         while self.levels.len() < LEVELS {
             let last = &self.levels[self.levels.len() - 1];
             if last.width.min(last.height) <= 1 {
                 break;
             }
-            let next = halved(last);
+            let next = halved(last, valid.as_deref());
+            valid = valid.map(|valid| halved_valid(&valid, last.width, last.height));
             self.levels.push(next);
         }
     }
@@ -174,10 +178,19 @@ impl Donor {
         shown & INSIDE != 0 && self.owns(item, x, y)
     }
 
+    /// The item that a pixel shows, if it shows anything of the model.
+    pub fn owner(&self, x: u32, y: u32) -> Option<u32> {
+        (self.shown[y as usize * self.camera.width as usize + x as usize] & !INSIDE).checked_sub(1)
+    }
+
+    /// Whether the photo shows anything of the model at a pixel.
+    pub fn shows_any(&self, x: u32, y: u32) -> bool {
+        self.owner(x, y).is_some()
+    }
+
     /// Whether the photo shows the item's plane at a pixel, be it at its border.
     pub fn owns(&self, item: u32, x: u32, y: u32) -> bool {
-        let shown = self.shown[y as usize * self.camera.width as usize + x as usize] & !INSIDE;
-        shown.checked_sub(1).is_some_and(|owner| owner == item || self.is_level(owner, item, x, y))
+        self.owner(x, y).is_some_and(|owner| owner == item || self.is_level(owner, item, x, y))
     }
 
     /// Two items have one plane as far as a pixel can tell.
@@ -307,17 +320,37 @@ fn finest(pixels: &PhotoPixels) -> Level {
     Level { width, height, rgb: rows.collect() }
 }
 
-/// Means of two by two, in linear light; an odd last row or column is dropped.
-fn halved(level: &Level) -> Level {
+/// Which pixels are valid, row by row; none where all are.
+fn valid(pixels: &PhotoPixels) -> Option<Vec<bool>> {
+    let row = |y: u32| (0..pixels.width).map(move |x| pixels.is_valid(x, y));
+    pixels.has_alpha().then(|| (0..pixels.height).into_par_iter().flat_map_iter(row).collect())
+}
+
+/// A texel is valid where one of its four is.
+fn halved_valid(valid: &[bool], width: usize, height: usize) -> Vec<bool> {
+    let any = |x: usize, y: usize| {
+        let above = &valid[2 * y * width + 2 * x..];
+        let below = &valid[(2 * y + 1) * width + 2 * x..];
+        above[0] || above[1] || below[0] || below[1]
+    };
+    (0..height / 2).flat_map(|y| (0..width / 2).map(move |x| (x, y))).map(|(x, y)| any(x, y)).collect()
+}
+
+/// Means of those of two by two that are valid, in linear light, lest what is masked tinges what is beside it; an
+/// odd last row or column is dropped.
+fn halved(level: &Level, valid: Option<&[bool]>) -> Level {
     let (width, height) = (level.width / 2, level.height / 2);
     let srgb = Srgb::tables();
     let rgb = (0..height).into_par_iter().flat_map_iter(|y| {
-        let texel = move |x: usize, y: usize, c: usize| srgb.linear(level.rgb[3 * (y * level.width + x) + c]);
         (0..width).flat_map(move |x| {
+            let first = 2 * y * level.width + 2 * x;
+            let four = [first, first + 1, first + level.width, first + level.width + 1];
+            let weights = four.map(|at| f32::from(u8::from(valid.is_none_or(|valid| valid[at]))));
+            let total: f32 = weights.iter().sum();
+            let weights = if total > 0.0 { weights.map(|weight| weight / total) } else { [0.25; 4] };
             [0, 1, 2].map(|c| {
-                let (x, y) = (2 * x, 2 * y);
-                let sum = texel(x, y, c) + texel(x + 1, y, c) + texel(x, y + 1, c) + texel(x + 1, y + 1, c);
-                srgb.encoded(sum / 4.0)
+                let light = four.map(|at| srgb.linear(level.rgb[3 * at + c]));
+                srgb.encoded((0..4).map(|i| weights[i] * light[i]).sum())
             })
         })
     });

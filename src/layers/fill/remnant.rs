@@ -37,11 +37,7 @@ impl Remnant {
             return Self::Spread(field);
         }
         if all.1 == 0.0 {
-            // Nothing of it is shown, not even a pixel: what stands before it is as near as can be.
-            for (x, y) in pixels(region.rect()) {
-                (0..3).for_each(|c| all.0[c] += own.pixel(x, y)[c]);
-                all.1 += 1.0;
-            }
+            all = around(own, region.rect());
         }
         Self::Plain(mean(all))
     }
@@ -52,6 +48,27 @@ impl Remnant {
             Self::Spread(field) => field.at(x, y),
             Self::Plain(colour) => *colour,
         }
+    }
+}
+
+/// The sum of the pixels at a place of which nothing is shown, and their number: what stands before it is as near as
+/// can be. What is masked says nothing; where all is, one looks farther around.
+fn around(own: &Donor, rect: PixelRect) -> ([f32; 3], f32) {
+    let photo = PixelRect { x: 0, y: 0, w: own.camera.width, h: own.camera.height };
+    let mut wide = rect;
+    loop {
+        let mut all = ([0.0; 3], 0.0);
+        for (x, y) in pixels(wide).filter(|(x, y)| own.shows_any(*x, *y)) {
+            (0..3).for_each(|c| all.0[c] += own.pixel(x, y)[c]);
+            all.1 += 1.0;
+        }
+        if all.1 > 0.0 {
+            return all;
+        }
+        if wide == photo {
+            return ([0.0; 3], 1.0);
+        }
+        wide = wide.grown(wide.w.max(wide.h).max(1)).intersection(&photo);
     }
 }
 

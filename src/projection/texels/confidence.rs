@@ -1,8 +1,7 @@
 //! How far a texel can be trusted near the border of what the photo shows (`docs/method.md`, section 7):
 //! poses and models err by a pixel or two, and there the photo may show the neighbour.
 
-use super::spans::Spans;
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Spans};
 
 /// Where confidence falls, and how slowly.
 #[derive(Debug, Clone, Copy, PartialEq)]

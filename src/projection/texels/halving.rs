@@ -4,8 +4,7 @@ use std::ops::Range;
 
 use glam::Vec4;
 
-use super::spans::Spans;
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Spans};
 
 /// A level in linear light: a rectangle of texels, relative to the sheet's corner at this level.
 #[derive(Debug, Clone)]

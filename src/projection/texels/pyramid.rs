@@ -6,10 +6,9 @@ use glam::Vec4;
 
 use super::confidence::Ramp;
 use super::halving::{Light, Rows};
-use super::spans::Spans;
 use super::srgb::Srgb;
 use super::tiles::{GUTTER, Shape};
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Spans};
 use crate::projection::SheetPixels;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
 

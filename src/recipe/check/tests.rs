@@ -27,6 +27,7 @@ fn photos() -> Vec<Photo> {
         camera: centred(160, 120, 110.0),
         pose: look_at(eye, dvec3(2.0, 6.0, 1.5)),
         file: PathBuf::from("missing.png"),
+        masks: Vec::new(),
     };
     eyes.into_iter().enumerate().map(photo).collect()
 }

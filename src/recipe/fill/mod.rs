@@ -28,7 +28,7 @@ use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::is_named;
 use crate::layers::fill::{FillOptions, Ground, Offer, Plates, Surfaces, fill_photo, spread_paint};
 use crate::projection::{PhotoId, Sources};
-use crate::scene::{Model, Photo};
+use crate::scene::Photo;
 use crate::task::Task;
 
 pub use inputs::FillInputs;
@@ -129,7 +129,7 @@ fn fill_or_tell(
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
-    check_objects(&site.model, &request.options)?;
+    check_objects(opened, &request.options)?;
     check_painters(&site.photos, &request.options)?;
     let photos = photos_named(site, &request.photos)?;
     let store = StackStore::new(folder);
@@ -192,10 +192,13 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     sources.of_face.iter().map(of_face).collect()
 }
 
-fn check_objects(model: &Model, options: &FillOptions) -> Result<()> {
+fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
+    let objects = opened.site.model.objects.iter().map(|object| &object.name);
+    // What is switched off is known, and left unfilled in any case.
+    let names: Vec<&String> = objects.chain(&opened.project.objects_off).collect();
     let unknown = |pattern: &&String| {
         let alone = FillOptions { without: vec![(*pattern).clone()], ..FillOptions::default() };
-        model.objects.iter().all(|object| alone.fills(&object.name))
+        names.iter().all(|name| alone.fills(name))
     };
     let errors = options.without.iter().filter(unknown);
     let errors = errors.map(|o| {

@@ -8,6 +8,7 @@ use super::compare::Profiles;
 use super::gather::gathered;
 use super::identify::{Sorted, record_of, refuse_foreign, sorted, stranger};
 use super::layer::{Desk, LayerPaint};
+use super::mask::{MaskShare, mask_of};
 use super::merged::Absent;
 use super::originals::Originals;
 use super::place::{Place, place};
@@ -36,6 +37,8 @@ pub struct FilePaint<'a> {
     pub report: FileReport,
     /// The image layers that are in the file.
     pub layers: Vec<LayerShare>,
+    /// What its layers called `mask` mask.
+    pub mask: Option<MaskShare>,
 }
 
 /// The paint of one image layer, by surface.
@@ -129,8 +132,9 @@ pub fn read<'a>(
         }
         report.layers.push(told);
     }
+    let mask = mask_of(&desk, &sorted.masks, record, &mut report)?;
     report.layers.extend(task.timed("compare helpers", || others(&desk, &sorted))?);
-    Ok(FilePaint { record, report, layers })
+    Ok(FilePaint { record, report, layers, mask })
 }
 
 /// What was painted on evened colours would be of another exposure than the photo that it belongs to.

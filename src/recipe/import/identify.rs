@@ -87,6 +87,8 @@ pub struct Sorted<'a> {
     pub image_layers: BTreeMap<usize, Vec<&'a EditedLayer>>,
     /// The photo and guides, with what the record says of them.
     pub helpers: Vec<(&'a EditedLayer, &'a Helper)>,
+    /// What is painted in them is masked.
+    pub masks: Vec<&'a EditedLayer>,
     /// Of no export.
     pub unknown: Vec<&'a EditedLayer>,
 }
@@ -101,6 +103,7 @@ pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sor
             Some(place) => sorted.image_layers.entry(place).or_default().push(layer),
             None => match helper_of(layer, record) {
                 Some(helper) => sorted.helpers.push((layer, helper)),
+                None if is_mask(&layer.name) => sorted.masks.push(layer),
                 None => sorted.unknown.push(layer),
             },
         }
@@ -117,6 +120,12 @@ pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sor
         }
     }
     sorted
+}
+
+/// `mask`, in any letter case, and what editors append to names: `mask #1`, `Mask copy`.
+fn is_mask(name: &str) -> bool {
+    let name = name.trim().to_lowercase();
+    name.strip_prefix("mask").is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric()))
 }
 
 /// A helper by its name, which editors may append to.
@@ -153,6 +162,14 @@ mod tests {
             baseline: Baseline { file: String::new(), rect },
             elements: vec![],
         }
+    }
+
+    #[test]
+    fn a_layer_of_masks_is_known_whatever_an_editor_made_of_its_name() {
+        assert!(
+            ["mask", "Mask", " MASK ", "mask #1", "mask copy", "mask-2"].iter().all(|name| is_mask(name))
+        );
+        assert!(!["masks", "masked", "unmask", "wall mask", "mask2"].iter().any(|name| is_mask(name)));
     }
 
     #[test]

@@ -6,6 +6,7 @@ mod file;
 mod gather;
 mod identify;
 mod layer;
+mod mask;
 mod merged;
 mod originals;
 mod place;
@@ -24,6 +25,7 @@ pub use self::recall::Recall;
 
 use self::file::{FilePaint, Reading};
 use self::originals::Originals;
+use self::mask::MaskDesk;
 use self::report::FileReport;
 use self::settle::{Arrival, settle};
 use crate::document::export_record::ExportRecord;
@@ -92,6 +94,7 @@ pub fn import(
         book: before.clone(),
         store,
         pending: BTreeMap::new(),
+        masks: MaskDesk::default(),
         options,
         recall,
     };
@@ -107,7 +110,7 @@ pub fn import(
     }
     task.step(STAGE, files.len() as u64, files.len() as u64)?;
     imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
-    if desk.book != before {
+    if desk.book != before || desk.masks.changed() {
         imported.number = Some(desk.number);
         if !options.dry_run {
             task.timed("write paint", || desk.commit(&before, &imported))?;
@@ -153,6 +156,7 @@ pub fn take_back(project: &Path) -> Result<PaintImport> {
     let store = PaintStore::new(project);
     let mut book = store.read()?;
     let import = book.take_back().ok_or_else(|| Error::Request("there is no import to take back".into()))?;
+    mask::take_back(project, &import.masks)?;
     store.commit(&book)?;
     Ok(import)
 }
@@ -168,6 +172,8 @@ struct Desk<'a> {
     number: u32,
     /// Paint that has no file yet, by the name that stands in for it.
     pending: BTreeMap<String, Patch>,
+    /// Masks that came home.
+    masks: MaskDesk,
     options: ImportOptions,
     recall: &'a Recall,
 }
@@ -179,11 +185,11 @@ impl Desk<'_> {
         let reading =
             Reading { records: &self.records, originals, options: self.options, recall: self.recall };
         let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
-        let FilePaint { record, mut report, layers } = file::read(file, reading, &read, task)?;
+        let FilePaint { record, mut report, layers, mask } = file::read(file, reading, &read, task)?;
         let document = name(&record.key);
         let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
         let (view_id, known) = (view_id(&view), record.paint.clone());
-        let photo = record.photo.name.clone();
+        let (photo, size) = (record.photo.name.clone(), [record.photo.width, record.photo.height]);
         let mut seen: PaintedDocument = self.book.documents.get(&document).cloned().unwrap_or_default();
         for layer in layers {
             if let Some(surfaces) = layer.surfaces {
@@ -207,6 +213,10 @@ impl Desk<'_> {
                 Some(_) => drop(seen.layers.remove(&layer.token)),
                 None => (),
             }
+        }
+        if let Some(share) = mask {
+            report.layers[share.report].changed =
+                self.masks.take(self.project, &photo, &document, size, share.masked)?;
         }
         if seen.layers.is_empty() {
             self.book.documents.remove(&document);
@@ -271,7 +281,9 @@ impl Desk<'_> {
         let mut photos: Vec<String> = imported.files.iter().map(|file| file.photo.clone()).collect();
         photos.sort();
         photos.dedup();
+        let masks = std::mem::take(&mut self.masks).commit(self.project)?;
         let import = PaintImport {
+            masks,
             number: self.number,
             time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),

@@ -43,11 +43,11 @@ pub struct LayerReport {
     pub token: Option<String>,
     /// In one word.
     pub state: LayerState,
-    /// Painted pixels, also those that were imported before.
+    /// Painted (of a mask: masked) pixels, also those that were imported before.
     pub painted: u64,
     /// Those of them that were painted away.
     pub erased: u64,
-    /// Pixels whose paint is other than it was in the project.
+    /// Pixels whose paint (of a mask: whether they are masked) is other than it was in the project.
     pub changed: u64,
     /// By how many pixels it was moved, against all others; taken home from where it belongs.
     pub moved: Option<[i32; 2]>,
@@ -71,6 +71,8 @@ pub enum LayerState {
     Painted,
     /// Not in the file; its paint in the project stays.
     Missing,
+    /// It says what is masked in the photo.
+    Mask,
     /// Of no image layer that this project has exported.
     Unknown,
     /// The photo or a guide, painted on: nothing of that is taken home.
@@ -118,6 +120,7 @@ impl LayerState {
             Self::Unchanged => "unchanged",
             Self::Painted => "painted",
             Self::Missing => "missing",
+            Self::Mask => "mask",
             Self::Unknown => "unknown",
             Self::PaintedHelper => "helper, painted on",
             Self::LeftOut => "left out",

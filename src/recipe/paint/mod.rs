@@ -18,9 +18,8 @@ use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::document::stack::{ImageLayer, Stack};
 use crate::document::{Element, paint::PaintedView};
 use crate::error::Result;
-use crate::geometry::PixelRect;
+use crate::geometry::{PixelRect, Spans};
 use crate::io::paint_store::PaintStore;
-use crate::projection::spans::Spans;
 
 /// The paint of one photo, laid out on the image layers of its stack.
 #[derive(Debug, Default)]

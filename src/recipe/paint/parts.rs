@@ -6,9 +6,8 @@ use glam::{DMat3, DVec3};
 
 use crate::document::Element;
 use crate::document::stack::{Piece, StackCamera, StackPhoto, Surface};
-use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::geometry::{Pinhole, PixelRect, Pose, Spans};
 use crate::projection::footprint::footprint;
-use crate::projection::spans::Spans;
 
 /// The camera of a stack or of an export.
 pub fn camera_of(photo: &StackPhoto, camera: &StackCamera) -> (Pinhole, Pose) {

@@ -3,7 +3,7 @@
 use super::picture::{self, Panels};
 use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
 use crate::error::{Error, Result};
-use crate::io::photo::read_photo;
+use crate::io::photo::read_shown;
 use crate::io::reference::{Reference, reference};
 use crate::projection::likeness::{Compared, Likeness, Tally};
 use crate::projection::{Picture, Renders, Shot, Shown};
@@ -71,7 +71,7 @@ impl Scorer<'_> {
         let (shot, photo) = (self.shot(question), &question.photo);
         let (width, height) = (shot.camera.width, shot.camera.height);
         let read = || {
-            let photo = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
+            let photo = read_shown(photo)?;
             Ok(reference(&photo, width, height))
         };
         let (reference, picture, faces) = std::thread::scope(|scope| {

@@ -42,6 +42,7 @@ fn site(folder: &Path) -> Site {
         camera: scene.camera,
         pose: scene.pose,
         file: folder.join(name),
+        masks: Vec::new(),
     };
     Site { photos: vec![photo("a.png"), photo("b.png")], model: Arc::clone(&scene.model) }
 }

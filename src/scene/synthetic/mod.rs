@@ -58,7 +58,13 @@ pub enum Truth {
 impl Scene {
     /// The photo of this scene; it has no file.
     pub fn photo(&self) -> Photo {
-        Photo { name: self.name.clone(), camera: self.camera, pose: self.pose, file: PathBuf::new() }
+        Photo {
+            name: self.name.clone(),
+            camera: self.camera,
+            pose: self.pose,
+            file: PathBuf::new(),
+            masks: Vec::new(),
+        }
     }
 
     /// The site with this one photo.

@@ -1,9 +1,9 @@
-//! Sets of texels as runs per row: what a sheet's content is, where it ends, how it looks at half size.
+//! Sets of pixels or texels as runs per row: what an image holds, where that ends, how it looks at half size.
 //! Work on them is proportional to outlines, not to areas.
 
 use std::ops::Range;
 
-use crate::geometry::PixelRect;
+use super::PixelRect;
 
 /// Columns `start..end` of some row.
 pub type Run = Range<i32>;
@@ -29,6 +29,21 @@ impl Spans {
             spans.starts.push(spans.runs.len() as u32);
         }
         spans
+    }
+
+    /// The pixels of a rectangle at which something holds.
+    pub fn of_pixels(within: PixelRect, holds: impl Fn(i32, i32) -> bool) -> Self {
+        Self::of_rows(within.y..within.bottom(), |y, out| {
+            let mut x = within.x;
+            while x < within.right() {
+                let held = holds(x, y);
+                let end = (x + 1..within.right()).find(|&x| holds(x, y) != held).unwrap_or(within.right());
+                if held {
+                    out.push(x..end);
+                }
+                x = end;
+            }
+        })
     }
 
     /// The rows that may hold something.
@@ -92,6 +107,23 @@ impl Spans {
             unite(self.row(y - step), self.row(y), &mut pair);
             unite(&pair, self.row(y + step), out);
         })
+    }
+
+    /// Whether a pixel is in it.
+    pub fn holds(&self, x: i32, y: i32) -> bool {
+        let row = self.row(y);
+        let behind = row.partition_point(|run| run.start <= x);
+        behind > 0 && x < row[behind - 1].end
+    }
+
+    /// What is here or in `other`.
+    pub fn union(&self, other: &Self) -> Self {
+        let rows = match (self.is_empty(), other.is_empty()) {
+            (true, _) => other.rows(),
+            (_, true) => self.rows(),
+            _ => self.rows().start.min(other.rows().start)..self.rows().end.max(other.rows().end),
+        };
+        Self::of_rows(rows, |y, out| unite(self.row(y), other.row(y), out))
     }
 
     /// What is here and not in `other`.
@@ -231,6 +263,10 @@ mod tests {
             let (a, b) = (random(&mut dice), random(&mut dice));
             let (p, q) = (picture(&a), picture(&b));
             check("minus", &a.minus(&b), |x, y| at(&p, x, y) && !at(&q, x, y));
+            check("union", &a.union(&b), |x, y| at(&p, x, y) || at(&q, x, y));
+            check("union with nothing", &Spans::default().union(&b), |x, y| at(&q, x, y));
+            let everywhere = PixelRect { x: -SIDE, y: -SIDE, w: 3 * SIDE as u32, h: 3 * SIDE as u32 };
+            check("of pixels", &Spans::of_pixels(everywhere, |x, y| at(&p, x, y)), |x, y| a.holds(x, y));
             check("intersection", &a.intersection(&b), |x, y| at(&p, x, y) && at(&q, x, y));
             for by in [1, 2, 5, 8] {
                 let near = |x, y| (-by..=by).any(|dy| (-by..=by).any(|dx| at(&p, x + dx, y + dy)));

@@ -1,0 +1,159 @@
+//! `quadratura mask`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::args::PhotoArgs;
+use super::machine::default_memory;
+use super::mask_args::{Accepted, MaskArgs};
+use super::masked::Masked;
+use super::table::{Table, counted};
+use crate::document::{Masks, Project};
+use crate::error::{Error, Result};
+use crate::io::lock::ProjectLock;
+use crate::io::paint_store::PaintStore;
+use crate::io::project::{read_project, write_project};
+use crate::recipe::masks::beside::{Found, mask_of_file, masks_beside};
+use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
+use crate::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestion_folder};
+use crate::recipe::masks::{MaskEdit, attach, cleared, edited, tidy};
+use crate::recipe::open::{Opened, open_site, whole_model};
+use crate::task::Task;
+
+pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
+    let mut project = read_project(&args.project)?;
+    let mut _lock = None;
+    if changes(args) {
+        _lock = Some(ProjectLock::take(&args.project)?);
+        // Somebody may have decided something else before the lock was ours.
+        project = read_project(&args.project)?;
+    }
+    let before = project.masks.clone();
+    if args.clear {
+        project.masks = cleared(&project.masks, &args.photos.names)?;
+    }
+    // A mask that cannot be used leaves its photo out; here it can be replaced.
+    let masks = std::mem::take(&mut project.masks);
+    let mut opened = open_site(&args.project, project, task)?;
+    let (edits, problems) = edits(args, &opened, task)?;
+    opened.project.masks = edited(&args.project, &masks, &edits, &opened.site)?;
+    if opened.project.masks != before {
+        keep(args, &opened.project)?;
+    }
+    let changed = changed_photos(&before, &opened.project.masks);
+    attach(&args.project, &opened.project.masks, &mut opened.site.photos);
+    let mut outcome = outcome(args, &opened, changed, problems, task)?;
+    if args.suggest {
+        let photos = opened.photos_named(&args.photos.names)?;
+        let names: Vec<String> = photos.into_iter().map(|photo| photo.name.clone()).collect();
+        let found = suggest(&args.project, &opened, &names, default_memory(), task)?;
+        outcome.text = told(&found, args);
+        outcome.json["suggestions"] = json!(found.list);
+        outcome.json["folder"] = json!(suggestion_folder(&args.project));
+    }
+    Ok(outcome)
+}
+
+/// Whether the command is to change anything. (Suggestions are written without the lock: into `cache/`.)
+fn changes(args: &MaskArgs) -> bool {
+    args.clear || args.find || args.add.is_some() || !args.object.is_empty() || args.accept.is_some()
+}
+
+/// What was typed, as edits; and what is wrong with files that were found.
+fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>, Vec<String>)> {
+    let Opened { site, project, .. } = opened;
+    let folder = &args.project;
+    let (mut edits, mut problems) = (Vec::new(), Vec::new());
+    if args.find {
+        let asked = opened.photos_named(&args.photos.names)?;
+        let (found, wrong) = masks_beside(folder, project, site, task)?;
+        let found = found.into_iter().filter(|found| asked.iter().any(|photo| photo.name == found.photo));
+        edits.extend(found.map(Found::edit));
+        problems.extend(wrong.iter().map(ToString::to_string));
+    }
+    if let Some(file) = &args.add {
+        let [photo] = &args.photos.names[..] else {
+            return Err(Error::Request("--add takes a mask of one photo; name one with --photo".into()));
+        };
+        edits.push(mask_of_file(folder, project, site, (photo, file), task)?.edit());
+    }
+    if !args.object.is_empty() {
+        edits.extend(object_edits(args, opened, task)?);
+    }
+    if let Some(Accepted(numbers)) = &args.accept {
+        edits.extend(accepted(folder, numbers)?);
+    }
+    Ok((edits, problems))
+}
+
+fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<MaskEdit>> {
+    let model = whole_model(&args.project, &opened.project, task)?;
+    let tolerance = opened.project.options.tolerance;
+    let photos = opened.photos_named(&args.photos.names)?;
+    let mut edits = Vec::new();
+    for pattern in &args.object {
+        let objects = objects_named(&model, pattern)?;
+        for (photo, done) in photos.iter().zip(0..) {
+            task.step("mask objects", done, photos.len() as u64)?;
+            let masked = object_pixels(photo, &model, &objects, args.margin, tolerance);
+            let from = from_object(pattern, args.margin);
+            edits.push(MaskEdit::Put { photo: photo.name.clone(), from, masked });
+        }
+    }
+    Ok(edits)
+}
+
+fn keep(args: &MaskArgs, project: &Project) -> Result<()> {
+    write_project(&args.project, project)?;
+    // Where the history of imports cannot be read, nobody knows which files it needs.
+    PaintStore::new(&args.project).read().map_or(Ok(()), |paint| tidy(&args.project, &project.masks, &paint))
+}
+
+fn changed_photos(before: &Masks, after: &Masks) -> Vec<String> {
+    let mut photos: Vec<&str> = before.photos().chain(after.photos()).map(|(photo, _)| photo).collect();
+    photos.sort_unstable();
+    photos.dedup();
+    photos.into_iter().filter(|photo| before.of(photo) != after.of(photo)).map(str::to_owned).collect()
+}
+
+fn told(found: &Suggestions, args: &MaskArgs) -> String {
+    if found.list.is_empty() {
+        return "nothing stands in one photo alone\n".into();
+    }
+    let mut table = Table::new(&["number", "photo", "differs", "x", "y", "width", "height", "masks"]);
+    for found in &found.list {
+        let [x, y, w, h] = <[i64; 4]>::from(found.rect).map(|edge| edge.to_string());
+        let numbers = [format!("{:.2}", found.score), x, y, w, h, format!("{:.2} %", 100.0 * found.share)];
+        table.row([found.number.to_string(), found.photo.clone()].into_iter().chain(numbers));
+    }
+    let (folder, project) = (suggestion_folder(&args.project), args.project.display());
+    format!(
+        "{}\ndiffers: a natural logarithm of light, on average; x, y, width, height: pixels of the photo\n\
+         {} outlined in the pictures in {}; `quadratura mask {project} --accept 1,2` (or `all`) masks them\n",
+        table.render(),
+        counted(found.list.len(), "suggestion"),
+        folder.display(),
+    )
+}
+
+fn outcome(
+    args: &MaskArgs,
+    opened: &Opened,
+    changed: Vec<String>,
+    mut problems: Vec<String>,
+    task: &Task,
+) -> Result<Outcome> {
+    let masked = Masked::of(opened)?;
+    let none = if masked.photos() == 0 { "nothing is masked\n" } else { "" };
+    let mut text = format!("{none}{}", masked.text().trim_start());
+    if !changed.is_empty() {
+        let (photos, project) = (counted(changed.len(), "photo"), args.project.display());
+        text.push_str(&format!(
+            "\nmasks of {photos} changed; `quadratura build {project}` brings the stacks up to date, `fill` fills \
+             what is masked\n"
+        ));
+    }
+    problems.extend(PhotoArgs { names: Vec::new() }.problems_of(opened, task));
+    let json = json!({ "photos": masked.to_json(), "changed": changed, "problems": problems });
+    Ok(Outcome { text, json, problems })
+}

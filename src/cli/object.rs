@@ -1,0 +1,59 @@
+//! `quadratura object`.
+
+use serde_json::json;
+
+use super::Outcome;
+use super::mask_args::ObjectArgs;
+use super::table::{Table, counted};
+use crate::error::Result;
+use crate::io::lock::ProjectLock;
+use crate::io::project::{read_project, write_project};
+use crate::recipe::objects::{ListedObject, ObjectEdit, edited, listed};
+use crate::recipe::open::whole_model;
+use crate::task::Task;
+
+pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
+    let edits: Vec<ObjectEdit> = args
+        .on
+        .iter()
+        .cloned()
+        .map(ObjectEdit::On)
+        .chain(args.off.iter().cloned().map(ObjectEdit::Off))
+        .collect();
+    let mut project = read_project(&args.project)?;
+    let mut _lock = None;
+    if !edits.is_empty() {
+        _lock = Some(ProjectLock::take(&args.project)?);
+        // Somebody may have decided something else before the lock was ours.
+        project = read_project(&args.project)?;
+    }
+    let whole = whole_model(&args.project, &project, task)?;
+    let off = edited(&project.objects_off, &edits, &whole)?;
+    let changed = off != project.objects_off;
+    if changed {
+        project.objects_off = off;
+        write_project(&args.project, &project)?;
+    }
+    let objects = listed(&whole, &project.objects_off);
+    let mut text = format!("{}{}", table(&objects), summary(&objects));
+    if changed {
+        let project = args.project.display();
+        text.push_str(&format!("\n`quadratura build {project}` brings the stacks up to date\n"));
+    }
+    Ok(Outcome { text, json: json!({ "objects": objects, "changed": changed }), problems: Vec::new() })
+}
+
+fn table(objects: &[ListedObject]) -> String {
+    let mut table = Table::new(&["object", "faces", "", ""]);
+    for object in objects {
+        let off = if object.off { "off" } else { "" };
+        let billboard = if object.billboard { "billboard" } else { "" };
+        table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard.into()]);
+    }
+    table.render()
+}
+
+fn summary(objects: &[ListedObject]) -> String {
+    let off = objects.iter().filter(|object| object.off).count();
+    format!("\n{}, {off} switched off\n", counted(objects.len(), "object"))
+}

@@ -1,0 +1,131 @@
+//! Masks of photos as PNG files: black is masked, as COLMAP has it, white is not.
+
+use std::fs::File;
+use std::io::{BufReader, Write};
+use std::path::Path;
+
+use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Reader, Transformations};
+
+use crate::error::{Error, Result};
+use crate::geometry::{PixelRect, Spans};
+
+/// Below half: dark. Opaque: above half.
+const HALF: u8 = 128;
+
+/// The pixels that a PNG of `width` x `height` masks: those that are opaque and darker than half, in any of the
+/// channels' mean. (What is transparent was left alone by whoever painted the mask.)
+///
+/// # Errors
+/// [`Error::Io`]; [`Error::Input`] for a file that is no PNG, is damaged, or is of another size.
+pub fn read_mask(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
+    let mut reader = opened(file, [width, height])?;
+    let (colour, _) = reader.output_color_type();
+    let channels = colour.samples();
+    let mut bytes = vec![0; width as usize * height as usize * channels];
+    reader.next_frame(&mut bytes).map_err(|error| unusable(file, error.to_string()))?;
+    let is_masked = |x: i32, y: i32| {
+        let at = (y as usize * width as usize + x as usize) * channels;
+        let pixel = &bytes[at..at + channels];
+        let (colours, alpha) = match colour {
+            ColorType::GrayscaleAlpha | ColorType::Rgba => pixel.split_at(channels - 1),
+            _ => (pixel, &[u8::MAX][..]),
+        };
+        let sum: usize = colours.iter().map(|sample| usize::from(*sample)).sum();
+        alpha[0] >= HALF && sum < usize::from(HALF) * colours.len()
+    };
+    Ok(Spans::of_pixels(PixelRect { x: 0, y: 0, w: width, h: height }, is_masked))
+}
+
+/// Looks whether there is a PNG of this size, without decoding it.
+///
+/// # Errors
+/// As [`read_mask`].
+pub fn check_mask(file: &Path, size: [u32; 2]) -> Result<()> {
+    opened(file, size).map(drop)
+}
+
+/// The bytes of a PNG of one bit a pixel; the same set always gives the same.
+///
+/// # Errors
+/// What encoding says; memory takes every byte.
+pub fn mask_png(masked: &Spans, [width, height]: [u32; 2]) -> std::io::Result<Vec<u8>> {
+    let row_bytes = (width as usize).div_ceil(8);
+    let mut data = vec![0xff_u8; row_bytes * height as usize];
+    for (y, run) in masked.iter().filter(|(y, _)| (0..height as i32).contains(y)) {
+        for x in run.start.clamp(0, width as i32)..run.end.clamp(0, width as i32) {
+            data[y as usize * row_bytes + x as usize / 8] &= !(0x80 >> (x % 8));
+        }
+    }
+    let mut bytes = Vec::new();
+    let mut encoder = Encoder::new(&mut bytes, width, height);
+    encoder.set_color(ColorType::Grayscale);
+    encoder.set_depth(BitDepth::One);
+    encoder.set_compression(Compression::Balanced);
+    let mut writer = encoder.write_header()?;
+    writer.write_image_data(&data)?;
+    writer.finish()?;
+    bytes.flush()?;
+    Ok(bytes)
+}
+
+fn opened(file: &Path, [width, height]: [u32; 2]) -> Result<Reader<BufReader<File>>> {
+    let open = File::open(file).map_err(Error::io(file, "read it"))?;
+    let mut decoder = Decoder::new(BufReader::with_capacity(1 << 16, open));
+    decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
+    let reader = decoder.read_info().map_err(|error| unusable(file, error.to_string()))?;
+    let found = reader.info().size();
+    // Before anything of that size is allocated.
+    if found != (width, height) {
+        let found = format!("{} x {} pixels, but the photo has {width} x {height}", found.0, found.1);
+        return Err(Error::input(file, "", found, "give a mask as large as the photo, pixel for pixel"));
+    }
+    Ok(reader)
+}
+
+fn unusable(file: &Path, found: String) -> Error {
+    Error::input(file, "", found, "save the mask as a PNG: black where the photo is to be masked, else white")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_mask_comes_back_pixel_for_pixel() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("mask.png");
+        let masked = Spans::of_pixels(PixelRect { x: 0, y: 0, w: 19, h: 7 }, |x, y| (x * y) % 5 == 1);
+        std::fs::write(&file, mask_png(&masked, [19, 7]).unwrap()).unwrap();
+        assert_eq!(read_mask(&file, [19, 7]).unwrap(), masked);
+        assert_eq!(image::open(&file).unwrap().to_luma8().get_pixel(1, 1).0, [0], "black is masked");
+        let told = read_mask(&file, [18, 7]).unwrap_err().to_string();
+        assert!(told.contains("19 x 7") && told.contains("18 x 7"), "{told}");
+    }
+
+    #[test]
+    fn what_is_dark_and_opaque_is_masked_in_every_kind_of_picture() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("mask.png");
+        let masked = |picture: image::DynamicImage| {
+            picture.save(&file).unwrap();
+            let found = read_mask(&file, [4, 1]).unwrap();
+            [0, 1, 2, 3].map(|x| found.holds(x, 0))
+        };
+        let rgba = image::RgbaImage::from_raw(
+            4,
+            1,
+            vec![0, 0, 0, 255, 9, 9, 9, 0, 255, 255, 255, 255, 255, 0, 0, 255],
+        );
+        let rgba = image::DynamicImage::from(rgba.unwrap());
+        assert_eq!(masked(rgba.clone()), [true, false, false, true], "a red is dark");
+        assert_eq!(masked(rgba.to_rgb8().into()), [true, true, false, true]);
+        assert_eq!(masked(rgba.to_luma16().into()), [true, true, false, true]);
+    }
+
+    #[test]
+    fn what_is_no_png_is_told() {
+        let file = tempfile::NamedTempFile::new().unwrap();
+        std::fs::write(file.path(), "black").unwrap();
+        assert!(check_mask(file.path(), [1, 1]).unwrap_err().to_string().contains("save the mask as a PNG"));
+    }
+}

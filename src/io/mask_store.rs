@@ -1,0 +1,165 @@
+//! The masks of a project on disk: authored pictures that are never changed.
+//!
+//! ```text
+//! masks/<photo>/suggested-9c1f….png
+//! ```
+//!
+//! A file's name holds a hash of its content. Which of them hold is said in `project.json`: an edit writes new
+//! files first, and then puts a new `project.json` in place. What nobody names any more is cleared away when
+//! somebody asks for that, never by an edit: who undoes it needs the old file.
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use super::atomic::{remove_leftovers, write_atomically};
+use super::hash::{hash_bytes, hash_file};
+use super::mask_file::{mask_png, read_mask};
+use crate::document::names::file_name_of_photo;
+use crate::error::{Error, Result};
+use crate::geometry::Spans;
+
+/// Digits of the hash in a file's name.
+const DIGITS: usize = 12;
+
+/// Bytes of a file's readable name at most: the whole stays below the 255 of file systems.
+const LONGEST_READABLE: usize = 120;
+
+/// The masks of the project in one folder. Whoever writes holds the project's lock.
+#[derive(Debug, Clone)]
+pub struct MaskStore {
+    folder: PathBuf,
+}
+
+impl MaskStore {
+    /// Of the project in the folder `project`.
+    pub fn new(project: &Path) -> Self {
+        Self { folder: project.join("masks") }
+    }
+
+    /// Where a file is that `project.json` names.
+    pub fn path(&self, file: &str) -> PathBuf {
+        self.folder.join(file)
+    }
+
+    /// The masked pixels of a file that is to be of this size.
+    ///
+    /// # Errors
+    /// As [`read_mask`].
+    pub fn read(&self, file: &str, size: [u32; 2]) -> Result<Spans> {
+        read_mask(&self.path(file), size)
+    }
+
+    /// Keeps a mask of a photo of this size and gives its file, as `project.json` names it. `stem`: how its name
+    /// begins.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn add(&self, photo: &str, stem: &str, masked: &Spans, size: [u32; 2]) -> Result<String> {
+        let folder = self.folder.join(file_name_of_photo(photo));
+        let bytes = mask_png(masked, size).map_err(Error::io(&folder, "encode a mask for it"))?;
+        let hash = &hash_bytes(&bytes)[..DIGITS];
+        let file = format!("{}/{}-{hash}.png", file_name_of_photo(photo), readable(stem));
+        let target = self.folder.join(&file);
+        if !(target.is_file() && hash_file(&target)?.starts_with(hash)) {
+            fs::create_dir_all(&folder).map_err(Error::io(&folder, "create the folder"))?;
+            write_atomically(&target, &bytes)?;
+        }
+        Ok(file)
+    }
+
+    /// Removes the files that this program made and that are not `named`, and folders that are empty then.
+    ///
+    /// # Errors
+    /// [`Error::Io`].
+    pub fn tidy(&self, named: &BTreeSet<String>) -> Result<()> {
+        if !self.folder.is_dir() {
+            return Ok(());
+        }
+        for photo in entries(&self.folder)?.iter().filter(|path| path.is_dir()) {
+            remove_leftovers(photo)?;
+            for file in entries(photo)? {
+                let below =
+                    file.strip_prefix(&self.folder).unwrap_or(&file).to_string_lossy().replace('\\', "/");
+                if !named.contains(&below) && is_ours(&file)? {
+                    fs::remove_file(&file).map_err(Error::io(&file, "remove it"))?;
+                }
+            }
+            remove_if_empty(photo)?;
+        }
+        remove_if_empty(&self.folder)
+    }
+}
+
+fn readable(stem: &str) -> String {
+    let harmless = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
+    let mut name: String = stem.strip_suffix(".png").unwrap_or(stem).chars().map(harmless).collect();
+    while name.len() > LONGEST_READABLE {
+        name.pop();
+    }
+    name
+}
+
+/// The name says the content's hash, and the content agrees: nobody but us made such a file.
+fn is_ours(file: &Path) -> Result<bool> {
+    let name = file.file_name().unwrap_or_default().to_string_lossy();
+    let hash = name.strip_suffix(".png").and_then(|stem| stem.rsplit_once('-')).map(|(_, hash)| hash);
+    let Some(hash) = hash.filter(|hash| hash.len() == DIGITS) else { return Ok(false) };
+    Ok(file.is_file() && hash_file(file)?.starts_with(hash))
+}
+
+fn entries(folder: &Path) -> Result<Vec<PathBuf>> {
+    let entries = fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))?;
+    let paths = entries.map(|entry| Ok(entry.map_err(Error::io(folder, "read the folder"))?.path()));
+    let mut paths = paths.collect::<Result<Vec<_>>>()?;
+    paths.sort();
+    Ok(paths)
+}
+
+fn remove_if_empty(folder: &Path) -> Result<()> {
+    if entries(folder)?.is_empty() {
+        fs::remove_dir(folder).map_err(Error::io(folder, "remove the empty folder"))?;
+    }
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PixelRect;
+
+    fn mask(pixels: u32) -> Spans {
+        Spans::of_pixels(PixelRect { x: 0, y: 0, w: pixels, h: 1 }, |_, _| true)
+    }
+
+    #[test]
+    fn masks_come_back_whatever_photos_and_makers_are_called() {
+        let project = tempfile::tempdir().unwrap();
+        let store = MaskStore::new(project.path());
+        for (photo, stem) in
+            [("a.jpg", "drawn"), ("nord/tür 1.jpg", "a/b:c*"), ("..", "é".repeat(200).as_str())]
+        {
+            let file = store.add(photo, stem, &mask(5), [9, 4]).unwrap();
+            let found = store.read(&file, [9, 4]).unwrap();
+            assert!(found.minus(&mask(5)).is_empty() && found.count() == 5, "{file}");
+            assert_eq!(store.add(photo, stem, &mask(5), [9, 4]).unwrap(), file, "the same is the same file");
+        }
+    }
+
+    #[test]
+    fn what_nobody_names_is_cleared_away_and_other_peoples_files_are_not() {
+        let project = tempfile::tempdir().unwrap();
+        let store = MaskStore::new(project.path());
+        let kept = store.add("a.jpg", "drawn", &mask(2), [9, 4]).unwrap();
+        let gone = store.add("a.jpg", "drawn", &mask(3), [9, 4]).unwrap();
+        let alone = store.add("b.jpg", "drawn", &mask(3), [9, 4]).unwrap();
+        let theirs = project.path().join("masks/a.jpg/mine-0123456789ab.png");
+        fs::write(&theirs, "not ours").unwrap();
+        store.tidy(&BTreeSet::from([kept.clone()])).unwrap();
+        assert!(store.path(&kept).is_file() && theirs.is_file());
+        assert!(!store.path(&gone).exists() && !store.path(&alone).parent().unwrap().exists());
+        fs::remove_file(&theirs).unwrap();
+        store.tidy(&BTreeSet::new()).unwrap();
+        assert!(!project.path().join("masks").exists());
+    }
+}

@@ -1,0 +1,160 @@
+//! How far a photo is from what the others agree on, pixel by pixel.
+
+use glam::{DVec2, DVec3};
+use rayon::prelude::*;
+
+use super::StrangerOptions;
+use super::look::{Look, Tint, length};
+use crate::error::Result;
+use crate::layers::fill::{SurfaceId, Surfaces};
+use crate::projection::relief::Relief;
+use crate::task::Task;
+
+/// So many photos are asked at most, the nearest ones.
+const MOST_WITNESSES: usize = 24;
+
+/// Two photos that show a place say what it looks like, if they agree.
+const LEAST_WITNESSES: usize = 2;
+
+/// A surface that is seen under a smaller angle than six degrees (sine) shows nothing that can be compared.
+const GRAZING: f64 = 0.1;
+
+/// What all photos of a site share.
+pub struct Witnesses<'a> {
+    /// In the site's order; none where a photo cannot be read.
+    pub looks: &'a [Option<Look>],
+    /// Of the model in world coordinates.
+    pub surfaces: &'a Surfaces,
+    /// How far the true surface stands off the model's.
+    pub relief: &'a Relief,
+}
+
+/// For each pixel of the small photo at this place of the site how far it is from what the others show there, row by
+/// row; not a number where too few show it.
+///
+/// # Errors
+/// [`crate::Error::Cancelled`].
+pub fn disagreement(
+    witnesses: &Witnesses,
+    photo: usize,
+    options: &StrangerOptions,
+    task: &Task,
+) -> Result<Vec<f32>> {
+    let Some(asked) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
+    let court = Court { witnesses, asked, others: nearest(witnesses.looks, photo), options };
+    let (width, height) = (asked.donor.camera.width, asked.donor.camera.height);
+    let row = |y: u32| {
+        task.go_on()?;
+        Ok((0..width).map(|x| court.pixel(x, y).unwrap_or(f32::NAN)).collect::<Vec<f32>>())
+    };
+    let rows: Vec<Vec<f32>> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;
+    Ok(rows.concat())
+}
+
+/// The other photos, nearest first.
+fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
+    let eye = |look: &Look| look.donor.pose.center_in_world();
+    let own = looks[photo].as_ref().map_or(DVec3::ZERO, eye);
+    let others = looks.iter().enumerate().filter(|(place, _)| *place != photo);
+    let mut others: Vec<&Look> = others.filter_map(|(_, look)| look.as_ref()).collect();
+    others.sort_by(|a, b| eye(a).distance(own).total_cmp(&eye(b).distance(own)));
+    others.truncate(MOST_WITNESSES);
+    others
+}
+
+struct Court<'a> {
+    witnesses: &'a Witnesses<'a>,
+    asked: &'a Look,
+    others: Vec<&'a Look>,
+    options: &'a StrangerOptions,
+}
+
+impl Court<'_> {
+    /// None where the photo shows nothing that enough others show.
+    fn pixel(&self, x: u32, y: u32) -> Option<f32> {
+        let (id, point) = self.shown(x, y)?;
+        let tint = self.asked.tint(x, y);
+        let (mut apart, mut tints) = ([0.0; MOST_WITNESSES], [[0.0; 3]; MOST_WITNESSES]);
+        let mut count = 0;
+        for look in &self.others {
+            let Some(px) = self.seen(look, id, point) else { continue };
+            apart[count] = look.distance(tint, px, self.options.reach);
+            tints[count] = look.tint(px.x as u32, px.y as u32);
+            count += 1;
+        }
+        if count < LEAST_WITNESSES {
+            return None;
+        }
+        let quarrel = spread(&tints[..count]) / self.options.quarrel;
+        apart[..count].sort_unstable_by(f32::total_cmp);
+        // One in four may be wrong as the asked one is: it shows the same stranger, or is out of register.
+        Some(apart[count / 4] / (1.0 + quarrel * quarrel))
+    }
+
+    /// The surface that the asked photo shows at a pixel, and the point.
+    fn shown(&self, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
+        let donor = &self.asked.donor;
+        let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let item = donor.owner(x, y)?;
+        let seen = donor.seen(item);
+        let id = self.witnesses.surfaces.id(seen.face, seen.triangle);
+        let surface = self.witnesses.surfaces.get(id);
+        if surface.billboard || !donor.shows(item, px) {
+            return None;
+        }
+        let eye = donor.pose.center_in_world();
+        let ray = (donor.pose.rotation.transpose() * donor.camera.ray_in_camera(px)).normalize();
+        let slope = surface.plane.normal.dot(ray);
+        if slope.abs() < GRAZING {
+            return None;
+        }
+        let on_plane = eye - ray * (surface.plane.signed_distance(eye) / slope);
+        let relief = self.witnesses.relief.of(surface.face);
+        let point = relief.map_or(on_plane, |relief| relief.meet(eye, on_plane, surface.plane.normal));
+        Some((id, point))
+    }
+
+    /// Where a witness shows the surface at a point, well inside.
+    fn seen(&self, look: &Look, id: SurfaceId, point: DVec3) -> Option<DVec2> {
+        let item = look.donor.item(id)?;
+        let normal = self.witnesses.surfaces.get(id).plane.normal;
+        let ray = (point - look.donor.pose.center_in_world()).normalize();
+        if normal.dot(ray).abs() < GRAZING {
+            return None;
+        }
+        look.place(point).filter(|px| look.donor.shows(item, *px))
+    }
+}
+
+/// How far colours are from the one in their middle: the median.
+fn spread(tints: &[Tint]) -> f32 {
+    let middle = [0, 1, 2].map(|c| {
+        let mut values = [0.0; MOST_WITNESSES];
+        tints.iter().zip(&mut values).for_each(|(tint, value)| *value = tint[c]);
+        median(&mut values[..tints.len()])
+    });
+    let mut values = [0.0; MOST_WITNESSES];
+    for (tint, value) in tints.iter().zip(&mut values) {
+        *value = length([0, 1, 2].map(|c| tint[c] - middle[c]));
+    }
+    median(&mut values[..tints.len()])
+}
+
+/// The mean of the two in the middle where their number is even.
+fn median(values: &mut [f32]) -> f32 {
+    values.sort_unstable_by(f32::total_cmp);
+    let middle = values.len() / 2;
+    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn witnesses_that_quarrel_are_spread_and_one_stray_among_them_is_not() {
+        let grey = |l: f32| [l, 0.0, 0.0];
+        assert!(spread(&[grey(-1.0), grey(-1.1), grey(-1.05), grey(-4.0)]) < 0.06);
+        assert!(spread(&[grey(-1.0), grey(-2.0), grey(-3.0), grey(-4.0)]) > 0.9);
+    }
+}

@@ -1,0 +1,131 @@
+//! Masks that lie beside the photos, by the names that people and programs give them.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use super::MaskEdit;
+use super::undistorted::read_undistorted;
+use crate::document::Project;
+use crate::document::masks::MaskFrom;
+use crate::document::names::without_extension;
+use crate::error::{Error, Result};
+use crate::geometry::Spans;
+use crate::io::cameras::{CameraPhoto, read_cameras};
+use crate::io::project::resolved;
+use crate::recipe::named::place_of_photo;
+use crate::scene::Site;
+use crate::task::Task;
+
+/// The names that a mask of a photo may have, as paths from the folder of photos: `0028.mask.png` and
+/// `0028_mask.png` beside the photo, also with its whole name; and as COLMAP has it, in a folder `masks` within or
+/// beside the folder of photos, `masks/0028.jpg.png`.
+pub fn mask_names(photo: &str) -> [String; 6] {
+    let stem = without_extension(photo);
+    [
+        format!("{stem}.mask.png"),
+        format!("{stem}_mask.png"),
+        format!("{photo}.mask.png"),
+        format!("{photo}_mask.png"),
+        format!("masks/{photo}.png"),
+        format!("../masks/{photo}.png"),
+    ]
+}
+
+/// A mask that was found.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Found {
+    /// The photo's name.
+    pub photo: String,
+    /// The file, as a path from the folder of photos.
+    pub file: String,
+    /// What it masks, in pixels of the pinhole image.
+    pub masked: Spans,
+}
+
+impl Found {
+    /// Takes it into the project.
+    pub fn edit(self) -> MaskEdit {
+        MaskEdit::Put { photo: self.photo, from: MaskFrom::File(self.file), masked: self.masked }
+    }
+}
+
+/// Every mask that lies beside a photo of the site; and what is wrong with others.
+///
+/// # Errors
+/// [`Error::Input`] and [`Error::Io`] when the cameras cannot be read; [`Error::Cancelled`].
+pub fn masks_beside(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    task: &Task,
+) -> Result<(Vec<Found>, Vec<Error>)> {
+    let root = resolved(folder, &project.photos);
+    let files: Vec<(&str, String)> = site
+        .photos
+        .iter()
+        .flat_map(|photo| mask_names(&photo.name).map(|name| (photo.name.as_str(), name)))
+        .filter(|(_, name)| root.join(name).is_file())
+        .collect();
+    if files.is_empty() {
+        return Ok((Vec::new(), Vec::new()));
+    }
+    let cameras = cameras(folder, project, task)?;
+    let (mut found, mut problems) = (Vec::new(), Vec::new());
+    for (photo, file) in files {
+        task.go_on()?;
+        match read_whole(&root.join(&file), &cameras[photo]) {
+            Ok(masked) => found.push(Found { photo: photo.to_owned(), file, masked }),
+            Err(problem) => problems.push(problem),
+        }
+    }
+    Ok((found, problems))
+}
+
+/// A file as the mask of one photo, which is named as people type.
+///
+/// # Errors
+/// [`Error::Request`] for a name that is no photo's; else as [`masks_beside`].
+pub fn mask_of_file(
+    folder: &Path,
+    project: &Project,
+    site: &Site,
+    (photo, file): (&str, &Path),
+    task: &Task,
+) -> Result<Found> {
+    let photo = site.photos[place_of_photo(site, photo)?].name.clone();
+    let cameras = cameras(folder, project, task)?;
+    let masked = read_whole(file, &cameras[&photo])?;
+    let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
+    Ok(Found { photo, file: name, masked })
+}
+
+/// Every photo of the site is one of these.
+fn cameras(folder: &Path, project: &Project, task: &Task) -> Result<BTreeMap<String, CameraPhoto>> {
+    let file: PathBuf = resolved(folder, &project.cameras);
+    let cameras = read_cameras(&file, task)?;
+    Ok(cameras.photos.into_iter().map(|photo| (photo.name.clone(), photo)).collect())
+}
+
+/// A mask that leaves nothing is one the other way round.
+fn read_whole(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
+    let masked = read_undistorted(file, photo)?;
+    let all = u64::from(photo.camera.width) * u64::from(photo.camera.height);
+    if photo.lens.is_none() && masked.count() == all {
+        let remedy = "paint black what is to be masked and the rest white, or leave it away";
+        return Err(Error::input(file, "", "it masks the whole photo", remedy));
+    }
+    Ok(masked)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_names_of_a_mask_are_those_that_people_give_it() {
+        let names = mask_names("nord/1.jpg");
+        for name in ["nord/1.mask.png", "nord/1_mask.png", "nord/1.jpg.mask.png", "masks/nord/1.jpg.png"] {
+            assert!(names.iter().any(|known| known == name), "{name}");
+        }
+    }
+}

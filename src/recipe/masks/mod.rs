@@ -1,0 +1,256 @@
+//! What is masked in a project's photos: edits, and where masks come from.
+//!
+//! A mask takes pixels away from what a photo shows, and nothing else: who sees what is sorted as before, and the
+//! masked pixels of a surface are hidden ones. [`edited`] is the one place where masks change; whoever draws,
+//! accepts suggestions or imports files asks it.
+
+pub mod beside;
+pub mod list;
+pub mod object;
+pub mod suggest;
+mod undistorted;
+
+use std::collections::BTreeSet;
+use std::path::Path;
+
+use crate::document::Masks;
+use crate::document::masks::{Mask, MaskFrom};
+use crate::document::paint::PaintBook;
+use crate::error::{Error, Result};
+use crate::geometry::Spans;
+use crate::io::mask_store::MaskStore;
+use crate::recipe::named::is_short_for;
+use crate::scene::{Photo, Site};
+
+/// One change. Photos are named in full; pixels are those of the photo's pinhole image.
+#[derive(Debug, Clone, PartialEq)]
+pub enum MaskEdit {
+    /// This, instead of what the same maker had made; nothing takes that away.
+    Put { photo: String, from: MaskFrom, masked: Spans },
+    /// This as well.
+    Add { photo: String, from: MaskFrom, masked: Spans },
+    /// These pixels are content after all, whoever masked them.
+    Uncover { photo: String, pixels: Spans },
+    /// What this maker had made is gone.
+    Remove { photo: String, from: MaskFrom },
+    /// The photo has no mask.
+    Clear { photo: String },
+}
+
+impl MaskEdit {
+    fn photo(&self) -> &str {
+        match self {
+            Self::Put { photo, .. }
+            | Self::Add { photo, .. }
+            | Self::Uncover { photo, .. }
+            | Self::Remove { photo, .. }
+            | Self::Clear { photo } => photo,
+        }
+    }
+}
+
+/// The masks after the edits, one after the other. New files are written into the project's folder; old ones stay,
+/// so that the masks as they were are all that undoing needs. Nothing holds before `project.json` says so. Whoever
+/// calls holds the project's lock.
+///
+/// # Errors
+/// [`Error::Request`] for a photo that the site does not have; [`Error::Io`] and [`Error::Input`] when files cannot
+/// be read or written.
+pub fn edited(folder: &Path, masks: &Masks, edits: &[MaskEdit], site: &Site) -> Result<Masks> {
+    let store = MaskStore::new(folder);
+    let mut desk = Desk { store: &store, masks: masks.clone() };
+    for edit in edits {
+        match (edit, site.photos.iter().find(|photo| photo.name == edit.photo())) {
+            // Masks outlive their photos: what is written may be taken back.
+            (MaskEdit::Clear { photo }, _) => desk.masks.clear(photo),
+            (MaskEdit::Remove { photo, from }, _) => drop(desk.masks.remove(photo, from)),
+            (_, None) => return Err(Error::Request(format!("no photo is called {}", edit.photo()))),
+            (edit, Some(photo)) => desk.apply(edit, photo)?,
+        }
+    }
+    Ok(desk.masks)
+}
+
+/// Gives photos the masks that a project has of them.
+pub fn attach(folder: &Path, masks: &Masks, photos: &mut [Photo]) {
+    let store = MaskStore::new(folder);
+    for photo in photos {
+        photo.masks = masks.of(&photo.name).iter().map(|mask| store.path(&mask.file)).collect();
+    }
+}
+
+/// The masks without those of the photos of these names, in full or as people type them; without any, if there is no
+/// name. A photo need not be in the site any more.
+///
+/// # Errors
+/// [`Error::Request`] for names that no photo with a mask answers to, all at once.
+pub fn cleared(masks: &Masks, names: &[String]) -> Result<Masks> {
+    if names.is_empty() {
+        return Ok(Masks::default());
+    }
+    let (mut rest, mut errors) = (masks.clone(), Vec::new());
+    for name in names {
+        let answers = |photo: &str| photo == name || is_short_for(name, photo);
+        let meant: Vec<&str> =
+            masks.photos().map(|(photo, _)| photo).filter(|photo| answers(photo)).collect();
+        if meant.is_empty() {
+            errors.push(Error::Request(format!("no photo called {name} has a mask")));
+        }
+        meant.into_iter().for_each(|photo| rest.clear(photo));
+    }
+    Error::of_all(errors).map_or(Ok(rest), Err)
+}
+
+struct Desk<'a> {
+    store: &'a MaskStore,
+    masks: Masks,
+}
+
+impl Desk<'_> {
+    fn apply(&mut self, edit: &MaskEdit, photo: &Photo) -> Result<()> {
+        match edit {
+            MaskEdit::Put { from, masked, .. } => self.put(photo, from, masked),
+            MaskEdit::Add { from, masked, .. } => {
+                let before = self.masks.find(&photo.name, from).cloned();
+                let before = before.map(|mask| self.pixels(photo, &mask)).transpose()?.unwrap_or_default();
+                self.put(photo, from, &before.union(masked))
+            }
+            MaskEdit::Uncover { pixels, .. } => {
+                for mask in self.masks.of(&photo.name).to_vec() {
+                    let rest = self.pixels(photo, &mask)?.minus(pixels);
+                    if rest.count() < mask.pixels {
+                        self.put(photo, &mask.from, &rest)?;
+                    }
+                }
+                Ok(())
+            }
+            MaskEdit::Remove { .. } | MaskEdit::Clear { .. } => Ok(()),
+        }
+    }
+
+    fn pixels(&self, photo: &Photo, mask: &Mask) -> Result<Spans> {
+        self.store.read(&mask.file, size_of(photo))
+    }
+
+    fn put(&mut self, photo: &Photo, from: &MaskFrom, masked: &Spans) -> Result<()> {
+        let pixels = masked.intersection(&whole(photo)).count();
+        if pixels == 0 {
+            self.masks.remove(&photo.name, from);
+            return Ok(());
+        }
+        let file = self.store.add(&photo.name, from.stem(), masked, size_of(photo))?;
+        self.masks.put(&photo.name, Mask { from: from.clone(), file, pixels });
+        Ok(())
+    }
+}
+
+fn size_of(photo: &Photo) -> [u32; 2] {
+    [photo.camera.width, photo.camera.height]
+}
+
+/// All pixels of a photo.
+fn whole(photo: &Photo) -> Spans {
+    let [width, height] = size_of(photo);
+    Spans::of_rows(0..height as i32, |_, out| out.push(0..width as i32))
+}
+
+/// Clears away the files of masks that neither `masks` nor an import that can be taken back names. Not while
+/// somebody may still want to undo an edit.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn tidy(folder: &Path, masks: &Masks, paint: &PaintBook) -> Result<()> {
+    let replaced = paint.imports.iter().flat_map(|import| &import.masks).filter_map(|m| m.before.as_ref());
+    let files = masks.files().into_iter().chain(replaced.map(|mask| mask.file.as_str()));
+    let named: BTreeSet<String> = files.map(str::to_owned).collect();
+    MaskStore::new(folder).tidy(&named)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::PixelRect;
+    use crate::io::photo::masked_pixels;
+    use crate::scene::synthetic::closed_form;
+
+    fn block(x: i32, y: i32, w: u32, h: u32) -> Spans {
+        Spans::of_pixels(PixelRect { x, y, w, h }, |_, _| true)
+    }
+
+    /// A site of one photo, and what is masked of it after each edit.
+    struct Bench {
+        folder: tempfile::TempDir,
+        site: Site,
+        masks: Masks,
+    }
+
+    impl Bench {
+        fn new() -> Self {
+            let site = closed_form::two_quads().site();
+            Self { folder: tempfile::tempdir().unwrap(), site, masks: Masks::default() }
+        }
+
+        fn photo(&self) -> String {
+            self.site.photos[0].name.clone()
+        }
+
+        fn after(&mut self, edit: MaskEdit) -> u64 {
+            self.masks = edited(self.folder.path(), &self.masks, &[edit], &self.site).unwrap();
+            let store = MaskStore::new(self.folder.path());
+            let masks = self.masks.of(&self.photo()).iter().map(|mask| store.path(&mask.file)).collect();
+            masked_pixels(&Photo { masks, ..self.site.photos[0].clone() }).unwrap().count()
+        }
+    }
+
+    #[test]
+    fn masks_are_put_added_uncovered_and_taken_away() {
+        let mut bench = Bench::new();
+        let (photo, from) = (bench.photo(), MaskFrom::Drawn);
+        let put = |masked| MaskEdit::Put { photo: photo.clone(), from: from.clone(), masked };
+        let add = |masked| MaskEdit::Add { photo: photo.clone(), from: from.clone(), masked };
+        assert_eq!(bench.after(put(block(2, 3, 4, 5))), 20);
+        assert_eq!(bench.after(add(block(4, 3, 4, 5))), 30);
+        let suggested = MaskFrom::Suggested;
+        let other =
+            MaskEdit::Add { photo: photo.clone(), from: suggested.clone(), masked: block(0, 0, 3, 4) };
+        assert_eq!(bench.after(other), 41, "one pixel is masked by both");
+        assert_eq!(bench.after(MaskEdit::Uncover { photo: photo.clone(), pixels: block(2, 3, 1, 1) }), 40);
+        let before = bench.masks.clone();
+        assert_eq!(bench.after(put(block(0, 0, 1, 1))), 11, "the others' mask stays");
+        assert_eq!(bench.after(MaskEdit::Remove { photo: photo.clone(), from: suggested }), 1);
+        assert_eq!(bench.after(put(Spans::default())), 0);
+        assert!(bench.masks.is_empty());
+        bench.masks = before;
+        assert_eq!(bench.after(MaskEdit::Uncover { photo: photo.clone(), pixels: block(0, 0, 1, 1) }), 39);
+        assert_eq!(bench.after(MaskEdit::Clear { photo }), 0);
+    }
+
+    #[test]
+    fn pixels_outside_of_the_photo_are_none_and_a_stranger_is_refused() {
+        let mut bench = Bench::new();
+        let photo = bench.photo();
+        let outside = MaskEdit::Add { photo, from: MaskFrom::Drawn, masked: block(-9, -9, 9, 9) };
+        assert_eq!(bench.after(outside), 0);
+        assert!(bench.masks.is_empty());
+        let stranger = MaskEdit::Add { photo: "x".into(), from: MaskFrom::Drawn, masked: block(0, 0, 1, 1) };
+        let told = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
+        assert!(told.to_string().contains("called x"), "{told}");
+    }
+
+    #[test]
+    fn what_no_mask_and_no_import_names_is_cleared_away_when_that_is_asked_for() {
+        let mut bench = Bench::new();
+        let photo = bench.photo();
+        let put =
+            |w| MaskEdit::Put { photo: photo.clone(), from: MaskFrom::Drawn, masked: block(0, 0, w, 1) };
+        bench.after(put(3));
+        bench.after(put(4));
+        let files = |bench: &Bench| {
+            let folder = std::fs::read_dir(bench.folder.path().join("masks")).unwrap().next().unwrap();
+            std::fs::read_dir(folder.unwrap().path()).unwrap().count()
+        };
+        assert_eq!(files(&bench), 2, "who undoes it needs the old one");
+        tidy(bench.folder.path(), &bench.masks, &PaintBook::default()).unwrap();
+        assert_eq!(files(&bench), 1);
+    }
+}

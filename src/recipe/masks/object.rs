@@ -1,0 +1,82 @@
+//! The pixels of objects, with a margin: what the model has and has it wrong.
+
+use crate::document::masks::{MaskFrom, MaskedObject};
+use crate::error::{Error, Result};
+use crate::geometry::{PixelRect, Spans};
+use crate::layers::View;
+use crate::layers::software::owners;
+use crate::scene::{Model, ObjectId, Photo};
+
+/// The objects that are meant.
+///
+/// # Errors
+/// [`Error::Request`] when the model has none of that name.
+pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
+    let is_meant = |name: &str| match pattern.strip_suffix('*') {
+        Some(beginning) => name.starts_with(beginning),
+        None => name == pattern,
+    };
+    let all = (0..).map(ObjectId).zip(&model.objects);
+    let meant: Vec<ObjectId> = all.filter(|(_, object)| is_meant(&object.name)).map(|(id, _)| id).collect();
+    if meant.is_empty() {
+        return Err(Error::Request(format!(
+            "the model has no object {pattern:?}; `quadratura object` lists them"
+        )));
+    }
+    Ok(meant)
+}
+
+/// What a photo shows of objects, and all that is at most `margin` pixels (rows and columns) away. `model` is the
+/// whole one, with what is switched off; `tolerance` is that of occlusion.
+pub fn object_pixels(
+    photo: &Photo,
+    model: &Model,
+    objects: &[ObjectId],
+    margin: u32,
+    tolerance: f32,
+) -> Spans {
+    let view = View::new(model, &photo.camera, &photo.pose);
+    let owners = owners(&view, tolerance);
+    let width = photo.camera.width as usize;
+    let of_object: Vec<bool> =
+        view.items.iter().map(|item| objects.contains(&model.face(item.face).object)).collect();
+    let shown = |x: i32, y: i32| {
+        let owner = owners[y as usize * width + x as usize];
+        owner.checked_sub(1).is_some_and(|item| of_object[item as usize])
+    };
+    let whole = PixelRect { x: 0, y: 0, w: photo.camera.width, h: photo.camera.height };
+    let grown = Spans::of_pixels(whole, shown).grown(margin as i32);
+    grown.intersection(&Spans::of_pixels(whole, |_, _| true))
+}
+
+/// Who makes such a mask.
+pub fn from_object(pattern: &str, margin: u32) -> MaskFrom {
+    MaskFrom::Object(MaskedObject { name: pattern.to_owned(), margin })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn what_is_seen_of_an_object_is_masked_with_its_margin_and_what_is_hidden_is_not() {
+        let scene = closed_form::two_quads();
+        let (photo, model) = (scene.photo(), &scene.model);
+        let counts: Vec<u64> = model
+            .objects
+            .iter()
+            .map(|object| {
+                let objects = objects_named(model, &object.name).unwrap();
+                object_pixels(&photo, model, &objects, 0, 1e-4).count()
+            })
+            .collect();
+        let both = object_pixels(&photo, model, &objects_named(model, "*").unwrap(), 0, 1e-4);
+        assert_eq!(counts.iter().sum::<u64>(), both.count(), "no pixel shows two of them");
+        let first = objects_named(model, &model.objects[0].name).unwrap();
+        let (bare, wide) =
+            (object_pixels(&photo, model, &first, 0, 1e-4), object_pixels(&photo, model, &first, 2, 1e-4));
+        assert!(bare.minus(&wide).is_empty() && wide.count() > bare.count());
+        assert!(objects_named(model, "no such*").is_err());
+    }
+}

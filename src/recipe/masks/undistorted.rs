@@ -1,0 +1,58 @@
+//! A mask of a photo as taken becomes one of its pinhole image.
+
+use std::path::Path;
+
+use glam::DVec2;
+
+use crate::error::Result;
+use crate::geometry::{PixelRect, Spans, Undistortion};
+use crate::io::cameras::CameraPhoto;
+use crate::io::mask_file::read_mask;
+
+/// The masked pixels of the pinhole image, of a file in the pixels of the photo as taken.
+///
+/// # Errors
+/// As [`read_mask`]. A lens of which no pixel makes sense is told where the photo is imported.
+pub(super) fn read_undistorted(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
+    let masked = read_mask(file, [photo.camera.width, photo.camera.height])?;
+    if photo.lens.is_none() {
+        return Ok(masked);
+    }
+    let undistortion = Undistortion::new(&photo.camera, photo.lens);
+    Ok(undistortion.map_or_else(Spans::default, |to| undistorted(&masked, &to)))
+}
+
+/// A pixel is masked where one of the four about its place in the photo is: resampling mixes them.
+fn undistorted(masked: &Spans, undistortion: &Undistortion) -> Spans {
+    let (w, h) = (undistortion.pinhole.width, undistortion.pinhole.height);
+    let is_masked = |x: i32, y: i32| {
+        let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+        let Some(at) = undistortion.photo_from_pinhole(centre) else { return false };
+        let corner = (at - 0.5).floor().as_ivec2();
+        let about = [(0, 0), (1, 0), (0, 1), (1, 1)];
+        about.iter().any(|(dx, dy)| masked.holds(corner.x + dx, corner.y + dy))
+    };
+    Spans::of_pixels(PixelRect { x: 0, y: 0, w, h }, is_masked)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::{Lens, Pinhole};
+
+    #[test]
+    fn a_mask_bends_with_its_photo() {
+        let photo = Pinhole { width: 200, height: 120, fx: 150.0, fy: 150.0, cx: 100.0, cy: 60.0 };
+        let to = Undistortion::new(&photo, Lens::Division { k: -0.2 }).unwrap();
+        let block = PixelRect { x: 20, y: 15, w: 12, h: 9 };
+        let bent = undistorted(&Spans::of_pixels(block, |_, _| true), &to);
+        for (x, y) in [(26, 19), (21, 16), (30, 22)] {
+            let at = to.pinhole_from_photo(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)).unwrap();
+            assert!(bent.holds(at.x as i32, at.y as i32), "{x} {y}");
+        }
+        for (x, y) in [(17, 19), (26, 12), (35, 19), (26, 27)] {
+            let at = to.pinhole_from_photo(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)).unwrap();
+            assert!(!bent.holds(at.x as i32, at.y as i32), "{x} {y}");
+        }
+    }
+}

@@ -1,0 +1,201 @@
+//! `mask` and `object`: what is no content of the photos, and what is not in the model.
+
+use std::fs;
+use std::path::Path;
+
+use image::{GrayImage, Luma, RgbaImage};
+use serde_json::Value;
+
+use super::common::gpu_rasteriser;
+use super::site::{PHOTOS, Site, json_of, stderr_of, stdout_of};
+
+/// A stranger before the wall, in pixels of a photo: x, y, width, height.
+const STRANGER: [u32; 4] = [100, 20, 25, 40];
+
+fn is_stranger(x: u32, y: u32) -> bool {
+    let [left, top, w, h] = STRANGER;
+    (left..left + w).contains(&x) && (top..top + h).contains(&y)
+}
+
+/// A mask as COLMAP has it: black where the stranger is.
+fn save_mask(file: &Path) {
+    fs::create_dir_all(file.parent().unwrap()).unwrap();
+    GrayImage::from_fn(160, 120, |x, y| Luma([if is_stranger(x, y) { 0 } else { 255 }])).save(file).unwrap();
+}
+
+fn project_file(site: &Site) -> String {
+    fs::read_to_string(site.path("project/project.json")).unwrap()
+}
+
+/// The image layers of a photo: where each lies, what it shows, and what fills it.
+fn layers(site: &Site, folder: &str) -> Vec<(i64, i64, RgbaImage, Option<RgbaImage>)> {
+    let folder = site.path("project/stacks").join(folder);
+    let stack: Value = serde_json::from_slice(&fs::read(folder.join("stack.json")).unwrap()).unwrap();
+    let open = |file: &Value| image::open(folder.join(file.as_str()?)).ok().map(|picture| picture.to_rgba8());
+    let layer = |layer: &Value| {
+        let [x, y] = [0, 1].map(|i| layer["rect"][i].as_i64().unwrap());
+        (x, y, open(&layer["file"]).unwrap(), open(&layer["filled_file"]))
+    };
+    stack["image_layers"].as_array().unwrap().iter().map(layer).collect()
+}
+
+/// The pixels of a photo that some layer shows.
+fn shown(site: &Site, folder: &str) -> Vec<(u32, u32)> {
+    let mut shown = Vec::new();
+    for (x, y, picture, _) in layers(site, folder) {
+        let opaque = picture.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0);
+        shown.extend(opaque.map(|(u, v, _)| ((x + i64::from(u)) as u32, (y + i64::from(v)) as u32)));
+    }
+    shown
+}
+
+fn tree(folder: &Path) -> Vec<(String, Vec<u8>)> {
+    let mut files = Vec::new();
+    for entry in fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+        match entry.is_dir() {
+            true => files.extend(tree(&entry)),
+            false => files.push((entry.display().to_string(), fs::read(&entry).unwrap())),
+        }
+    }
+    files.sort();
+    files
+}
+
+#[test]
+fn what_is_masked_is_in_no_layer_is_filled_from_the_other_photo_and_comes_back() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project -q").success();
+    let (before, other) = (project_file(&site), site.path("project/stacks/north%20side%2Ft%C3%BCr%202.png"));
+    let stacks = [tree(&site.path("project/stacks/left.png")), tree(&other)];
+    assert!(shown(&site, "left.png").iter().any(|(x, y)| is_stranger(*x, *y)));
+
+    save_mask(&site.path("stranger.png"));
+    let masked = site.json("mask project --photo left --add stranger.png --json");
+    assert_eq!(masked["photos"][0]["pixels"], 25 * 40);
+    assert_eq!(masked["changed"][0], "left.png");
+    let state = |site: &Site| {
+        let told = site.json("info project --json");
+        [0, 1].map(|i| told["photos"][i]["state"].as_str().unwrap().to_owned())
+    };
+    assert_eq!(state(&site), ["stale", "current"]);
+    let built = site.json("build project --json");
+    assert_eq!([&built["photos"][0]["state"], &built["photos"][1]["state"]], ["built", "up to date"]);
+    assert!(!shown(&site, "left.png").iter().any(|(x, y)| is_stranger(*x, *y)));
+    assert!(tree(&other) == stacks[1], "the other photo is as it was");
+    let info = stdout_of(&site.run("info project").success());
+    assert!(info.contains("file stranger.png"), "{info}");
+
+    site.run("fill project -q").success();
+    let mut filled = 0;
+    for (x, y, picture, filling) in layers(&site, "left.png") {
+        let Some(filling) = filling else { continue };
+        for (u, v, pixel) in filling.enumerate_pixels().filter(|(_, _, pixel)| pixel.0[3] > 0) {
+            assert_eq!(picture.get_pixel(u, v).0[3], 0, "a filling covers nothing that is shown");
+            let (x, y) = ((x + i64::from(u)) as u32, (y + i64::from(v)) as u32);
+            filled += u64::from(is_stranger(x, y));
+            assert!(pixel.0[3] == 255);
+        }
+    }
+    assert!(filled >= 25 * 40, "every masked pixel is filled: {filled}");
+
+    let cleared = site.json("mask project --clear --photo left.png --json");
+    assert_eq!(cleared["photos"].as_array().unwrap().len(), 0);
+    assert_eq!(project_file(&site), before, "every byte is back");
+    assert!(!site.path("project/masks").exists());
+    site.run("build project -q").success();
+    let pictures = |files: Vec<(String, Vec<u8>)>| files.into_iter().map(|file| file.1).collect::<Vec<_>>();
+    assert!(pictures(tree(&site.path("project/stacks/left.png"))) == pictures(stacks[0].clone()));
+}
+
+#[test]
+fn masks_beside_the_photos_are_found_by_new_and_later_by_name() {
+    let site = Site::new();
+    save_mask(&site.path("photos/left.mask.png"));
+    save_mask(&site.path("masks").join(format!("{}.png", PHOTOS[1])));
+    let new = site.run("new project --photos photos --cameras sparse --model model.obj").success();
+    let told = stderr_of(&new);
+    assert!(told.contains("masked by left.mask.png") && told.contains("../masks/"), "{told}");
+    assert!(!told.contains("no camera for this photo"), "a mask is no photo: {told}");
+    let listed = site.json("mask project --json");
+    assert_eq!(listed["photos"].as_array().unwrap().len(), 2);
+    assert!((listed["photos"][0]["share"].as_f64().unwrap() - 1000.0 / 19200.0).abs() < 1e-9);
+
+    // One that was changed since is read again, and one that came later is found.
+    GrayImage::from_pixel(160, 120, Luma([255])).save(site.path("photos/left.mask.png")).unwrap();
+    save_mask(&site.path("photos/left_mask.png"));
+    let found = site.json("mask project --find --photo left --json");
+    assert_eq!(found["changed"].as_array().unwrap().len(), 1);
+    let makers: Vec<_> = found["photos"][0]["masks"].as_array().unwrap().iter().map(|m| &m["from"]).collect();
+    assert_eq!(makers, ["file left_mask.png"]);
+}
+
+#[test]
+fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
+    let site = Site::new();
+    site.make_project();
+    let before = project_file(&site);
+    GrayImage::new(80, 60).save(site.path("small.png")).unwrap();
+    GrayImage::new(160, 120).save(site.path("black.png")).unwrap();
+    let told = |words: &str| stderr_of(&site.run(words).failure().code(1));
+    assert!(told("mask project --photo left --add small.png").contains("80 x 60"));
+    assert!(told("mask project --photo left --add black.png").contains("the whole photo"));
+    assert!(told("mask project --photo nobody --add black.png").contains("nobody"));
+    assert!(told("mask project --object tower").contains("tower"));
+    assert!(told("mask project --clear --photo left").contains("has a mask"));
+    site.run("mask project --add black.png").failure().code(2);
+    assert_eq!(project_file(&site), before);
+
+    save_mask(&site.path("stranger.png"));
+    site.run("mask project --photo left --add stranger.png").success();
+    let folder = fs::read_dir(site.path("project/masks/left.png")).unwrap().next().unwrap().unwrap().path();
+    fs::remove_file(folder).unwrap();
+    let lost = stderr_of(&site.run("info project").failure().code(1));
+    assert!(lost.contains("left.png is left out") && lost.contains("mask --clear"), "{lost}");
+    site.run("mask project --photo left --add stranger.png").success();
+    site.run("info project").success();
+}
+
+#[test]
+fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_back() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let site = Site::new();
+    site.make_project();
+    site.run("build project -q").success();
+    let (before, stacks) = (project_file(&site), tree(&site.path("project/stacks")));
+    let off = site.json("object project --off box* --json");
+    let named = |name: &str| {
+        let objects = off["objects"].as_array().unwrap().clone();
+        objects.into_iter().find(|object| object["object"] == name).unwrap()
+    };
+    assert_eq!((&named("box 0")["off"], &named("wall")["off"]), (&true.into(), &false.into()));
+    assert_eq!(site.json("info project --json")["photos"][0]["state"], "stale");
+
+    let bare = site.json("mask project --object box* --json");
+    let wide = site.json("mask project --object box* --margin 3 --json");
+    let pixels = |told: &Value| told["photos"][0]["pixels"].as_u64().unwrap();
+    assert!(pixels(&bare) > 100 && pixels(&wide) > pixels(&bare), "{bare:#}");
+    assert_eq!(wide["photos"][0]["masks"].as_array().unwrap().len(), 1, "another margin is the same mask");
+    let built = site.json("build project --json");
+    assert_eq!(built["photos"][0]["stack"]["counts"]["faces"], 2, "wall and floor");
+    let seen = shown(&site, "left.png").len() as u64;
+    assert!(seen + pixels(&wide) <= 160 * 120);
+    site.run("fill project --without box* -q").success();
+    let told = stdout_of(&site.run("info project").success());
+    assert!(told.contains("objects switched off: box 0"), "{told}");
+
+    let mut command = site.command("object project --on");
+    assert_eq!(json_of(&command.args(["box 0", "--json"]).assert().success())["changed"], true);
+    site.run("mask project --clear").success();
+    assert_eq!(project_file(&site), before);
+    site.run("build project -q").success();
+    let pictures = |files: Vec<(String, Vec<u8>)>| files.into_iter().map(|file| file.1).collect::<Vec<_>>();
+    assert!(pictures(tree(&site.path("project/stacks"))) == pictures(stacks));
+    let told = stderr_of(&site.run("object project --off tower --off *").failure().code(1));
+    assert!(told.contains("tower"), "{told}");
+}
