@@ -3,9 +3,7 @@
 use serde_json::json;
 
 use super::Outcome;
-use super::args::PhotoArgs;
-use super::machine::default_memory;
-use super::mask_args::{Accepted, MaskArgs};
+use super::args::{Accepted, MaskArgs, PhotoArgs};
 use super::masked::Masked;
 use super::table::{Table, counted};
 use crate::document::{Masks, Project};
@@ -13,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::{read_project, write_project};
+use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{Found, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
 use crate::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestion_folder};

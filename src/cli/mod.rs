@@ -31,7 +31,6 @@ mod import;
 mod info;
 mod machine;
 mod mask;
-mod mask_args;
 mod masked;
 mod new;
 mod object;

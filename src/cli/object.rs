@@ -3,7 +3,7 @@
 use serde_json::json;
 
 use super::Outcome;
-use super::mask_args::ObjectArgs;
+use super::args::ObjectArgs;
 use super::table::{Table, counted};
 use crate::error::Result;
 use crate::io::lock::ProjectLock;

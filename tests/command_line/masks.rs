@@ -199,3 +199,39 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     let told = stderr_of(&site.run("object project --off tower --off *").failure().code(1));
     assert!(told.contains("tower"), "{told}");
 }
+
+#[test]
+fn what_stands_in_one_photo_alone_is_suggested_drawn_and_masked_when_it_is_accepted() {
+    let names = ["a.png", "b.png", "c.png", "d.png"];
+    let site = Site::with_photos(&names, 160, 120, 1);
+    for name in names {
+        let grey = |x, y| if name == "b.png" && is_stranger(x, y) { 20 } else { 150 };
+        let photo = image::RgbImage::from_fn(160, 120, |x, y| image::Rgb([grey(x, y); 3]));
+        photo.save(site.path("photos").join(name)).unwrap();
+    }
+    site.make_project();
+    let before = project_file(&site);
+    let early = stderr_of(&site.run("mask project --accept all").failure().code(1));
+    assert!(early.contains("--suggest"), "{early}");
+
+    let told = site.json("mask project --suggest --json");
+    let found = told["suggestions"].as_array().unwrap();
+    assert_eq!((found.len(), &found[0]["photo"]), (1, &"b.png".into()), "{told:#}");
+    assert!(site.path("project/cache/suggestions/b.png.jpg").is_file());
+    assert_eq!(project_file(&site), before, "suggesting masks nothing");
+    let text = stdout_of(&site.run("mask project --suggest").success());
+    assert!(text.contains("1 suggestion") && text.contains("--accept"), "{text}");
+
+    let wrong = stderr_of(&site.run("mask project --accept 1,7").failure().code(1));
+    assert!(wrong.contains("no suggestion 7"), "{wrong}");
+    site.run("mask project --accept one").failure().code(2);
+    let masked = site.json("mask project --accept 1 --json");
+    assert_eq!(masked["photos"][0]["masks"][0]["from"], "suggested");
+    let pixels = masked["photos"][0]["pixels"].as_u64().unwrap();
+    assert!((1000..1800).contains(&pixels), "{pixels}");
+    let again = site.json("mask project --suggest --json");
+    assert!(
+        again["suggestions"].as_array().unwrap().is_empty(),
+        "what is masked is not found again: {again:#}"
+    );
+}

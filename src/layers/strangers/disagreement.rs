@@ -16,8 +16,9 @@ const MOST_WITNESSES: usize = 24;
 /// Two photos that show a place say what it looks like, if they agree.
 const LEAST_WITNESSES: usize = 2;
 
-/// A surface that is seen under a smaller angle than six degrees (sine) shows nothing that can be compared.
-const GRAZING: f64 = 0.1;
+/// A surface that is seen under a smaller angle than two degrees (sine) shows nothing that can be compared; the ground
+/// of a square is seen under three from its far side, and people stand there.
+const GRAZING: f64 = 0.03;
 
 /// What all photos of a site share.
 pub struct Witnesses<'a> {

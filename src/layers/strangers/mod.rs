@@ -30,6 +30,10 @@ pub struct StrangerOptions {
     pub quarrel: f32,
     /// A suspect of fewer pixels is none.
     pub least_pixels: u64,
+    /// On average a suspect differs by this at least: where light plays on a surface, little differs much.
+    pub least_score: f32,
+    /// A suspect has this weight at least ([`Suspect::weight`]).
+    pub least_weight: f32,
     /// A suspect of a larger share of the photo is no thing before it, but a model that is wrong.
     pub most_share: f64,
     /// What is masked reaches so far beyond what was found: rims are mixed of both.
@@ -45,6 +49,8 @@ impl Default for StrangerOptions {
             weak: 0.2,
             quarrel: 0.3,
             least_pixels: 60,
+            least_score: 0.5,
+            least_weight: 12.0,
             most_share: 0.1,
             margin: 2,
         }

@@ -10,6 +10,8 @@ pub struct Suspect {
     pub masked: Spans,
     /// How far it differs, on average: a natural logarithm.
     pub score: f32,
+    /// That, times the root of its pixels without the margin: large things need not differ as much as small ones.
+    pub weight: f32,
 }
 
 /// The suspects of a photo of `width` columns, from the top; `apart` as [`super::disagreement`] has it.
@@ -30,7 +32,10 @@ pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<S
             continue;
         }
         let score = pixels.iter().map(|&i| smooth[i]).sum::<f32>() / pixels.len() as f32;
-        found.push(Suspect { masked: spans(pixels, width, whole, options.margin), score });
+        let weight = score * (pixels.len() as f32).sqrt();
+        if score >= options.least_score && weight >= options.least_weight {
+            found.push(Suspect { masked: spans(pixels, width, whole, options.margin), score, weight });
+        }
     }
     found
 }
@@ -103,7 +108,13 @@ mod tests {
     use super::*;
 
     fn options() -> StrangerOptions {
-        StrangerOptions { least_pixels: 12, most_share: 0.5, margin: 1, ..StrangerOptions::default() }
+        StrangerOptions {
+            least_pixels: 12,
+            least_weight: 3.0,
+            most_share: 0.5,
+            margin: 1,
+            ..StrangerOptions::default()
+        }
     }
 
     /// 40 x 30 pixels.

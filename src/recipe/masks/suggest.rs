@@ -32,7 +32,7 @@ use crate::recipe::relief::SiteRelief;
 use crate::scene::{Photo, PhotoPixels, Samples};
 use crate::task::Task;
 
-/// What was found, the most different first.
+/// What was found: large and different things first.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Suggestions {
     /// [`VERSION`].
@@ -96,9 +96,8 @@ pub fn suggest(
     for (place, found) in found {
         all.extend(found.into_iter().map(|found| (&site.photos[place], found)));
     }
-    // Large and different comes first; what is equal stays in the order of photos, from the top.
-    let weight = |found: &Found| f64::from(found.score) * (found.masked.count() as f64).sqrt();
-    all.sort_by(|a, b| weight(&b.1).total_cmp(&weight(&a.1)));
+    // What is equal stays in the order of photos, from the top.
+    all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
     let target = suggestion_folder(folder);
     renewed(&target)?;
     let mut suggestions = Suggestions { version: VERSION, list: Vec::new() };
@@ -165,6 +164,7 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
 struct Found {
     masked: Spans,
     score: f32,
+    weight: f32,
 }
 
 /// By the photo's place in the site.
@@ -263,7 +263,7 @@ fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
         let row = ((f64::from(y) + 0.5) / down) as i32;
         out.extend(suspect.masked.row(row).iter().map(|run| edge(run.start, across)..edge(run.end, across)));
     });
-    Found { masked, score: suspect.score }
+    Found { masked, score: suspect.score, weight: suspect.weight }
 }
 
 /// The folder, empty: numbers of earlier suggestions mean nothing any more.

@@ -1,0 +1,96 @@
+//! People who are pasted into photos of the piazza are suggested as masks, and little else is.
+
+use std::path::Path;
+
+use image::{Rgb, RgbImage};
+use quadratura::document::masks::MaskFrom;
+use quadratura::geometry::{PixelRect, Similarity, Spans};
+use quadratura::layers::Options;
+use quadratura::recipe::create::{NewProject, create_project};
+use quadratura::recipe::masks::MaskEdit;
+use quadratura::recipe::masks::suggest::{Suggestions, accepted, suggest, suggestions};
+use quadratura::task::Task;
+
+/// Photo, where the feet are in its pixels, height in pixels, coat.
+const PEOPLE: [(&str, [i32; 2], i32, [u8; 3]); 3] = [
+    ("01_church.jpg", [1180, 1120], 210, [40, 60, 110]),
+    ("02_from_southwest.jpg", [427, 1000], 260, [45, 48, 62]),
+    ("03_from_southeast.jpg", [1450, 1020], 190, [70, 90, 60]),
+];
+
+/// Paints somebody into a photo; returns the pixels.
+fn paste(photo: &mut RgbImage, [x, y]: [i32; 2], height: i32, coat: [u8; 3]) -> Spans {
+    let h = f64::from(height);
+    let in_ellipse = |u: f64, v: f64, [cx, cy, rx, ry]: [f64; 4]| {
+        ((u - cx) / (rx * h)).powi(2) + ((v - cy) / (ry * h)).powi(2) <= 1.0
+    };
+    let colour = |u: i32, v: i32| {
+        let (u, v) = (f64::from(u - x), f64::from(v - y));
+        let leg = u.abs() > 0.01 * h && u.abs() < 0.085 * h && v > -0.48 * h && v < 0.0;
+        match () {
+            () if in_ellipse(u, v, [0.0, -0.93 * h, 0.065, 0.07]) => Some([200, 160, 135]),
+            () if in_ellipse(u, v, [0.0, -0.635 * h, 0.125, 0.235]) => Some(coat),
+            () if leg => Some(coat.map(|value| value / 2 + 15)),
+            () => None,
+        }
+    };
+    let area = PixelRect { x: x - height, y: y - height, w: 2 * height as u32, h: height as u32 };
+    let pixels = Spans::of_pixels(area, |u, v| colour(u, v).is_some());
+    for (v, run) in pixels.iter() {
+        run.clone().for_each(|u| photo.put_pixel(u as u32, v as u32, Rgb(colour(u, v).unwrap())));
+    }
+    pixels
+}
+
+/// The piazza with people in it, as a project; and what they cover.
+fn peopled(folder: &Path) -> (quadratura::recipe::open::Opened, Vec<Spans>) {
+    let piazza = Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza");
+    let photos = folder.join("photos");
+    std::fs::create_dir(&photos).unwrap();
+    for file in std::fs::read_dir(piazza.join("photos")).unwrap().map(|entry| entry.unwrap().path()) {
+        std::fs::copy(&file, photos.join(file.file_name().unwrap())).unwrap();
+    }
+    let paste_one = |&(name, feet, height, coat): &(&str, [i32; 2], i32, [u8; 3])| {
+        let mut photo = image::open(photos.join(name)).unwrap().to_rgb8();
+        let pixels = paste(&mut photo, feet, height, coat);
+        photo.save(photos.join(name)).unwrap();
+        pixels
+    };
+    let people = PEOPLE.iter().map(paste_one).collect();
+    let new = NewProject {
+        photos,
+        cameras: piazza.join("sparse"),
+        model: piazza.join("piazza.obj"),
+        world_from_model: Similarity::IDENTITY,
+        options: Options::default(),
+    };
+    (create_project(&folder.join("project"), &new, &Task::silent()).unwrap(), people)
+}
+
+/// What accepting one suggestion masks.
+fn masked(project: &Path, number: u32) -> Spans {
+    match accepted(project, &[number]).unwrap().remove(0) {
+        MaskEdit::Add { masked, from: MaskFrom::Suggested, .. } => masked,
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+fn people_who_stand_in_one_photo_are_suggested_first_and_little_else_is() {
+    let folder = tempfile::tempdir().unwrap();
+    let (opened, people) = peopled(folder.path());
+    let project = folder.path().join("project");
+    let found: Suggestions = suggest(&project, &opened, &[], 2 << 30, &Task::silent()).unwrap();
+    assert_eq!(suggestions(&project).unwrap(), found, "it is kept");
+    assert!(found.list.len() <= 20, "{} suggestions", found.list.len());
+    for ((photo, ..), person) in PEOPLE.iter().zip(&people) {
+        let of_photo = found.list.iter().filter(|suggestion| suggestion.photo == *photo);
+        let hit = of_photo.max_by_key(|s| masked(&project, s.number).intersection(person).count());
+        let hit = hit.unwrap_or_else(|| panic!("nobody is found in {photo}"));
+        let mask = masked(&project, hit.number);
+        let covered = mask.intersection(person).count() as f64 / person.count() as f64;
+        assert!(hit.number <= 8 && covered > 0.6, "{photo}: number {}, covered {covered:.2}", hit.number);
+        assert!((hit.pixels as f64) < 3.0 * person.count() as f64, "{photo}: {} pixels", hit.pixels);
+        assert!(project.join("cache/suggestions").join(&hit.picture).is_file());
+    }
+}
