@@ -97,7 +97,12 @@ impl Opened {
 }
 
 /// The photos with their masks; and why some cannot be used, which would show what they must not.
-fn with_masks(folder: &Path, masks: &Masks, mut photos: Vec<Photo>, task: &Task) -> (Vec<Photo>, Vec<(String, Error)>) {
+fn with_masks(
+    folder: &Path,
+    masks: &Masks,
+    mut photos: Vec<Photo>,
+    task: &Task,
+) -> (Vec<Photo>, Vec<(String, Error)>) {
     attach(folder, masks, &mut photos);
     let known = |name: &str| photos.iter().any(|photo| photo.name == name);
     for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {

@@ -28,7 +28,7 @@ use crate::io::stack_store::StackStore;
 use crate::layers::fill::options::is_named;
 use crate::layers::fill::{FillOptions, Ground, Offer, Plates, Surfaces, fill_photo, spread_paint};
 use crate::projection::{PhotoId, Sources};
-use crate::scene::Photo;
+use crate::scene::{Model, Photo};
 use crate::task::Task;
 
 pub use inputs::FillInputs;
@@ -202,7 +202,7 @@ fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     };
     let errors = options.without.iter().filter(unknown);
     let errors = errors.map(|o| {
-        let known = objects_in_words(model);
+        let known = objects_in_words(&opened.site.model);
         Error::Request(format!("the model has no object {o:?} to leave unfilled; it has {known}"))
     });
     Error::of_all(errors.collect()).map_or(Ok(()), Err)

@@ -24,8 +24,8 @@ use std::time::{SystemTime, UNIX_EPOCH};
 pub use self::recall::Recall;
 
 use self::file::{FilePaint, Reading};
-use self::originals::Originals;
 use self::mask::MaskDesk;
+use self::originals::Originals;
 use self::report::FileReport;
 use self::settle::{Arrival, settle};
 use crate::document::export_record::ExportRecord;
