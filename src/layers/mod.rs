@@ -24,8 +24,8 @@ pub mod pieces;
 pub mod cluster;
 pub mod content;
 pub mod fill;
-pub mod together;
 pub mod strangers;
+pub mod together;
 
 pub mod sort;
 #[cfg(test)]

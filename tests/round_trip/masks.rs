@@ -7,6 +7,7 @@ use quadratura::io::layered::{Depth, Raster};
 use quadratura::io::mask_file::read_mask;
 
 use super::paper::{Paper, Sheet};
+use super::site::json_of;
 use super::{RED, SOFT, Studio, layer, paint_the_wall, tree};
 
 /// An empty layer of the photo's size, shifted by where the photo lies on the canvas.
@@ -97,7 +98,7 @@ fn a_dry_run_masks_nothing_and_a_layer_that_covers_everything_is_left_out() {
     let whole = paper.sheets.last_mut().unwrap();
     (0..160).for_each(|x| (0..120).for_each(|y| whole.paint(x, y, RED)));
     paper.write(&studio.file());
-    let report = studio.import();
+    let report = json_of(&studio.site.run("import project layers/left.png.ora --json").failure().code(1));
     assert_eq!(layer(&report, "mask")["state"], "left-out", "{report:#}");
     assert!(masked(&studio).is_empty() && tree(&studio.site.project()) == before);
 }
