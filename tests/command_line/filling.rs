@@ -91,7 +91,7 @@ fn paint_of_one_photo_is_offered_to_the_others_laid_over_them_and_taken_away_aga
     site.run("export project --out layers --format folder").success();
     let nothing = stdout_of(&site.run("fill project --propagate --dry-run").success());
     assert!(nothing.contains("no paint would be laid over any photo"), "{nothing}");
-    paint_the_wall(&site, "layers/left.png", [250, 240, 10, 255]);
+    paint_the_wall(&site, "layers/left.png.layers", [250, 240, 10, 255]);
 
     let dry = site.json("fill project --propagate --dry-run --json");
     let offer = &dry["propagated"][0];
