@@ -236,7 +236,7 @@ fn a_folder_holds_whole_layers_and_a_stack_that_is_true_of_them() {
     assert_eq!(project.export_as(&options).done[0].path, report.path, "ours and unchanged");
     fs::write(report.path.join(&stack.image_layers[0].file), "painted").unwrap();
     let beside = project.export_as(&options).done.remove(0);
-    assert_eq!(beside.path, project.out().join("nord%2Ft%C3%BCr%201.png-2"));
+    assert_eq!(beside.path, project.out().join("nord%2Ft%C3%BCr%201.png-2.layers"));
 }
 
 #[test]
