@@ -1,6 +1,9 @@
 //! The editor's window, driven by the names of its widgets, with the software adapter where there is no other.
 
 mod common;
+#[path = "round_trip/paper.rs"]
+#[allow(dead_code)]
+mod paper;
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -263,4 +266,101 @@ fn a_flight_is_made_of_two_views_played_and_filmed() {
         command(&mut harness, step);
     }
     assert!(!harness.state().is_dirty());
+}
+
+/// A program that opens nothing: whoever paints is this test.
+#[cfg(unix)]
+const NOBODY: &str = "/bin/true";
+
+#[cfg(unix)]
+#[test]
+fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_taken_back() {
+    use quadratura::document::export_record::ExportFormat;
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(Some(piazza(folder.path())));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().settings.image_editor.editor = None;
+    harness.state_mut().settings.image_editor.program = NOBODY.into();
+    harness.state_mut().settings.image_editor.format = ExportFormat::Xcf;
+    harness.state_mut().run(&command::layers::BUILD_PHOTO);
+    let built = |editor: &Editor| {
+        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.jobs.is_idle()
+    };
+    wait(&mut harness, "the layers", built);
+    wait(&mut harness, "a picture", |editor| editor.space.has_picture());
+
+    harness.get_by_label("01_church.jpg, current").click();
+    harness.step();
+    harness.step();
+    harness.get_by_label("Edit in image editor").click();
+    harness.step();
+    wait(&mut harness, "the export", |editor| editor.jobs.is_idle());
+    harness.get_by_label_contains("What you save there comes home by itself.");
+    let file = folder.path().join("piazza/editing/01_church.jpg.xcf");
+    let mut paper = paper::Paper::read(&file);
+    let sheet = paper.image_layers().find(|sheet| sheet.pixels_where(true).len() > 500).unwrap();
+    let shown = sheet.pixels_where(true);
+    shown.iter().take(400).for_each(|(x, y)| sheet.paint(*x, *y, [65535, 0, 65535, 65535]));
+    paper.write(&file);
+    let looked = |editor: &Editor| editor.trip.report.as_ref().is_some_and(|report| !report.looks.is_empty());
+    wait(&mut harness, "what was painted", looked);
+    harness.get_by_label("Import 1");
+    assert!(harness.query_all_by_label_contains("Before: ").next().is_some());
+    harness.get_by_label_contains("400 px painted");
+
+    // Once more in the image editor is on with the same file, not a new one.
+    harness.state_mut().run(&command::paint::EDIT);
+    wait(&mut harness, "the file that was begun", |editor| editor.jobs.is_idle());
+    harness.get_by_label_contains("as you left it");
+    let files = std::fs::read_dir(file.parent().unwrap()).unwrap().count();
+    assert_eq!(files, 1);
+
+    harness.get_by_label("Take back import").click();
+    harness.step();
+    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.jobs.is_idle());
+    harness.get_by_label("taken back");
+    harness.get_by_label("None can be taken back.");
+
+    // By hand it comes again.
+    harness.state_mut().import_files(vec![file]);
+    wait(&mut harness, "the import by hand", |editor| editor.trip.history.len() == 1);
+}
+
+#[test]
+fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(Some(piazza(folder.path())));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().run(&command::layers::BUILD);
+    wait(&mut harness, "the layers", |editor| editor.jobs.is_idle());
+
+    harness.get_by_role_and_label(Role::Button, "Colour").click();
+    harness.step();
+    wait(&mut harness, "the exposures", |editor| editor.colour_report().is_some());
+    harness.step();
+    harness.get_by_label("Leave out").click();
+    harness.step();
+    wait(&mut harness, "the decision", |editor| editor.jobs.is_idle() && editor.is_dirty());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    harness.step();
+    let project = folder.path().join("piazza");
+    let left_out = |project: &Path| read_project(project).unwrap().colour.left_out.len();
+    assert_eq!(left_out(&project), 1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    harness.step();
+    wait(&mut harness, "the way back", |editor| editor.jobs.is_idle() && editor.is_dirty());
+    assert!(harness.state().session.as_ref().unwrap().opened.project.colour.is_default());
+
+    harness.get_by_role_and_label(Role::Button, "Fill").click();
+    harness.step();
+    wait(&mut harness, "the worst", |editor| editor.jobs.is_idle());
+    harness.step();
+    harness.get_by_label("Worst first");
+    harness.get_by_label("Hidden parts of 01_church.jpg");
 }

@@ -1,6 +1,6 @@
 //! What the user decides: every edit of the project, undone and done again, saved, and kept for the case of a crash.
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::editor::Editor;
@@ -13,7 +13,6 @@ use crate::error::Result;
 use crate::io::project::write_project;
 use crate::io::recovery::{forget_unsaved, keep_unsaved};
 use crate::recipe::decide::{self, LayerEdit};
-use crate::recipe::import::{self, ImportOptions, Recall};
 use crate::recipe::open::open_site;
 
 /// What was edited is kept for the case of a crash when nothing has been edited for so long, in seconds: a slider
@@ -25,8 +24,8 @@ const FOLLOWS_AFTER_S: f64 = 0.3;
 /// What must be made anew after an edit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Follows {
-    /// What is shown.
-    View,
+    /// By what photos are multiplied.
+    Gains,
     /// Which stacks are up to date, and what is shown.
     Stacks,
     /// Everything: files or the model's place are others.
@@ -40,23 +39,22 @@ impl Follows {
             let Project { photos, cameras, model, world_from_model, .. } = project.clone();
             (photos, cameras, model, world_from_model)
         };
-        let shown = Project {
-            colour: before.colour.clone(),
-            fill: before.fill.clone(),
-            views: before.views.clone(),
-            flight: before.flight.clone(),
-            ..after.clone()
+        // Views and flights change nothing that is made, options of filling nothing until it is filled again.
+        let kept = Project {
+            views: after.views.clone(),
+            flight: after.flight.clone(),
+            fill: after.fill.clone(),
+            ..before.clone()
         };
-        // Views and flights change nothing that is made.
-        let kept = Project { views: after.views.clone(), flight: after.flight.clone(), ..before.clone() };
+        let multiplied = Project { colour: after.colour.clone(), ..kept.clone() };
         if kept == *after {
             None
+        } else if multiplied == *after {
+            Some(Self::Gains)
         } else if site(before) != site(after) {
             Some(Self::Site)
-        } else if shown != *before {
-            Some(Self::Stacks)
         } else {
-            Some(Self::View)
+            Some(Self::Stacks)
         }
     }
 }
@@ -112,48 +110,23 @@ impl Editor {
         let before = session.history.present().clone();
         match turn(&mut session.history) {
             Some(Turn::Project) => session.present_changed(&before, now_s),
-            Some(Turn::TakeBack(number)) => self.take_back(number),
+            Some(Turn::TakeBack(number)) => self.take_back_import(number),
             Some(Turn::ImportAgain(number, files)) => self.import_again(number, files),
             None => (),
         }
     }
 
-    fn take_back(&mut self, number: u32) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        self.jobs.start(Kind::Import, "Taking an import back", move |task| {
-            let last = import::history(&folder)?.last().map(|import| import.number);
-            if last != Some(number) {
-                let refused =
-                    "this import cannot be taken back any more: another one came after it, or it is too old";
-                return Ok(Box::new(move |editor: &mut Editor| {
-                    editor.forget_import(number);
-                    editor.tell(Note::new(Weight::Problem, refused));
-                }));
-            }
-            import::take_back(&folder)?;
-            let photos = survey(&folder, &opened, task)?;
-            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new())))
-        });
+    /// An import was made, or one that was taken back is made again: it is a step.
+    pub(super) fn remember_import(&mut self, number: u32, again: Option<u32>, files: Vec<PathBuf>) {
+        let Some(session) = &mut self.session else { return };
+        match again {
+            Some(old) => session.history.imported_again(old, number),
+            None => session.history.imported(step_of_import(number), number, files),
+        }
     }
 
-    fn import_again(&mut self, number: u32, files: Vec<std::path::PathBuf>) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        self.jobs.start(Kind::Import, "Importing again", move |task| {
-            let imported =
-                import::import(&folder, &files, ImportOptions::default(), &Recall::default(), task)?;
-            let photos = survey(&folder, &opened, task)?;
-            Ok(Box::new(move |editor| {
-                if let (Some(session), Some(new)) = (&mut editor.session, imported.number) {
-                    session.history.imported_again(number, new);
-                }
-                editor.stacks_changed(&folder, photos, Vec::new());
-            }))
-        });
-    }
-
-    fn forget_import(&mut self, number: u32) {
+    /// An import cannot be taken back or done again as a step any more.
+    pub(super) fn forget_import(&mut self, number: u32) {
         if let Some(session) = &mut self.session {
             session.history.forget_import(number);
         }
@@ -210,7 +183,7 @@ impl Editor {
             return;
         }
         match session.due.follows.take() {
-            Some(Follows::View) => self.prepare_painter(),
+            Some(Follows::Gains) => self.follow_colour(),
             Some(Follows::Stacks) => self.look_again(),
             Some(Follows::Site) => self.reopen(),
             None => (),
@@ -262,6 +235,11 @@ impl Editor {
     }
 }
 
+/// What an import is called among the steps.
+pub(super) fn step_of_import(number: u32) -> String {
+    format!("import {number}")
+}
+
 /// What is saved needs not be kept.
 fn kept(folder: &Path, project: &Project, dirty: bool) -> Result<()> {
     if dirty { keep_unsaved(folder, project) } else { forget_unsaved(folder) }
@@ -301,7 +279,7 @@ mod tests {
         after.flight = Some(crate::document::CameraPath::empty([64, 48]));
         assert_eq!(Follows::of(&before, &after), None);
         after.colour.reference = Some("a.jpg".into());
-        assert_eq!(Follows::of(&before, &after), Some(Follows::View));
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Gains));
         after.options.margin += 1;
         assert_eq!(Follows::of(&before, &after), Some(Follows::Stacks));
         after.world_from_model = Similarity { scale: 2.0, ..Similarity::IDENTITY };

@@ -14,13 +14,17 @@ use super::notes::{Note, Notes, Weight};
 use super::palette::{Palette, palette_ui};
 use super::panel;
 use super::pictures::Pictures;
+use super::quality::Quality;
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::Settings;
 use super::space::{Space, space_ui};
+use super::trip::Trip;
 use crate::app::project::Opening;
 use crate::document::Project;
 use crate::document::history::Gesture;
+use crate::layers::fill::FillOptions;
+use crate::recipe::colour::ColourEdit;
 
 /// The key of the settings among what eframe keeps.
 const SETTINGS: &str = "settings";
@@ -49,6 +53,19 @@ pub enum Ask {
     EndGesture,
     /// Opens a project.
     Open(PathBuf),
+    /// Imports what was chosen in the dialog.
+    Import,
+    /// Exports as it was chosen in the dialog.
+    Export,
+    /// Decides about the photos' exposures.
+    Colour {
+        /// One after the other.
+        edits: Vec<ColourEdit>,
+        /// The gesture has not ended.
+        goes_on: bool,
+    },
+    /// Decides how hidden parts are filled.
+    Fill(FillOptions),
     /// Asks one job to stop.
     Stop(super::jobs::JobId),
     /// Forgets a project that was opened once.
@@ -87,6 +104,10 @@ pub struct Editor {
     pub questions: Questions,
     /// What frames took.
     pub frame_times: FrameTimes,
+    /// Out to image editors, and home.
+    pub trip: Trip,
+    /// Fillings and colour.
+    pub quality: Quality,
     /// To be woken by threads.
     pub context: Context,
 }
@@ -113,6 +134,8 @@ impl Editor {
             opening: Opening::default(),
             questions: Questions::default(),
             frame_times: FrameTimes::default(),
+            trip: Trip::default(),
+            quality: Quality::default(),
             context: context.clone(),
         };
         if let Some(project) = project {
@@ -168,6 +191,7 @@ impl Editor {
         self.take_close_request(context);
         self.follow();
         self.fly_on();
+        self.take_home();
     }
 
     fn grant(&mut self, ask: Ask) {
@@ -183,6 +207,10 @@ impl Editor {
             Ask::Edit(name, project, gesture) => self.edit(name, *project, gesture),
             Ask::EndGesture => self.end_gesture(),
             Ask::Open(project) => self.leave(Leaving::Open(project)),
+            Ask::Import => self.import_chosen(),
+            Ask::Export => self.export_chosen(),
+            Ask::Colour { edits, goes_on } => self.edit_colour(&edits, goes_on),
+            Ask::Fill(options) => self.edit_fill(options),
             Ask::Stop(job) => self.jobs.stop(job),
             Ask::Forget(project) => self.settings.recent.retain(|other| *other != project),
         }
@@ -226,7 +254,7 @@ impl eframe::App for Editor {
             let left = Panel::left("outliner").resizable(true).default_size(270.0);
             left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
             let right = Panel::right("inspector").resizable(true).default_size(300.0);
-            right.show(ui, |ui| panel::inspector::inspector_ui(self, ui, &mut asks));
+            right.show(ui, |ui| panel::side::side_ui(self, ui, &mut asks));
             CentralPanel::no_frame().show(ui, |ui| space_ui(self, ui, &mut asks));
         } else {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
@@ -235,6 +263,7 @@ impl eframe::App for Editor {
         self.export_ui(ui.ctx());
         panel::help::help_ui(self, ui.ctx());
         let context = ui.ctx().clone();
+        panel::dialogs::dialogs_ui(self, &context, &mut asks);
         asks.extend(palette_ui(self, &context).map(Ask::Run));
         asks.into_iter().for_each(|ask| self.grant(ask));
     }

@@ -48,12 +48,19 @@ pub enum Kind {
     Survey,
     /// Keeps what is not saved.
     Keep,
+    /// Compares the photos' exposures.
+    Colour,
+    /// Looks something up that a panel shows.
+    Look,
 }
 
 impl Kind {
     /// Work that nobody asked for by name is not listed when it is done.
     fn is_quiet(self) -> bool {
-        matches!(self, Self::Thumbnails | Self::PhotoView | Self::Survey | Self::Keep | Self::Preview)
+        matches!(
+            self,
+            Self::Thumbnails | Self::PhotoView | Self::Survey | Self::Keep | Self::Preview | Self::Look
+        )
     }
 }
 
@@ -123,6 +130,11 @@ impl Jobs {
     /// Whether a job of this kind runs.
     pub fn runs(&self, kind: Kind) -> bool {
         self.running.values().any(|job| job.kind == kind)
+    }
+
+    /// Whether this one still runs.
+    pub fn is_running(&self, id: JobId) -> bool {
+        self.running.contains_key(&id)
     }
 
     /// Nothing runs.

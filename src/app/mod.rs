@@ -18,10 +18,12 @@ mod palette;
 mod panel;
 mod pictures;
 mod project;
+mod quality;
 pub mod selection;
 mod session;
 pub mod settings;
 mod space;
+pub mod trip;
 
 use std::path::PathBuf;
 

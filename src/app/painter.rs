@@ -11,7 +11,7 @@ use eframe::egui::{Color32, ColorImage, Context};
 use glam::DVec3;
 
 use crate::error::{Error, Result};
-use crate::projection::{Picture, Renders, Shot};
+use crate::projection::{Gains, Picture, Renders, Shot};
 use crate::recipe::preview::Preview;
 use crate::scene::Model;
 use crate::task::Task;
@@ -26,6 +26,15 @@ pub struct Request {
     pub yields: bool,
     /// What is behind everything.
     pub background: [u8; 3],
+}
+
+/// What all pictures show from now on that were not asked for before: nothing is opened anew for it.
+#[derive(Debug, Clone)]
+pub enum Change {
+    /// The paint that photos of these names have by now.
+    Paint(Vec<String>),
+    /// The photos' gains.
+    Gains(Gains),
 }
 
 /// A picture that was drawn.
@@ -43,6 +52,8 @@ pub struct Painted {
 #[derive(Default)]
 struct Slot {
     request: Option<Request>,
+    /// Oldest first.
+    changes: Vec<Change>,
     /// Stops the picture that is being drawn, where that yields.
     drawing: Option<Arc<AtomicBool>>,
     ends: bool,
@@ -105,6 +116,16 @@ impl Painter {
         self.shared.wake.notify_one();
     }
 
+    /// All pictures that are asked for from now on show a change.
+    pub fn change(&mut self, change: Change) {
+        let mut slot = self.shared.slot();
+        if let Change::Gains(_) = change {
+            slot.changes.retain(|other| !matches!(other, Change::Gains(_)));
+        }
+        slot.changes.push(change);
+        self.shared.wake.notify_one();
+    }
+
     /// Something was asked for that has not come yet.
     pub fn is_busy(&self) -> bool {
         self.pending
@@ -140,8 +161,15 @@ struct Drawing {
 
 impl Drawing {
     fn run(mut self, shared: &Shared) {
-        while let Some((request, stop)) = next(shared) {
-            let done = self.guarded(request, stop);
+        while let Some(Work { changes, request }) = next(shared) {
+            let changed = changes.into_iter().try_for_each(|change| self.change(change));
+            let Some((request, stop)) = request else {
+                if let Err(error) = changed {
+                    let _ = self.send.send(Err(error));
+                }
+                continue;
+            };
+            let done = changed.and_then(|()| self.guarded(request, stop));
             shared.slot().drawing = None;
             // One that was given up is followed by the one it was given up for.
             if !matches!(done, Err(Error::Cancelled)) {
@@ -151,11 +179,32 @@ impl Drawing {
         }
     }
 
+    /// Paint that cannot be read is told, and pictures are as they were; only the device's faults end it.
+    fn change(&mut self, change: Change) -> Result<()> {
+        let changed = match change {
+            Change::Gains(gains) => {
+                self.preview.set_gains(gains);
+                Ok(())
+            }
+            Change::Paint(photos) => {
+                let (preview, task) = (&mut self.preview, &self.task);
+                let renew = || preview.renew_paint(&photos, task).map(drop);
+                catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
+            }
+        };
+        match changed {
+            Err(Error::Gpu(said)) => Err(Error::Gpu(said)),
+            Err(error) => {
+                self.task.note(format!("the 3D view shows the paint as it was: {error}"));
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
     fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<Painted> {
         let task = self.task.stopped_by(stop);
-        catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| {
-            Err(Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into()))
-        })
+        catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| Err(failed()))
     }
 
     fn draw(&mut self, request: Request, task: &Task) -> Result<Painted> {
@@ -168,17 +217,27 @@ impl Drawing {
     }
 }
 
-/// Waits for a request; none when the painter is gone.
-fn next(shared: &Shared) -> Option<(Request, Arc<AtomicBool>)> {
-    let waiting = |slot: &mut Slot| slot.request.is_none() && !slot.ends;
+fn failed() -> Error {
+    Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into())
+}
+
+/// What is to be done next: changes, then a picture, with the flag that stops it.
+struct Work {
+    changes: Vec<Change>,
+    request: Option<(Request, Arc<AtomicBool>)>,
+}
+
+/// Waits for something to do; none when the painter is gone.
+fn next(shared: &Shared) -> Option<Work> {
+    let waiting = |slot: &mut Slot| slot.request.is_none() && slot.changes.is_empty() && !slot.ends;
     let mut slot = shared.wake.wait_while(shared.slot(), waiting).unwrap_or_else(PoisonError::into_inner);
     if slot.ends {
         return None;
     }
-    let request = slot.request.take()?;
-    let stop = Arc::<AtomicBool>::default();
-    slot.drawing = request.yields.then(|| stop.clone());
-    Some((request, stop))
+    let changes = std::mem::take(&mut slot.changes);
+    let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
+    slot.drawing = request.as_ref().filter(|(request, _)| request.yields).map(|(_, stop)| stop.clone());
+    Some(Work { changes, request })
 }
 
 /// The grey of each face where no photo serves it: lighter the more it turns to the viewpoint.

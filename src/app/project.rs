@@ -11,6 +11,7 @@ use super::leaving::Leaving;
 use super::notes::{Note, Weight};
 use super::painter::Painter;
 use super::pictures::Pictures;
+use super::quality::Quality;
 use super::selection::Selection;
 use super::session::{Session, survey};
 use super::space::Space;
@@ -59,7 +60,8 @@ impl Editor {
     /// A project's folder or file that was dropped on the window is opened.
     pub(super) fn take_dropped(&mut self, context: &Context) {
         let dropped = context.input(|input| input.raw.dropped_files.clone());
-        let Some(path) = dropped.first().map(|file| file.path().to_path_buf()) else { return };
+        let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
+        let Some(path) = paths.first().cloned().filter(|_| !self.import_dropped(&paths)) else { return };
         let folder = if path.is_file() { path.parent().map(PathBuf::from).unwrap_or_default() } else { path };
         if folder.join(PROJECT_FILE).is_file() {
             self.open_project(folder);
@@ -103,11 +105,15 @@ impl Editor {
         self.pictures.start(&session.opened, &mut self.jobs);
         self.session = Some(session);
         self.prepare_painter();
+        self.begin_trip();
+        self.show_exposure();
     }
 
     /// Closes the project; what is running on it is stopped.
     pub fn close_project(&mut self) {
         self.jobs.stop_all();
+        self.leave_trip();
+        self.quality = Quality::default();
         self.session = None;
         self.selection = Selection::Nothing;
         self.pictures = Pictures::default();
@@ -227,6 +233,7 @@ impl Editor {
         notes.into_iter().for_each(|note| self.tell(note));
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
         session.photos = photos;
+        self.quality.forget_stacks();
         self.prepare_painter();
     }
 }

@@ -40,7 +40,8 @@ pub struct Session {
     pub history: History,
     /// What is left to do after edits.
     pub due: Due,
-    _lock: ProjectLock,
+    /// Held by jobs that write what must not be left half done, too.
+    pub lock: Arc<ProjectLock>,
 }
 
 /// What is known of one photo.
@@ -125,7 +126,7 @@ impl Session {
             painter: None,
             history,
             due: Due::default(),
-            _lock: lock,
+            lock: Arc::new(lock),
         };
         Ok((session, recovered))
     }

@@ -5,6 +5,9 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Context, FontId, TextStyle, Theme, Visuals};
 use serde::{Deserialize, Serialize};
 
+use super::panel::side::Tab;
+use super::trip::editing::EditorChoice;
+
 /// So many projects are remembered.
 const MOST_RECENT: usize = 12;
 
@@ -27,13 +30,24 @@ pub struct Settings {
     pub navigation: Navigation,
     /// The panel of notes is shown.
     pub notes_shown: bool,
+    /// What the right side shows.
+    pub side: Tab,
+    /// Who opens photos to paint on them.
+    pub image_editor: EditorChoice,
     /// Folders of projects, the one opened last first.
     pub recent: Vec<PathBuf>,
 }
 
 impl Default for Settings {
     fn default() -> Self {
-        Self { dark: true, navigation: Navigation::Simple, notes_shown: false, recent: Vec::new() }
+        Self {
+            dark: true,
+            navigation: Navigation::Simple,
+            notes_shown: false,
+            side: Tab::default(),
+            image_editor: EditorChoice::default(),
+            recent: Vec::new(),
+        }
     }
 }
 

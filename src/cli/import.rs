@@ -15,7 +15,7 @@ use crate::io::lock::ProjectLock;
 use crate::io::project::{below, read_project};
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 use crate::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
-use crate::recipe::watch::{WatchOptions, watch};
+use crate::recipe::watch::{WatchOptions, project_lock, watch};
 use crate::task::Task;
 
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
@@ -41,10 +41,11 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     let there = counted(documents(&args.folder)?.len(), "layered document");
     let folder = args.folder.display();
     task.note(format!("watching {folder} and the folders in it, {there} now; Ctrl-C ends it"));
-    let options = WatchOptions { import, once: args.once };
-    watch(&args.project, &args.folder, options, task, |imported, spent| {
-        tell(imported, spent, task);
-        problems.extend(problems_of(imported));
+    let options = WatchOptions { import, once: args.once, since: None };
+    let hold = || project_lock(&args.project, task);
+    watch(&args.project, &args.folder, options, hold, task, |imported, spent| {
+        tell(&imported, spent, task);
+        problems.extend(problems_of(&imported));
         imports.push(json!({
             "import": imported.number,
             "changed": imported.changed,

@@ -95,6 +95,11 @@ impl Pyramids {
         Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
     }
 
+    /// Sheets are read from `texels` from now on; those that are kept stay as they are.
+    pub fn read_from(&mut self, texels: Arc<dyn Texels>) {
+        self.maker.texels = texels;
+    }
+
     /// For work beside this.
     pub fn maker(&self) -> Maker {
         self.maker.clone()

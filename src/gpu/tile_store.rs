@@ -13,7 +13,7 @@ use wgpu::{Buffer, SubmissionIndex, TextureView};
 
 use super::atlas::{Atlas, Storage};
 use super::device::Gpu;
-use super::pyramids::Pyramids;
+use super::pyramids::{Batch, Pyramids};
 use super::texture_statistics::TextureStatistics;
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -181,6 +181,37 @@ impl TileStore {
     /// None but the device's.
     pub fn replace_sheet(&mut self, sheet: SheetId, pixels: &SheetPixels) -> Result<Loaded> {
         let new = self.pyramids.maker().of_pixels(sheet, pixels);
+        let loaded = self.replace(sheet, new)?;
+        self.write_tables();
+        Ok(loaded)
+    }
+
+    /// Reads sheets from `texels` from now on, in which `changed` hold something else than before. Those of them
+    /// that were decoded are decoded again at once, and what differs of them is written to the device; gains,
+    /// relief and all other sheets stay as they are.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which sheets may show what they held before.
+    pub fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<Loaded> {
+        self.pyramids.read_from(texels);
+        let is_known = |sheet: &&SheetId| self.residency.occupancy(**sheet).is_some();
+        let known = changed.iter().filter(is_known).copied().collect();
+        let mut loaded = Loaded::default();
+        for batch in self.pyramids.batches(known) {
+            let Batch { made, failed } = self.pyramids.maker().make_all(&batch, task)?;
+            self.give_up(&failed, task);
+            for (sheet, new) in made {
+                let one = self.replace(sheet, new)?;
+                loaded.tiles += one.tiles;
+                loaded.sheets += one.sheets;
+            }
+        }
+        self.settled.0.clear();
+        self.write_tables();
+        Ok(loaded)
+    }
+
+    fn replace(&mut self, sheet: SheetId, new: Arc<Pyramid>) -> Result<Loaded> {
         let old = self.pyramids.cached(sheet);
         self.unreadable.remove(&sheet);
         self.learn(sheet, &new);
@@ -193,7 +224,6 @@ impl TileStore {
         let made = [(sheet, new)];
         let loaded = Loaded { tiles: self.upload(slots, &made)?, sheets: 1, left_out: 0 };
         self.pyramids.keep(&made);
-        self.write_tables();
         Ok(loaded)
     }
 

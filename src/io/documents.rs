@@ -18,6 +18,13 @@ const DEEPEST: usize = 16;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stamp(Vec<(PathBuf, u64, Option<SystemTime>)>);
 
+impl Stamp {
+    /// When it was last changed; none where the file system does not tell.
+    pub fn last_change(&self) -> Option<SystemTime> {
+        self.0.iter().filter_map(|(_, _, changed)| *changed).max()
+    }
+}
+
 /// The layered documents in a folder and its sub-folders: files by their extension, and folders that were exported, by
 /// their key file; the folder itself, if it is one. Hidden folders, links to folders and projects are not looked into.
 ///
@@ -32,6 +39,12 @@ pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
         look_into(folder, 0, &mut found);
     }
     Ok(found)
+}
+
+/// Whether a path is one of a layered document: a file by its extension, a folder by its key file.
+pub fn is_document(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    (EXTENSIONS.contains(&extension.as_str()) && path.is_file()) || is_exported_folder(path)
 }
 
 /// Whether a folder is one that `export --format folder` wrote.

@@ -23,6 +23,7 @@ pub mod paint_store;
 pub mod photo;
 pub mod photo_list;
 pub mod picture_png;
+pub mod programs;
 pub mod project;
 pub mod recovery;
 pub mod reference;

@@ -153,12 +153,16 @@ pub struct PhotoColour {
 pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<ColourReport> {
     let Opened { site, project, .. } = opened;
     note_strangers(&project.colour, site, task);
-    let stacks = stacks(folder, site);
-    let estimate = photo_estimate(site, &stacks, &project.colour, folder, default_memory(), task)?;
-    let photos = (0..site.photos.len()).map(|place| photo_colour(place, site, &project.colour, &estimate));
-    Ok(ColourReport {
-        even: project.colour.even,
-        optics: project.colour.vignetting || project.colour.offset,
+    let estimate = estimate(folder, opened, &project.colour, task)?;
+    Ok(told_of(&estimate, &project.colour, site))
+}
+
+/// What holds for each photo by an estimate and what was decided.
+pub fn told_of(estimate: &Estimate, colour: &Colour, site: &Site) -> ColourReport {
+    let photos = (0..site.photos.len()).map(|place| photo_colour(place, site, colour, estimate));
+    ColourReport {
+        even: colour.even,
+        optics: colour.vignetting || colour.offset,
         photos: photos.collect(),
         points: estimate.points,
         pairs: estimate.pairs,
@@ -166,7 +170,16 @@ pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<Colo
         before: estimate.before.map(in_stops),
         after: estimate.after.map(in_stops),
         metered: estimate.gains.meter.follows,
-    })
+    }
+}
+
+/// Estimates the exposures, or takes them from `cache/`, for [`told_of`] and [`super::gains::decided_gains`].
+///
+/// # Errors
+/// [`Error::Cancelled`].
+pub fn estimate(folder: &Path, opened: &Opened, colour: &Colour, task: &Task) -> Result<Estimate> {
+    let stacks = stacks(folder, &opened.site);
+    photo_estimate(&opened.site, &stacks, colour, folder, default_memory(), task)
 }
 
 fn in_stops(log: f64) -> f64 {

@@ -54,7 +54,7 @@ pub fn photo_gains(
         return Ok(Gains::none(site.photos.len()));
     }
     let estimate = photo_estimate(site, stacks, colour, folder, memory, task)?;
-    Ok(decided(estimate.gains, colour, site))
+    Ok(decided_gains(&estimate, colour, site))
 }
 
 /// The estimate in `cache/` if it was made of the same stacks and the same photos were left out, else a new
@@ -83,8 +83,13 @@ pub fn photo_estimate(
     Ok(estimate)
 }
 
-/// Fixed gains in the place of estimated ones; the others stay as they are.
-fn decided(mut gains: Gains, colour: &Colour, site: &Site) -> Gains {
+/// What `colour` makes of an estimate: fixed gains in the place of estimated ones, the others as they are; none where
+/// exposures are not evened out.
+pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains {
+    if !colour.even {
+        return Gains::none(site.photos.len());
+    }
+    let mut gains = estimate.gains.clone();
     for (photo, gain) in site.photos.iter().zip(&mut gains.of_photo) {
         if let Some(stops) = colour.fixed.get(&photo.name) {
             *gain = stops.map(|stops| stops * LN_2);

@@ -7,6 +7,7 @@ pub mod check;
 pub mod colour;
 pub mod create;
 pub mod decide;
+pub mod editing;
 pub mod exploded;
 pub mod export;
 pub mod fill;

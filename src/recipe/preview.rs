@@ -12,7 +12,7 @@ use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::Stack;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
+use crate::gpu::{Gpu, Loaded, Renderer, TextureOptions, TileStore};
 use crate::io::stack_store::StackStore;
 use crate::projection::{Gains, PhotoId, Picture, Renders, Shot};
 use crate::task::Task;
@@ -40,6 +40,10 @@ impl Default for PreviewOptions {
 /// the relief either.
 pub struct Preview {
     renderer: Renderer,
+    store: StackStore,
+    /// Names in the site's order.
+    photos: Vec<String>,
+    files: SheetFiles,
     relief: Option<SiteRelief>,
     /// The photos that the relief on the device was made without.
     without: Vec<PhotoId>,
@@ -66,11 +70,12 @@ pub fn open(
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems());
-    let tiles = TileStore::new(gpu, &sources, Arc::new(files), options.textures)?;
+    let tiles = TileStore::new(gpu, &sources, Arc::new(files.clone()), options.textures)?;
     let (gains, relief) = told_by_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
     let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
-    Ok(Preview { renderer, relief, without: Vec::new(), problems })
+    let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
+    Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
 }
 
 /// Estimates gains and relief and puts them into `cache/`, so that the first picture need not wait for
@@ -113,6 +118,24 @@ impl Preview {
     /// The renderer itself.
     pub fn renderer(&mut self) -> &mut Renderer {
         &mut self.renderer
+    }
+
+    /// Shows the paint that photos of these names have by now. Only sheets that look other for it are read again:
+    /// gains stay as they are, and so does the relief, which photos tell and not what was painted on them.
+    ///
+    /// # Errors
+    /// When the project's paint cannot be read, and [`Error::Gpu`].
+    pub fn renew_paint(&mut self, photos: &[String], task: &Task) -> Result<Loaded> {
+        let place = |name: &String| self.photos.iter().position(|photo| photo == name);
+        let places: Vec<usize> = photos.iter().filter_map(place).collect();
+        let (files, changed) = self.files.repainted(&self.store, &places)?;
+        self.files = files;
+        self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
+    }
+
+    /// Shows photos with other gains from now on.
+    pub fn set_gains(&mut self, gains: Gains) {
+        self.renderer.set_gains(gains);
     }
 
     /// What pictures were made without: stacks and paint that cannot be read, and single image layers, as far as they

@@ -1,6 +1,7 @@
 //! The files of the current stacks, and the paint on them, as texels of sheets.
 
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::layer_pixels::shown;
 use super::paint::PhotoPaint;
@@ -17,11 +18,18 @@ use crate::projection::{SheetId, SheetPixels, Texels};
 
 /// Where the texels of each sheet are. Sheets are counted as in [`crate::projection::Sources::sheets`]:
 /// photo by photo, image layers as in the stack.
-#[derive(Debug, Default)]
+#[derive(Debug, Clone, Default)]
 pub struct SheetFiles {
-    files: Vec<SheetFile>,
+    files: Arc<[SheetFile]>,
     /// By photo; empty without paint.
-    painted: Vec<Option<(Stack, PhotoPaint)>>,
+    painted: Vec<Option<Painted>>,
+}
+
+/// A stack, and the paint on it.
+#[derive(Debug, Clone)]
+struct Painted {
+    stack: Arc<Stack>,
+    paint: Arc<PhotoPaint>,
 }
 
 #[derive(Debug, Clone)]
@@ -79,14 +87,38 @@ impl SheetFiles {
     pub fn with_paint(mut self, store: &StackStore, stacks: &[Option<Stack>]) -> Result<Self> {
         let paint = PaintStore::new(store.project());
         let book = paint.read()?;
-        let of_stack = |stack: &Stack| (stack.clone(), PhotoPaint::of(&book, paint.clone(), stack));
+        let of_stack = |stack: &Stack| Painted {
+            stack: Arc::new(stack.clone()),
+            paint: Arc::new(PhotoPaint::of(&book, paint.clone(), stack)),
+        };
         self.painted = stacks.iter().map(|stack| stack.as_ref().map(of_stack)).collect();
         Ok(self)
     }
 
+    /// The same with the paint that these photos (by place in the site) have by now, and the sheets that may look
+    /// other for it.
+    ///
+    /// # Errors
+    /// When the book of paint cannot be read.
+    pub fn repainted(&self, store: &StackStore, photos: &[usize]) -> Result<(Self, Vec<SheetId>)> {
+        let paint = PaintStore::new(store.project());
+        let book = paint.read()?;
+        let (mut repainted, mut changed) = (self.clone(), Vec::new());
+        for &photo in photos {
+            let Some(Some(painted)) = repainted.painted.get_mut(photo) else { continue };
+            let now = PhotoPaint::of(&book, paint.clone(), &painted.stack);
+            let layers = now.differs_on(&painted.paint);
+            let is_other = |file: &&SheetFile| file.photo == photo && layers.contains(&file.layer);
+            let sheets = (0..).map(SheetId).zip(self.files.iter());
+            changed.extend(sheets.filter(|(_, file)| is_other(file)).map(|(sheet, _)| sheet));
+            painted.paint = Arc::new(now);
+        }
+        Ok((repainted, changed))
+    }
+
     /// What of the paint cannot be shown, and what to do about it.
     pub fn problems(&self) -> Vec<String> {
-        let paint = self.painted.iter().flatten().map(|(_, paint)| paint);
+        let paint = self.painted.iter().flatten().map(|painted| &painted.paint);
         paint.flat_map(|paint| paint.damaged().iter().cloned()).collect()
     }
 
@@ -126,7 +158,7 @@ impl Texels for SheetFiles {
                 lay_spread(&mut rgba, &mut needed, &colours, &confidence);
             }
         }
-        if let Some(Some((stack, paint))) = self.painted.get(file.photo) {
+        if let Some(Some(Painted { stack, paint })) = self.painted.get(file.photo) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
         }
         Ok(SheetPixels { rect, rgba, needed })

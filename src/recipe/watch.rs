@@ -2,7 +2,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::{Duration, Instant, SystemTime};
 
 use super::import::{ImportOptions, Imported, Recall, import};
 use crate::error::{Error, Result};
@@ -29,20 +29,26 @@ pub struct WatchOptions {
     pub import: ImportOptions,
     /// End after the first import that changed something.
     pub once: bool,
+    /// Documents that were last changed before this are taken for known: they are imported once they are saved
+    /// again.
+    pub since: Option<SystemTime>,
 }
 
 /// Imports every document in `folder` and its sub-folders whenever it was saved, until somebody asks to stop; `told`
 /// hears of every import. What was changed before is imported first.
+/// `hold` gives what has to be held while the project's paint is written: its lock ([`project_lock`]), or where the
+/// program has that already, whatever keeps its own writers apart.
 ///
 /// # Errors
 /// [`Error::Request`] when the folder cannot be watched; what [`import`] says of the project. A fault in a file is told
 /// and ends nothing.
-pub fn watch(
+pub fn watch<Held>(
     project: &Path,
     folder: &Path,
     options: WatchOptions,
+    hold: impl Fn() -> Result<Held>,
     task: &Task,
-    mut told: impl FnMut(&Imported, Duration),
+    mut told: impl FnMut(Imported, Duration),
 ) -> Result<()> {
     let events = FolderWatch::new(folder)?;
     let mut watching = Watching {
@@ -54,16 +60,21 @@ pub fn watch(
         failing: BTreeMap::new(),
         recall: Recall::default(),
     };
+    if let Some(since) = options.since {
+        let known = documents(folder)?.into_iter().filter(|(_, stamp)| stamp.last_change() <= Some(since));
+        watching.taken.extend(known);
+    }
     loop {
-        let round = watching.round().and_then(|due| watching.import(&due));
+        let round = watching.round().and_then(|due| watching.import(&due, &hold));
         let (imported, spent) = match round {
             Err(Error::Cancelled) => return Ok(()),
             round => round?,
         };
+        let ends = options.once && imported.number.is_some();
         if !imported.files.is_empty() || !imported.failed.is_empty() {
-            told(&imported, spent);
+            told(imported, spent);
         }
-        if task.go_on().is_err() || (options.once && imported.number.is_some()) {
+        if task.go_on().is_err() || ends {
             return Ok(());
         }
         events.wait(LISTEN);
@@ -116,14 +127,18 @@ impl Watching<'_> {
         Ok(files.into_iter().filter(|(path, _)| is_own(path)).map(|(path, _)| path.clone()).collect())
     }
 
-    fn import(&mut self, due: &[(PathBuf, Stamp)]) -> Result<(Imported, Duration)> {
+    fn import<Held>(
+        &mut self,
+        due: &[(PathBuf, Stamp)],
+        hold: &impl Fn() -> Result<Held>,
+    ) -> Result<(Imported, Duration)> {
         if due.is_empty() {
             return Ok((Imported::default(), Duration::ZERO));
         }
-        let lock = self.lock()?;
+        let held = hold()?;
         let started = Instant::now();
         let mut imported = self.import_patiently(due)?;
-        drop(lock);
+        drop(held);
         let failing = &mut self.failing;
         imported.failed.retain(|(path, _)| {
             failing.entry(path.clone()).or_insert_with(Instant::now).elapsed() >= PATIENCE
@@ -154,21 +169,24 @@ impl Watching<'_> {
         }
         Ok(imported)
     }
+}
 
-    /// Another program may be building: that takes a while and is no reason to fail.
-    fn lock(&self) -> Result<ProjectLock> {
-        let mut said = false;
-        loop {
-            self.task.go_on()?;
-            match ProjectLock::take(self.project) {
-                Err(Error::Request(held)) => {
-                    if !std::mem::replace(&mut said, true) {
-                        self.task.note(held);
-                    }
-                    std::thread::sleep(LOCK_AGAIN);
+/// The project's lock. Another program may be building: that takes a while and is no reason to fail.
+///
+/// # Errors
+/// [`Error::Cancelled`]; [`Error::Io`] when there can be no lock.
+pub fn project_lock(project: &Path, task: &Task) -> Result<ProjectLock> {
+    let mut said = false;
+    loop {
+        task.go_on()?;
+        match ProjectLock::take(project) {
+            Err(Error::Request(held)) => {
+                if !std::mem::replace(&mut said, true) {
+                    task.note(held);
                 }
-                taken => return taken,
+                std::thread::sleep(LOCK_AGAIN);
             }
+            taken => return taken,
         }
     }
 }

@@ -5,6 +5,7 @@ pub mod edit;
 pub mod file;
 pub mod flight;
 pub mod layers;
+pub mod paint;
 pub mod view;
 
 use eframe::egui::{Context, Id, Key, KeyboardShortcut, Modifiers};
@@ -20,6 +21,8 @@ pub enum Menu {
     Edit,
     /// Stacks and layers.
     Layers,
+    /// Out to the image editor, and home.
+    Paint,
     /// What is shown, and from where.
     View,
     /// The window.
@@ -28,7 +31,7 @@ pub enum Menu {
 
 impl Menu {
     /// All of them.
-    pub const ALL: [Self; 5] = [Self::File, Self::Edit, Self::Layers, Self::View, Self::Window];
+    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::Layers, Self::Paint, Self::View, Self::Window];
 
     /// As the menu bar has it.
     pub fn name(self) -> &'static str {
@@ -36,6 +39,7 @@ impl Menu {
             Self::File => "File",
             Self::Edit => "Edit",
             Self::Layers => "Layers",
+            Self::Paint => "Paint",
             Self::View => "View",
             Self::Window => "Window",
         }
@@ -82,10 +86,9 @@ pub const PLAIN: Command = Command {
 
 /// All commands, in the order of their menus.
 pub fn all() -> impl Iterator<Item = &'static Command> {
-    [file::COMMANDS, edit::COMMANDS, layers::COMMANDS, view::COMMANDS, flight::COMMANDS]
-        .into_iter()
-        .flatten()
-        .copied()
+    const TABLES: [&[&Command]; 6] =
+        [file::COMMANDS, edit::COMMANDS, layers::COMMANDS, paint::COMMANDS, view::COMMANDS, flight::COMMANDS];
+    TABLES.into_iter().flatten().copied()
 }
 
 /// Ready in any state.
@@ -133,7 +136,8 @@ pub fn pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> 
     let taken = focused.is_some() && focused != view;
     let usable = |keys: &KeyboardShortcut| {
         let theirs = typing || (taken && matches!(keys.logical_key, Key::Enter | Key::Space));
-        !theirs || keys.modifiers.command || is_function_key(keys.logical_key)
+        let of_window = keys.modifiers.command && !(typing && edits_text(keys.logical_key));
+        !theirs || of_window || is_function_key(keys.logical_key)
     };
     // Keys with more modifiers are asked first: else Ctrl+Shift+S would be taken for Ctrl+S.
     let mut found: Vec<(&'static Command, &'static KeyboardShortcut)> =
@@ -146,6 +150,11 @@ pub fn pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> 
 fn count(modifiers: Modifiers) -> usize {
     let Modifiers { alt, ctrl, shift, mac_cmd, command } = modifiers;
     [alt, ctrl, shift, mac_cmd, command].into_iter().filter(|held| *held).count()
+}
+
+/// Keys that with Ctrl belong to the text that is being typed.
+fn edits_text(key: Key) -> bool {
+    matches!(key, Key::A | Key::C | Key::V | Key::X | Key::Y | Key::Z)
 }
 
 fn is_function_key(key: Key) -> bool {

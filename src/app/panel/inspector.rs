@@ -3,7 +3,7 @@
 use eframe::egui::{Grid, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::{grouped, percent};
-use crate::app::command::{edit, layers, view};
+use crate::app::command::{edit, layers, paint, view};
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
 use crate::app::session::Session;
@@ -41,7 +41,13 @@ fn rows(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
     });
 }
 
-fn button(editor: &Editor, ui: &mut Ui, command: &'static crate::app::command::Command, asks: &mut Vec<Ask>) {
+/// A button for a command; where it is not ready it says why.
+pub fn button(
+    editor: &Editor,
+    ui: &mut Ui,
+    command: &'static crate::app::command::Command,
+    asks: &mut Vec<Ask>,
+) {
     let ready = (command.ready)(editor);
     let response = ui.add_enabled(ready.is_ok(), eframe::egui::Button::new(command.name));
     let response = response.on_hover_text(command.tooltip);
@@ -101,6 +107,9 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
         button(editor, ui, &view::SNAP, asks);
         if !status.is_current() {
             button(editor, ui, &layers::BUILD_PHOTO, asks);
+        }
+        if status.stack.is_some() {
+            button(editor, ui, &paint::EDIT, asks);
         }
     });
     decisions(session, &photo.name, ui, asks);
@@ -268,7 +277,7 @@ fn layer_ui(
     ui.add_space(6.0);
     rename(session, photo, layer, ui, asks);
     ui.horizontal_wrapped(|ui| {
-        for command in [&edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE] {
+        for command in [&paint::EDIT, &edit::MERGE, &edit::SPLIT, &edit::PIN, &edit::EXCLUDE] {
             button(editor, ui, command, asks);
         }
     });

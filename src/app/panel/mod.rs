@@ -1,15 +1,20 @@
 //! The panels around the views.
 
+mod colour;
+pub mod dialogs;
+mod fill;
 pub mod help;
 pub mod inspector;
 pub mod menu;
 pub mod notes;
 mod outliner;
+mod paint;
 mod photos;
+pub mod side;
 pub mod status;
 pub mod welcome;
 
-use eframe::egui::{Panel, Ui};
+use eframe::egui::{Align, Button, Layout, Panel, Response, Ui, vec2};
 
 use super::editor::{Ask, Editor};
 
@@ -33,6 +38,20 @@ pub fn grouped(number: u64) -> String {
     text
 }
 
+/// A name in a table, to be selected: shortened to `width` points, and whole where the pointer is on it.
+fn name_cell(ui: &mut Ui, selected: bool, name: &str, width: f32) -> Response {
+    let size = vec2(width, ui.spacing().interact_size.y);
+    let layout = Layout::left_to_right(Align::Center);
+    let button = Button::selectable(selected, name).truncate();
+    ui.allocate_ui_with_layout(size, layout, |ui| ui.add(button)).inner.on_hover_text(name)
+}
+
+/// `1 pixel`, `2 345 pixels`.
+pub fn counted(number: u64, noun: &str) -> String {
+    let plural = if number == 1 { "" } else { "s" };
+    format!("{} {noun}{plural}", grouped(number))
+}
+
 /// A share in percent, as precise as it is of interest.
 pub fn percent(part: u64, all: u64) -> String {
     let share = 100.0 * part as f64 / all.max(1) as f64;
@@ -47,6 +66,7 @@ mod tests {
     fn numbers_are_grouped_and_shares_rounded() {
         assert_eq!(grouped(1_234_567), "1\u{2009}234\u{2009}567");
         assert_eq!([grouped(0), grouped(999)], ["0", "999"]);
+        assert_eq!([counted(1, "pixel"), counted(0, "pixel")], ["1 pixel", "0 pixels"]);
         assert_eq!([percent(1, 3), percent(1, 300), percent(0, 0)], ["33 %", "0.3 %", "0 %"]);
     }
 }

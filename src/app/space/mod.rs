@@ -48,6 +48,8 @@ pub struct Space {
     travel: Option<Travel>,
     shown: Option<Picture>,
     asked: Option<Request>,
+    /// What photos show changes by hand, from picture to picture.
+    stirred: bool,
     pace: Pace,
     /// When the view changed last, in seconds of the window's clock.
     changed_s: f64,
@@ -96,6 +98,7 @@ impl Space {
             travel: None,
             shown: None,
             asked: None,
+            stirred: false,
             pace: Pace::default(),
             changed_s: 0.0,
             size_px: [1, 1],
@@ -127,6 +130,13 @@ impl Space {
     /// Size of the view in pixels.
     pub fn size_px(&self) -> [u32; 2] {
         self.size_px
+    }
+
+    /// All pictures have to be drawn again that change only in what the photos show: the one that is shown stays
+    /// until the next is there. `moving`: more such changes will come, so the next one may be coarse, and is finished.
+    pub fn redraw(&mut self, moving: bool) {
+        self.asked = None;
+        self.stirred = moving;
     }
 
     /// Some picture of the project as it is was drawn.
@@ -237,6 +247,10 @@ fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
     let background = background(ui);
     let Some(painter) = editor.session.as_mut().and_then(|session| session.painter.as_mut()) else { return };
     let space = &mut editor.space;
+    if space.stirred {
+        space.changed_s = now_s;
+    }
+    let moves = moves || space.stirred;
     let rests = !moves && now_s - space.changed_s >= RESTS_S;
     let scale = if moves { space.pace.scale(space.size_px) } else { 1.0 };
     let px = space.size_px.map(|side| ((f64::from(side) * scale).round() as u32).max(1));
@@ -253,6 +267,7 @@ fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
         return;
     }
     space.asked = Some(request.clone());
+    space.stirred = false;
     painter.ask(request);
 }
 

@@ -116,6 +116,11 @@ impl Renderer {
         Ok(())
     }
 
+    /// Shows photos with other gains from now on.
+    pub fn set_gains(&mut self, gains: Gains) {
+        self.gains = gains;
+    }
+
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
         let shares = || seen_shares(shot, &self.model, &self.sources, &self.surface, cells);

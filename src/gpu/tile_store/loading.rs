@@ -137,7 +137,7 @@ impl TileStore {
     }
 
     /// Sheets that cannot be read serve nothing from now on.
-    fn give_up(&mut self, failed: &[(SheetId, Error)], task: &Task) {
+    pub(super) fn give_up(&mut self, failed: &[(SheetId, Error)], task: &Task) {
         for (sheet, error) in failed {
             task.note(format!("an image layer serves nothing: {error}"));
             let nothing = self.pyramids.maker().of_nothing(*sheet);

@@ -5,6 +5,8 @@ mod hidden;
 mod inputs;
 mod paint;
 mod report;
+pub mod shares;
+pub mod worst;
 mod write;
 
 use std::collections::BTreeMap;

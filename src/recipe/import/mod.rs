@@ -9,6 +9,7 @@ mod layer;
 mod mask;
 mod merged;
 mod originals;
+pub mod pictures;
 mod place;
 mod recall;
 pub mod report;

@@ -131,6 +131,22 @@ impl PhotoPaint {
         self.layers.get(layer).is_some_and(|placed| !placed.is_empty())
     }
 
+    /// The image layers that may look other than with `other`, which is paint of the same stack. Files of paint are
+    /// named by their content.
+    pub fn differs_on(&self, other: &Self) -> Vec<usize> {
+        let layers = self.layers.len().max(other.layers.len());
+        (0..layers).filter(|&layer| !self.shown_on(layer).eq(other.shown_on(layer))).collect()
+    }
+
+    /// What shows on an image layer: files, their rectangles, where they are placed.
+    fn shown_on(&self, layer: usize) -> impl Iterator<Item = (&str, PixelRect, usize, Reach)> {
+        let placed = self.layers.get(layer).into_iter().flatten();
+        placed.map(|placed| {
+            let entry = &self.entries[placed.entry];
+            (entry.file.as_str(), entry.rect, placed.part, placed.reach)
+        })
+    }
+
     /// The paint on an image layer, in photo pixels; empty where nobody painted.
     ///
     /// # Errors

@@ -1,0 +1,202 @@
+//! The photos' exposures, to be decided: seen in the 3D view while a slider is dragged.
+
+use eframe::egui::{DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
+
+use super::name_cell;
+use crate::app::editor::{Ask, Editor};
+use crate::app::selection::Selection;
+use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
+
+/// Sliders reach so far: photos of one site rarely differ by more. Numbers can be typed beyond it.
+const STOPS: f64 = 3.0;
+/// Of the column of names, in points.
+const NAME: f32 = 150.0;
+/// Differences that nobody sees.
+const NOTHING: f64 = 0.005;
+
+/// Draws it.
+pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let any_stack = editor.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+    if !any_stack {
+        ui.weak("Build the layers first: then photos can be compared where they show the same surface.");
+        return;
+    }
+    editor.want_estimate();
+    if editor.quality.colour.failed(&editor.jobs) {
+        ui.label("The photos could not be compared; the notes say why.");
+        if ui.button("Try again").clicked() {
+            editor.quality.colour = Default::default();
+        }
+        return;
+    }
+    let Some(report) = editor.colour_report() else {
+        ui.horizontal(|ui| {
+            ui.add(Spinner::new());
+            ui.label("Comparing exposures…");
+        });
+        return;
+    };
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        switches(editor, &report, ui, asks);
+        if let Some(photo) = editor.selected_photo().and_then(|place| report.photos.get(place)) {
+            selected(photo, &report, ui, asks);
+        }
+        ui.separator();
+        all(editor, &report, ui, asks);
+        ui.separator();
+        grounds(&report, ui);
+    });
+}
+
+fn decide(asks: &mut Vec<Ask>, edit: ColourEdit) {
+    asks.push(Ask::Colour { edits: vec![edit], goes_on: false });
+}
+
+fn switches(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(colour) = editor.colour() else { return };
+    let mut switch = |on: bool, name: &str, tooltip: &str, edit: fn(bool) -> ColourEdit| {
+        let mut on = on;
+        if ui.checkbox(&mut on, name).on_hover_text(tooltip).changed() {
+            decide(asks, edit(on));
+        }
+    };
+    let even = "Photos are brought to one exposure before they are blended; off: they are taken as they are.";
+    switch(report.even, "Even out exposures", even, ColourEdit::Even);
+    let corners = "How lenses darken the corners is estimated and taken out.";
+    switch(colour.vignetting, "Take out dark corners", corners, ColourEdit::Vignetting);
+    let haze = "Light that was added everywhere in a photo, as by haze, is estimated and taken out.";
+    switch(colour.offset, "Take out haze", haze, ColourEdit::Offset);
+    if !colour.is_default()
+        && ui.button("Reset all").on_hover_text("Takes back all decisions about colour.").clicked()
+    {
+        decide(asks, ColourEdit::Reset);
+    }
+}
+
+/// The photo that is selected, with all that can be decided about it.
+fn selected(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.separator();
+    ui.weak("Photo");
+    ui.label(RichText::new(&photo.photo).strong());
+    ui.add_enabled_ui(report.even, |ui| {
+        exposure(photo, ui, "Brighter by", asks);
+        Grid::new("channels").num_columns(2).show(ui, |ui| {
+            for (channel, name) in ["Red", "Green", "Blue"].into_iter().enumerate() {
+                ui.label(name);
+                let mut stops = photo.stops;
+                let slider = Slider::new(&mut stops[channel], -STOPS..=STOPS)
+                    .clamping(eframe::egui::SliderClamping::Never)
+                    .step_by(0.01)
+                    .fixed_decimals(2)
+                    .suffix(" stops");
+                let response = ui.add(slider);
+                drag(&response, photo, stops, asks);
+                ui.end_row();
+            }
+        });
+    });
+    ui.label(origin(photo));
+    ui.horizontal_wrapped(|ui| {
+        let mut left_out = photo.left_out;
+        let tooltip = "The photo is not asked when exposures are compared.";
+        if ui.checkbox(&mut left_out, "Leave out").on_hover_text(tooltip).changed() {
+            let name = photo.photo.clone();
+            decide(asks, if left_out { ColourEdit::LeaveOut(name) } else { ColourEdit::Free(name) });
+        }
+        let mut reference = photo.reference;
+        let tooltip = "Pictures come out with the exposure of this photo, wherever they are taken from.";
+        if ui.checkbox(&mut reference, "Reference").on_hover_text(tooltip).changed() {
+            decide(asks, ColourEdit::Reference(reference.then(|| photo.photo.clone())));
+        }
+        if photo.fixed && ui.button("As estimated").on_hover_text("Takes back what was decided.").clicked() {
+            decide(asks, ColourEdit::Free(photo.photo.clone()));
+        }
+    });
+}
+
+/// A slider that moves all channels together.
+fn exposure(photo: &PhotoColour, ui: &mut Ui, text: &str, asks: &mut Vec<Ask>) {
+    let mean = photo.stops.iter().sum::<f64>() / 3.0;
+    let mut moved = mean;
+    let slider = Slider::new(&mut moved, -STOPS..=STOPS)
+        .clamping(eframe::egui::SliderClamping::Never)
+        .step_by(0.01)
+        .fixed_decimals(2)
+        .suffix(" stops")
+        .text(text);
+    let response = ui.add(slider).on_hover_text("By how much the photo is brighter than the others.");
+    drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), asks);
+}
+
+/// What a slider or number came to: while it is dragged it is only shown.
+fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Vec<Ask>) {
+    let ends = response.drag_stopped() || response.lost_focus();
+    let changed = response.changed();
+    // A drag that moved something has fixed it.
+    if changed || (response.drag_stopped() && photo.fixed) {
+        let goes_on = response.dragged() && !ends;
+        let edits = vec![ColourEdit::Fix(photo.photo.clone(), stops)];
+        asks.push(Ask::Colour { edits, goes_on });
+    }
+}
+
+/// All photos, each with its exposure.
+fn all(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.strong("All photos");
+    Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
+        for (place, photo) in report.photos.iter().enumerate() {
+            if name_cell(ui, editor.photo == Some(place), &photo.photo, NAME).clicked() {
+                asks.push(Ask::Select(Selection::Photo(place)));
+            }
+            let mean = photo.stops.iter().sum::<f64>() / 3.0;
+            let mut moved = mean;
+            let value = DragValue::new(&mut moved).speed(0.01).fixed_decimals(2).suffix(" stops");
+            let response = ui.add_enabled(report.even, value);
+            let name = format!("Exposure of {}", photo.photo);
+            response.widget_info(|| {
+                eframe::egui::WidgetInfo::labeled(eframe::egui::Role::SpinButton, true, &name)
+            });
+            drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), asks);
+            ui.weak(badge(photo));
+            ui.end_row();
+        }
+    });
+}
+
+fn badge(photo: &PhotoColour) -> String {
+    let fixed = photo.fixed.then_some("fixed");
+    let left_out = photo.left_out.then_some("left out");
+    let reference = photo.reference.then_some("reference");
+    let alone = (photo.estimated.is_none() && !photo.fixed && !photo.left_out).then_some("alone");
+    [fixed, left_out, reference, alone].into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// Where a photo's exposure is from.
+fn origin(photo: &PhotoColour) -> String {
+    let estimated = photo.estimated.map(|stops| stops.map(|s| format!("{s:+.2}")).join(", "));
+    match (photo.fixed, estimated) {
+        (true, Some(estimated)) => format!("Decided by hand; the photos say {estimated}."),
+        (true, None) => "Decided by hand; the photos say nothing about it.".into(),
+        (false, Some(_)) if photo.points > 0 => {
+            format!("Estimated at {} places that other photos show, too.", photo.points)
+        }
+        (false, _) if photo.left_out => "Left out: taken as it is.".into(),
+        (false, _) => "It shares no surface with another photo: taken as it is.".into(),
+    }
+}
+
+fn grounds(report: &ColourReport, ui: &mut Ui) {
+    let mean = |three: [f64; 3]| three.iter().sum::<f64>() / 3.0;
+    let (before, after) = (mean(report.before), mean(report.after));
+    if before - after > NOTHING {
+        ui.label(format!(
+            "Photos differ by {before:.2} stops where they show the same, and by {after:.2} evened out."
+        ));
+    } else {
+        ui.label(format!("Photos differ by {before:.2} stops where they show the same."));
+    }
+    ui.weak(format!("{} places, {} comparisons.", report.points, report.pairs));
+    if report.groups > 1 {
+        ui.weak(format!("{} groups of photos share nothing with each other.", report.groups));
+    }
+}

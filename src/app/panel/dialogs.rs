@@ -1,0 +1,190 @@
+//! Small windows that ask: what to import, how to export, which image editor to use.
+
+use eframe::egui::{Align2, Button, Context, Grid, ScrollArea, TextEdit, Ui, Window};
+
+use crate::app::editor::{Ask, Editor};
+use crate::app::jobs::Kind;
+use crate::app::trip::choosing::Wanted;
+use crate::document::export_record::ExportFormat;
+use crate::io::programs::ImageEditor;
+
+/// Draws those that are open.
+pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
+    import_ui(editor, context, asks);
+    export_ui(editor, context, asks);
+    editor_ui(editor, context);
+}
+
+fn window(title: &str) -> Window<'_> {
+    Window::new(title).collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0, -40.0])
+}
+
+fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
+    let Some(mut dialog) = editor.trip.import.clone() else { return };
+    let (mut open, mut choose, mut done) = (true, false, false);
+    window("Import edited files").open(&mut open).show(context, |ui| {
+        ui.set_width(460.0);
+        ui.label("PSD, XCF or OpenRaster files that were exported from this project, or exported folders.");
+        ui.weak("They can also be dropped on the window.");
+        for (place, path) in dialog.paths.iter_mut().enumerate() {
+            ui.horizontal(|ui| {
+                let label = ui.label(if place == 0 { "File or folder" } else { "And" });
+                ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY)).labelled_by(label.id);
+            });
+        }
+        let scaled = "Their colours are brought back to the photo's size; faint paint is lost.";
+        ui.checkbox(&mut dialog.scaled, "Also images that were scaled").on_hover_text(scaled);
+        ui.horizontal(|ui| {
+            choose = ui.button("Choose…").clicked();
+            let any = dialog.paths.iter().any(|path| !path.trim().is_empty());
+            done = ui.add_enabled(any, Button::new("Import")).clicked();
+        });
+    });
+    editor.trip.import = open.then_some(dialog);
+    if choose {
+        editor.choose(Wanted::Layered);
+    }
+    if done {
+        asks.push(Ask::Import);
+    }
+}
+
+fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
+    let Some(mut dialog) = editor.trip.export.clone() else { return };
+    let (mut open, mut choose, mut go, mut show) = (true, false, false, None);
+    window("Export").open(&mut open).show(context, |ui| {
+        ui.set_width(460.0);
+        Grid::new("export").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
+            ui.label("Format");
+            ui.horizontal(|ui| formats(ui, &mut dialog.format));
+            ui.end_row();
+            let label = ui.label("Folder");
+            ui.horizontal(|ui| {
+                ui.add(TextEdit::singleline(&mut dialog.folder).desired_width(280.0)).labelled_by(label.id);
+                choose = ui.button("Choose…").clicked();
+            });
+            ui.end_row();
+        });
+        ui.weak("From the project's folder on, if it does not begin with /. Files that were changed are never overwritten.");
+        photos(editor, &mut dialog.photos, ui);
+        let guides = "Hidden layers that show by hatching what is hidden in the photo.";
+        ui.checkbox(&mut dialog.guides, "Guides").on_hover_text(guides);
+        let provenance = "Pictures beside the files that show where each filled texel comes from.";
+        ui.checkbox(&mut dialog.provenance, "Provenance").on_hover_text(provenance);
+        let even = "All photos in one exposure, for looking at: such files cannot be imported.";
+        ui.checkbox(&mut dialog.even, "Even colour").on_hover_text(even);
+        let problem = dialog.problem();
+        if let Some(problem) = problem {
+            ui.colored_label(ui.visuals().warn_fg_color, problem);
+        }
+        ui.horizontal(|ui| {
+            let runs = editor.jobs.runs(Kind::Export);
+            go = ui.add_enabled(problem.is_none() && !runs, Button::new("Export")).clicked();
+            if runs {
+                ui.spinner();
+            }
+            if let Some(done) = &dialog.done {
+                ui.label("Done.");
+                if ui.button("Open folder").on_hover_text(done.display().to_string()).clicked() {
+                    show = Some(done.clone());
+                }
+            }
+        });
+    });
+    editor.trip.export = open.then_some(dialog);
+    if choose {
+        editor.choose(Wanted::ExportFolder);
+    }
+    if go {
+        asks.push(Ask::Export);
+    }
+    if let Some(folder) = show {
+        editor.show_folder(&folder);
+    }
+}
+
+fn formats(ui: &mut Ui, format: &mut ExportFormat) {
+    for (value, name) in [
+        (ExportFormat::Psd, "PSD"),
+        (ExportFormat::Xcf, "XCF (GIMP)"),
+        (ExportFormat::Ora, "OpenRaster"),
+        (ExportFormat::Folder, "Folder of PNG"),
+    ] {
+        ui.radio_value(format, value, name);
+    }
+}
+
+/// Which photos: all that have layers, or some.
+fn photos(editor: &Editor, chosen: &mut std::collections::BTreeSet<usize>, ui: &mut Ui) {
+    let Some(session) = &editor.session else { return };
+    ui.horizontal(|ui| {
+        if ui.radio(chosen.is_empty(), "All photos that have layers").clicked() {
+            chosen.clear();
+        }
+        if ui.radio(!chosen.is_empty(), "Only some").clicked() && chosen.is_empty() {
+            chosen.extend(editor.selected_photo().or(Some(0)));
+        }
+    });
+    if chosen.is_empty() {
+        return;
+    }
+    ScrollArea::vertical().max_height(160.0).show(ui, |ui| {
+        for (place, photo) in session.opened.site.photos.iter().enumerate() {
+            let mut on = chosen.contains(&place);
+            let built = session.photos[place].stack.is_some();
+            ui.add_enabled_ui(built, |ui| {
+                if ui.checkbox(&mut on, &photo.name).changed() {
+                    if on {
+                        chosen.insert(place)
+                    } else {
+                        chosen.remove(&place)
+                    };
+                }
+            });
+        }
+    });
+}
+
+fn editor_ui(editor: &mut Editor, context: &Context) {
+    if !editor.trip.choosing_editor {
+        return;
+    }
+    let found = editor.editors_found().to_vec();
+    let mut choice = editor.settings.image_editor.clone();
+    let (mut open, mut choose, mut again) = (true, false, false);
+    window("Image editor").open(&mut open).show(context, |ui| {
+        ui.set_width(460.0);
+        ui.label("“Edit in image editor” opens photos in:");
+        for known in ImageEditor::ALL {
+            let program = found.iter().find(|(editor, _)| *editor == known).map(|(_, program)| program);
+            ui.horizontal(|ui| {
+                ui.add_enabled_ui(program.is_some(), |ui| {
+                    ui.radio_value(&mut choice.editor, Some(known), known.name());
+                });
+                ui.weak(program.map_or("not found".into(), |program| program.display().to_string()));
+            });
+        }
+        ui.radio_value(&mut choice.editor, None, "Another program");
+        ui.add_enabled_ui(choice.editor.is_none(), |ui| {
+            ui.horizontal(|ui| {
+                let label = ui.label("Program");
+                let path = TextEdit::singleline(&mut choice.program).desired_width(290.0);
+                ui.add(path).labelled_by(label.id);
+                choose = ui.button("Choose…").clicked();
+            });
+            ui.horizontal(|ui| {
+                ui.label("It reads");
+                formats(ui, &mut choice.format);
+            });
+        });
+        again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
+    });
+    editor.settings.image_editor = choice;
+    editor.trip.choosing_editor = open;
+    if choose {
+        editor.choose(Wanted::Program);
+    }
+    if again {
+        editor.trip.found = None;
+    }
+}

@@ -1,0 +1,216 @@
+//! What was painted and came home: the last import with pictures before and after, and those that can be taken back.
+
+use eframe::egui::{Color32, Image, Rect, RichText, ScrollArea, Sense, Ui, Vec2, pos2, vec2};
+
+use super::inspector::button;
+use super::{counted, grouped};
+use crate::app::command::paint;
+use crate::app::editor::{Ask, Editor};
+use crate::app::selection::Selection;
+use crate::app::trip::importing::{LayerLook, Report};
+use crate::app::trip::shown_path;
+use crate::document::paint::PaintImport;
+use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
+
+/// Draws it.
+pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            for command in [&paint::EDIT, &paint::IMPORT, &paint::TAKE_BACK] {
+                button(editor, ui, command, asks);
+            }
+        });
+        ui.separator();
+        match &editor.trip.report {
+            Some(report) => report_ui(editor, report, ui, asks),
+            None => {
+                ui.weak(
+                    "Nothing came home yet. “Edit in image editor” opens the selected photo's layers; paint on a \
+                     layer, save, and see it here and in the 3D view.",
+                );
+            }
+        }
+        ui.separator();
+        history(editor, ui);
+    });
+}
+
+fn report_ui(editor: &Editor, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let imported = &report.imported;
+    ui.horizontal_wrapped(|ui| {
+        match imported.number {
+            Some(number) => ui.heading(format!("Import {number}")),
+            None => ui.heading("Nothing changed"),
+        };
+        ui.weak(format!("{:.2} s", report.spent.as_secs_f64()))
+            .on_hover_text("What reading and comparing took.");
+        if report.taken_back {
+            ui.colored_label(ui.visuals().warn_fg_color, "taken back");
+        }
+    });
+    if imported.changed > 0 {
+        ui.label(format!("{} painted that the project did not have.", counted(imported.changed, "pixel")));
+    }
+    let folder = editor.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
+    for file in &imported.files {
+        ui.add_space(6.0);
+        ui.strong(shown_path(&folder, &file.file));
+        file_ui(editor, file, report, ui, asks);
+    }
+    for (path, problem) in &imported.failed {
+        ui.add_space(6.0);
+        ui.strong(shown_path(&folder, path));
+        ui.colored_label(ui.visuals().error_fg_color, problem.to_string());
+    }
+}
+
+fn file_ui(editor: &Editor, file: &FileReport, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    file.notes.iter().for_each(|note| {
+        ui.weak(note);
+    });
+    let plain = |layer: &&LayerReport| {
+        layer.state == LayerState::Unchanged && layer.changed == 0 && layer.moved.is_none() && !layer.renamed
+    };
+    for layer in file.layers.iter().filter(|layer| !plain(layer)) {
+        layer_ui(editor, file, layer, ui, asks);
+        let is_it = |look: &&LayerLook| {
+            look.layer.photo == file.photo && Some(&look.layer.token) == layer.token.as_ref()
+        };
+        if let Some(look) = report.looks.iter().find(is_it) {
+            before_and_after(look, ui);
+        }
+    }
+    // Paint shows on every layer that has its surface, whichever it was painted in.
+    let in_file =
+        |look: &&LayerLook| file.layers.iter().any(|layer| layer.token.as_ref() == Some(&look.layer.token));
+    for look in report.looks.iter().filter(|look| look.layer.photo == file.photo && !in_file(look)) {
+        ui.label(format!("Also on another layer: {}", look.layer.token));
+        before_and_after(look, ui);
+    }
+    let unchanged = file.layers.iter().filter(plain).count() as u64;
+    if unchanged > 0 {
+        ui.weak(format!("{} unchanged", counted(unchanged, "layer")));
+    }
+}
+
+fn layer_ui(editor: &Editor, file: &FileReport, layer: &LayerReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        let warns = !matches!(layer.state, LayerState::Unchanged | LayerState::Painted);
+        let color = if warns { ui.visuals().warn_fg_color } else { ui.visuals().hyperlink_color };
+        ui.label(RichText::new(layer.state.word()).color(color).strong());
+        match place_of(editor, file, layer) {
+            Some(place) => {
+                if ui.link(&layer.name).on_hover_text("Selects the layer.").clicked() {
+                    asks.push(Ask::Select(place));
+                }
+            }
+            None => {
+                ui.label(&layer.name);
+            }
+        }
+    });
+    let facts = facts(layer);
+    if !facts.is_empty() {
+        ui.weak(facts);
+    }
+    for conflict in &layer.conflicts {
+        let text = format!(
+            "{} of import {} on {} had other paint; this one lies on top",
+            counted(conflict.pixels, "pixel"),
+            conflict.import,
+            conflict.face
+        );
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
+    layer.notes.iter().for_each(|note| {
+        ui.weak(note);
+    });
+}
+
+/// What is to be said of a layer, in a line.
+fn facts(layer: &LayerReport) -> String {
+    let count = |number: u64, word: &str| (number > 0).then(|| format!("{} px {word}", grouped(number)));
+    let parts = [
+        count(layer.painted, "painted"),
+        count(layer.erased, "of them erased"),
+        count(layer.changed, "new"),
+        layer.moved.map(|[x, y]| format!("moved by {x}, {y}, taken home from where it belongs")),
+        layer.resized.then(|| "resized".to_owned()),
+        layer.renamed.then(|| "renamed".to_owned()),
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// The layer of today that a layer of a file is.
+fn place_of(editor: &Editor, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
+    let session = editor.session.as_ref()?;
+    let photo = session.opened.site.photos.iter().position(|photo| photo.name == file.photo)?;
+    let layers = &session.photos[photo].stack.as_ref()?.image_layers;
+    let layer = layers.iter().position(|other| Some(&other.id) == layer.token.as_ref())?;
+    Some(Selection::Layer { photo, layer })
+}
+
+/// Both pictures, side by side where there is room, else one above the other.
+fn before_and_after(look: &LayerLook, ui: &mut Ui) {
+    let room = ui.available_width();
+    let gap = ui.spacing().item_spacing.x;
+    let width = ((room - gap) / 2.0).max(80.0).min(room);
+    ui.horizontal_wrapped(|ui| {
+        for (texture, name) in [(&look.before, "Before"), (&look.after, "After")] {
+            let size = texture.size_vec2();
+            // A few painted pixels are shown large enough to be seen, and never wider than there is room.
+            let shown = size * (width / size.x).min(width / size.y).min(8.0);
+            ui.vertical(|ui| {
+                ui.set_width(width);
+                let (rect, response) = ui.allocate_exact_size(shown, Sense::hover());
+                checkerboard(ui, rect);
+                Image::new((texture.id(), size)).fit_to_exact_size(shown).paint_at(ui, rect);
+                let r = look.layer.rect;
+                response.widget_info(|| {
+                    let label = format!("{name}: {}", look.layer.token);
+                    eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Image, true, label)
+                });
+                response.on_hover_text(format!("{} × {} px at {}, {} of the photo", r.w, r.h, r.x, r.y));
+                ui.weak(name);
+            });
+        }
+    });
+}
+
+/// What is transparent shows squares.
+fn checkerboard(ui: &Ui, rect: Rect) {
+    let painter = ui.painter_at(rect);
+    painter.rect_filled(rect, 0.0, Color32::from_gray(110));
+    let side = 8.0;
+    let (columns, rows) = ((rect.width() / side).ceil() as i32, (rect.height() / side).ceil() as i32);
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        if (row + column) % 2 == 0 {
+            let at = rect.min + vec2(column as f32, row as f32) * side;
+            painter.rect_filled(
+                Rect::from_min_size(pos2(at.x, at.y), Vec2::splat(side)),
+                0.0,
+                Color32::from_gray(140),
+            );
+        }
+    }
+}
+
+/// Imports that can be taken back, the last one first.
+fn history(editor: &Editor, ui: &mut Ui) {
+    ui.strong("Imports");
+    if editor.trip.history.is_empty() {
+        ui.weak("None can be taken back.");
+    }
+    for import in editor.trip.history.iter().rev() {
+        ui.horizontal_wrapped(|ui| {
+            ui.label(RichText::new(format!("{}", import.number)).strong());
+            ui.label(in_words(import));
+        })
+        .response
+        .on_hover_text(import.files.join("\n"));
+    }
+}
+
+fn in_words(import: &PaintImport) -> String {
+    format!("{} of {}", counted(import.pixels, "pixel"), import.photos.join(", "))
+}

@@ -1,0 +1,64 @@
+//! The right side: what is known of the selection, how hidden parts are filled, the photos' colour, and what was
+//! painted.
+
+use eframe::egui::Ui;
+use serde::{Deserialize, Serialize};
+
+use super::{colour, fill, inspector, paint};
+use crate::app::editor::{Ask, Editor};
+
+/// What the right side shows.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Tab {
+    /// The selection.
+    #[default]
+    Selection,
+    /// Hidden parts.
+    Fill,
+    /// Exposures.
+    Colour,
+    /// Paint that came home.
+    Paint,
+}
+
+impl Tab {
+    const ALL: [Self; 4] = [Self::Selection, Self::Fill, Self::Colour, Self::Paint];
+
+    fn name(self) -> &'static str {
+        match self {
+            Self::Selection => "Selection",
+            Self::Fill => "Fill",
+            Self::Colour => "Colour",
+            Self::Paint => "Paint",
+        }
+    }
+
+    fn tooltip(self) -> &'static str {
+        match self {
+            Self::Selection => "What is known of the selected photo, layer, object or face.",
+            Self::Fill => "What photos do not show: how much of it is seen, and what fills it.",
+            Self::Colour => "By how much photos are brighter than each other, and what to do about it.",
+            Self::Paint => "What was painted and came home, and the imports that can be taken back.",
+        }
+    }
+}
+
+/// Draws it.
+pub fn side_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.add_space(4.0);
+    ui.horizontal(|ui| {
+        for tab in Tab::ALL {
+            let shown = editor.settings.side == tab;
+            if ui.selectable_label(shown, tab.name()).on_hover_text(tab.tooltip()).clicked() {
+                editor.settings.side = tab;
+            }
+        }
+    });
+    ui.separator();
+    match editor.settings.side {
+        Tab::Selection => inspector::inspector_ui(editor, ui, asks),
+        Tab::Fill => fill::fill_ui(editor, ui, asks),
+        Tab::Colour => colour::colour_ui(editor, ui, asks),
+        Tab::Paint => paint::paint_ui(editor, ui, asks),
+    }
+}

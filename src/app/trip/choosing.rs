@@ -1,0 +1,82 @@
+//! Files and folders chosen in dialogs of the system, which wait for the user on threads of their own.
+
+use std::path::{Path, PathBuf};
+use std::sync::mpsc::{Receiver, channel};
+
+use eframe::egui::Context;
+
+use crate::app::editor::Editor;
+
+/// What a dialog is about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Wanted {
+    /// Layered files to import.
+    Layered,
+    /// The folder that exports go to.
+    ExportFolder,
+    /// The program of an image editor.
+    Program,
+}
+
+/// A dialog that is shown.
+pub struct Choosing {
+    wanted: Wanted,
+    receive: Receiver<Vec<PathBuf>>,
+}
+
+impl Choosing {
+    /// Shows the dialog, beginning in `folder`; none where the system gives no thread for it.
+    fn start(wanted: Wanted, folder: &Path, context: Context) -> Option<Self> {
+        let (send, receive) = channel();
+        let dialog = rfd::FileDialog::new().set_directory(folder);
+        let ask = move || {
+            // Whoever asked may be gone.
+            let _ = send.send(asked(wanted, dialog));
+            context.request_repaint();
+        };
+        std::thread::Builder::new().name("dialog".into()).spawn(ask).ok()?;
+        Some(Self { wanted, receive })
+    }
+}
+
+fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
+    match wanted {
+        Wanted::Layered => dialog
+            .set_title("Import edited files")
+            .add_filter("Layered files", &["psd", "psb", "ora", "xcf"])
+            .pick_files()
+            .unwrap_or_default(),
+        Wanted::ExportFolder => dialog.set_title("Export to this folder").pick_folder().into_iter().collect(),
+        Wanted::Program => dialog.set_title("The image editor's program").pick_file().into_iter().collect(),
+    }
+}
+
+impl Editor {
+    /// Shows a dialog of the system.
+    pub fn choose(&mut self, wanted: Wanted) {
+        let folder = self.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
+        self.trip.choosing = Choosing::start(wanted, &folder, self.context.clone());
+    }
+
+    pub(super) fn take_chosen_files(&mut self) {
+        let Some(choosing) = &self.trip.choosing else { return };
+        let Ok(chosen) = choosing.receive.try_recv() else { return };
+        let wanted = choosing.wanted;
+        self.trip.choosing = None;
+        let Some(first) = chosen.first() else { return };
+        let text = first.display().to_string();
+        match wanted {
+            Wanted::Layered => {
+                if let Some(dialog) = &mut self.trip.import {
+                    dialog.paths = chosen.iter().map(|path| path.display().to_string()).collect();
+                }
+            }
+            Wanted::ExportFolder => {
+                if let Some(dialog) = &mut self.trip.export {
+                    dialog.folder = text;
+                }
+            }
+            Wanted::Program => self.settings.image_editor.program = text,
+        }
+    }
+}

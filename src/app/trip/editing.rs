@@ -1,0 +1,130 @@
+//! `Edit in …`: a photo's stack in the image editor that is installed, or that was chosen.
+
+use std::path::PathBuf;
+
+use serde::{Deserialize, Serialize};
+
+use super::shown_path;
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::app::notes::{Note, Weight};
+use crate::app::selection::Selection;
+use crate::document::export_record::ExportFormat;
+use crate::io::programs::{ImageEditor, image_editors, start_with};
+use crate::recipe::editing::to_edit;
+
+/// Which image editor is used, kept from run to run.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(default)]
+pub struct EditorChoice {
+    /// One that is looked for by itself; none for the program below.
+    pub editor: Option<ImageEditor>,
+    /// Path of another program.
+    pub program: String,
+    /// What that program reads.
+    pub format: ExportFormat,
+}
+
+impl Default for EditorChoice {
+    fn default() -> Self {
+        Self { editor: Some(ImageEditor::Gimp), program: String::new(), format: ExportFormat::Psd }
+    }
+}
+
+/// A program to edit with.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Tool {
+    /// For people.
+    pub name: String,
+    /// Its file.
+    pub program: PathBuf,
+    /// What it is given.
+    pub format: ExportFormat,
+}
+
+impl EditorChoice {
+    /// The program that is used: the one that was chosen if it is there, else the first one found.
+    pub fn tool(&self, found: &[(ImageEditor, PathBuf)]) -> Option<Tool> {
+        let known = |(editor, program): &(ImageEditor, PathBuf)| Tool {
+            name: editor.name().into(),
+            program: program.clone(),
+            format: editor.format(),
+        };
+        let Some(chosen) = self.editor else {
+            let program = PathBuf::from(&self.program);
+            let name = program.file_stem()?.to_string_lossy().into_owned();
+            return Some(Tool { name, program, format: self.format });
+        };
+        found.iter().find(|(editor, _)| *editor == chosen).or_else(|| found.first()).map(known)
+    }
+}
+
+impl Editor {
+    /// The image editors that are installed.
+    pub fn editors_found(&mut self) -> &[(ImageEditor, PathBuf)] {
+        self.trip.found.get_or_insert_with(image_editors)
+    }
+
+    /// Opens the selected photo's stack in the image editor. `fresh`: a new export, whatever was begun before.
+    pub fn edit_photo(&mut self, fresh: bool) {
+        let choice = self.settings.image_editor.clone();
+        let Some(tool) = choice.tool(self.editors_found()) else {
+            self.trip.choosing_editor = true;
+            return;
+        };
+        let (Some(session), Some(place)) = (&self.session, self.selected_photo()) else { return };
+        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+        let layer = self.paintable_layer(place);
+        let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
+        self.jobs.start(Kind::Export, name, move |task| {
+            let photo = &opened.site.photos[place];
+            let document = to_edit(&folder, photo, tool.format, fresh, task)?;
+            drop(lock);
+            start_with(&tool.program, &document.file)?;
+            let file = shown_path(&folder, &document.file);
+            let begun = if document.begun { ", as you left it," } else { "" };
+            let layer = layer.map_or(String::new(), |layer| format!(" Paint on the layer “{layer}”."));
+            let text = format!(
+                "{file}{begun} opens in {}.{layer} What you save there comes home by itself.",
+                tool.name
+            );
+            let note = Note::about(Weight::Info, &photo.name, text);
+            Ok(Box::new(move |editor| {
+                editor.tell(note);
+                editor.settings.notes_shown = true;
+                editor.watch_for_saves();
+            }))
+        });
+    }
+
+    /// The name in exports of the selected layer of a photo.
+    fn paintable_layer(&self, place: usize) -> Option<String> {
+        let Selection::Layer { photo, layer } = self.selection else { return None };
+        let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
+        let layer = stack.image_layers.get(layer).filter(|_| photo == place)?;
+        Some(format!("{} [{}]", layer.name, layer.id))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_chosen_editor_is_used_if_it_is_there_else_the_first_one_found_or_the_own_program() {
+        let found: Vec<(ImageEditor, PathBuf)> =
+            vec![(ImageEditor::Krita, "/bin/krita".into()), (ImageEditor::Photoshop, "/bin/ps".into())];
+        let choice = |editor, program: &str| EditorChoice {
+            editor,
+            program: program.into(),
+            format: ExportFormat::Psd,
+        };
+        let name = |choice: EditorChoice| choice.tool(&found).map(|tool| (tool.name, tool.format));
+        let krita = Some(("Krita".to_owned(), ExportFormat::Ora));
+        assert_eq!(name(choice(Some(ImageEditor::Krita), "")), krita);
+        assert_eq!(name(choice(Some(ImageEditor::Gimp), "")), krita, "GIMP is not there");
+        assert_eq!(name(choice(None, "/opt/paint")), Some(("paint".to_owned(), ExportFormat::Psd)));
+        assert_eq!(name(choice(None, "")), None);
+        assert_eq!(choice(Some(ImageEditor::Gimp), "").tool(&[]), None);
+    }
+}

@@ -1,0 +1,112 @@
+//! Exports by hand: how, where to, and of which photos.
+
+use std::collections::{BTreeMap, BTreeSet};
+use std::path::PathBuf;
+
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::app::notes::{Note, Weight};
+use crate::document::export_record::ExportFormat;
+use crate::error::Error;
+use crate::io::programs::show_folder;
+use crate::recipe::colour::even_factors;
+use crate::recipe::export::{ExportOptions, Exported, export, write_provenance};
+use crate::scene::Photo;
+
+/// How to export.
+#[derive(Debug, Clone, PartialEq)]
+pub struct ExportDialog {
+    /// Of the files.
+    pub format: ExportFormat,
+    /// Where to, as it was typed or chosen; from the project's folder on, where it is relative.
+    pub folder: String,
+    /// Only these photos, by their places; empty for all that have layers.
+    pub photos: BTreeSet<usize>,
+    /// Guides that show what is hidden.
+    pub guides: bool,
+    /// Where each texel comes from, as pictures beside the files.
+    pub provenance: bool,
+    /// All in one exposure, for looking at.
+    pub even: bool,
+    /// The folder of the last export that was done with this dialog.
+    pub done: Option<PathBuf>,
+}
+
+impl ExportDialog {
+    /// Why it cannot be done like this.
+    pub fn problem(&self) -> Option<&'static str> {
+        if self.folder.trim().is_empty() {
+            return Some("say which folder to export to");
+        }
+        let odd = self.even && self.format == ExportFormat::Folder;
+        odd.then_some("a folder is exported as the stack is: choose another format for even colour")
+    }
+}
+
+impl Editor {
+    /// Asks how to export.
+    pub fn choose_export(&mut self) {
+        self.trip.export.get_or_insert_with(|| ExportDialog {
+            format: ExportFormat::Psd,
+            folder: "layers".into(),
+            photos: BTreeSet::new(),
+            guides: true,
+            provenance: false,
+            even: false,
+            done: None,
+        });
+    }
+
+    /// Exports as it was chosen.
+    pub fn export_chosen(&mut self) {
+        let (Some(dialog), Some(session)) = (self.trip.export.clone(), &self.session) else { return };
+        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+        let out = folder.join(dialog.folder.trim());
+        let chosen = |place: &usize| match dialog.photos.is_empty() {
+            true => session.photos[*place].stack.is_some(),
+            false => dialog.photos.contains(place),
+        };
+        let places: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
+        self.jobs.start(Kind::Export, "Exporting", move |task| {
+            let photos: Vec<&Photo> = places.iter().map(|place| &opened.site.photos[*place]).collect();
+            let evened = match dialog.even {
+                true => even_factors(&folder, &opened, task)?,
+                false => BTreeMap::new(),
+            };
+            let options = ExportOptions {
+                format: dialog.format,
+                guides: dialog.guides,
+                evened,
+                ..ExportOptions::default()
+            };
+            let exported = export(&folder, &photos, &out, &options, task)?;
+            if dialog.provenance {
+                write_provenance(&folder, &photos, &out, task)?;
+            }
+            drop(lock);
+            Ok(Box::new(move |editor| editor.exported(&exported, out)))
+        });
+    }
+
+    fn exported(&mut self, exported: &Exported, out: PathBuf) {
+        for (photo, error) in &exported.failed {
+            self.tell(Note::about(Weight::Problem, photo, error.to_string()));
+        }
+        let bytes: u64 = exported.done.iter().map(|done| done.bytes).sum();
+        let (count, megabytes) = (exported.done.len(), bytes as f64 / 1e6);
+        let photos = if count == 1 { "photo" } else { "photos" };
+        let text = format!("Exported {count} {photos} to {}: {megabytes:.1} MB", out.display());
+        self.tell(Note::new(Weight::Info, text));
+        if let Some(dialog) = &mut self.trip.export {
+            dialog.done = Some(out);
+        }
+    }
+
+    /// Shows a folder in the system's file manager.
+    pub fn show_folder(&mut self, folder: &std::path::Path) {
+        if let Err(error) = show_folder(folder) {
+            let said = |error: Error| format!("{}: it could not be shown: {error}", folder.display());
+            self.tell(Note::new(Weight::Warning, said(error)));
+        }
+    }
+}

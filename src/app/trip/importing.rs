@@ -1,0 +1,244 @@
+//! What came back from image editors: imports by hand and by themselves, what they changed, and taking them back.
+
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+use std::time::{Duration, Instant};
+
+use eframe::egui::{TextureHandle, TextureOptions};
+
+use super::shown_path;
+use crate::app::authored::step_of_import;
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::app::notes::{Note, Weight};
+use crate::app::painter::Change;
+use crate::app::panel::{counted, grouped, side::Tab};
+use crate::app::pictures::image;
+use crate::document::paint::PaintImport;
+use crate::projection::Picture;
+use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
+use crate::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
+use crate::task::Task;
+
+/// The longer side of a picture before or after, in pixels: as wide as the panel of a large window.
+const PICTURE: u32 = 512;
+
+/// What is to be imported.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct ImportDialog {
+    /// As they were typed or chosen; folders too.
+    pub paths: Vec<String>,
+    /// Images that were scaled are taken, too.
+    pub scaled: bool,
+}
+
+/// How an import came about.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Way {
+    /// Somebody saved a file in an image editor.
+    Saved,
+    /// Somebody asked for it, or for one that was taken back to be done again.
+    ByHand {
+        /// The number that it had.
+        again: Option<u32>,
+    },
+}
+
+/// An import to look at.
+pub struct Report {
+    /// What became of each file and layer.
+    pub imported: Imported,
+    /// What it took.
+    pub spent: Duration,
+    /// What it looks like, once that was looked for.
+    pub looks: Vec<LayerLook>,
+    /// It was taken back.
+    pub taken_back: bool,
+}
+
+/// One changed layer, before and after.
+pub struct LayerLook {
+    /// Which one, and where.
+    pub layer: ChangedLayer,
+    /// Before the import.
+    pub before: TextureHandle,
+    /// After it.
+    pub after: TextureHandle,
+}
+
+impl Editor {
+    /// Asks what is to be imported.
+    pub fn choose_imports(&mut self) {
+        self.trip.import.get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
+    }
+
+    /// Imports what was chosen.
+    pub fn import_chosen(&mut self) {
+        let Some(dialog) = self.trip.import.take() else { return };
+        let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
+        let files: Vec<PathBuf> = paths.map(PathBuf::from).collect();
+        let options = ImportOptions { scaled: dialog.scaled, ..ImportOptions::default() };
+        self.import_with(files, options, None);
+    }
+
+    /// Imports edited files.
+    pub fn import_files(&mut self, files: Vec<PathBuf>) {
+        self.import_with(files, ImportOptions::default(), None);
+    }
+
+    /// Does an import again that was taken back.
+    pub(in crate::app) fn import_again(&mut self, number: u32, files: Vec<PathBuf>) {
+        // Whatever was allowed then is allowed again.
+        let options = ImportOptions { scaled: true, ..ImportOptions::default() };
+        self.import_with(files, options, Some(number));
+    }
+
+    fn import_with(&mut self, files: Vec<PathBuf>, options: ImportOptions, again: Option<u32>) {
+        let Some(session) = self.session.as_ref().filter(|_| !files.is_empty()) else { return };
+        let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), self.trip.turn.clone());
+        self.jobs.start(Kind::Import, "Importing", move |task| {
+            let _turn = turn.take();
+            let since = Instant::now();
+            let imported = import(&folder, &files, options, &Recall::default(), task)?;
+            drop(lock);
+            Ok(Box::new(move |editor| editor.paint_came(imported, since.elapsed(), Way::ByHand { again })))
+        });
+    }
+
+    /// Takes in an import: says what came of it, and shows it everywhere.
+    pub(super) fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) {
+        let Some(session) = &self.session else { return };
+        let folder = session.folder.clone();
+        let failed =
+            imported.failed.iter().map(|(_, problem)| Note::new(Weight::Problem, problem.to_string()));
+        failed.collect::<Vec<_>>().into_iter().for_each(|note| self.tell(note));
+        for file in &imported.files {
+            let name = shown_path(&folder, &file.file);
+            let changed: u64 = file.layers.iter().map(|layer| layer.changed).sum();
+            let text = match changed {
+                0 => format!("{name}: nothing was painted that the project does not have"),
+                1 => format!("{name}: 1 pixel is painted that was not"),
+                pixels => format!("{name}: {} pixels are painted that were not", grouped(pixels)),
+            };
+            self.notes.add(Note::about(Weight::Info, &file.photo, text));
+        }
+        // A save that changed nothing is no reason to turn to another panel.
+        if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
+            return;
+        }
+        let photos = imported.files.iter().map(|file| file.photo.clone()).collect();
+        let number = imported.number;
+        if let Some(number) = number {
+            let files = imported.files.iter().map(|file| file.file.clone()).collect();
+            let again = if let Way::ByHand { again } = way { again } else { None };
+            self.remember_import(number, again, files);
+        }
+        self.trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
+        self.settings.side = Tab::Paint;
+        self.paint_changed(photos);
+        if let Some(number) = number {
+            self.look_at_import(number);
+        }
+    }
+
+    /// The paint of these photos is another one now.
+    fn paint_changed(&mut self, photos: BTreeSet<String>) {
+        self.read_history();
+        self.quality.forget_fillings();
+        if let Some(painter) = self.session.as_mut().and_then(|session| session.painter.as_mut()) {
+            painter.change(Change::Paint(photos.into_iter().collect()));
+            self.space.redraw(false);
+        }
+    }
+
+    /// Makes pictures of what an import changed.
+    fn look_at_import(&mut self, number: u32) {
+        let Some(session) = &self.session else { return };
+        let folder = session.folder.clone();
+        self.jobs.start(Kind::Look, "Looking at what was painted", move |task| {
+            let changed = changed_layers(&folder, number, PICTURE, task)?;
+            Ok(Box::new(move |editor| editor.show_looks(number, changed)))
+        });
+    }
+
+    fn show_looks(&mut self, number: u32, changed: Vec<ChangedLayer>) {
+        let context = self.context.clone();
+        let texture = |layer: &ChangedLayer, when: &str, picture: &Picture| {
+            let name = format!("{} {when} import {number}", layer.token);
+            context.load_texture(name, image(picture), TextureOptions::LINEAR)
+        };
+        let look = |layer: ChangedLayer| LayerLook {
+            before: texture(&layer, "before", &layer.before),
+            after: texture(&layer, "after", &layer.after),
+            layer,
+        };
+        let report = self.trip.report.as_mut().filter(|report| report.imported.number == Some(number));
+        if let Some(report) = report {
+            report.looks = changed.into_iter().map(look).collect();
+        }
+    }
+
+    /// Takes the last import back: a step undone, where it was the last one, else one that is no step any more.
+    pub fn take_back_last(&mut self) {
+        let Some(number) = self.trip.history.last().map(|import| import.number) else { return };
+        let step = self.session.as_ref().and_then(|session| session.history.undoes());
+        if step == Some(step_of_import(number).as_str()) {
+            return self.undo();
+        }
+        self.forget_import(number);
+        self.take_back_import(number);
+    }
+
+    /// Takes an import back, if it is the last one.
+    pub(in crate::app) fn take_back_import(&mut self, number: u32) {
+        let Some(session) = &self.session else { return };
+        let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), self.trip.turn.clone());
+        self.jobs.start(Kind::Import, "Taking an import back", move |_| {
+            let _turn = turn.take();
+            if history(&folder)?.last().map(|import| import.number) != Some(number) {
+                return Ok(Box::new(move |editor| editor.not_taken_back(number)));
+            }
+            let import = take_back(&folder)?;
+            drop(lock);
+            Ok(Box::new(move |editor| editor.taken_back(import)))
+        });
+    }
+
+    fn not_taken_back(&mut self, number: u32) {
+        self.forget_import(number);
+        let text = format!(
+            "Import {number} cannot be taken back any more: another one lies on top, or it is too old"
+        );
+        self.tell(Note::new(Weight::Problem, text));
+    }
+
+    fn taken_back(&mut self, import: PaintImport) {
+        let text = format!(
+            "Import {} is taken back: {} of {} are as they were. The files are as they were saved; saving one again \
+             imports it again.",
+            import.number,
+            counted(import.pixels, "pixel"),
+            import.photos.join(", ")
+        );
+        self.tell(Note::new(Weight::Info, text));
+        if let Some(report) = &mut self.trip.report {
+            report.taken_back |= report.imported.number == Some(import.number);
+        }
+        self.paint_changed(import.photos.into_iter().collect());
+    }
+
+    /// Reads which imports can be taken back.
+    pub(super) fn read_history(&mut self) {
+        let Some(session) = &self.session else { return };
+        let folder = session.folder.clone();
+        self.jobs.start(Kind::Look, "Reading the imports", move |_: &Task| {
+            let imports = history(&folder)?;
+            Ok(Box::new(move |editor| {
+                let same = editor.session.as_ref().is_some_and(|session| session.folder == folder);
+                if same {
+                    editor.trip.history = imports;
+                }
+            }))
+        });
+    }
+}

@@ -1,0 +1,114 @@
+//! A thread that imports whatever is saved in the project's folder of documents to paint on.
+
+use std::path::Path;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::Duration;
+
+use eframe::egui::Context;
+
+use super::Turn;
+use super::importing::Way;
+use crate::app::editor::Editor;
+use crate::app::notes::{Note, Weight};
+use crate::app::session::Session;
+use crate::error::{Error, Result};
+use crate::io::paint_store::PaintStore;
+use crate::recipe::editing;
+use crate::recipe::import::{ImportOptions, Imported};
+use crate::recipe::watch::{WatchOptions, watch};
+use crate::task::{Event, Task};
+
+/// What the thread has to say.
+enum News {
+    Imported(Imported, Duration),
+    Said(Note),
+}
+
+/// The thread; it ends when this is dropped.
+pub struct Watching {
+    stop: Arc<AtomicBool>,
+    receive: Receiver<News>,
+}
+
+impl Watching {
+    /// Watches the folder of documents of a project that is open. What was saved there since the project's paint was
+    /// last written is imported at once: an import that was taken back stays so.
+    fn start(session: &Session, turn: Turn, context: Context) -> Option<Self> {
+        let (send, receive) = channel();
+        let tell = move |news: News| {
+            // Nobody listens any more: another project is open.
+            let _ = send.send(news);
+            context.request_repaint();
+        };
+        let said = tell.clone();
+        let task = Task::new(move |event| {
+            if let Event::Note { subject, text } = event {
+                said(News::Said(Note::about(Weight::Warning, subject, text)));
+            }
+        });
+        let stop = task.stop_flag();
+        let (project, lock) = (session.folder.clone(), Arc::downgrade(&session.lock));
+        let run = move || {
+            let folder = editing::folder(&project);
+            // The project's lock is the window's as long as the project is open, and held on to while paint is
+            // written.
+            let hold = || Ok((lock.upgrade().ok_or(Error::Cancelled)?, turn.take()));
+            let options = WatchOptions {
+                import: ImportOptions::default(),
+                once: false,
+                since: PaintStore::new(&project).last_change(),
+            };
+            let told = |imported, spent| tell(News::Imported(imported, spent));
+            if let Err(error) = watched(&project, &folder, options, hold, &task, told) {
+                let text = format!("{}: no longer watched: {error}", folder.display());
+                tell(News::Said(Note::new(Weight::Problem, text)));
+            }
+        };
+        std::thread::Builder::new().name("saves".into()).spawn(run).ok()?;
+        Some(Self { stop, receive })
+    }
+}
+
+fn watched<Held>(
+    project: &Path,
+    folder: &Path,
+    options: WatchOptions,
+    hold: impl Fn() -> Result<Held>,
+    task: &Task,
+    told: impl FnMut(Imported, Duration),
+) -> Result<()> {
+    let watching = || watch(project, folder, options, hold, task, told);
+    std::panic::catch_unwind(std::panic::AssertUnwindSafe(watching)).unwrap_or_else(|_| {
+        Err(Error::Request("this is a fault of the program; open the project again".into()))
+    })
+}
+
+impl Drop for Watching {
+    fn drop(&mut self) {
+        self.stop.store(true, Ordering::Relaxed);
+    }
+}
+
+impl Editor {
+    /// Watches for saves, if there is a folder to watch and nobody does yet.
+    pub(super) fn watch_for_saves(&mut self) {
+        let Some(session) = &self.session else { return };
+        if self.trip.watching.is_none() && editing::folder(&session.folder).is_dir() {
+            self.trip.watching = Watching::start(session, self.trip.turn.clone(), self.context.clone());
+        }
+    }
+
+    /// Takes in what was saved.
+    pub(super) fn take_saved(&mut self) {
+        let Some(watching) = &self.trip.watching else { return };
+        let news: Vec<News> = watching.receive.try_iter().collect();
+        for news in news {
+            match news {
+                News::Imported(imported, spent) => self.paint_came(imported, spent, Way::Saved),
+                News::Said(note) => self.tell(note),
+            }
+        }
+    }
+}
