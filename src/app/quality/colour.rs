@@ -73,7 +73,7 @@ impl Editor {
             Ok(Box::new(move |editor| {
                 if editor.session.as_ref().is_some_and(|session| session.folder == folder) {
                     editor.quality.colour.estimate = Some((asked, estimate));
-                    editor.show_gains(false);
+                    editor.show_gains();
                 }
             }))
         });
@@ -93,7 +93,7 @@ impl Editor {
         if !goes_on {
             self.end_gesture();
         }
-        self.show_gains(goes_on);
+        self.show_gains();
     }
 
     /// Decisions about colour were undone or done again.
@@ -104,7 +104,7 @@ impl Editor {
             return self.prepare_painter();
         }
         self.want_estimate();
-        self.show_gains(false);
+        self.show_gains();
     }
 
     /// The 3D view comes out with the exposure that was decided.
@@ -115,7 +115,7 @@ impl Editor {
     }
 
     /// The 3D view shows photos as it was decided, as far as that is known.
-    fn show_gains(&mut self, moving: bool) {
+    fn show_gains(&mut self) {
         self.show_exposure();
         let Some((_, estimate)) = self.quality.colour.estimate.clone() else { return };
         let Some(colour) = self.colour().cloned() else { return };
@@ -123,7 +123,7 @@ impl Editor {
         let gains = decided_gains(&estimate, &colour, &session.opened.site);
         if let Some(painter) = &mut session.painter {
             painter.change(Change::Gains(gains));
-            self.space.redraw(moving);
+            self.space.redraw();
         }
     }
 }

@@ -48,7 +48,7 @@ pub struct Space {
     travel: Option<Travel>,
     shown: Option<Picture>,
     asked: Option<Request>,
-    /// What photos show changes by hand, from picture to picture.
+    /// What photos show has changed since a picture was asked for.
     stirred: bool,
     pace: Pace,
     /// When the view changed last, in seconds of the window's clock.
@@ -132,11 +132,11 @@ impl Space {
         self.size_px
     }
 
-    /// All pictures have to be drawn again that change only in what the photos show: the one that is shown stays
-    /// until the next is there. `moving`: more such changes will come, so the next one may be coarse, and is finished.
-    pub fn redraw(&mut self, moving: bool) {
+    /// What photos show has changed, and nothing else: pictures have to be drawn again. The one that is shown stays until
+    /// the next is there, which is as quick as those of a view that moves; a fine one follows when all rests.
+    pub fn redraw(&mut self) {
         self.asked = None;
-        self.stirred = moving;
+        self.stirred = true;
     }
 
     /// Some picture of the project as it is was drawn.

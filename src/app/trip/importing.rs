@@ -147,7 +147,7 @@ impl Editor {
         self.quality.forget_fillings();
         if let Some(painter) = self.session.as_mut().and_then(|session| session.painter.as_mut()) {
             painter.change(Change::Paint(photos.into_iter().collect()));
-            self.space.redraw(false);
+            self.space.redraw();
         }
     }
 
