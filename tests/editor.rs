@@ -364,3 +364,83 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
     harness.get_by_label("Worst first");
     harness.get_by_label("Hidden parts of 01_church.jpg");
 }
+
+#[test]
+fn a_photo_is_looked_at_layer_by_layer() {
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window(Some(piazza(folder.path())));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.get_by_label("04_arcade.jpg, not built").click();
+    harness.key_press(Key::F3);
+    harness.step();
+    harness.step();
+    harness.get_by_label("This photo has no layers yet.");
+    harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
+    let built = |editor: &Editor| {
+        let session = editor.session.as_ref().unwrap();
+        session.photos[3].is_current() && editor.jobs.is_idle()
+    };
+    wait(&mut harness, "the layers of one photo", built);
+    // What was built is read by jobs that the next frames start.
+    harness.step();
+    wait(&mut harness, "what the view shows", |editor| editor.jobs.is_idle());
+
+    // Without its front layer the photo is another picture; what is at a pixel has a name.
+    let point = |harness: &mut Harness<'_, Editor>| {
+        let view = harness.get_by_label("Photo view").rect();
+        let at = view.min + view.size() * eframe::egui::vec2(0.5, 0.6);
+        harness.hover_at(at);
+        harness.step();
+        harness.step();
+        at
+    };
+    let at = point(&mut harness);
+    harness.get_by_label_contains("Visibility layer 1, shown by the photo");
+    harness.key_press(Key::Period);
+    harness.step();
+    assert_eq!(harness.state().flat.photo.taken_off, 1);
+    wait(&mut harness, "the photo without its first layer", |editor| editor.jobs.is_idle());
+    point(&mut harness);
+    harness.get_by_label_contains("Visibility layer 2");
+
+    // A click goes from the layer to the object to the face.
+    for expected in ["Layer {", "Object(", "Face("] {
+        harness.drag_at(at);
+        harness.step();
+        harness.drop_at(at);
+        harness.step();
+        harness.step();
+        let selection = format!("{:?}", harness.state().selection);
+        assert!(selection.starts_with(expected), "{selection}");
+    }
+
+    // The layer alone, and where its texels come from.
+    harness.key_press(Key::F4);
+    harness.step();
+    harness.step();
+    harness.get_by_label("Image layer view");
+    harness.get_by_label("Provenance").click();
+    harness.step();
+    wait(&mut harness, "where texels come from", |editor| editor.jobs.is_idle());
+    harness.get_by_label("this photo");
+
+    // Faces without texture are listed with the reason, and a click goes to the face.
+    harness.key_press(Key::U);
+    harness.step();
+    harness.step();
+    harness.get_by_label("Faces without texture from this photo");
+    let stack = harness.state().session.as_ref().unwrap().photos[3].stack.clone().unwrap();
+    let first = &stack.untextured[0];
+    harness.get_all_by_label(&format!("{}[{}]", first.object, first.face)).last().unwrap().click();
+    harness.step();
+    harness.step();
+    let selection = format!("{:?}", harness.state().selection);
+    assert!(selection.starts_with("Face("), "{selection}");
+
+    // Small pictures of photos are there for the next start.
+    let kept = std::fs::read_dir(folder.path().join("piazza/cache/thumbnails")).unwrap().count();
+    assert_eq!(kept, 9);
+}

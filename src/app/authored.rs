@@ -226,7 +226,7 @@ impl Editor {
                 editor.pictures = super::pictures::Pictures::default();
                 let opened = editor.session.as_ref().map(|session| session.opened.clone());
                 if let Some(opened) = opened {
-                    editor.pictures.start(&opened, &mut editor.jobs);
+                    editor.pictures.start(&folder, &opened, &mut editor.jobs);
                 }
                 editor.space.refresh();
                 editor.prepare_painter();

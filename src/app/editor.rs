@@ -6,9 +6,11 @@ use eframe::egui::{self, CentralPanel, Context, Panel, Ui};
 use eframe::{Frame, Storage};
 
 use super::command::{self, Command};
+use super::flat::Flat;
 use super::flight::{Flights, timeline_ui};
 use super::frame_times::FrameTimes;
 use super::jobs::Jobs;
+use super::layout::{Layout, Pane, centre_ui};
 use super::leaving::{Leaving, Questions};
 use super::notes::{Note, Notes, Weight};
 use super::palette::{Palette, palette_ui};
@@ -18,7 +20,7 @@ use super::quality::Quality;
 use super::selection::Selection;
 use super::session::Session;
 use super::settings::Settings;
-use super::space::{Space, space_ui};
+use super::space::Space;
 use super::trip::Trip;
 use crate::app::project::Opening;
 use crate::document::Project;
@@ -92,6 +94,10 @@ pub struct Editor {
     pub space: Space,
     /// Kept views and the flight.
     pub flights: Flights,
+    /// Where the views of the centre are.
+    pub layout: Layout,
+    /// The photo with its layers, and one image layer.
+    pub flat: Flat,
     /// Pictures of photos.
     pub pictures: Pictures,
     /// The command palette.
@@ -128,6 +134,8 @@ impl Editor {
             more_layers: Vec::new(),
             space: Space::default(),
             flights: Flights::default(),
+            layout: Layout::kept(storage),
+            flat: Flat::default(),
             pictures: Pictures::default(),
             palette: Palette::default(),
             help_shown: false,
@@ -157,6 +165,7 @@ impl Editor {
         self.selection = selection;
         self.more_layers.clear();
         self.photo = selection.photo().or(self.photo);
+        self.flat.layer.follow(selection);
     }
 
     /// Seconds of the window's clock.
@@ -178,6 +187,7 @@ impl Editor {
     /// Everything where it was at first.
     pub fn reset_layout(&mut self, context: &Context) {
         context.memory_mut(|memory| *memory = egui::Memory::default());
+        self.layout = Layout::default();
         self.settings.apply_to(context);
     }
 
@@ -201,8 +211,14 @@ impl Editor {
             Ask::Toggle(photo, layer) => self.toggle_layer(photo, layer),
             Ask::Rename(photo, layer, name) => self.rename_layer(photo, layer, &name),
             Ask::ForgetDecision(photo, number) => self.forget_decision(photo, number),
-            Ask::FlyTo(photo) => self.fly_to_photo(photo),
-            Ask::FlyToView(place) => self.fly_to_view(place),
+            Ask::FlyTo(photo) => {
+                self.layout.show(Pane::Space);
+                self.fly_to_photo(photo);
+            }
+            Ask::FlyToView(place) => {
+                self.layout.show(Pane::Space);
+                self.fly_to_view(place);
+            }
             Ask::GoTo(time_s) => self.go_to(time_s),
             Ask::Edit(name, project, gesture) => self.edit(name, *project, gesture),
             Ask::EndGesture => self.end_gesture(),
@@ -255,7 +271,7 @@ impl eframe::App for Editor {
             left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
             let right = Panel::right("inspector").resizable(true).default_size(300.0);
             right.show(ui, |ui| panel::side::side_ui(self, ui, &mut asks));
-            CentralPanel::no_frame().show(ui, |ui| space_ui(self, ui, &mut asks));
+            CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
         }
@@ -270,6 +286,7 @@ impl eframe::App for Editor {
 
     fn save(&mut self, storage: &mut dyn Storage) {
         eframe::set_value(storage, SETTINGS, &self.settings);
+        self.layout.keep(storage);
     }
 
     fn on_exit(&mut self) {

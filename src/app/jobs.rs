@@ -42,7 +42,7 @@ pub enum Kind {
     Thumbnails,
     /// Pictures and films of views.
     Render,
-    /// Makes what a photo's view shows.
+    /// Reads a photo to be laid over the 3D view.
     PhotoView,
     /// Looks which stacks are up to date.
     Survey,
@@ -52,6 +52,8 @@ pub enum Kind {
     Colour,
     /// Looks something up that a panel shows.
     Look,
+    /// Makes what the flat views show.
+    FlatView,
 }
 
 impl Kind {
@@ -59,7 +61,13 @@ impl Kind {
     fn is_quiet(self) -> bool {
         matches!(
             self,
-            Self::Thumbnails | Self::PhotoView | Self::Survey | Self::Keep | Self::Preview | Self::Look
+            Self::Thumbnails
+                | Self::PhotoView
+                | Self::FlatView
+                | Self::Survey
+                | Self::Keep
+                | Self::Preview
+                | Self::Look
         )
     }
 }

@@ -1,6 +1,7 @@
 //! Pictures of photos on the window's device: small ones for lists, larger ones for looking.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
@@ -9,7 +10,7 @@ use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 use super::jobs::{Jobs, Kind};
 use crate::projection::Picture;
 use crate::recipe::open::Opened;
-use crate::recipe::thumbnail::thumbnail;
+use crate::recipe::thumbnail::{kept_thumbnail, thumbnail};
 
 /// The longer side of a small picture, in pixels: a list shows it at half of that on a dense display.
 const SMALL: u32 = 256;
@@ -42,15 +43,15 @@ impl Default for Pictures {
 }
 
 impl Pictures {
-    /// Starts to make small pictures of all photos.
-    pub fn start(&mut self, opened: &Arc<Opened>, jobs: &mut Jobs) {
-        let (opened, send) = (opened.clone(), self.send.clone());
+    /// Starts to make small pictures of all photos of the project in `folder`, or to read those that it keeps.
+    pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs) {
+        let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
         jobs.start(Kind::Thumbnails, "Looking at photos", move |task| {
             let photos = &opened.site.photos;
             for (place, photo) in photos.iter().enumerate() {
                 task.step("thumbnails", place as u64, photos.len() as u64)?;
                 // A photo that cannot be read is told of where it is needed.
-                if let Ok(picture) = thumbnail(photo, SMALL) {
+                if let Ok(picture) = kept_thumbnail(&folder, photo, SMALL) {
                     let made = Made { photo: place, longest: SMALL, image: image(&picture) };
                     if send.send(made).is_err() {
                         break;

@@ -101,8 +101,9 @@ impl Editor {
         self.space = Space::of(&session);
         self.selection = Selection::Nothing;
         self.photo = (!session.photos.is_empty()).then_some(0);
+        self.flat.forget();
         self.pictures = Pictures::default();
-        self.pictures.start(&session.opened, &mut self.jobs);
+        self.pictures.start(&session.folder, &session.opened, &mut self.jobs);
         self.session = Some(session);
         self.prepare_painter();
         self.begin_trip();
@@ -116,6 +117,7 @@ impl Editor {
         self.quality = Quality::default();
         self.session = None;
         self.selection = Selection::Nothing;
+        self.flat.forget();
         self.pictures = Pictures::default();
     }
 

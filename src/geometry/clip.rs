@@ -9,13 +9,43 @@ use super::Pinhole;
 /// are half spaces through the camera's centre (Sutherland & Hodgman 1974, one side after the other). Parts
 /// of a concave polygon may hang together by edges along the box.
 pub fn clipped_to_box(polygon: &[DVec3], camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> Vec<DVec3> {
-    let sides = [
+    sides(camera, low_px, high_px).iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
+}
+
+/// The part of a segment (camera frame) that projects into a box of the image; none where there is none. Both ends
+/// are in front of the camera.
+pub fn segment_in_box(
+    ends: [DVec3; 2],
+    camera: &Pinhole,
+    low_px: DVec2,
+    high_px: DVec2,
+) -> Option<[DVec3; 2]> {
+    let [from, to] = ends;
+    // A hair in front of the camera, else the apex of the four half spaces would count as inside.
+    let least = 1e-9 * from.distance(to);
+    let ahead = |p: DVec3| p.z - least;
+    let distances = sides(camera, low_px, high_px).map(|side| [side.dot(from), side.dot(to)]);
+    let (mut enter, mut leave) = (0.0f64, 1.0f64);
+    for [at_from, at_to] in distances.into_iter().chain([[ahead(from), ahead(to)]]) {
+        let crossing = at_from / (at_from - at_to);
+        match (at_from >= 0.0, at_to >= 0.0) {
+            (true, true) => (),
+            (false, false) => return None,
+            (true, false) => leave = leave.min(crossing),
+            (false, true) => enter = enter.max(crossing),
+        }
+    }
+    (enter < leave).then(|| [from.lerp(to, enter), from.lerp(to, leave)])
+}
+
+/// The half spaces, through the camera's centre, of what projects into a box: `side . p >= 0`.
+fn sides(camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> [DVec3; 4] {
+    [
         DVec3::new(camera.fx, 0.0, camera.cx - low_px.x),
         DVec3::new(-camera.fx, 0.0, high_px.x - camera.cx),
         DVec3::new(0.0, camera.fy, camera.cy - low_px.y),
         DVec3::new(0.0, -camera.fy, high_px.y - camera.cy),
-    ];
-    sides.iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
+    ]
 }
 
 /// What lies where `side . p >= 0`.
@@ -59,5 +89,20 @@ mod tests {
         assert!(clipped.len() >= 3 && clipped.iter().all(|p| p.z > 0.0), "{clipped:?}");
         let behind = ground.map(|p| p - DVec3::Z * 20.0);
         assert!(clipped_to_box(&behind, &CAMERA, DVec2::ZERO, DVec2::new(100.0, 80.0)).is_empty());
+    }
+
+    #[test]
+    fn of_a_segment_that_passes_the_camera_what_the_box_shows_is_left() {
+        let (low, high) = (DVec2::ZERO, DVec2::new(100.0, 80.0));
+        let inside = |ends| segment_in_box(ends, &CAMERA, low, high);
+        let px = |p: DVec3| CAMERA.image_from_camera(p).unwrap();
+        let across = inside([DVec3::new(-9.0, 0.0, 2.0), DVec3::new(9.0, 0.0, 2.0)]).unwrap();
+        assert!(px(across[0]).distance(DVec2::new(0.0, 30.0)) < 1e-9, "{across:?}");
+        assert!(px(across[1]).distance(DVec2::new(100.0, 30.0)) < 1e-9, "{across:?}");
+        let along = inside([DVec3::new(0.0, 1.0, -5.0), DVec3::new(0.0, 1.0, 5.0)]).unwrap();
+        assert!(px(along[0]).distance(DVec2::new(45.0, 80.0)) < 1e-9, "{along:?}");
+        assert_eq!(along[1].z, 5.0);
+        assert!(inside([DVec3::new(0.0, 0.0, -5.0), DVec3::new(0.0, 0.0, -1.0)]).is_none(), "behind");
+        assert!(inside([DVec3::new(9.0, 0.0, 2.0), DVec3::new(9.0, 1.0, 2.0)]).is_none(), "beside");
     }
 }

@@ -30,4 +30,5 @@ pub mod reference;
 pub mod relief_file;
 pub mod stack_files;
 pub mod stack_store;
+pub mod thumbnails;
 pub mod watch;

@@ -16,6 +16,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::io::{ErrorKind, Write};
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use super::atomic::{remove_leftovers, write_atomically, write_atomically_with};
 use super::hash::{hash_bytes, hash_file};
@@ -50,6 +51,12 @@ impl PaintStore {
     /// Of the project in the folder `project`.
     pub fn new(project: &Path) -> Self {
         Self { folder: project.join("paint") }
+    }
+
+    /// When the book was written last; none where there is no paint. Whoever shows paint reads it again when this
+    /// changes.
+    pub fn changed(&self) -> Option<SystemTime> {
+        std::fs::metadata(self.folder.join(BOOK)).and_then(|metadata| metadata.modified()).ok()
     }
 
     /// What was painted; nothing where there is no paint yet.

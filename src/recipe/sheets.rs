@@ -217,7 +217,7 @@ fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch)
 }
 
 /// Soft paint lets the filling through.
-fn over_filling(paint: [u8; 4], filling: &[u8]) -> [u8; 4] {
+pub(super) fn over_filling(paint: [u8; 4], filling: &[u8]) -> [u8; 4] {
     let share = f32::from(paint[3]) / 255.0;
     let mixed = |i: usize, full: f32| (full * share + f32::from(filling[i]) * (1.0 - share)).round() as u8;
     [0, 1, 2, 3].map(|i| mixed(i, if i == 3 { 255.0 } else { f32::from(paint[i]) }))

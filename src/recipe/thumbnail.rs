@@ -1,7 +1,10 @@
 //! Small pictures of photos, for lists.
 
+use std::path::Path;
+
 use crate::error::Result;
 use crate::io::photo::read_photo;
+use crate::io::thumbnails::{Stamp, Thumbnails};
 use crate::projection::Picture;
 use crate::scene::{Photo, PhotoPixels};
 
@@ -17,6 +20,20 @@ const SAMPLES: u32 = 4;
 pub fn thumbnail(photo: &Photo, longest: u32) -> Result<Picture> {
     let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
     Ok(reduced(&pixels, longest))
+}
+
+/// The same, kept in the cache of the project in the folder `project` until the photo's file changes.
+///
+/// # Errors
+/// As [`thumbnail`]; a picture that cannot be kept is made again the next time.
+pub fn kept_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<Picture> {
+    let (kept, stamp) = (Thumbnails::new(project), Stamp::of(&photo.file, longest)?);
+    if let Some(picture) = kept.kept(&photo.name, &stamp) {
+        return Ok(picture);
+    }
+    let picture = thumbnail(photo, longest)?;
+    let _ = kept.keep(&photo.name, &stamp, &picture);
+    Ok(picture)
 }
 
 fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {

@@ -44,6 +44,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("indicatif", &["cli/"]),
     ("ctrlc", &["cli/"]),
     ("eframe", &["app/"]),
+    ("egui_tiles", &["app/layout.rs"]),
     ("rfd", &["app/"]),
     ("thiserror", &["error.rs"]),
 ];

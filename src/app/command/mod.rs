@@ -3,6 +3,7 @@
 
 pub mod edit;
 pub mod file;
+pub mod flat;
 pub mod flight;
 pub mod layers;
 pub mod paint;
@@ -25,13 +26,16 @@ pub enum Menu {
     Paint,
     /// What is shown, and from where.
     View,
+    /// The photo and its layers, flat.
+    Photo,
     /// The window.
     Window,
 }
 
 impl Menu {
     /// All of them.
-    pub const ALL: [Self; 6] = [Self::File, Self::Edit, Self::Layers, Self::Paint, Self::View, Self::Window];
+    pub const ALL: [Self; 7] =
+        [Self::File, Self::Edit, Self::Layers, Self::Paint, Self::View, Self::Photo, Self::Window];
 
     /// As the menu bar has it.
     pub fn name(self) -> &'static str {
@@ -41,6 +45,7 @@ impl Menu {
             Self::Layers => "Layers",
             Self::Paint => "Paint",
             Self::View => "View",
+            Self::Photo => "Photo",
             Self::Window => "Window",
         }
     }
@@ -86,8 +91,15 @@ pub const PLAIN: Command = Command {
 
 /// All commands, in the order of their menus.
 pub fn all() -> impl Iterator<Item = &'static Command> {
-    const TABLES: [&[&Command]; 6] =
-        [file::COMMANDS, edit::COMMANDS, layers::COMMANDS, paint::COMMANDS, view::COMMANDS, flight::COMMANDS];
+    const TABLES: [&[&Command]; 7] = [
+        file::COMMANDS,
+        edit::COMMANDS,
+        layers::COMMANDS,
+        paint::COMMANDS,
+        view::COMMANDS,
+        flight::COMMANDS,
+        flat::COMMANDS,
+    ];
     TABLES.into_iter().flatten().copied()
 }
 

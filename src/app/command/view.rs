@@ -4,6 +4,7 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
 use crate::app::editor::Editor;
+use crate::app::layout::Pane;
 use crate::projection::Shown;
 
 /// In the order of their menus.
@@ -28,23 +29,26 @@ pub const COMMANDS: &[&Command] = &[
     &RESTART,
 ];
 
+/// Those that choose what the 3D view shows: one is on at a time.
+pub const SHOWN: &[&Command] = &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &LAYER, &ITEM];
+
 const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
 
 /// Frames the selection.
 pub const FRAME: Command = Command {
     name: "Frame selection",
-    tooltip: "Goes to where the selected object, face or photo fills the view.",
+    tooltip: "Goes to where the selection fills the view: 3D, photo or image layer.",
     keys: &[plain(Key::F)],
-    run: |editor, _| editor.frame_selection(),
+    run: |editor, _| editor.frame(),
     ..VIEW
 };
 
 /// Shows everything.
 pub const EVERYTHING: Command = Command {
     name: "Show everything",
-    tooltip: "Goes back until the whole model is in the view.",
+    tooltip: "Goes back until the whole model, photo or image layer is in the view.",
     keys: &[plain(Key::Home)],
-    run: |editor, _| editor.show_everything(),
+    run: |editor, _| editor.show_all(),
     ..VIEW
 };
 
@@ -54,7 +58,10 @@ pub const SNAP: Command = Command {
     tooltip: "Flies into the selected photo's camera; a second time flies back.",
     keys: &[plain(Key::Num0), plain(Key::Enter)],
     ready: with_photo,
-    run: |editor, _| editor.snap(),
+    run: |editor, _| {
+        editor.layout.show(Pane::Space);
+        editor.snap();
+    },
     ..VIEW
 };
 

@@ -16,6 +16,7 @@ pub mod welcome;
 
 use eframe::egui::{Align, Button, Layout, Panel, Response, Ui, vec2};
 
+use super::command::Command;
 use super::editor::{Ask, Editor};
 
 /// Photos above, objects and layers below.
@@ -23,6 +24,21 @@ pub fn left_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let photos = Panel::top("photos").resizable(true).default_size(340.0);
     photos.show(ui, |ui| photos::photos_ui(editor, ui, asks));
     outliner::outliner_ui(editor, ui, asks);
+}
+
+/// A command that switches something, as a label that is lit while that is on.
+pub fn toggle_ui(editor: &Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+    let on = command.on.is_some_and(|on| on(editor));
+    if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
+        asks.push(Ask::Run(command));
+    }
+}
+
+/// A command as a button of another text; whether it was clicked.
+pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
+    let keys = super::command::first_keys(ui.ctx(), command);
+    let keys = if keys.is_empty() { keys } else { format!(" ({keys})") };
+    ui.add(button).on_hover_text(format!("{}{keys}: {}", command.name, command.tooltip)).clicked()
 }
 
 /// `12 345 678` with thin groups, as people read numbers.

@@ -4,6 +4,7 @@ use eframe::egui::collapsing_header::CollapsingState;
 use eframe::egui::{Button, Id, RichText, ScrollArea, Ui};
 
 use super::percent;
+use crate::app::command::flat::SHOW_LAYER;
 use crate::app::command::view::FRAME;
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
@@ -85,9 +86,13 @@ fn layers(editor: &Editor, session: &Session, photo: usize, ui: &mut Ui, asks: &
                     let this = Selection::Layer { photo, layer: place };
                     let selected = editor.selection == this || editor.more_layers.contains(&(photo, place));
                     let button = Button::selectable(selected, layer_text(layer)).truncate();
-                    if ui.add(button).clicked() {
+                    let response = ui.add(button).on_hover_text("A double click shows the layer alone.");
+                    if response.clicked() {
                         let more = ui.input(|input| input.modifiers.command || input.modifiers.shift);
                         asks.push(if more { Ask::Toggle(photo, place) } else { Ask::Select(this) });
+                    }
+                    if response.double_clicked() {
+                        asks.push(Ask::Run(&SHOW_LAYER));
                     }
                 }
             });

@@ -2,9 +2,10 @@
 
 use eframe::egui::{Align2, Area, Color32, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
-use crate::app::command::{self, Command, Menu};
+use crate::app::command;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
+use crate::app::panel::toggle_ui;
 use crate::projection::{Blend, Mode};
 
 /// Draws it.
@@ -46,39 +47,24 @@ fn top(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
     editor.space.look.flat = !relief;
     for command in [&command::view::WIREFRAME, &command::view::CAMERAS] {
-        toggle(editor, ui, command, asks);
+        toggle_ui(editor, ui, command, asks);
     }
 }
 
 /// Which of the understanding views is shown.
 fn shown(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let views: Vec<&'static Command> = command::all()
-        .filter(|command| command.menu == Menu::View && command.on.is_some() && is_view(command))
-        .collect();
+    let views = command::view::SHOWN;
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(editor)));
     let text = now.map_or("", |command| command.name);
     let combo = ComboBox::from_id_salt("shown").selected_text(text).width(110.0);
     combo.show_ui(ui, |ui| {
-        for command in views {
+        for &command in views {
             let on = command.on.is_some_and(|on| on(editor));
             if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
                 asks.push(Ask::Run(command));
             }
         }
     });
-}
-
-/// Whether a command chooses what the picture shows.
-fn is_view(command: &Command) -> bool {
-    let others = [&command::view::WIREFRAME, &command::view::CAMERAS, &command::view::FLIP];
-    others.iter().all(|other| other.name != command.name)
-}
-
-fn toggle(editor: &Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
-    let on = command.on.is_some_and(|on| on(editor));
-    if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
-        asks.push(Ask::Run(command));
-    }
 }
 
 fn through(editor: &mut Editor, ui: &mut Ui) {

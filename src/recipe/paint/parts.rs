@@ -104,6 +104,11 @@ impl<'a> Scenery<'a> {
 }
 
 impl Part<'_> {
+    /// The part's own outline, in world coordinates: the surface's, or that of the piece.
+    pub fn own_outline(&self) -> &[[f64; 3]] {
+        self.piece.unwrap_or(self.outline)
+    }
+
     /// All of a surface that no other image layer shares.
     pub fn is_whole(&self) -> bool {
         self.piece.is_none() && self.tile.is_none()
@@ -114,7 +119,7 @@ impl Parts<'_> {
     /// The pixels that a part covers.
     pub fn covered<'p>(&self, part: &'p Part) -> &'p Spans {
         part.covered.get_or_init(|| {
-            let outline = points(part.piece.unwrap_or(part.outline));
+            let outline = points(part.own_outline());
             let area = part.tile.map_or(self.area, |tile| tile.intersection(&self.area));
             footprint(&outline, &self.camera, &self.pose, area)
         })

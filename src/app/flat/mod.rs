@@ -1,0 +1,124 @@
+//! What flat views share: how a picture lies in a view, its tiles of texture, hatching.
+
+pub mod hatch;
+pub mod placement;
+pub mod slot;
+pub mod tiled;
+
+use std::sync::Arc;
+use std::time::SystemTime;
+
+use eframe::egui::{Color32, Rect, Response, Ui};
+
+use self::placement::{Placement, Seen};
+use super::layer::LayerPane;
+use super::photo::PhotoPane;
+use super::session::Session;
+use crate::document::Stack;
+use crate::geometry::PixelRect;
+use crate::io::paint_store::PaintStore;
+
+/// A step of a wheel comes nearer by this factor (egui's steps are about 40 points).
+const ZOOM_PER_POINT: f64 = 1.0045;
+
+/// What is drawn over flat views: chosen once for all of them.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Switches {
+    /// Outlines of elements.
+    pub outlines: bool,
+    /// Stripes on what is hidden.
+    pub hatching: bool,
+    /// Rectangles of image layers.
+    pub rectangles: bool,
+    /// What fills hidden parts.
+    pub filling: bool,
+    /// Paint.
+    pub paint: bool,
+}
+
+impl Default for Switches {
+    fn default() -> Self {
+        Self { outlines: true, hatching: true, rectangles: false, filling: true, paint: true }
+    }
+}
+
+/// The flat views.
+#[derive(Default)]
+pub struct Flat {
+    /// What is drawn over both.
+    pub switches: Switches,
+    /// The photo with its layers.
+    pub photo: PhotoPane,
+    /// One image layer.
+    pub layer: LayerPane,
+}
+
+impl Flat {
+    /// Forgets what belonged to a project; what the user chose stays.
+    pub fn forget(&mut self) {
+        *self = Self { switches: self.switches.clone(), ..Self::default() };
+    }
+}
+
+/// What layers look like at a time: of this stack, with the paint as it is.
+#[derive(Debug, Clone)]
+pub struct Version {
+    /// The stack that was read.
+    pub stack: Arc<Stack>,
+    painted: Option<SystemTime>,
+}
+
+impl Version {
+    /// That of a photo now; none before it is built.
+    pub fn of(session: &Session, photo: usize) -> Option<Self> {
+        let stack = session.photos.get(photo)?.stack.clone()?;
+        Some(Self { stack, painted: PaintStore::new(&session.folder).changed() })
+    }
+}
+
+impl PartialEq for Version {
+    fn eq(&self, other: &Self) -> bool {
+        Arc::ptr_eq(&self.stack, &other.stack) && self.painted == other.painted
+    }
+}
+
+/// Behind pictures.
+pub fn background(ui: &Ui) -> Color32 {
+    if ui.visuals().dark_mode { Color32::from_gray(28) } else { Color32::from_gray(190) }
+}
+
+/// Moves a picture as mouse and wheel say, and says how it lies then: a drag moves, the wheel comes nearer to what is
+/// under the pointer, a double click goes to the pixels' own size and back.
+pub fn navigate(
+    placement: &mut Placement,
+    ui: &Ui,
+    response: &Response,
+    rect: Rect,
+    bounds: PixelRect,
+) -> Seen {
+    let density = ui.ctx().pixels_per_point();
+    placement.settle(bounds, rect);
+    if response.drag_started() || response.clicked() {
+        response.request_focus();
+    }
+    if response.dragged() {
+        placement.pan(response.drag_delta());
+    }
+    let pointer = ui.input(|input| input.pointer.hover_pos()).filter(|_| response.contains_pointer());
+    if let Some(pointer) = pointer {
+        let (scrolled, pinched) =
+            ui.input(|input| (f64::from(input.smooth_scroll_delta().y), f64::from(input.zoom_delta())));
+        let factor = ZOOM_PER_POINT.powf(scrolled) * pinched;
+        if factor != 1.0 {
+            placement.zoom(rect, pointer, factor);
+        }
+        if response.double_clicked() {
+            match placement.is_fitted() {
+                true => placement.show_pixels(rect, pointer, density),
+                false => placement.fit(),
+            }
+            placement.settle(bounds, rect);
+        }
+    }
+    placement.seen(rect, density)
+}

@@ -1,0 +1,135 @@
+//! Things that jobs make for a view: what is wanted now, what is being made, what was made.
+
+use super::super::editor::Editor;
+use super::super::jobs::{JobId, Jobs, Kind};
+use super::super::notes::Note;
+use crate::error::{Error, Result};
+use crate::task::Task;
+
+/// What was made for the last few wishes, and the job that makes more.
+pub struct Slot<K, V> {
+    /// The newest at the end.
+    made: Vec<(K, V)>,
+    most: usize,
+    asked: Option<(K, JobId)>,
+    /// It would only fail again.
+    failed: Option<K>,
+}
+
+/// How to make something.
+pub struct Wish<K, V> {
+    /// What is wanted.
+    pub key: K,
+    /// What the job is called.
+    pub name: &'static str,
+    /// One that is being made for another key is given up for it; else it is waited for, so that something is seen
+    /// while keys change quickly.
+    pub gives_up: bool,
+    /// Where the slot is, when the job is done.
+    pub slot: fn(&mut Editor) -> &mut Slot<K, V>,
+}
+
+impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
+    /// Keeps so many.
+    pub fn new(most: usize) -> Self {
+        Self { made: Vec::new(), most, asked: None, failed: None }
+    }
+
+    /// What was made for a key.
+    pub fn get(&self, key: &K) -> Option<&V> {
+        self.made.iter().find(|(other, _)| other == key).map(|(_, value)| value)
+    }
+
+    /// The same, to be drawn; it counts as used.
+    pub fn take_up(&mut self, key: &K) -> Option<&mut V> {
+        let place = self.made.iter().position(|(other, _)| other == key)?;
+        let used = self.made.remove(place);
+        self.made.push(used);
+        self.made.last_mut().map(|(_, value)| value)
+    }
+
+    /// The one made or used last whose key is of the wanted kind.
+    pub fn last_mut(&mut self, wanted: impl Fn(&K) -> bool) -> Option<&mut V> {
+        self.made.iter_mut().rev().find(|(key, _)| wanted(key)).map(|(_, value)| value)
+    }
+
+    /// Something is being made.
+    pub fn is_busy(&self) -> bool {
+        self.asked.is_some()
+    }
+
+    /// Making it failed; why was told.
+    pub fn has_failed(&self, key: &K) -> bool {
+        self.failed.as_ref() == Some(key)
+    }
+
+    /// Starts a job for what is wanted, unless it is there or on its way.
+    pub fn want(
+        &mut self,
+        jobs: &mut Jobs,
+        wish: Wish<K, V>,
+        work: impl FnOnce(&Task) -> Result<V> + Send + 'static,
+    ) {
+        self.asked = self.asked.take().filter(|(_, job)| jobs.running().any(|(id, _)| id == *job));
+        if self.get(&wish.key).is_some() || self.has_failed(&wish.key) {
+            return;
+        }
+        match &self.asked {
+            Some((key, _)) if *key == wish.key => return,
+            Some(_) if !wish.gives_up => return,
+            Some((_, job)) => jobs.stop(*job),
+            None => (),
+        }
+        let Wish { key, name, slot, .. } = wish;
+        let asked = key.clone();
+        let job = jobs.start(Kind::FlatView, name, move |task| {
+            let made = work(task);
+            if matches!(made, Err(Error::Cancelled)) {
+                return Err(Error::Cancelled);
+            }
+            Ok(Box::new(move |editor| {
+                let told = slot(editor).arrived(key, made);
+                told.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| editor.tell(note));
+            }))
+        });
+        self.asked = Some((asked, job));
+    }
+
+    fn arrived(&mut self, key: K, made: Result<V>) -> Option<Error> {
+        if self.asked.as_ref().is_some_and(|(asked, _)| *asked == key) {
+            self.asked = None;
+        }
+        match made {
+            Ok(value) => {
+                self.made.retain(|(other, _)| *other != key);
+                self.made.push((key, value));
+                if self.made.len() > self.most {
+                    drop(self.made.remove(0));
+                }
+                None
+            }
+            Err(error) => {
+                self.failed = Some(key);
+                Some(error)
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_last_few_are_kept_and_what_failed_is_not_tried_again() {
+        let mut slot: Slot<u32, &str> = Slot::new(2);
+        for (key, value) in [(1, "a"), (2, "b")] {
+            assert!(slot.arrived(key, Ok(value)).is_none());
+        }
+        assert_eq!(slot.take_up(&1), Some(&mut "a"));
+        slot.arrived(3, Ok("c"));
+        assert_eq!([1, 2, 3].map(|key| slot.get(&key).is_some()), [true, false, true]);
+        assert_eq!(slot.last_mut(|key| *key < 3), Some(&mut "a"));
+        assert!(slot.arrived(4, Err(Error::Request("no".into()))).is_some() && slot.has_failed(&4));
+    }
+}

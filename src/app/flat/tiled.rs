@@ -1,0 +1,205 @@
+//! Pictures of any size on the window's device: in tiles, at the size that is looked at, made when they are seen.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use eframe::egui::{
+    Color32, ColorImage, Context, Painter, Rect, TextureFilter, TextureHandle, TextureOptions, pos2,
+};
+use glam::DVec2;
+
+use super::placement::Seen;
+use crate::geometry::PixelRect;
+use crate::projection::Picture;
+use crate::projection::reduced::halves;
+
+/// The side of a tile, in pixels: every device has textures so large, and one is made in about a millisecond.
+const SIDE: u32 = 512;
+/// So many tiles are made in a frame at most; the others show a smaller picture until it is their turn.
+const MOST_A_FRAME: usize = 6;
+/// Beyond so many tiles those that are not seen are given up: 200 megabytes.
+const MOST_KEPT: usize = 200;
+/// Pixels are told apart when they are magnified, and averaged when they are not.
+const FILTER: TextureOptions = TextureOptions {
+    magnification: TextureFilter::Nearest,
+    minification: TextureFilter::Linear,
+    ..TextureOptions::LINEAR
+};
+
+/// A picture with its halves: the picture itself first, the smallest fits into a tile.
+pub type Levels = Arc<Vec<Picture>>;
+
+/// A picture as it is drawn.
+pub struct Tiled {
+    levels: Levels,
+    tiles: BTreeMap<Place, TextureHandle>,
+}
+
+/// Level, column and row of a tile.
+type Place = (usize, u32, u32);
+
+/// The levels of a picture: takes a while, so it is work for a job.
+pub fn levels_of(picture: Picture) -> Levels {
+    let halves = halves(&picture, SIDE);
+    Arc::new(std::iter::once(picture).chain(halves).collect())
+}
+
+impl Tiled {
+    /// Nothing of it is on the device yet.
+    pub fn new(levels: Levels) -> Self {
+        Self { levels, tiles: BTreeMap::new() }
+    }
+
+    /// The picture and its halves, to be worked on elsewhere.
+    pub fn levels(&self) -> Levels {
+        self.levels.clone()
+    }
+
+    /// The picture in its own size.
+    pub fn picture(&self) -> &Picture {
+        &self.levels[0]
+    }
+
+    /// Draws it; `corner` is its top left corner in the pixels that `seen` counts.
+    pub fn draw(&mut self, painter: &Painter, seen: &Seen, corner: (i32, i32)) {
+        let bounds =
+            PixelRect { x: corner.0, y: corner.1, w: self.picture().width, h: self.picture().height };
+        let painter = painter.with_clip_rect(painter.clip_rect().intersect(seen.rect_of(bounds)));
+        let level = self.level(seen.magnification());
+        let places = self.places(level, seen.window(bounds), corner);
+        let mut made = 0;
+        for place in &places {
+            if !self.tiles.contains_key(place) && made < MOST_A_FRAME {
+                self.make(*place, painter.ctx());
+                made += 1;
+            }
+            self.draw_tile(*place, &painter, seen, corner);
+        }
+        if places.iter().any(|place| !self.tiles.contains_key(place)) {
+            painter.ctx().request_repaint();
+        }
+        if self.tiles.len() > MOST_KEPT {
+            self.tiles.retain(|place, _| places.contains(place) || place.0 + 1 == self.levels.len());
+        }
+    }
+
+    /// The level whose pixels are at least as small as the screen's.
+    fn level(&self, magnification: f64) -> usize {
+        let level = (1.0 / magnification).log2().floor().max(0.0) as usize;
+        level.min(self.levels.len() - 1)
+    }
+
+    /// The tiles of a level that show a part of the picture.
+    fn places(&self, level: usize, window: PixelRect, corner: (i32, i32)) -> Vec<Place> {
+        if window.is_empty() {
+            return Vec::new();
+        }
+        let side = (SIDE << level) as i32;
+        let range = |from: i32, to: i32| (from / side) as u32..=((to - 1) / side) as u32;
+        let columns = range(window.x - corner.0, window.right() - corner.0);
+        let rows = range(window.y - corner.1, window.bottom() - corner.1);
+        rows.flat_map(|row| columns.clone().map(move |column| (level, column, row))).collect()
+    }
+
+    fn make(&mut self, place: Place, context: &Context) {
+        let (level, column, row) = place;
+        let picture = &self.levels[level];
+        let (width, height) = tile_size(picture, column, row);
+        // One pixel of the neighbours all around, else filtering would show where tiles meet.
+        let pixel = |x: u32, y: u32| {
+            let inside =
+                |tile: u32, at: u32, size: u32| (tile * SIDE + at).saturating_sub(1).min(size - 1) as usize;
+            let (x, y) = (inside(column, x, picture.width), inside(row, y, picture.height));
+            let at = 4 * (y * picture.width as usize + x);
+            let [r, g, b, a] = picture.rgba[at..at + 4].try_into().unwrap_or_default();
+            Color32::from_rgba_unmultiplied(r, g, b, a)
+        };
+        let pixels = (0..height + 2).flat_map(|y| (0..width + 2).map(move |x| (x, y)));
+        let pixels = pixels.map(|(x, y)| pixel(x, y)).collect();
+        let image = ColorImage::new([width as usize + 2, height as usize + 2], pixels);
+        let name = format!("tile {column}, {row} of level {level}");
+        self.tiles.insert(place, context.load_texture(name, image, FILTER));
+    }
+
+    /// Draws a tile, or while it is not made the same part of the smallest picture.
+    fn draw_tile(&mut self, place: Place, painter: &Painter, seen: &Seen, corner: (i32, i32)) {
+        let (level, column, row) = place;
+        let last = (self.levels.len() - 1, 0, 0);
+        if !self.tiles.contains_key(&place) && !self.tiles.contains_key(&last) {
+            self.make(last, painter.ctx());
+        }
+        let (width, height) = tile_size(&self.levels[level], column, row);
+        let scale = f64::from(1u32 << level);
+        let at = |tile: u32, px: u32| (f64::from(tile) * f64::from(SIDE) + f64::from(px)) * scale;
+        let low = DVec2::new(at(column, 0), at(row, 0));
+        let high = DVec2::new(at(column, width), at(row, height));
+        let origin = DVec2::new(f64::from(corner.0), f64::from(corner.1));
+        let area = Rect::from_min_max(seen.at(origin + low), seen.at(origin + high));
+        let (texture, from, to) = match self.tiles.get(&place) {
+            Some(texture) => (texture, DVec2::ZERO, DVec2::new(f64::from(width), f64::from(height))),
+            None => {
+                let shrunk = f64::from(1u32 << last.0);
+                let Some(texture) = self.tiles.get(&last) else { return };
+                (texture, low / shrunk, high / shrunk)
+            }
+        };
+        let size = texture.size_vec2();
+        let uv = |place: DVec2| pos2((place.x as f32 + 1.0) / size.x, (place.y as f32 + 1.0) / size.y);
+        painter.image(texture.id(), area, Rect::from_min_max(uv(from), uv(to)), Color32::WHITE);
+    }
+}
+
+/// Columns and rows of a tile without its border.
+fn tile_size(picture: &Picture, column: u32, row: u32) -> (u32, u32) {
+    ((picture.width - column * SIDE).min(SIDE), (picture.height - row * SIDE).min(SIDE))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn tiled(width: u32, height: u32) -> Tiled {
+        let rgba = vec![255; 4 * width as usize * height as usize];
+        Tiled::new(levels_of(Picture { width, height, rgba }))
+    }
+
+    #[test]
+    fn the_level_is_the_coarsest_that_loses_nothing_on_the_screen() {
+        let tiled = tiled(3000, 2000);
+        assert_eq!(tiled.levels.len(), 4, "3000, 1500, 750, 375");
+        assert_eq!([8.0, 1.0, 0.51, 0.5, 0.26, 0.01].map(|m| tiled.level(m)), [0, 0, 0, 1, 1, 3]);
+    }
+
+    #[test]
+    fn tiles_cover_the_window_and_nothing_else() {
+        let tiled = tiled(3000, 2000);
+        let window = PixelRect { x: 500, y: 1030, w: 30, h: 10 };
+        assert_eq!(tiled.places(0, window, (0, 0)), [(0, 0, 2), (0, 1, 2)]);
+        assert_eq!(tiled.places(0, window, (500, 1030)), [(0, 0, 0)]);
+        assert_eq!(
+            tiled.places(2, PixelRect { x: 0, y: 0, w: 3000, h: 2000 }, (0, 0)),
+            [(2, 0, 0), (2, 1, 0)]
+        );
+        assert_eq!(tile_size(&tiled.levels[2], 1, 0), (238, 500));
+    }
+
+    #[test]
+    fn a_picture_is_drawn_from_what_is_there_and_finer_in_the_next_frames() {
+        let mut tiled = tiled(3000, 2000);
+        let context = Context::default();
+        let view = Rect::from_min_max(pos2(0.0, 0.0), pos2(3000.0, 2000.0));
+        let mut placement = crate::app::flat::placement::Placement::default();
+        let bounds = PixelRect { x: 0, y: 0, w: 3000, h: 2000 };
+        placement.settle(bounds, view);
+        placement.show_pixels(view, view.center(), 1.0);
+        let seen = placement.seen(view, 1.0);
+        let counts: Vec<usize> = (0..5)
+            .map(|_| {
+                let painter = context.layer_painter(eframe::egui::LayerId::background());
+                tiled.draw(&painter.with_clip_rect(view), &seen, (0, 0));
+                tiled.tiles.keys().filter(|place| place.0 == 0).count()
+            })
+            .collect();
+        assert_eq!(counts, [6, 12, 18, 24, 24]);
+    }
+}

@@ -1,0 +1,190 @@
+//! One image layer alone: its rectangle on a checkerboard, with what it shows, what it lacks, how far it is trusted and
+//! where it comes from.
+
+mod tools;
+
+use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
+
+use super::editor::{Ask, Editor};
+use super::flat::hatch::{Checkerboard, hatch};
+use super::flat::placement::{Placement, Seen};
+use super::flat::slot::{Slot, Wish};
+use super::flat::tiled::{Tiled, levels_of};
+use super::flat::{Version, background, navigate};
+use super::selection::Selection;
+use crate::document::ImageLayer;
+use crate::geometry::PixelRect;
+use crate::projection::hatching::Mask;
+use crate::recipe::layer_view::{LayerLook, layer_view};
+
+/// So many views of layers are kept.
+const MOST: usize = 6;
+
+/// What of a layer is looked at.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Aspect {
+    /// Its pixels.
+    #[default]
+    Pixels,
+    /// How far its texels are trusted.
+    Confidence,
+    /// Where its texels come from.
+    Provenance,
+}
+
+/// A layer as it is drawn.
+struct LayerPicture {
+    tiled: Tiled,
+    hidden: Mask,
+    legend: Vec<(String, [u8; 3], u64)>,
+}
+
+/// A layer of a version of a stack, by its place, and what is shown of it.
+type Key = (Version, usize, LayerLook);
+
+/// The view of an image layer.
+pub struct LayerPane {
+    /// What is looked at.
+    pub aspect: Aspect,
+    /// The photo and the place in its stack.
+    layer: Option<(usize, usize)>,
+    placement: Placement,
+    rect: Option<Rect>,
+    checkerboard: Checkerboard,
+    views: Slot<Key, LayerPicture>,
+    /// The pixel under the pointer, in photo pixels.
+    pixel: Option<(i32, i32)>,
+}
+
+impl Default for LayerPane {
+    fn default() -> Self {
+        Self {
+            aspect: Aspect::default(),
+            layer: None,
+            placement: Placement::default(),
+            rect: None,
+            checkerboard: Checkerboard::default(),
+            views: Slot::new(MOST),
+            pixel: None,
+        }
+    }
+}
+
+impl LayerPane {
+    /// Something was selected: a layer is looked at from now on.
+    pub fn follow(&mut self, selection: Selection) {
+        if let Selection::Layer { photo, layer } = selection
+            && self.layer != Some((photo, layer))
+        {
+            self.layer = Some((photo, layer));
+            self.placement.fit();
+        }
+    }
+
+    /// Shows the whole layer.
+    pub fn fit(&mut self) {
+        self.placement.fit();
+    }
+
+    /// Shows pixels as large as the screen's, `density` of which make a point.
+    pub fn show_pixels(&mut self, density: f32) {
+        if let Some(rect) = self.rect {
+            self.placement.show_pixels(rect, rect.center(), density);
+        }
+    }
+
+    /// Shows the layer larger.
+    pub fn zoom(&mut self, factor: f64) {
+        if let Some(rect) = self.rect {
+            self.placement.zoom(rect, rect.center(), factor);
+        }
+    }
+}
+
+/// Draws the view and takes in what the user does in it.
+pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some((key, layer)) = looked_at(editor) else {
+        ui.centered_and_justified(|ui| {
+            ui.label("Select an image layer in the outliner, or click one in the photo, to see it here.")
+        });
+        return;
+    };
+    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(editor, ui, &layer, asks));
+    Panel::bottom("layer status").show(ui, |ui| tools::status_ui(editor, ui, &key, &layer));
+    CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, &key, &layer));
+}
+
+/// The layer that is looked at, if it is there.
+fn looked_at(editor: &Editor) -> Option<(Key, ImageLayer)> {
+    let (session, pane) = (editor.session.as_ref()?, &editor.flat.layer);
+    let (photo, place) = pane.layer?;
+    let version = Version::of(session, photo)?;
+    let layer = version.stack.image_layers.get(place)?.clone();
+    let switches = &editor.flat.switches;
+    let look = match pane.aspect {
+        Aspect::Pixels => LayerLook::Pixels { filling: switches.filling, paint: switches.paint },
+        Aspect::Confidence => LayerLook::Confidence,
+        Aspect::Provenance => LayerLook::Provenance,
+    };
+    Some(((version, place, look), layer))
+}
+
+fn canvas_ui(editor: &mut Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Image layer view"));
+    let fill = background(ui);
+    ui.painter_at(rect).rect_filled(rect, 0.0, fill);
+    editor.flat.layer.rect = Some(rect);
+    let seen = navigate(&mut editor.flat.layer.placement, ui, &response, rect, layer.rect);
+    editor.flat.layer.pixel = response.hover_pos().map(|at| seen.pixel(at));
+    load(editor, key);
+    draw(editor, ui, &seen, key, layer.rect);
+}
+
+fn load(editor: &mut Editor, key: &Key) {
+    let Editor { session, jobs, flat, .. } = editor;
+    let Some(session) = session else { return };
+    let folder = session.folder.clone();
+    let (version, place, look) = key.clone();
+    let wish = Wish {
+        key: key.clone(),
+        name: "Reading the image layer",
+        gives_up: true,
+        slot: |editor| &mut editor.flat.layer.views,
+    };
+    flat.layer.views.want(jobs, wish, move |task| {
+        let view = layer_view(&folder, &version.stack, place, look, task)?;
+        task.go_on()?;
+        Ok(LayerPicture {
+            tiled: Tiled::new(levels_of(view.picture)),
+            hidden: view.hidden,
+            legend: view.legend,
+        })
+    });
+}
+
+fn draw(editor: &mut Editor, ui: &mut Ui, seen: &Seen, key: &Key, bounds: PixelRect) {
+    let hatching = editor.flat.switches.hatching;
+    let pane = &mut editor.flat.layer;
+    let painter = ui.painter_at(seen.rect);
+    let frame = seen.rect_of(bounds);
+    pane.checkerboard.draw(&painter, frame.intersect(seen.rect));
+    let (version, place, _) = key;
+    let there = pane.views.get(key).is_some();
+    let view = match there {
+        true => pane.views.take_up(key),
+        // Another aspect of the same layer, until this one is made.
+        false => pane.views.last_mut(|(other, at, _)| other == version && at == place),
+    };
+    if let Some(view) = view {
+        view.tiled.draw(&painter, seen, (bounds.x, bounds.y));
+        if hatching {
+            hatch(&painter, seen, &view.hidden);
+        }
+    }
+    if !there && !pane.views.has_failed(key) {
+        ui.put(Rect::from_center_size(seen.rect.center(), [32.0, 32.0].into()), Spinner::new().size(32.0));
+    }
+    let stroke = Stroke::new(1.0, ui.visuals().weak_text_color());
+    painter.rect_stroke(frame, 0.0, stroke, StrokeKind::Outside);
+}

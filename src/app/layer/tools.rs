@@ -1,0 +1,86 @@
+//! The rows above and below an image layer: what is shown, what the colours mean, how large and how full it is.
+
+use eframe::egui::{Color32, RichText, Sense, Ui, vec2};
+
+use super::{Aspect, Key};
+use crate::app::command::flat;
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::{grouped, percent, toggle_ui};
+use crate::app::photo::scale_ui;
+use crate::document::ImageLayer;
+
+const ASPECTS: [(Aspect, &str, &str); 3] = [
+    (Aspect::Pixels, "Pixels", "Shows what the layer holds."),
+    (Aspect::Confidence, "Confidence", "Shows how far its texels are trusted."),
+    (
+        Aspect::Provenance,
+        "Provenance",
+        "Shows where its texels come from: this photo, paint, other photos, invention.",
+    ),
+];
+
+/// Draws the row above.
+pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, layer: &ImageLayer, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label(RichText::new(&layer.name).strong());
+        ui.separator();
+        for (aspect, name, tooltip) in ASPECTS {
+            ui.selectable_value(&mut editor.flat.layer.aspect, aspect, name).on_hover_text(tooltip);
+        }
+        ui.separator();
+        toggle_ui(editor, ui, &flat::HATCHING, asks);
+        if editor.flat.layer.aspect == Aspect::Pixels {
+            for command in [&flat::FILLING, &flat::PAINT] {
+                toggle_ui(editor, ui, command, asks);
+            }
+        }
+        ui.separator();
+        scale_ui(ui, editor.flat.layer.placement.magnification(ui.ctx().pixels_per_point()), asks);
+    });
+    ui.horizontal_wrapped(|ui| facts(ui, layer));
+}
+
+fn facts(ui: &mut Ui, layer: &ImageLayer) {
+    let (rect, used) = (layer.rect, layer.texels_used);
+    let (area, hidden) = (rect.area(), used.saturating_sub(layer.texels_visible));
+    ui.weak(format!("{} × {} px", rect.w, rect.h))
+        .on_hover_text("The sides of an image layer are powers of two, as textures like it.");
+    ui.weak(format!("{} texels used ({})", grouped(used), percent(used, area)));
+    ui.weak(format!("{} wasted", percent(area.saturating_sub(used), area)))
+        .on_hover_text("Texels of the rectangle that no surface needs.");
+    let filled = layer.fill.as_ref().map_or(0, |fill| fill.texels_filled);
+    let text = match (hidden, filled) {
+        (0, _) => "nothing hidden".to_owned(),
+        (hidden, 0) => format!("{} hidden, not filled", percent(hidden, used)),
+        (hidden, filled) => {
+            format!("{} hidden, {} of it filled", percent(hidden, used), percent(filled, hidden))
+        }
+    };
+    ui.weak(text)
+        .on_hover_text("Hidden: a surface needs the texel, and the photo shows something else there.");
+}
+
+/// Draws the row below.
+pub fn status_ui(editor: &Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
+    let pane = &editor.flat.layer;
+    let Some(view) = pane.views.get(key) else {
+        ui.weak("Reading the image layer…");
+        return;
+    };
+    ui.horizontal_wrapped(|ui| {
+        if let Some((x, y)) = pane.pixel {
+            ui.monospace(format!("{}, {}", x - layer.rect.x, y - layer.rect.y));
+            ui.weak(format!("photo {x}, {y}"));
+            ui.separator();
+        }
+        for (name, [r, g, b], texels) in &view.legend {
+            let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, Color32::from_rgb(*r, *g, *b));
+            ui.label(name);
+            ui.weak(percent(*texels, layer.texels_used));
+        }
+        if view.legend.is_empty() && pane.pixel.is_none() {
+            ui.weak("Drag moves, the wheel zooms, a double click goes to 1:1 and back.");
+        }
+    });
+}

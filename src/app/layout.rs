@@ -1,0 +1,212 @@
+//! The centre of the window: 3D view, photo and image layer as tabs, to be put side by side by dragging.
+
+use eframe::Storage;
+use eframe::egui::{Id, Response, Ui, WidgetText};
+use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
+use serde::{Deserialize, Serialize};
+
+use super::editor::{Ask, Editor};
+use super::layer::layer_ui;
+use super::photo::photo_ui;
+use super::space::space_ui;
+
+/// The key of the layout among what eframe keeps.
+const LAYOUT: &str = "layout";
+
+/// A view of the centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Pane {
+    /// The 3D view.
+    Space,
+    /// The selected photo with its layers.
+    Photo,
+    /// The selected image layer.
+    Layer,
+}
+
+impl Pane {
+    /// In the order of their tabs.
+    pub const ALL: [Self; 3] = [Self::Space, Self::Photo, Self::Layer];
+
+    /// On its tab.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Space => "3D",
+            Self::Photo => "Photo",
+            Self::Layer => "Image layer",
+        }
+    }
+}
+
+/// Where the views are.
+pub struct Layout {
+    tree: Tree<Pane>,
+    /// The view that was used last: the one that commands on a view mean.
+    used: Pane,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        let tree = Tree::new_tabs(Id::unique("centre"), Pane::ALL.to_vec());
+        Self { tree, used: Pane::Space }
+    }
+}
+
+impl Layout {
+    /// As it was kept in the last run; as at first where that is not whole.
+    pub fn kept(storage: Option<&dyn Storage>) -> Self {
+        let tree = storage.and_then(|storage| eframe::get_value::<Tree<Pane>>(storage, LAYOUT));
+        let whole = |tree: &Tree<Pane>| Pane::ALL.iter().all(|pane| is_once_in(tree, *pane));
+        tree.filter(whole).map_or_else(Self::default, |tree| Self { tree, used: Pane::Space })
+    }
+
+    /// Keeps it for the next run.
+    pub fn keep(&self, storage: &mut dyn Storage) {
+        eframe::set_value(storage, LAYOUT, &self.tree);
+    }
+
+    /// Brings a view to the front.
+    pub fn show(&mut self, pane: Pane) {
+        self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(other) if *other == pane));
+        self.used = pane;
+    }
+
+    /// Whether a view is in front of its tabs.
+    pub fn is_shown(&self, pane: Pane) -> bool {
+        let tile = self.tree.tiles.find_pane(&pane);
+        tile.is_some_and(|tile| self.tree.active_tiles().contains(&tile))
+    }
+
+    /// The view that commands on a view mean: the one that was used last, if it is seen.
+    pub fn used(&self) -> Pane {
+        let seen = Pane::ALL.into_iter().find(|pane| self.is_shown(*pane));
+        if self.is_shown(self.used) { self.used } else { seen.unwrap_or(self.used) }
+    }
+}
+
+fn is_once_in(tree: &Tree<Pane>, pane: Pane) -> bool {
+    tree.tiles.tiles().filter(|tile| matches!(tile, Tile::Pane(other) if *other == pane)).count() == 1
+}
+
+/// Draws the views.
+pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    // The tree draws the views, which see the whole editor: it is out of it while it does.
+    let mut layout = std::mem::take(&mut editor.layout);
+    let mut views = Views { editor, asks, used: None };
+    layout.tree.ui(&mut views, ui);
+    layout.used = views.used.unwrap_or(layout.used);
+    editor.layout = layout;
+}
+
+struct Views<'a> {
+    editor: &'a mut Editor,
+    asks: &'a mut Vec<Ask>,
+    used: Option<Pane>,
+}
+
+impl Behavior<Pane> for Views<'_> {
+    fn pane_ui(&mut self, ui: &mut Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+        let rect = ui.max_rect();
+        let used = ui.input(|input| input.pointer.any_pressed() || input.smooth_scroll_delta().y != 0.0);
+        if used && ui.rect_contains_pointer(rect) {
+            self.used = Some(*pane);
+        }
+        match pane {
+            Pane::Space => space_ui(self.editor, ui, self.asks),
+            Pane::Photo => photo_ui(self.editor, ui, self.asks),
+            Pane::Layer => layer_ui(self.editor, ui, self.asks),
+        }
+        UiResponse::None
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> WidgetText {
+        pane.name().into()
+    }
+
+    fn on_tab_button(&mut self, tiles: &mut Tiles<Pane>, tile: TileId, tab: Response) -> Response {
+        if tab.clicked()
+            && let Some(pane) = tiles.get_pane(&tile)
+        {
+            self.used = Some(*pane);
+        }
+        tab.on_hover_text("Drag it to the side of another view to see both.")
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        // A view alone keeps its tab: by it one can drag it back.
+        SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
+    }
+
+    fn tab_bar_height(&self, _: &eframe::egui::Style) -> f32 {
+        28.0
+    }
+}
+
+impl Editor {
+    /// Shows the selection as large as the view that is in use has room for.
+    pub fn frame(&mut self) {
+        let framed = match self.layout.used() {
+            Pane::Space => false,
+            Pane::Photo => self.frame_in_photo(),
+            Pane::Layer => {
+                self.flat.layer.fit();
+                true
+            }
+        };
+        if !framed {
+            self.frame_selection();
+        }
+    }
+
+    /// Shows everything in the view that is in use.
+    pub fn show_all(&mut self) {
+        match self.layout.used() {
+            Pane::Space => self.show_everything(),
+            Pane::Photo => self.flat.photo.fit(),
+            Pane::Layer => self.flat.layer.fit(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_that_is_shown_is_the_one_that_commands_mean() {
+        let mut layout = Layout::default();
+        assert_eq!(layout.used(), Pane::Space);
+        for pane in [Pane::Layer, Pane::Photo] {
+            layout.show(pane);
+            assert!(layout.is_shown(pane));
+            assert_eq!(layout.used(), pane);
+            assert_eq!(Pane::ALL.iter().filter(|pane| layout.is_shown(**pane)).count(), 1);
+        }
+    }
+
+    #[test]
+    fn a_kept_layout_comes_back_and_one_that_lacks_a_view_does_not() {
+        #[derive(Default)]
+        struct Memory(std::collections::BTreeMap<String, String>);
+        impl Storage for Memory {
+            fn get_string(&self, key: &str) -> Option<String> {
+                self.0.get(key).cloned()
+            }
+            fn set_string(&mut self, key: &str, value: String) {
+                self.0.insert(key.into(), value);
+            }
+            fn remove_string(&mut self, key: &str) {
+                self.0.remove(key);
+            }
+            fn flush(&mut self) {}
+        }
+        let mut storage = Memory::default();
+        let mut layout = Layout::default();
+        layout.show(Pane::Photo);
+        layout.keep(&mut storage);
+        assert!(Layout::kept(Some(&storage)).is_shown(Pane::Photo));
+        layout.tree = Tree::new_tabs(Id::unique("centre"), vec![Pane::Photo]);
+        layout.keep(&mut storage);
+        assert!(Layout::kept(Some(&storage)).is_shown(Pane::Space));
+    }
+}

@@ -1,0 +1,168 @@
+//! What is drawn over the photo: outlines of elements by depth, rectangles of image layers, what is selected and what is
+//! under the pointer.
+
+use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
+
+use super::super::editor::Editor;
+use super::super::flat::Version;
+use super::super::flat::placement::Seen;
+use super::super::selection::Selection;
+use super::super::session::Session;
+use crate::document::Stack;
+use crate::recipe::peel::{PhotoLayers, Shape};
+use crate::scene::{FaceId, ObjectId};
+
+/// What is selected.
+const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
+/// What is under the pointer.
+const POINTED: Color32 = Color32::from_rgb(0xff, 0xf0, 0xc0);
+/// Outlines of visibility layers from the front to the back, and again from the first.
+const DEPTHS: [Color32; 7] = [
+    Color32::from_rgb(0xff, 0x5c, 0x5c),
+    Color32::from_rgb(0xff, 0xc8, 0x3d),
+    Color32::from_rgb(0x6f, 0xd8, 0x5a),
+    Color32::from_rgb(0x3f, 0xd0, 0xc9),
+    Color32::from_rgb(0x5a, 0x9b, 0xff),
+    Color32::from_rgb(0xb0, 0x7c, 0xff),
+    Color32::from_rgb(0xff, 0x7c, 0xd0),
+];
+
+/// The colour of a visibility layer.
+pub fn colour_of_depth(depth: u32) -> Color32 {
+    DEPTHS[depth as usize % DEPTHS.len()]
+}
+
+/// What a selection means in one photo.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Picked<'a> {
+    /// Nothing of it.
+    Nothing,
+    /// An image layer, by its place in the stack.
+    Layer(usize),
+    /// An object, by its name.
+    Object(&'a str),
+    /// A face, by its object's name and its index.
+    Face(&'a str, u32),
+}
+
+impl<'a> Picked<'a> {
+    /// Of a selection, in the photo `photo`.
+    pub fn of(selection: Selection, session: &'a Session, photo: usize) -> Self {
+        let model = session.model();
+        let name = |object: ObjectId| model.object(object).name.as_str();
+        match selection {
+            Selection::Layer { photo: other, layer } if other == photo => Self::Layer(layer),
+            Selection::Object(object) => Self::Object(name(object)),
+            Selection::Face(face) => Self::Face(name(model.face(face).object), model.face(face).index),
+            Selection::Layer { .. } | Selection::Photo(_) | Selection::Nothing => Self::Nothing,
+        }
+    }
+
+    /// Whether it can have any shape.
+    pub fn is_nothing(self) -> bool {
+        self == Self::Nothing
+    }
+
+    /// Whether a shape belongs to it.
+    pub fn has(self, shape: &Shape) -> bool {
+        match self {
+            Self::Nothing => false,
+            Self::Layer(layer) => shape.layer == layer,
+            Self::Object(object) => shape.object == object,
+            Self::Face(object, face) => shape.object == object && shape.face == face,
+        }
+    }
+}
+
+/// The face of the model that a shape is of.
+pub fn face_of(shape: &Shape, session: &Session) -> Option<FaceId> {
+    let object = session.model().objects.iter().find(|object| object.name == shape.object)?;
+    object.faces.get(shape.face as usize).copied()
+}
+
+/// Draws all of it.
+pub fn drawing_ui(editor: &Editor, ui: &Ui, seen: &Seen, photo: usize) {
+    let Some(session) = &editor.session else { return };
+    let Some(version) = Version::of(session, photo) else { return };
+    let pane = &editor.flat.photo;
+    let picked = Picked::of(editor.selection, session, photo);
+    let drawing = Drawing { painter: ui.painter_at(seen.rect), seen, taken_off: pane.taken_off };
+    if let Some(layers) = pane.loading.layers(&version) {
+        if editor.flat.switches.outlines {
+            drawing.elements(&layers);
+        }
+        let more = |shape: &Shape| editor.more_layers.contains(&(photo, shape.layer));
+        for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
+            drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
+        }
+        if let Some(shape) = pane.pointed.as_ref().and_then(|pointed| pointed.shape(&layers)) {
+            drawing.shape(shape, Stroke::new(1.8, POINTED), Stroke::new(1.8, POINTED));
+        }
+    }
+    drawing.rectangles(&version.stack, picked, editor.flat.switches.rectangles);
+    if let Some(mark) = pane.mark {
+        drawing.cross(seen.at(mark));
+    }
+}
+
+struct Drawing<'a> {
+    painter: Painter,
+    seen: &'a Seen,
+    taken_off: u32,
+}
+
+impl Drawing<'_> {
+    /// Those at the back first, so that what is in front is on top.
+    fn elements(&self, layers: &PhotoLayers) {
+        let left: Vec<&Shape> = layers.shapes.iter().filter(|shape| shape.depth >= self.taken_off).collect();
+        let deepest = left.iter().map(|shape| shape.depth).max().unwrap_or(0);
+        for depth in (self.taken_off..=deepest).rev() {
+            let stroke = Stroke::new(1.3, colour_of_depth(depth));
+            left.iter()
+                .filter(|shape| shape.depth == depth)
+                .for_each(|shape| self.shape(shape, stroke, Stroke::NONE));
+        }
+    }
+
+    fn shape(&self, shape: &Shape, outer: Stroke, inner: Stroke) {
+        for edge in &shape.edges {
+            let stroke = if edge.inner { inner } else { outer };
+            let ends = edge.ends.map(|end| self.seen.at(end));
+            if !stroke.is_empty() && Rect::from_two_pos(ends[0], ends[1]).intersects(self.seen.rect) {
+                self.painter.line_segment(ends, stroke);
+            }
+        }
+    }
+
+    fn rectangles(&self, stack: &Stack, picked: Picked, all: bool) {
+        for (place, layer) in stack.image_layers.iter().enumerate() {
+            let selected = picked == Picked::Layer(place);
+            if !selected && !all {
+                continue;
+            }
+            let colour = if selected { SELECTED } else { colour_of_depth(layer.order).gamma_multiply(0.8) };
+            let rect = self.seen.rect_of(layer.rect);
+            let stroke = Stroke::new(if selected { 1.6 } else { 1.0 }, colour);
+            self.painter.rect_stroke(rect, 0.0, stroke, StrokeKind::Outside);
+            if rect.width() > 80.0 {
+                let at = rect.intersect(self.seen.rect).left_top() + eframe::egui::vec2(4.0, 3.0);
+                let text =
+                    self.painter.layout_no_wrap(layer.name.clone(), FontId::proportional(12.0), colour);
+                let back = Rect::from_min_size(at, text.size()).expand(2.0);
+                self.painter.rect_filled(back, 2.0, Color32::from_black_alpha(150));
+                self.painter.galley(at, text, colour);
+            }
+        }
+    }
+
+    fn cross(&self, at: eframe::egui::Pos2) {
+        let stroke = Stroke::new(2.0, SELECTED);
+        self.painter.circle_stroke(at, 9.0, stroke);
+        for by in [eframe::egui::vec2(14.0, 0.0), eframe::egui::vec2(0.0, 14.0)] {
+            self.painter.line_segment([at - by, at + by], stroke);
+        }
+        let below = at + eframe::egui::vec2(0.0, 18.0);
+        let font = FontId::proportional(12.0);
+        self.painter.text(below, Align2::CENTER_TOP, "hidden here", font, SELECTED);
+    }
+}

@@ -1,0 +1,177 @@
+//! What the photo's view shows, made by jobs: the photo, its layers, the photo with layers taken off.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use eframe::egui::{Color32, Painter};
+
+use crate::app::editor::Editor;
+use crate::app::flat::placement::Seen;
+use crate::app::flat::slot::{Slot, Wish};
+use crate::app::flat::tiled::{Tiled, levels_of};
+use crate::app::flat::{Switches, Version};
+use crate::app::session::Session;
+use crate::projection::hatching::Mask;
+use crate::recipe::peel::{Peeling, PhotoLayers, photo_picture};
+
+/// So many photos are kept in memory: the one that is looked at and the one before.
+const MOST_PHOTOS: usize = 2;
+/// So many pictures with layers taken off are kept: a photo of 6 megapixels takes 40 MB.
+const MOST_PEELED: usize = 6;
+
+/// A photo without some of its front layers.
+pub struct PeeledPicture {
+    tiled: Tiled,
+    hidden: Mask,
+}
+
+type PeelKey = (Version, Peeling);
+
+/// What is made for the view.
+pub struct Loading {
+    photos: Slot<PathBuf, Tiled>,
+    layers: Slot<Version, Arc<PhotoLayers>>,
+    peeled: Slot<PeelKey, PeeledPicture>,
+}
+
+impl Default for Loading {
+    fn default() -> Self {
+        Self {
+            photos: Slot::new(MOST_PHOTOS),
+            layers: Slot::new(MOST_PHOTOS),
+            peeled: Slot::new(MOST_PEELED),
+        }
+    }
+}
+
+impl Loading {
+    /// The layers of a photo, when they were read.
+    pub fn layers(&self, version: &Version) -> Option<Arc<PhotoLayers>> {
+        self.layers.get(version).cloned()
+    }
+
+    /// The photo itself was read.
+    pub fn has_photo(&self, session: &Session, photo: usize) -> bool {
+        self.photos.get(&session.opened.site.photos[photo].file).is_some()
+    }
+
+    /// Something is being made.
+    pub fn is_busy(&self) -> bool {
+        self.photos.is_busy() || self.layers.is_busy() || self.peeled.is_busy()
+    }
+
+    /// Draws what is wanted, or the nearest that is there; where it is hatched.
+    pub fn draw(
+        &mut self,
+        painter: &Painter,
+        seen: &Seen,
+        session: &Session,
+        photo: usize,
+        taken_off: u32,
+        switches: &Switches,
+    ) -> Option<&Mask> {
+        let file = &session.opened.site.photos[photo].file;
+        let version = Version::of(session, photo);
+        let key = version.map(|version| (version, peeling(taken_off, switches)));
+        let Some(key) = key.filter(|key| self.is_peeled(key)) else {
+            if let Some(tiled) = self.photos.take_up(file) {
+                tiled.draw(painter, seen, (0, 0));
+            }
+            return None;
+        };
+        let there = self.peeled.get(&key).is_some();
+        let picture = match there {
+            true => self.peeled.take_up(&key),
+            // What was shown a moment ago stays until the next one is made.
+            false => self.peeled.last_mut(|(version, _)| *version == key.0),
+        };
+        match picture {
+            Some(picture) => {
+                picture.tiled.draw(painter, seen, (0, 0));
+                Some(&picture.hidden)
+            }
+            None => {
+                if let Some(tiled) = self.photos.take_up(file) {
+                    tiled.draw(painter, seen, (0, 0));
+                }
+                None
+            }
+        }
+    }
+
+    /// Whether the picture is another one than the photo itself.
+    fn is_peeled(&self, (version, peeling): &PeelKey) -> bool {
+        let painted = || self.layers.get(version).is_some_and(|layers| layers.is_painted());
+        peeling.taken_off > 0 || (peeling.paint && painted())
+    }
+
+    /// The colour that is shown at a pixel.
+    pub fn colour(
+        &self,
+        session: &Session,
+        photo: usize,
+        taken_off: u32,
+        switches: &Switches,
+        (x, y): (i32, i32),
+    ) -> Option<Color32> {
+        let key = Version::of(session, photo).map(|version| (version, peeling(taken_off, switches)));
+        let peeled = key.filter(|key| self.is_peeled(key)).and_then(|key| self.peeled.get(&key));
+        let file = &session.opened.site.photos[photo].file;
+        let tiled = peeled.map(|peeled| &peeled.tiled).or_else(|| self.photos.get(file))?;
+        let picture = tiled.picture();
+        let inside = x >= 0 && y >= 0 && (x as u32) < picture.width && (y as u32) < picture.height;
+        let at = 4 * (y.max(0) as usize * picture.width as usize + x.max(0) as usize);
+        let [r, g, b, a] = picture.rgba.get(at..at + 4).filter(|_| inside)?.try_into().ok()?;
+        (a > 0).then(|| Color32::from_rgb(r, g, b))
+    }
+}
+
+fn peeling(taken_off: u32, switches: &Switches) -> Peeling {
+    Peeling { taken_off, filling: switches.filling, paint: switches.paint }
+}
+
+/// Starts the jobs that are due.
+pub fn load(editor: &mut Editor, photo: usize) {
+    let Editor { session, jobs, flat, .. } = editor;
+    let Some(session) = session else { return };
+    let (switches, taken_off) = (&flat.switches, flat.photo.taken_off);
+    let loading = &mut flat.photo.loading;
+    let it = session.opened.site.photos[photo].clone();
+    let file = it.file.clone();
+    let wish = Wish {
+        key: file.clone(),
+        name: "Reading the photo",
+        gives_up: true,
+        slot: |editor| &mut editor.flat.photo.loading.photos,
+    };
+    loading.photos.want(jobs, wish, move |task| {
+        let picture = photo_picture(&it)?;
+        task.go_on()?;
+        Ok(Tiled::new(levels_of(picture)))
+    });
+    let Some(version) = Version::of(session, photo) else { return };
+    let (folder, stack) = (session.folder.clone(), version.stack.clone());
+    let wish = Wish {
+        key: version.clone(),
+        name: "Reading the photo's layers",
+        gives_up: true,
+        slot: |editor| &mut editor.flat.photo.loading.layers,
+    };
+    loading.layers.want(jobs, wish, move |task| Ok(Arc::new(PhotoLayers::read(&folder, &stack, task)?)));
+    let key = (version, peeling(taken_off, switches));
+    if !loading.is_peeled(&key) {
+        return;
+    }
+    let (Some(tiled), Some(layers)) = (loading.photos.get(&file), loading.layers.get(&key.0)) else { return };
+    let (levels, layers, peeling) = (tiled.levels(), layers.clone(), key.1);
+    let wish = Wish {
+        key,
+        name: "Taking layers off",
+        gives_up: false,
+        slot: |editor| &mut editor.flat.photo.loading.peeled,
+    };
+    loading.peeled.want(jobs, wish, move |task| {
+        let peeled = layers.peeled(&levels[0], peeling, task)?;
+        Ok(PeeledPicture { tiled: Tiled::new(levels_of(peeled.picture)), hidden: peeled.hidden })
+    });
+}

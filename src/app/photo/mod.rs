@@ -1,0 +1,230 @@
+//! The photo with its layers: at full resolution, with what the sort found drawn over it, layer by layer.
+
+mod drawing;
+mod loading;
+mod pointing;
+mod reasons;
+mod tools;
+
+use eframe::egui::{
+    CentralPanel, Frame, Panel, Pos2, Rect, Role, ScrollArea, Sense, Ui, UiBuilder, WidgetInfo,
+};
+use glam::DVec2;
+
+use self::drawing::Picked;
+use self::loading::Loading;
+use self::pointing::Pointed;
+pub use self::tools::scale_ui;
+use super::editor::{Ask, Editor};
+use super::flat::hatch::{Checkerboard, hatch};
+use super::flat::placement::{Placement, Seen};
+use super::flat::{Version, background, navigate};
+use super::selection::Selection;
+use crate::geometry::PixelRect;
+use crate::projection::hatching::Mask;
+
+/// Height of the lines below the photo, in points.
+const STATUS: f32 = 50.0;
+
+/// The view of a photo.
+#[derive(Default)]
+pub struct PhotoPane {
+    /// So many visibility layers are taken off.
+    pub taken_off: u32,
+    /// The list of untextured faces is shown.
+    pub reasons_shown: bool,
+    loading: Loading,
+    placement: Placement,
+    /// The photo that is looked at.
+    photo: Option<usize>,
+    /// The view on the screen, as it was drawn last.
+    rect: Option<Rect>,
+    checkerboard: Checkerboard,
+    pointed: Option<Pointed>,
+    selected_hidden: Option<SelectedHidden>,
+    reasons: reasons::Filter,
+    /// A place that was gone to: it is marked, in photo pixels.
+    mark: Option<DVec2>,
+}
+
+/// What the photo does not show of the selection.
+struct SelectedHidden {
+    selection: Selection,
+    version: Version,
+    mask: Mask,
+}
+
+impl PhotoPane {
+    /// Another photo is looked at from its whole, with all its layers.
+    fn turn_to(&mut self, photo: usize) {
+        if self.photo != Some(photo) {
+            self.photo = Some(photo);
+            self.placement.fit();
+            (self.taken_off, self.pointed, self.mark) = (0, None, None);
+        }
+    }
+
+    /// Brings a place of the photo into the view and marks it; without one, nothing is marked any more.
+    fn go_to(&mut self, place: Option<DVec2>) {
+        self.mark = place;
+        if let Some(place) = place {
+            self.placement.center_on(place);
+        }
+    }
+
+    /// Shows the whole photo.
+    pub fn fit(&mut self) {
+        self.placement.fit();
+    }
+
+    /// Shows pixels as large as the screen's, `density` of which make a point.
+    pub fn show_pixels(&mut self, density: f32) {
+        if let Some(rect) = self.rect {
+            self.placement.show_pixels(rect, rect.center(), density);
+        }
+    }
+
+    /// Shows the photo larger.
+    pub fn zoom(&mut self, factor: f64) {
+        if let Some(rect) = self.rect {
+            self.placement.zoom(rect, rect.center(), factor);
+        }
+    }
+}
+
+/// Draws the view and takes in what the user does in it.
+pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(photo) = editor.selected_photo() else {
+        ui.centered_and_justified(|ui| ui.label("Select a photo in the list to see it here."));
+        return;
+    };
+    editor.flat.photo.turn_to(photo);
+    Panel::top("photo tools").show(ui, |ui| tools::tools_ui(editor, ui, photo, asks));
+    let status = Panel::bottom("photo status").exact_size(STATUS);
+    status.show(ui, |ui| pointing::status_ui(editor, ui));
+    if editor.flat.photo.reasons_shown {
+        let list = Panel::right("untextured faces").resizable(true).default_size(300.0);
+        list.show(ui, |ui| reasons::reasons_ui(editor, ui, photo, asks));
+    }
+    CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, photo, asks));
+}
+
+fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
+    let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
+    response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Photo view"));
+    let Some(bounds) = bounds(editor, photo) else { return };
+    let fill = background(ui);
+    ui.painter_at(rect).rect_filled(rect, 0.0, fill);
+    editor.flat.photo.rect = Some(rect);
+    let seen = navigate(&mut editor.flat.photo.placement, ui, &response, rect, bounds);
+    loading::load(editor, photo);
+    picture(editor, ui, &seen, bounds, photo);
+    drawing::drawing_ui(editor, ui, &seen, photo);
+    pointing::point(editor, &response, &seen, photo, asks);
+    hint(editor, ui, rect, photo, asks);
+}
+
+fn bounds(editor: &Editor, photo: usize) -> Option<PixelRect> {
+    let camera = &editor.session.as_ref()?.opened.site.photos[photo].camera;
+    Some(PixelRect { x: 0, y: 0, w: camera.width, h: camera.height })
+}
+
+/// The photo with what is taken off, and the hatching of what is hidden then, or of what is hidden of the selection.
+fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: usize) {
+    update_selected_hidden(editor, photo);
+    let Editor { session, flat, pictures, .. } = editor;
+    let Some(session) = session else { return };
+    let (switches, pane) = (&flat.switches, &mut flat.photo);
+    let painter = ui.painter_at(seen.rect);
+    let frame = seen.rect_of(bounds);
+    pane.checkerboard.draw(&painter, frame.intersect(seen.rect));
+    if let Some(small) = pictures.small(photo).filter(|_| !pane.loading.has_photo(session, photo)) {
+        let whole = Rect::from_min_max(Pos2::ZERO, eframe::egui::pos2(1.0, 1.0));
+        painter.image(small.id(), frame, whole, eframe::egui::Color32::WHITE);
+    }
+    let taken_off = pane.taken_off;
+    let mask = pane.loading.draw(&painter, seen, session, photo, taken_off, switches);
+    let mask = if taken_off > 0 { mask } else { pane.selected_hidden.as_ref().map(|hidden| &hidden.mask) };
+    if let Some(mask) = mask.filter(|_| switches.hatching) {
+        hatch(&painter, seen, mask);
+    }
+}
+
+/// Finds what the photo does not show of the selection, when that has changed.
+fn update_selected_hidden(editor: &mut Editor, photo: usize) {
+    let Editor { session, flat, selection, .. } = editor;
+    let version = session.as_ref().and_then(|session| Version::of(session, photo));
+    let pane = &mut flat.photo;
+    let (Some(session), Some(version)) = (session, version) else {
+        pane.selected_hidden = None;
+        return;
+    };
+    let known = pane.selected_hidden.as_ref();
+    if known.is_some_and(|hidden| hidden.selection == *selection && hidden.version == version) {
+        return;
+    }
+    let picked = Picked::of(*selection, session, photo);
+    let layers = pane.loading.layers(&version);
+    pane.selected_hidden = layers.filter(|_| !picked.is_nothing()).map(|layers| SelectedHidden {
+        selection: *selection,
+        version,
+        mask: layers.hidden_of(|shape| picked.has(shape)),
+    });
+}
+
+/// What to do where a photo has no layers yet.
+fn hint(editor: &Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
+    let session = editor.session.as_ref();
+    if session.is_none_or(|session| session.photos[photo].stack.is_some()) {
+        return;
+    }
+    let low = rect.center_bottom() - eframe::egui::vec2(190.0, 64.0);
+    let area = Rect::from_min_size(Pos2::new(low.x.max(rect.left()), low.y), eframe::egui::vec2(380.0, 52.0));
+    ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
+        Frame::popup(ui.style()).show(ui, |ui| {
+            ui.horizontal(|ui| {
+                ui.label("This photo has no layers yet.");
+                let build = &super::command::layers::BUILD_PHOTO;
+                let ready = (build.ready)(editor);
+                let button = ui.add_enabled(ready.is_ok(), eframe::egui::Button::new(build.name));
+                let button = button.on_hover_text(build.tooltip);
+                if button.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
+                    asks.push(Ask::Run(build));
+                }
+            });
+        });
+    });
+}
+
+/// A list of rows of which only those in sight are made.
+fn long_list(ui: &mut Ui, height: f32, count: usize, mut row: impl FnMut(&mut Ui, usize)) {
+    ScrollArea::vertical().auto_shrink(false).show_rows(ui, height, count, |ui, rows| {
+        rows.for_each(|place| row(ui, place));
+    });
+}
+
+impl Editor {
+    /// Shows the selection as large as the photo's view has room for; whether the photo has it.
+    pub fn frame_in_photo(&mut self) -> bool {
+        let Some(photo) = self.selected_photo() else { return false };
+        let Self { session, flat, selection, .. } = self;
+        let (Some(session), pane) = (session, &mut flat.photo) else { return false };
+        if *selection == Selection::Photo(photo) {
+            pane.fit();
+            return true;
+        }
+        let picked = Picked::of(*selection, session, photo);
+        let version = Version::of(session, photo);
+        let layers = version.and_then(|version| pane.loading.layers(&version));
+        let shapes = layers.iter().flat_map(|layers| &layers.shapes);
+        let bounds = shapes.filter(|shape| picked.has(shape)).map(|shape| shape.covered.bounds());
+        let Some(bounds) = bounds.reduce(|all, rect| all.union(&rect)) else { return false };
+        if let Some(rect) = pane.rect {
+            let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
+            let margin = 0.1 * f64::from(bounds.w.max(bounds.h));
+            let (low, high) = (corner(bounds.x, bounds.y), corner(bounds.right(), bounds.bottom()));
+            pane.placement.show(rect, low - margin, high + margin);
+        }
+        true
+    }
+}

@@ -1,0 +1,135 @@
+//! What is under the pointer in the photo, and what a click on it selects.
+
+use eframe::egui::{Color32, Label, Response, RichText, Sense, Ui, vec2};
+
+use super::drawing::face_of;
+use crate::app::editor::{Ask, Editor};
+use crate::app::flat::Version;
+use crate::app::flat::placement::Seen;
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::recipe::peel::{Hit, PhotoLayers, Shape};
+
+/// A pixel under the pointer, and what is there.
+pub struct Pointed {
+    pixel: (i32, i32),
+    colour: Option<Color32>,
+    /// From front to back, without what is taken off.
+    hits: Vec<Hit>,
+    version: Option<Version>,
+}
+
+impl Pointed {
+    /// The shape in front.
+    pub fn shape<'a>(&self, layers: &'a PhotoLayers) -> Option<&'a Shape> {
+        layers.shapes.get(self.hits.first()?.shape)
+    }
+}
+
+/// Finds what is under the pointer; a click selects it.
+pub fn point(editor: &mut Editor, response: &Response, seen: &Seen, photo: usize, asks: &mut Vec<Ask>) {
+    let hovered = response.hover_pos().filter(|_| !response.dragged());
+    let pointed = hovered.and_then(|at| pointed(editor, seen.pixel(at), photo));
+    editor.flat.photo.pointed = pointed;
+    let Some(session) = &editor.session else { return };
+    if !response.clicked() {
+        return;
+    }
+    select(editor, session, photo, asks);
+}
+
+fn pointed(editor: &Editor, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
+    let session = editor.session.as_ref()?;
+    let camera = &session.opened.site.photos[photo].camera;
+    let inside = |at: i32, size: u32| at >= 0 && (at as u32) < size;
+    if !inside(pixel.0, camera.width) || !inside(pixel.1, camera.height) {
+        return None;
+    }
+    let (pane, switches) = (&editor.flat.photo, &editor.flat.switches);
+    let version = Version::of(session, photo);
+    let layers = version.as_ref().and_then(|version| pane.loading.layers(version));
+    let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, pane.taken_off)).unwrap_or_default();
+    let colour = pane.loading.colour(session, photo, pane.taken_off, switches, pixel);
+    Some(Pointed { pixel, colour, hits, version })
+}
+
+/// A click selects the image layer in front, one more its object, one more its face, and so round; with Ctrl or Shift
+/// one more layer.
+fn select(editor: &Editor, session: &Session, photo: usize, asks: &mut Vec<Ask>) {
+    let pane = &editor.flat.photo;
+    let pointed = pane.pointed.as_ref();
+    let layers = pointed.and_then(|pointed| pane.loading.layers(pointed.version.as_ref()?));
+    let shape = layers.as_ref().and_then(|layers| pointed?.shape(layers));
+    let more = editor.context.input(|input| input.modifiers.command || input.modifiers.shift);
+    asks.push(match shape {
+        Some(shape) if more => Ask::Toggle(photo, shape.layer),
+        Some(shape) => Ask::Select(next(editor.selection, photo, shape, session)),
+        None => Ask::Select(Selection::Photo(photo)),
+    });
+}
+
+fn next(now: Selection, photo: usize, shape: &Shape, session: &Session) -> Selection {
+    let layer = Selection::Layer { photo, layer: shape.layer };
+    let Some(face) = face_of(shape, session) else { return layer };
+    let object = Selection::Object(session.model().face(face).object);
+    match now {
+        now if now == layer => object,
+        now if now == object => Selection::Face(face),
+        _ => layer,
+    }
+}
+
+/// The lines below the photo: pixel, colour, and what is there. Always as high, else the photo would move.
+pub fn status_ui(editor: &Editor, ui: &mut Ui) {
+    let Some(pointed) = &editor.flat.photo.pointed else {
+        ui.weak("Point at the photo to see what is there.");
+        ui.weak("A click selects the image layer, one more its object, one more its face.");
+        return;
+    };
+    let layers = pointed.version.as_ref().and_then(|version| editor.flat.photo.loading.layers(version));
+    let front = pointed.hits.first();
+    ui.horizontal(|ui| {
+        ui.monospace(format!("{}, {}", pointed.pixel.0, pointed.pixel.1));
+        ui.separator();
+        if let Some(colour) = pointed.colour {
+            let (rect, _) = ui.allocate_exact_size(vec2(14.0, 14.0), Sense::hover());
+            ui.painter().rect_filled(rect, 2.0, colour);
+            ui.monospace(format!("{} {} {}", colour.r(), colour.g(), colour.b()));
+            ui.separator();
+        }
+        match (&layers, &pointed.version, front) {
+            (Some(layers), Some(version), Some(front)) => name(ui, layers, version, front),
+            (Some(_), ..) => {
+                ui.weak("no surface of the model");
+            }
+            (None, Some(_), _) => {
+                ui.weak("reading the layers…");
+            }
+            (None, None, _) => {
+                ui.weak("no layers yet");
+            }
+        }
+    });
+    if let (Some(layers), Some(front)) = (&layers, front) {
+        order(ui, layers, front, &pointed.hits[1..]);
+    }
+}
+
+fn name(ui: &mut Ui, layers: &PhotoLayers, version: &Version, front: &Hit) {
+    let shape = &layers.shapes[front.shape];
+    ui.strong(format!("{}[{}]", shape.object, shape.face));
+    let layer = version.stack.image_layers.get(shape.layer).map_or("", |layer| &layer.name);
+    ui.add(Label::new(format!("in image layer “{layer}”")).truncate());
+}
+
+/// Where the surface is among those at the pixel.
+fn order(ui: &mut Ui, layers: &PhotoLayers, front: &Hit, behind: &[Hit]) {
+    let shape = &layers.shapes[front.shape];
+    let shown = if front.visible { "shown by the photo" } else { "hidden in the photo" };
+    let mut text = format!("Visibility layer {}, {shown}, {:.2} away", shape.depth + 1, front.distance);
+    let names: Vec<&str> = behind.iter().map(|hit| layers.shapes[hit.shape].object.as_str()).collect();
+    if !names.is_empty() {
+        text += &format!("; behind it {}", names.join(", "));
+    }
+    ui.add(Label::new(RichText::new(text).weak()).truncate());
+}

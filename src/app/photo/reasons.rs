@@ -1,0 +1,124 @@
+//! Faces that the photo gives no texture, each with the reason: a click goes to the face.
+
+use eframe::egui::{Button, ComboBox, RichText, Ui};
+use glam::DVec2;
+
+use super::long_list;
+use crate::app::editor::{Ask, Editor};
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::document::stack::{Reason, Untextured};
+use crate::recipe::decide::excluded;
+use crate::recipe::survey::face_named;
+use crate::scene::FaceId;
+
+/// Of a row, in points.
+const ROW: f32 = 22.0;
+
+/// Which reasons are listed; none for all.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Filter(Option<Reason>);
+
+/// All reasons, those that can be mended first.
+const REASONS: [Reason; 7] = [
+    Reason::Hidden,
+    Reason::Masked,
+    Reason::TooSmall,
+    Reason::Outside,
+    Reason::Behind,
+    Reason::Excluded,
+    Reason::Degenerate,
+];
+
+fn words(reason: Reason) -> &'static str {
+    match reason {
+        Reason::Hidden => "hidden",
+        Reason::Masked => "masked",
+        Reason::TooSmall => "too small or edge-on",
+        Reason::Outside => "outside the photo",
+        Reason::Behind => "behind the camera",
+        Reason::Excluded => "excluded by hand",
+        Reason::Degenerate => "without area",
+    }
+}
+
+/// Faces without texture from a photo: as its stack says, and as was decided. None before it is built.
+pub fn faces(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
+    let stack = session.photos.get(photo)?.stack.as_ref()?;
+    let decided = session.history.present().decisions.of(&session.opened.site.photos[photo].name);
+    Some(stack.untextured.iter().cloned().chain(excluded(stack, &decided)).collect())
+}
+
+/// Draws the list.
+pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
+    ui.add_space(4.0);
+    ui.strong("Faces without texture from this photo");
+    let Some(faces) = editor.session.as_ref().and_then(|session| faces(session, photo)) else {
+        ui.weak("Known when the photo's layers are built.");
+        return;
+    };
+    let filter = &mut editor.flat.photo.reasons;
+    choose(ui, filter, &faces);
+    let wanted = filter.0;
+    let listed: Vec<&Untextured> =
+        faces.iter().filter(|face| wanted.is_none_or(|reason| face.reason == reason)).collect();
+    if listed.is_empty() {
+        ui.weak(match wanted {
+            None => "None: this photo textures every face.",
+            Some(_) => "None for this reason.",
+        });
+        return;
+    }
+    long_list(ui, ROW, listed.len(), |ui, place| row(editor, ui, listed[place], asks));
+}
+
+fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[Untextured]) {
+    let count = |reason: Option<Reason>| {
+        faces.iter().filter(|face| reason.is_none_or(|reason| face.reason == reason)).count()
+    };
+    let text = |reason: Option<Reason>| {
+        let name = reason.map_or("all reasons", words);
+        format!("{name} ({})", count(reason))
+    };
+    let width = ui.available_width() - 16.0;
+    ComboBox::from_id_salt("reason").selected_text(text(filter.0)).width(width).show_ui(ui, |ui| {
+        ui.selectable_value(&mut filter.0, None, text(None));
+        for reason in REASONS.into_iter().filter(|reason| count(Some(*reason)) > 0) {
+            ui.selectable_value(&mut filter.0, Some(reason), text(Some(reason)));
+        }
+    });
+}
+
+fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
+    let Some(session) = &editor.session else { return };
+    let face = face(session, &it.object, it.face);
+    let selected = face.is_some_and(|face| editor.selection == Selection::Face(face));
+    let mut gone_to = false;
+    ui.horizontal(|ui| {
+        let name = format!("{}[{}]", it.object, it.face);
+        let button = ui.add_enabled(face.is_some(), Button::selectable(selected, name));
+        gone_to = button.on_disabled_hover_text("The model has no such face any more.").clicked();
+        match &it.by {
+            Some(by) => {
+                ui.weak("hidden by");
+                let front = face_named(session.model(), by).ok();
+                if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
+                    asks.extend(front.map(|front| Ask::Select(Selection::Face(front))));
+                }
+            }
+            None => {
+                ui.label(RichText::new(words(it.reason)).weak());
+            }
+        }
+    });
+    if let Some(face) = face.filter(|_| gone_to) {
+        asks.push(Ask::Select(Selection::Face(face)));
+        let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        editor.flat.photo.go_to(at);
+    }
+}
+
+fn face(session: &Session, object: &str, index: u32) -> Option<FaceId> {
+    let object = session.model().objects.iter().find(|other| other.name == object)?;
+    object.faces.get(index as usize).copied()
+}

@@ -1,0 +1,247 @@
+//! One image layer alone, to be looked at: its pixels, or how far they are trusted and where they come from.
+
+use std::path::Path;
+
+use super::layer_pixels::{layer_pixels, unfilled_pixels};
+use super::paint::PhotoPaint;
+use crate::document::Stack;
+use crate::document::stack::origins;
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layer_reader::{read_grey, read_layer, read_mask};
+use crate::io::layered::Raster;
+use crate::io::layered::raster::in_8_bits;
+use crate::io::stack_store::StackStore;
+use crate::projection::Picture;
+use crate::projection::hatching::Mask;
+use crate::task::Task;
+
+/// What is shown of a layer.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LayerLook {
+    /// Its pixels: the photo's, and with them what fills and what was painted.
+    Pixels {
+        /// With the filling.
+        filling: bool,
+        /// With paint.
+        paint: bool,
+    },
+    /// How far each texel is trusted.
+    Confidence,
+    /// Where each texel comes from.
+    Provenance,
+}
+
+/// A layer to look at, as large as its rectangle.
+#[derive(Debug)]
+pub struct LayerView {
+    /// Transparent where there is nothing.
+    pub picture: Picture,
+    /// In photo pixels: what is needed and empty.
+    pub hidden: Mask,
+    /// What the colours mean, for confidence and provenance: each with its texels.
+    pub legend: Vec<(String, [u8; 3], u64)>,
+}
+
+/// The photo's own texels, in both maps.
+const PHOTO: [u8; 3] = [0x5b, 0x8d, 0xb8];
+/// What was painted.
+const PAINTED: [u8; 3] = [0xf2, 0xb1, 0x34];
+/// What was invented.
+const INVENTED: [[u8; 3]; 2] = [[0xc8, 0x5c, 0x8e], [0x8a, 0x5b, 0xa6]];
+/// Other photos, in turn.
+const OTHERS: [[u8; 3]; 8] = [
+    [0x66, 0xa6, 0x1e],
+    [0x1b, 0x9e, 0x77],
+    [0xd9, 0x5f, 0x02],
+    [0xa6, 0x76, 0x1d],
+    [0x4d, 0xaf, 0xc4],
+    [0xe4, 0x8a, 0x72],
+    [0x9a, 0xb9, 0x73],
+    [0x73, 0x70, 0xb3],
+];
+/// Colours of confidence from none to full, equally far apart.
+const CONFIDENCE: [[u8; 3]; 4] =
+    [[0x7a, 0x1f, 0x2e], [0xd8, 0x74, 0x3a], [0xe9, 0xd2, 0x6a], [0x4f, 0xa3, 0x6b]];
+
+/// The image layer `layer` of `stack`, which belongs to the project in the folder `project`.
+///
+/// # Errors
+/// What reading its files and its paint says; [`crate::Error::Cancelled`].
+pub fn layer_view(
+    project: &Path,
+    stack: &Stack,
+    layer: usize,
+    look: LayerLook,
+    task: &Task,
+) -> Result<LayerView> {
+    let folder = StackStore::new(project).folder(&stack.photo.name);
+    let painted = PhotoPaint::open(project, stack)?;
+    let files = Files { folder: &folder, stack, layer };
+    task.go_on()?;
+    let needed = files.needed()?;
+    task.go_on()?;
+    let (picture, legend) = match look {
+        LayerLook::Pixels { filling, paint } => {
+            let paint = if paint { &painted } else { &PhotoPaint::default() };
+            let read = if filling { layer_pixels } else { unfilled_pixels };
+            (in_bytes(&read(stack, &folder, paint, layer)?), Vec::new())
+        }
+        LayerLook::Confidence => files.confidence(&painted, &needed)?,
+        LayerLook::Provenance => files.provenance(&painted, &needed)?,
+    };
+    let hidden = files.hidden(&picture, &needed);
+    Ok(LayerView { picture, hidden, legend })
+}
+
+fn in_bytes(raster: &Raster) -> Picture {
+    let (width, height) = (raster.width(), raster.height());
+    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    // What lies under transparent pixels of a file helps filtering there, and is nothing to look at.
+    let seen = |(x, y)| match raster.rgba16(x, y).map(in_8_bits) {
+        [.., 0] => [0; 4],
+        pixel => pixel,
+    };
+    Picture { width, height, rgba: pixels.flat_map(seen).collect() }
+}
+
+/// The files of one image layer.
+struct Files<'a> {
+    folder: &'a Path,
+    stack: &'a Stack,
+    layer: usize,
+}
+
+/// Of each texel the number of its entry in a legend, 0 for none.
+type Numbered = Vec<u16>;
+
+impl Files<'_> {
+    fn rect(&self) -> PixelRect {
+        self.stack.image_layers[self.layer].rect
+    }
+
+    fn needed(&self) -> Result<Vec<u8>> {
+        let layer = &self.stack.image_layers[self.layer];
+        read_mask(&self.folder.join(&layer.needed_file), layer.rect, layer.rect)
+    }
+
+    /// Texels that are needed and that the photo shows.
+    fn visible(&self, needed: &[u8]) -> Result<Vec<bool>> {
+        let layer = &self.stack.image_layers[self.layer];
+        let texels = read_layer(&self.folder.join(&layer.file), layer.rect, layer.rect)?;
+        Ok(texels
+            .as_chunks::<4>()
+            .0
+            .iter()
+            .zip(needed)
+            .map(|(texel, needed)| texel[3] > 0 && *needed > 0)
+            .collect())
+    }
+
+    fn hidden(&self, picture: &Picture, needed: &[u8]) -> Mask {
+        let rect = self.rect();
+        let mut mask = Mask::none_of(rect);
+        let texels = picture.rgba.as_chunks::<4>().0.iter().zip(needed).enumerate();
+        for (at, _) in texels.filter(|(_, (texel, needed))| texel[3] == 0 && **needed > 0) {
+            mask.put(rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32, true);
+        }
+        mask
+    }
+
+    /// The texels that were painted: their places.
+    fn painted(&self, paint: &PhotoPaint) -> Result<Vec<usize>> {
+        let rect = self.rect();
+        let patch = paint.on(self.stack, self.layer)?;
+        let place = |x: i32, y: i32| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
+        Ok(patch.iter().filter(|(.., colour)| colour[3] > 0).map(|(x, y, _)| place(x, y)).collect())
+    }
+
+    fn confidence(
+        &self,
+        paint: &PhotoPaint,
+        needed: &[u8],
+    ) -> Result<(Picture, Vec<(String, [u8; 3], u64)>)> {
+        let layer = &self.stack.image_layers[self.layer];
+        let mut trust: Vec<Option<u8>> =
+            self.visible(needed)?.into_iter().map(|visible| visible.then_some(u8::MAX)).collect();
+        if let Some(fill) = &layer.fill {
+            let grey = read_grey(&self.folder.join(&fill.confidence_file), layer.rect, layer.rect)?;
+            let filled = trust.iter_mut().zip(grey).filter(|(trust, grey)| trust.is_none() && *grey > 0);
+            filled.for_each(|(trust, grey)| *trust = Some(grey.min(255) as u8));
+        }
+        self.painted(paint)?.into_iter().for_each(|at| trust[at] = Some(u8::MAX));
+        let colour = |trust: &Option<u8>| trust.map(|trust| ramp(f32::from(trust) / 255.0));
+        let picture = self.picture(trust.iter().map(colour));
+        let names = ["none", "a third", "two thirds", "full"];
+        let third = |trust: &Option<u8>| trust.map(|trust| (f32::from(trust) / 85.0).round() as usize);
+        let count = |at: usize| trust.iter().filter(|trust| third(trust) == Some(at)).count() as u64;
+        let legend = names.into_iter().zip(CONFIDENCE).enumerate();
+        Ok((picture, legend.map(|(at, (name, colour))| (name.to_owned(), colour, count(at))).collect()))
+    }
+
+    fn provenance(
+        &self,
+        paint: &PhotoPaint,
+        needed: &[u8],
+    ) -> Result<(Picture, Vec<(String, [u8; 3], u64)>)> {
+        let layer = &self.stack.image_layers[self.layer];
+        let names = self.stack.fill.as_ref().map_or(&[][..], |fill| &fill.origins);
+        let mut entries =
+            vec![(String::new(), [0; 3]), ("this photo".to_owned(), PHOTO), ("paint".to_owned(), PAINTED)];
+        let first = entries.len() as u16;
+        entries.extend(names.iter().enumerate().map(|(at, name)| origin(name, at)));
+        let mut from: Numbered = self.visible(needed)?.into_iter().map(u16::from).collect();
+        if let Some(fill) = &layer.fill {
+            let grey = read_grey(&self.folder.join(&fill.provenance_file), layer.rect, layer.rect)?;
+            let filled = from.iter_mut().zip(grey).filter(|(from, grey)| **from == 0 && *grey > 0);
+            filled.for_each(|(from, grey)| *from = (first + grey).min(entries.len() as u16 - 1));
+        }
+        self.painted(paint)?.into_iter().for_each(|at| from[at] = 2);
+        let colour = |from: &u16| (*from > 0).then(|| entries[usize::from(*from)].1);
+        let picture = self.picture(from.iter().map(colour));
+        let mut counts = vec![0u64; entries.len()];
+        from.iter().for_each(|from| counts[usize::from(*from)] += 1);
+        let legend = entries.into_iter().zip(counts).skip(1).filter(|(_, count)| *count > 0);
+        Ok((picture, legend.map(|((name, colour), count)| (name, colour, count)).collect()))
+    }
+
+    fn picture(&self, colours: impl Iterator<Item = Option<[u8; 3]>>) -> Picture {
+        let pixel = |colour: Option<[u8; 3]>| colour.map_or([0; 4], |[r, g, b]| [r, g, b, u8::MAX]);
+        let rect = self.rect();
+        Picture { width: rect.w, height: rect.h, rgba: colours.flat_map(pixel).collect() }
+    }
+}
+
+/// An origin of fillings in words, with its colour; `at` is its number.
+fn origin(name: &str, at: usize) -> (String, [u8; 3]) {
+    match name {
+        origins::NONE => (String::new(), [0; 3]),
+        origins::PAINTED => ("paint".into(), PAINTED),
+        origins::EXEMPLAR => ("invented by example".into(), INVENTED[0]),
+        origins::DIFFUSED => ("invented by diffusion".into(), INVENTED[1]),
+        photo => (photo.to_owned(), OTHERS[at % OTHERS.len()]),
+    }
+}
+
+/// The colour of a confidence, 0 to 1.
+fn ramp(trust: f32) -> [u8; 3] {
+    let place = trust.clamp(0.0, 1.0) * (CONFIDENCE.len() - 1) as f32;
+    let below = (place as usize).min(CONFIDENCE.len() - 2);
+    let share = place - below as f32;
+    let mix = |i: usize| {
+        f32::from(CONFIDENCE[below][i]) * (1.0 - share) + f32::from(CONFIDENCE[below + 1][i]) * share
+    };
+    [0, 1, 2].map(|i| mix(i).round() as u8)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn confidence_runs_through_its_colours_and_origins_are_told_apart() {
+        assert_eq!([ramp(0.0), ramp(1.0 / 3.0), ramp(1.0)], [CONFIDENCE[0], CONFIDENCE[1], CONFIDENCE[3]]);
+        assert_eq!(origin("[exemplar]", 2).0, "invented by example");
+        assert_ne!(origin("a.jpg", 4).1, origin("b.jpg", 5).1);
+    }
+}

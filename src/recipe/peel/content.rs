@@ -1,0 +1,116 @@
+//! What an image layer holds, pixel by pixel: the photo, its filling, paint, or nothing yet.
+
+use std::path::Path;
+
+use crate::document::Stack;
+use crate::document::paint::Patch;
+use crate::error::Result;
+use crate::geometry::PixelRect;
+use crate::io::layer_reader::{read_layer, read_mask};
+use crate::io::layered::raster::in_8_bits;
+use crate::recipe::layer_pixels::shown;
+use crate::recipe::paint::PhotoPaint;
+use crate::recipe::sheets::over_filling;
+
+/// Some surface of the layer covers the pixel.
+const COVERED: u8 = 1;
+/// The photo shows that surface there.
+const VISIBLE: u8 = 2;
+
+/// What an image layer has at a pixel.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Texel {
+    /// No surface of the layer is there, or it was painted away.
+    Nothing,
+    /// A surface is there, and the photo shows something else.
+    Hidden,
+    /// The photo's own pixel.
+    Photo,
+    /// What fills it: sRGB and alpha, not premultiplied.
+    Filling([u8; 4]),
+    /// Paint, or paint over filling.
+    Paint([u8; 4]),
+}
+
+/// An image layer, as far as the photo goes.
+#[derive(Debug)]
+pub struct Content {
+    rect: PixelRect,
+    /// Rows of `rect`.
+    flags: Vec<u8>,
+    /// Opaque where the layer is filled; empty where it has no filling at all.
+    filling: Vec<[u8; 4]>,
+    paint: Patch,
+}
+
+impl Content {
+    /// Reads an image layer of a stack whose files lie in `folder`.
+    ///
+    /// # Errors
+    /// What reading its files and its paint says.
+    pub fn read(folder: &Path, stack: &Stack, paint: &PhotoPaint, layer: usize) -> Result<Self> {
+        let image_layer = &stack.image_layers[layer];
+        let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
+        let rect = image_layer.needed_rect.intersection(&image_layer.rect).intersection(&photo);
+        if rect.is_empty() {
+            return Ok(Self { rect, flags: Vec::new(), filling: Vec::new(), paint: Patch::of_pixels(&[]) });
+        }
+        let texels = read_layer(&folder.join(&image_layer.file), image_layer.rect, rect)?;
+        let needed = read_mask(&folder.join(&image_layer.needed_file), image_layer.rect, rect)?;
+        let flag = |(texel, needed): (&[u8; 4], &u8)| {
+            let visible = if texel[3] > 0 { VISIBLE } else { 0 };
+            if *needed > 0 { COVERED | visible } else { 0 }
+        };
+        let flags = texels.as_chunks::<4>().0.iter().zip(&needed).map(flag).collect();
+        let filling = match &image_layer.fill {
+            Some(fill) => read_layer(&folder.join(&fill.filled_file), image_layer.rect, rect)?,
+            None => Vec::new(),
+        };
+        Ok(Self { rect, flags, filling: filling.as_chunks().0.to_vec(), paint: paint.on(stack, layer)? })
+    }
+
+    /// What it has at a pixel of the photo, with or without filling and paint.
+    pub fn texel(&self, x: i32, y: i32, filling: bool, paint: bool) -> Texel {
+        let Some(at) = self.index(x, y) else { return Texel::Nothing };
+        let below = self.without_paint(at, filling);
+        if !paint || self.flags[at] & COVERED == 0 {
+            return below;
+        }
+        match (self.paint.at(x, y).map(|colour| shown(colour).map(in_8_bits)), below) {
+            (None, below) => below,
+            (Some([.., 0]), _) => Texel::Nothing,
+            (Some(paint), Texel::Filling(filling)) => Texel::Paint(over_filling(paint, &filling)),
+            (Some(paint), _) => Texel::Paint(paint),
+        }
+    }
+
+    /// Somebody painted on it.
+    pub fn is_painted(&self) -> bool {
+        !self.paint.is_empty()
+    }
+
+    /// Whether a surface is there that the photo does not show.
+    pub fn is_hidden(&self, x: i32, y: i32) -> bool {
+        self.index(x, y).is_some_and(|at| self.flags[at] == COVERED)
+    }
+
+    /// Whether the photo shows the layer there.
+    pub fn is_visible(&self, x: i32, y: i32) -> bool {
+        self.index(x, y).is_some_and(|at| self.flags[at] & VISIBLE != 0)
+    }
+
+    fn without_paint(&self, at: usize, filling: bool) -> Texel {
+        match (self.flags[at], self.filling.get(at)) {
+            (0, _) => Texel::Nothing,
+            (flags, _) if flags & VISIBLE != 0 => Texel::Photo,
+            (_, Some(&colour)) if filling && colour[3] > 0 => Texel::Filling(colour),
+            _ => Texel::Hidden,
+        }
+    }
+
+    fn index(&self, x: i32, y: i32) -> Option<usize> {
+        let PixelRect { x: left, y: top, w, .. } = self.rect;
+        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
+        inside.then(|| (y - top) as usize * w as usize + (x - left) as usize)
+    }
+}

@@ -1,0 +1,181 @@
+//! The surfaces of a stack as they lie in the photo: what they cover, where their outlines run, how far they are.
+
+use std::collections::{BTreeMap, BTreeSet};
+
+use glam::{DVec2, DVec3};
+
+use crate::document::stack::{Element, Stack};
+use crate::geometry::clip::segment_in_box;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::projection::spans::Spans;
+use crate::recipe::paint::parts::{Scenery, camera_of, holds, points};
+
+/// A flat surface, or a piece of one, in an image layer.
+#[derive(Debug, Clone)]
+pub struct Shape {
+    /// Unique name of its object.
+    pub object: String,
+    /// Index of its face within the object.
+    pub face: u32,
+    /// Its element, in reading order of the visibility layers.
+    pub element: u32,
+    /// Its visibility layer, 0 in front.
+    pub depth: u32,
+    /// Its image layer's place in the stack.
+    pub layer: usize,
+    /// Its place in the model; of those that lie in one plane the last is drawn on top.
+    pub place: usize,
+    /// The pixels of the photo that it covers.
+    pub covered: Spans,
+    /// Its outline as far as the photo shows it, holes without their bridges.
+    pub edges: Vec<Edge>,
+    plane: Plane,
+}
+
+/// A straight part of an outline.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Edge {
+    /// In photo pixels.
+    pub ends: [DVec2; 2],
+    /// The same element goes on beyond it.
+    pub inner: bool,
+}
+
+/// A plane before a camera: `normal . p = offset`.
+#[derive(Debug, Clone, Copy)]
+struct Plane {
+    normal: DVec3,
+    offset: f64,
+}
+
+impl Shape {
+    /// Whether it covers a pixel.
+    pub fn covers(&self, x: i32, y: i32) -> bool {
+        holds(&self.covered, x, y)
+    }
+
+    /// How far it is at the centre of a pixel, along the camera's axis, in world units.
+    pub fn distance(&self, camera: &Pinhole, x: i32, y: i32) -> f64 {
+        let ray = camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
+        self.plane.offset / self.plane.normal.dot(ray)
+    }
+}
+
+/// The surfaces of all image layers, in the order of the stack's image layers.
+pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
+    let elements: Vec<(u32, &Element)> = (0u32..)
+        .zip(&stack.visibility_layers)
+        .flat_map(|(depth, elements)| elements.iter().map(move |element| (depth, element)))
+        .collect();
+    let (photo, camera) = (&stack.photo, &stack.camera);
+    let scenery = Scenery { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
+    let view = View::of(stack);
+    let mut shapes = Vec::new();
+    for (layer, image_layer) in stack.image_layers.iter().enumerate() {
+        for &element in &image_layer.elements {
+            let Some(&(depth, its)) = elements.get(element as usize) else { continue };
+            let sharing = stack.image_layers.iter().filter(|other| other.elements.contains(&element)).count();
+            let tile = (sharing > 1).then_some(image_layer.needed_rect);
+            let parts = scenery.parts(&[(its, tile)], image_layer.rect);
+            let outlines: Vec<Vec<DVec3>> =
+                parts.list.iter().map(|part| points(part.own_outline())).collect();
+            let shared = shared_edges(&outlines);
+            for (part, outline) in parts.list.iter().zip(&outlines) {
+                shapes.push(Shape {
+                    object: part.object.to_owned(),
+                    face: part.face,
+                    element,
+                    depth,
+                    layer,
+                    place: part.place,
+                    covered: view.in_photo(parts.covered(part)),
+                    edges: view.edges(outline, &shared),
+                    plane: view.plane(outline),
+                });
+            }
+        }
+    }
+    shapes
+}
+
+/// Ends of an edge, whichever way it is walked: the bits of its coordinates.
+type EdgeKey = [[u64; 3]; 2];
+
+fn key(from: DVec3, to: DVec3) -> EdgeKey {
+    // Zero has two signs.
+    let mut ends = [from, to].map(|point| (point + DVec3::ZERO).to_array().map(f64::to_bits));
+    ends.sort_unstable();
+    ends
+}
+
+fn edges_of(ring: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
+    ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
+}
+
+/// How often each edge is walked by the outlines of one element. A surface that is drawn once for each side counts
+/// once: nothing goes on beyond its edges.
+fn shared_edges(outlines: &[Vec<DVec3>]) -> BTreeMap<EdgeKey, u32> {
+    let keys = |outline: &Vec<DVec3>| {
+        let mut keys: Vec<EdgeKey> = edges_of(outline).map(|(from, to)| key(from, to)).collect();
+        keys.sort_unstable();
+        keys
+    };
+    let different: BTreeSet<Vec<EdgeKey>> = outlines.iter().map(keys).collect();
+    let mut walked = BTreeMap::new();
+    different.iter().flatten().for_each(|key| *walked.entry(*key).or_default() += 1);
+    walked
+}
+
+/// The photo that shapes are seen through.
+struct View {
+    camera: Pinhole,
+    pose: Pose,
+}
+
+impl View {
+    fn of(stack: &Stack) -> Self {
+        let (camera, pose) = camera_of(&stack.photo, &stack.camera);
+        Self { camera, pose }
+    }
+
+    fn photo(&self) -> PixelRect {
+        PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height }
+    }
+
+    fn in_photo(&self, covered: &Spans) -> Spans {
+        let photo = self.photo();
+        let rows = covered.rows().start.max(0)..covered.rows().end.min(photo.bottom());
+        if rows.is_empty() {
+            return Spans::default();
+        }
+        Spans::of_rows(rows, |y, out| {
+            let cut = covered.row(y).iter().map(|run| run.start.max(0)..run.end.min(photo.right()));
+            out.extend(cut.filter(|run| !run.is_empty()));
+        })
+    }
+
+    fn edges(&self, outline: &[DVec3], walked: &BTreeMap<EdgeKey, u32>) -> Vec<Edge> {
+        let mut own: BTreeMap<EdgeKey, u32> = BTreeMap::new();
+        edges_of(outline).for_each(|(from, to)| *own.entry(key(from, to)).or_default() += 1);
+        let high = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
+        let edge = |(from, to): (DVec3, DVec3)| {
+            let key = key(from, to);
+            // An outline that walks an edge twice walks a bridge to a hole.
+            if own[&key] > 1 {
+                return None;
+            }
+            let ends = [from, to].map(|point| self.pose.camera_from_world(point));
+            let [from, to] = segment_in_box(ends, &self.camera, DVec2::ZERO, high)?;
+            let ends = [self.camera.image_from_camera(from)?, self.camera.image_from_camera(to)?];
+            Some(Edge { ends, inner: walked.get(&key).is_some_and(|times| *times > 1) })
+        };
+        edges_of(outline).filter_map(edge).collect()
+    }
+
+    fn plane(&self, outline: &[DVec3]) -> Plane {
+        let ring: Vec<DVec3> = outline.iter().map(|&point| self.pose.camera_from_world(point)).collect();
+        let normal = crate::geometry::polygon::newell(&ring);
+        let middle = ring.iter().sum::<DVec3>() / ring.len().max(1) as f64;
+        Plane { normal, offset: normal.dot(middle) }
+    }
+}
