@@ -32,6 +32,9 @@ pub enum LayerLook {
     Provenance,
 }
 
+/// What colours mean: each with its texels.
+pub type Legend = Vec<(String, [u8; 3], u64)>;
+
 /// A layer to look at, as large as its rectangle.
 #[derive(Debug)]
 pub struct LayerView {
@@ -39,8 +42,8 @@ pub struct LayerView {
     pub picture: Picture,
     /// In photo pixels: what is needed and empty.
     pub hidden: Mask,
-    /// What the colours mean, for confidence and provenance: each with its texels.
-    pub legend: Vec<(String, [u8; 3], u64)>,
+    /// For confidence and provenance.
+    pub legend: Legend,
 }
 
 /// The photo's own texels, in both maps.
@@ -156,11 +159,7 @@ impl Files<'_> {
         Ok(patch.iter().filter(|(.., colour)| colour[3] > 0).map(|(x, y, _)| place(x, y)).collect())
     }
 
-    fn confidence(
-        &self,
-        paint: &PhotoPaint,
-        needed: &[u8],
-    ) -> Result<(Picture, Vec<(String, [u8; 3], u64)>)> {
+    fn confidence(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
         let layer = &self.stack.image_layers[self.layer];
         let mut trust: Vec<Option<u8>> =
             self.visible(needed)?.into_iter().map(|visible| visible.then_some(u8::MAX)).collect();
@@ -179,11 +178,7 @@ impl Files<'_> {
         Ok((picture, legend.map(|(at, (name, colour))| (name.to_owned(), colour, count(at))).collect()))
     }
 
-    fn provenance(
-        &self,
-        paint: &PhotoPaint,
-        needed: &[u8],
-    ) -> Result<(Picture, Vec<(String, [u8; 3], u64)>)> {
+    fn provenance(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
         let layer = &self.stack.image_layers[self.layer];
         let names = self.stack.fill.as_ref().map_or(&[][..], |fill| &fill.origins);
         let mut entries =

@@ -15,7 +15,7 @@ use super::selection::Selection;
 use crate::document::ImageLayer;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
-use crate::recipe::layer_view::{LayerLook, layer_view};
+use crate::recipe::layer_view::{LayerLook, Legend, layer_view};
 
 /// So many views of layers are kept.
 const MOST: usize = 6;
@@ -36,7 +36,7 @@ pub enum Aspect {
 struct LayerPicture {
     tiled: Tiled,
     hidden: Mask,
-    legend: Vec<(String, [u8; 3], u64)>,
+    legend: Legend,
 }
 
 /// A layer of a version of a stack, by its place, and what is shown of it.

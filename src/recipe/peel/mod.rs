@@ -208,6 +208,8 @@ impl Canvas {
                 match texel {
                     Texel::Nothing => continue,
                     Texel::Hidden | Texel::Filling(_) if self.shown.has(x, y) => continue,
+                    // What the photo shows there is masked, and still the photo.
+                    Texel::Hidden if peeling.taken_off == 0 => continue,
                     Texel::Hidden => pixel.copy_from_slice(&HIDDEN),
                     Texel::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
                     Texel::Filling(colour) | Texel::Paint(colour) => lay_over(colour, pixel),

@@ -6,8 +6,8 @@ use glam::{DVec2, DVec3};
 
 use crate::document::stack::{Element, Stack};
 use crate::geometry::clip::segment_in_box;
+use crate::geometry::spans::Spans;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::projection::spans::Spans;
 use crate::recipe::paint::parts::{Scenery, camera_of, holds, points};
 
 /// A flat surface, or a piece of one, in an image layer.
