@@ -88,6 +88,15 @@ fn is_once_in(tree: &Tree<Pane>, pane: Pane) -> bool {
     tree.tiles.tiles().filter(|tile| matches!(tile, Tile::Pane(other) if *other == pane)).count() == 1
 }
 
+/// Whether a tile is a view or holds it.
+fn holds(tiles: &Tiles<Pane>, tile: TileId, pane: Pane) -> bool {
+    match tiles.get(tile) {
+        Some(Tile::Pane(other)) => *other == pane,
+        Some(Tile::Container(container)) => container.children().any(|child| holds(tiles, *child, pane)),
+        None => false,
+    }
+}
+
 /// Draws the views.
 pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     // The tree draws the views, which see the whole editor: it is out of it while it does.
@@ -121,6 +130,12 @@ impl Behavior<Pane> for Views<'_> {
 
     fn tab_title_for_pane(&mut self, pane: &Pane) -> WidgetText {
         pane.name().into()
+    }
+
+    fn tab_title_for_tile(&mut self, tiles: &Tiles<Pane>, tile: TileId) -> WidgetText {
+        // Views that stand side by side under one tab.
+        let held = Pane::ALL.into_iter().filter(|pane| holds(tiles, tile, *pane));
+        held.map(Pane::name).collect::<Vec<_>>().join(" + ").into()
     }
 
     fn on_tab_button(&mut self, tiles: &mut Tiles<Pane>, tile: TileId, tab: Response) -> Response {

@@ -144,7 +144,7 @@ impl Drawing<'_> {
             let rect = self.seen.rect_of(layer.rect);
             let stroke = Stroke::new(if selected { 1.6 } else { 1.0 }, colour);
             self.painter.rect_stroke(rect, 0.0, stroke, StrokeKind::Outside);
-            if rect.width() > 80.0 {
+            if selected || (rect.width() > 80.0 && self.seen.rect.contains(rect.left_top())) {
                 let at = rect.intersect(self.seen.rect).left_top() + eframe::egui::vec2(4.0, 3.0);
                 let text =
                     self.painter.layout_no_wrap(layer.name.clone(), FontId::proportional(12.0), colour);

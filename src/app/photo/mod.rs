@@ -23,6 +23,8 @@ use super::selection::Selection;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
 
+/// A list beside the photo takes less than half of a view that is so wide, in points.
+const WIDE: f32 = 700.0;
 /// Height of the lines below the photo, in points.
 const STATUS: f32 = 50.0;
 
@@ -103,8 +105,12 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(editor, ui));
     if editor.flat.photo.reasons_shown {
-        let list = Panel::right("untextured faces").resizable(true).default_size(300.0);
-        list.show(ui, |ui| reasons::reasons_ui(editor, ui, photo, asks));
+        // Beside the photo where there is room for both, else below it.
+        let list = match ui.available_width() {
+            WIDE.. => Panel::right("untextured faces").default_size(300.0),
+            _ => Panel::bottom("untextured faces below").default_size(180.0),
+        };
+        list.resizable(true).show(ui, |ui| reasons::reasons_ui(editor, ui, photo, asks));
     }
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, photo, asks));
 }

@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use super::*;
+use crate::document::Decisions;
 use crate::layers::{Options, SoftwareRasteriser};
 use crate::recipe::build::{BuildOptions, build};
 use crate::scene::Site;
@@ -22,6 +23,7 @@ fn built(scene: Scene) -> Built {
     let store = StackStore::new(folder.path());
     let options = BuildOptions {
         layers: Options::default(),
+        decisions: Decisions::default(),
         photos: Vec::new(),
         memory: 1 << 30,
         threads: 1,
