@@ -58,6 +58,14 @@ fn refused(folder: &Path, lock: &Path, error: std::io::Error) -> Error {
     }
 }
 
+impl ProjectLock {
+    /// Who writes to the project in `folder` right now; none when nobody does, or where that cannot be told.
+    pub fn holder(folder: &Path) -> Option<String> {
+        let mut file = OpenOptions::new().read(true).write(true).open(folder.join(LOCK_FILE)).ok()?;
+        matches!(file.try_lock(), Err(TryLockError::WouldBlock)).then(|| signature(&mut file))
+    }
+}
+
 /// Leaves word of who holds the lock, for the message of whoever comes second.
 fn sign(file: &mut File) -> std::io::Result<()> {
     file.set_len(0)?;
@@ -71,14 +79,19 @@ fn program() -> PathBuf {
 }
 
 fn held(folder: &Path, file: &mut File) -> Error {
-    let mut holder = String::new();
-    // Unreadable where the system locks the content too (Windows).
-    let known = file.take(200).read_to_string(&mut holder).is_ok() && !holder.trim().is_empty();
-    let holder = if known { holder.trim() } else { "another program" };
+    let holder = signature(file);
     Error::Request(format!(
         "{}: {holder} is writing to this project; wait until it is done, or end it",
         folder.display()
     ))
+}
+
+/// Who signed the file.
+fn signature(file: &mut File) -> String {
+    let mut holder = String::new();
+    // Unreadable where the system locks the content too (Windows).
+    let known = file.take(200).read_to_string(&mut holder).is_ok() && !holder.trim().is_empty();
+    if known { holder.trim().to_owned() } else { "another program".to_owned() }
 }
 
 #[cfg(test)]
@@ -91,7 +104,10 @@ mod tests {
         let first = ProjectLock::take(folder.path()).unwrap();
         let message = ProjectLock::take(folder.path()).unwrap_err().to_string();
         assert!(message.contains(&format!("process {}", std::process::id())), "{message}");
+        let holder = ProjectLock::holder(folder.path());
+        assert!(holder.is_some_and(|holder| holder.contains("process")));
         drop(first);
+        assert_eq!(ProjectLock::holder(folder.path()), None);
         ProjectLock::take(folder.path()).unwrap();
     }
 

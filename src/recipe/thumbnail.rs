@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::Result;
-use crate::io::photo::read_photo;
+use crate::io::photo::{picture_size, read_photo};
 use crate::io::thumbnails::{Stamp, Thumbnails};
 use crate::projection::Picture;
 use crate::scene::{Photo, PhotoPixels};
@@ -34,6 +34,15 @@ pub fn kept_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<Pic
     let picture = thumbnail(photo, longest)?;
     let _ = kept.keep(&photo.name, &stamp, &picture);
     Ok(picture)
+}
+
+/// A picture of any image file, at most `longest` pixels on its longer side.
+///
+/// # Errors
+/// [`crate::Error::Input`] and [`crate::Error::Io`] when it cannot be read.
+pub fn picture_of_file(file: &Path, longest: u32) -> Result<Picture> {
+    let [width, height] = picture_size(file)?;
+    Ok(reduced(&read_photo(file, width, height)?, longest))
 }
 
 fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {

@@ -62,6 +62,11 @@ fn complete(folder: &Path, binary: bool) -> Option<Files> {
     Some(Files { binary, cameras, images, points, notes })
 }
 
+/// Whether COLMAP's list of cameras and list of photos both stand in `folder` itself; they are not read.
+pub fn holds_cameras(folder: &Path) -> bool {
+    [true, false].into_iter().any(|binary| complete(folder, binary).is_some())
+}
+
 fn nothing_in(path: &Path) -> Error {
     let found = "no cameras and images files (.bin or .txt) in it, in sparse, in sparse/0 or in 0";
     let remedy = "point at the folder with COLMAP's cameras.bin and images.bin or cameras.txt and \

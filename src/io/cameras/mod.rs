@@ -23,6 +23,7 @@ mod text;
 mod tests;
 
 use assembly::Assembly;
+pub use locate::holds_cameras;
 
 /// The largest side of a photo in pixels: what JPEG can hold.
 pub const LARGEST_SIDE: u64 = 65_535;

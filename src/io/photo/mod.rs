@@ -96,6 +96,17 @@ fn refuse_cut_jpeg(path: &Path, file: &mut (impl BufRead + Seek)) -> Result<()> 
     Err(Error::input(path, "", found, "copy the file again from where it is whole"))
 }
 
+/// Width and height of a picture as it is stored, from its header.
+///
+/// # Errors
+/// [`Error::Input`] when it is none that is read here; [`Error::Io`].
+pub fn picture_size(path: &Path) -> Result<[u32; 2]> {
+    let reader = ImageReader::open(path).map_err(Error::io(path, "open it"))?;
+    let reader = reader.with_guessed_format().map_err(Error::io(path, "read it"))?;
+    let (width, height) = reader.into_dimensions().map_err(|error| unreadable(path, &error))?;
+    Ok([width, height])
+}
+
 /// Opens a file that could be a photo of this size.
 fn open(path: &Path, width: u32, height: u32) -> Result<BufReader<File>> {
     let metadata = std::fs::metadata(path).map_err(Error::io(path, "read it"))?;

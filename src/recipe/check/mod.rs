@@ -6,6 +6,7 @@
 
 pub mod alignment;
 mod faces;
+pub mod mistake;
 mod picture;
 mod report;
 mod seen;

@@ -1,0 +1,71 @@
+//! What is likely to have gone wrong where another transform of the model does better, in words.
+
+use crate::geometry::{Similarity, axes};
+use glam::DMat3;
+
+/// A scale that differs from 1 by less is no other unit but a finer fit.
+const SAME_UNIT: f64 = 0.02;
+
+/// How the model stands wrong as it is (`now`), given how it should stand (`better`): axes, unit, place; one
+/// sentence each. Both take the model into the cameras' world.
+pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
+    let correction = better.compose(&now.inverse());
+    let mut mistakes = Vec::new();
+    if !correction.rotation.abs_diff_eq(DMat3::IDENTITY, 1e-9) {
+        let convention =
+            axes::conventions().into_iter().find(|(_, r)| r.abs_diff_eq(correction.rotation, 1e-9));
+        mistakes.push(match convention {
+            Some((name, _)) => format!("The model's axes point elsewhere than the cameras': {name}."),
+            None => "The model is turned against the cameras.".into(),
+        });
+    }
+    if (correction.scale - 1.0).abs() > SAME_UNIT {
+        let unit = unit(correction.scale);
+        mistakes.push(format!("The model has another unit than the cameras: one of it is {unit} of theirs."));
+    }
+    let shift = correction.translation.length();
+    // Sizes are not known here: any shift is told, with its length.
+    if shift > 0.0 {
+        mistakes
+            .push(format!("The model stands {shift:.3} units of the cameras' world away from its place."));
+    }
+    mistakes
+}
+
+/// A scale as people say it: whole where it nearly is, else with three digits.
+fn unit(scale: f64) -> String {
+    let rounded = scale.round();
+    if rounded >= 1.0 && (scale / rounded - 1.0).abs() < 1e-3 {
+        return rounded.to_string();
+    }
+    format!("{scale:.3e}").parse::<f64>().map_or_else(|_| scale.to_string(), |scale| scale.to_string())
+}
+
+#[cfg(test)]
+mod tests {
+    use glam::DVec3;
+
+    use super::*;
+
+    fn transform(text: &str) -> Similarity {
+        Similarity::parse(text).unwrap()
+    }
+
+    #[test]
+    fn a_model_with_other_axes_or_another_unit_is_told_so() {
+        let [mistake] = likely_mistakes(&Similarity::IDENTITY, &transform("y-up")).try_into().unwrap();
+        assert!(mistake.contains("y-up") || mistake.contains("x,"), "{mistake}");
+        let centimetres = Similarity { scale: 0.01, ..Similarity::IDENTITY };
+        let [mistake] = likely_mistakes(&Similarity::IDENTITY, &centimetres).try_into().unwrap();
+        assert!(mistake.contains("is 0.01 of theirs"), "{mistake}");
+        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of theirs"));
+    }
+
+    #[test]
+    fn what_stands_as_it_should_has_no_mistake_and_a_shift_is_told_by_its_length() {
+        let upright = transform("y-up");
+        assert!(likely_mistakes(&upright, &upright).is_empty());
+        let moved = Similarity { translation: DVec3::new(3.0, 0.0, 4.0), ..Similarity::IDENTITY };
+        assert!(likely_mistakes(&Similarity::IDENTITY, &moved)[0].contains("5.000 units"));
+    }
+}

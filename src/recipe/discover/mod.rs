@@ -1,0 +1,217 @@
+//! What a project could be made of: photos, cameras and a model, found in a folder, and what is in each.
+//!
+//! [`find_site`] looks through a folder and names candidates, the likeliest first; [`look_at`] reads what was chosen
+//! and says what is there, part by part, so that whoever asks can show each error where it belongs.
+
+mod listing;
+mod look;
+mod ranking;
+
+#[cfg(test)]
+mod tests;
+
+use std::path::{Path, PathBuf};
+
+use crate::error::{Error, Result};
+use crate::io::cameras::{holds_cameras, read_cameras};
+use crate::io::photo::PhotoFolder;
+use crate::io::project::refuse_content;
+use crate::task::Task;
+
+use listing::Listing;
+pub use look::{CamerasFound, Look, Looked, Matched, ModelFound, PhotosFound, look_at};
+
+/// What a site is made of, in the order in which it is asked for.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Part {
+    /// The folder of the photos.
+    Photos,
+    /// COLMAP's cameras.
+    Cameras,
+    /// The model's file.
+    Model,
+}
+
+impl Part {
+    /// All of them, in order.
+    pub const ALL: [Self; 3] = [Self::Photos, Self::Cameras, Self::Model];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Photos => "Photos",
+            Self::Cameras => "Cameras",
+            Self::Model => "Model",
+        }
+    }
+
+    /// What can be given for it.
+    pub fn accepted(self) -> &'static str {
+        match self {
+            Self::Photos => "a folder of JPEG, PNG, TIFF or WebP photos, sub-folders too",
+            Self::Cameras => {
+                "COLMAP's cameras and images files, .bin or .txt, or a folder above them such as sparse/0"
+            }
+            Self::Model => "a coarse model as OBJ, glTF or GLB",
+        }
+    }
+}
+
+/// Where the parts of a site are. An empty path is one that is not known yet.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Parts {
+    /// The folder of the photos.
+    pub photos: PathBuf,
+    /// The folder of the cameras, or one of their files.
+    pub cameras: PathBuf,
+    /// The model's file.
+    pub model: PathBuf,
+}
+
+impl Parts {
+    /// Where a part is.
+    pub fn path(&self, part: Part) -> &Path {
+        match part {
+            Part::Photos => &self.photos,
+            Part::Cameras => &self.cameras,
+            Part::Model => &self.model,
+        }
+    }
+
+    /// To say where a part is.
+    pub fn path_mut(&mut self, part: Part) -> &mut PathBuf {
+        match part {
+            Part::Photos => &mut self.photos,
+            Part::Cameras => &mut self.cameras,
+            Part::Model => &mut self.model,
+        }
+    }
+
+    /// The part that an error speaks of: the one whose path is nearest above the error's file. None for what
+    /// speaks of no part, such as the project's own folder.
+    pub fn part_of(&self, error: &Error) -> Option<Part> {
+        let file = match error {
+            Error::Input { file, .. } => file,
+            Error::Io { path, .. } => path,
+            _ => return None,
+        };
+        let file = file.canonicalize().unwrap_or_else(|_| file.clone());
+        let of_part = |part: Part| {
+            let path = self.path(part);
+            let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
+            // Cameras are named by one of their files, and errors by another one.
+            let whole = match part {
+                Part::Cameras if whole.is_file() => whole.parent().map(PathBuf::from).unwrap_or_default(),
+                _ => whole,
+            };
+            (!path.as_os_str().is_empty() && file.starts_with(&whole))
+                .then(|| (whole.components().count(), part))
+        };
+        Part::ALL.into_iter().filter_map(of_part).max_by_key(|(depth, _)| *depth).map(|(_, part)| part)
+    }
+}
+
+/// What was found in a folder, each the likeliest first.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Candidates {
+    /// Folders of photos.
+    pub photos: Vec<PathBuf>,
+    /// Folders with cameras.
+    pub cameras: Vec<PathBuf>,
+    /// Files of models.
+    pub models: Vec<PathBuf>,
+    /// There is so much in the folder that not all of it was looked at.
+    pub cut_short: bool,
+}
+
+impl Candidates {
+    /// Those of one part.
+    pub fn of(&self, part: Part) -> &[PathBuf] {
+        match part {
+            Part::Photos => &self.photos,
+            Part::Cameras => &self.cameras,
+            Part::Model => &self.models,
+        }
+    }
+}
+
+/// So many folders are looked at for the photos that the cameras name; the others are less likely by their names.
+const LOOKED_AT: usize = 12;
+
+/// Looks through `root` and the folders below it for the parts of a site. Folders of photos are ranked by how many
+/// of the likeliest cameras' photos they hold, the rest by names, places and sizes.
+///
+/// # Errors
+/// [`Error::Input`] when `root` is no folder; [`Error::Io`] when it cannot be read; [`Error::Cancelled`].
+pub fn find_site(root: &Path, task: &Task) -> Result<Candidates> {
+    if !root.is_dir() {
+        return Err(Error::input(root, "", "there is no such folder", "check the path"));
+    }
+    let listing = Listing::of(root, task)?;
+    let below = |paths: Vec<PathBuf>| paths.iter().map(|path| joined(root, path)).collect::<Vec<_>>();
+    let (cameras, models) = (below(ranking::cameras(&listing)), below(ranking::models(&listing)));
+    let photos = below(ranking::photos(&listing));
+    let names = cameras.first().map(|folder| names_in(folder, task)).transpose()?.unwrap_or_default();
+    let photos = by_names(photos, &names, task)?;
+    Ok(Candidates { photos, cameras, models, cut_short: listing.cut_short })
+}
+
+/// `root` itself for an empty path, without a slash at its end.
+fn joined(root: &Path, below: &Path) -> PathBuf {
+    if below.as_os_str().is_empty() { root.to_path_buf() } else { root.join(below) }
+}
+
+/// The photos that cameras name; none where the cameras cannot be read, which is told by whoever uses them.
+fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
+    match read_cameras(cameras, &Task::silent().stopped_by(task.stop_flag())) {
+        Ok(cameras) => Ok(cameras.photos.into_iter().map(|photo| photo.name).collect()),
+        Err(Error::Cancelled) => Err(Error::Cancelled),
+        Err(_) => Ok(Vec::new()),
+    }
+}
+
+/// Folders that hold more of the photos come first, of these the ones that hold less beside them.
+fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<Vec<PathBuf>> {
+    folders.truncate(LOOKED_AT);
+    if names.is_empty() {
+        return Ok(folders);
+    }
+    let names: Vec<&str> = names.iter().map(String::as_str).collect();
+    let mut ranked = Vec::with_capacity(folders.len());
+    for folder in folders {
+        task.go_on()?;
+        let Ok(files) = PhotoFolder::scan(&folder, task) else { continue };
+        let matched = Matched::of(&files, &names);
+        ranked.push((matched.exactly, matched.found, files.len(), folder));
+    }
+    ranked.sort_by(|a, b| (b.0, b.1).cmp(&(a.0, a.1)).then(a.2.cmp(&b.2)));
+    Ok(ranked.into_iter().map(|(.., folder)| folder).collect())
+}
+
+/// The part that a file or folder is by itself, by its name and what stands in it; none for a folder in which
+/// a whole site may be.
+pub fn part_at(path: &Path) -> Option<Part> {
+    if path.is_dir() {
+        return holds_cameras(path).then_some(Part::Cameras);
+    }
+    if listing::is_model(path) {
+        return Some(Part::Model);
+    }
+    let stem = path.file_stem().unwrap_or_default();
+    let folder = path.parent().unwrap_or(Path::new(""));
+    let of_cameras = ["cameras", "images", "points3D"].iter().any(|name| stem == *name);
+    (of_cameras && holds_cameras(folder)).then_some(Part::Cameras)
+}
+
+/// A folder for the project of a site in `root`: beside it, named after it, and new or empty.
+pub fn folder_beside(root: &Path) -> PathBuf {
+    let root = root.canonicalize().unwrap_or_else(|_| root.to_path_buf());
+    let name = root.file_name().map_or_else(|| "site".into(), |name| name.to_string_lossy().into_owned());
+    let beside = root.parent().unwrap_or(&root).to_path_buf();
+    let named = |number: u32| match number {
+        1 => beside.join(format!("{name}-project")),
+        number => beside.join(format!("{name}-project-{number}")),
+    };
+    let free = (1..1000).map(named).find(|folder| refuse_content(folder).is_ok());
+    free.unwrap_or_else(|| named(1))
+}

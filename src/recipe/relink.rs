@@ -1,0 +1,232 @@
+//! A project's parts that are not where `project.json` says: which, where they might be now, and the project told
+//! of their new places. And the model moved to where it should stand. Whoever calls what writes here holds the
+//! project's lock.
+
+use std::fs::File;
+use std::path::{Component, Path, PathBuf};
+
+use super::discover::{Part, Parts};
+use super::open::Opened;
+use crate::document::Project;
+use crate::error::{Error, Result};
+use crate::geometry::Similarity;
+use crate::io::atomic::write_atomically_with;
+use crate::io::project::{read_project, relative_to, write_project};
+
+/// Where `project.json` says that the parts of a project are, absolute and without detours, whether something is
+/// there or not.
+pub fn parts_of(folder: &Path, project: &Project) -> Parts {
+    let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
+    let place = |path: &str| {
+        let place = folder.join(path);
+        place.canonicalize().unwrap_or_else(|_| without_detours(&place))
+    };
+    Parts { photos: place(&project.photos), cameras: place(&project.cameras), model: place(&project.model) }
+}
+
+fn without_detours(path: &Path) -> PathBuf {
+    let mut straight = PathBuf::new();
+    for component in path.components() {
+        match component {
+            Component::ParentDir => drop(straight.pop()),
+            Component::CurDir => (),
+            other => straight.push(other),
+        }
+    }
+    straight
+}
+
+/// The parts of which nothing is where they should be.
+pub fn gone(parts: &Parts) -> Vec<Part> {
+    Part::ALL.into_iter().filter(|part| !parts.path(*part).exists()).collect()
+}
+
+/// Photos that the cameras name and that are not in the photos' folder, by name.
+pub fn missing_photos(opened: &Opened, parts: &Parts) -> Vec<String> {
+    let missing = |error: &Error| match error {
+        Error::Input { file, .. } if !file.exists() => {
+            let file = without_detours(file);
+            Some(file.strip_prefix(&parts.photos).ok()?.to_string_lossy().replace('\\', "/"))
+        }
+        _ => None,
+    };
+    opened.problems.iter().filter_map(missing).collect()
+}
+
+/// Where something that was at `gone` may be now: moved as other parts were (`moved`, from and to), or in a folder
+/// above the project under the end of its old path. `is_there` says what exists.
+pub fn guess(
+    gone: &Path,
+    moved: &[(PathBuf, PathBuf)],
+    project: &Path,
+    is_there: impl Fn(&Path) -> bool,
+) -> Option<PathBuf> {
+    let like_others = moved.iter().flat_map(|(from, to)| places_beside(gone, from, to));
+    let parts: Vec<Component> =
+        gone.components().filter(|part| matches!(part, Component::Normal(_))).collect();
+    // The longer the end that is the same, the likelier it is the same thing; then the nearer the better.
+    let ends = (0..parts.len()).map(|start| parts[start..].iter().collect::<PathBuf>());
+    let above = ends.flat_map(|end| project.ancestors().take(ANCESTORS).map(move |folder| folder.join(&end)));
+    like_others.chain(above).find(|place| is_there(place))
+}
+
+/// So many folders are looked into: the project's own, and those around it.
+const ANCESTORS: usize = 4;
+
+/// Where `gone` is if it moved together with what moved `from` one place `to` another: the likeliest first.
+fn places_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
+    let (mut from, mut to) = (from.to_path_buf(), to.to_path_buf());
+    let mut places = Vec::new();
+    while let (Some(was), Some(is)) = (from.file_name(), to.file_name()) {
+        let same = was == is;
+        // The place itself may have another name now; what is around it moved all the same.
+        if !(from.pop() && to.pop()) {
+            break;
+        }
+        places.extend(gone.strip_prefix(&from).ok().map(|below| to.join(below)));
+        if !same {
+            break;
+        }
+    }
+    places
+}
+
+/// Tells `project.json` where the parts are now, and nothing else.
+///
+/// # Errors
+/// [`Error::Io`] and [`Error::Input`] where a part does not exist, all in one; those of reading and writing the
+/// project. The file stays as it is then.
+pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
+    let mut project = read_project(folder)?;
+    let mut errors = Vec::new();
+    for part in Part::ALL {
+        let written = match part {
+            Part::Photos => &mut project.photos,
+            Part::Cameras => &mut project.cameras,
+            Part::Model => &mut project.model,
+        };
+        match relative_to(folder, parts.path(part)) {
+            Ok(path) => *written = path,
+            Err(error) => errors.push(error),
+        }
+    }
+    match Error::of_all(errors) {
+        Some(error) => Err(error),
+        None => write_project(folder, &project),
+    }
+}
+
+/// Copies `file` into the photos' folder, as the photo that the cameras call `name`. Nothing is overwritten.
+///
+/// # Errors
+/// [`Error::Input`] when there is such a file already; [`Error::Io`].
+pub fn bring_photo(photos: &Path, name: &str, file: &Path) -> Result<()> {
+    let target = photos.join(name);
+    if target.exists() {
+        let remedy = "move it away first if the other one is the right one";
+        return Err(Error::input(target, "", "there is a photo of this name already", remedy));
+    }
+    let mut source = File::open(file).map_err(Error::io(file, "open it"))?;
+    if let Some(folder) = target.parent() {
+        std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+    }
+    write_atomically_with(&target, |out| std::io::copy(&mut source, out).map(|_| ()))
+}
+
+/// Writes where the model stands in the cameras' world, and gives back where it stood.
+///
+/// # Errors
+/// Those of reading and writing the project; the file stays as it is then.
+pub fn move_model(folder: &Path, world_from_model: Similarity) -> Result<Similarity> {
+    let mut project = read_project(folder)?;
+    let before = std::mem::replace(&mut project.world_from_model, world_from_model);
+    write_project(folder, &project)?;
+    Ok(before)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn guessed(gone: &str, moved: &[(&str, &str)], project: &str, there: &[&str]) -> Option<String> {
+        let moved: Vec<_> = moved.iter().map(|(from, to)| (from.into(), to.into())).collect();
+        let found = guess(Path::new(gone), &moved, Path::new(project), |path| {
+            there.iter().any(|there| Path::new(there) == path)
+        });
+        found.map(|path| path.to_str().unwrap().replace('\\', "/"))
+    }
+
+    #[test]
+    fn what_stood_beside_something_that_moved_is_looked_for_beside_its_new_place() {
+        let moved = [("/a/site/images", "/b/old/site/images")];
+        let there = ["/b/old/site/sparse"];
+        assert_eq!(guessed("/a/site/sparse", &moved, "/p", &there), Some(there[0].into()));
+        let renamed = [("/a/site/images", "/b/photos")];
+        assert_eq!(guessed("/a/site/sparse", &renamed, "/p", &["/b/sparse"]), Some("/b/sparse".into()));
+        assert_eq!(guessed("/a/site/sparse", &renamed, "/p", &["/b/other"]), None);
+    }
+
+    #[test]
+    fn without_a_hint_the_folders_around_the_project_are_looked_into() {
+        let there = ["/new/castle/images", "/new/images"];
+        assert_eq!(guessed("/old/castle/images", &[], "/new/projects/p", &there), Some(there[0].into()));
+        assert_eq!(guessed("/old/castle/images", &[], "/new/projects/p", &there[1..]), Some(there[1].into()));
+        assert_eq!(guessed("/old/images", &[], "/a/b/c/d/e/f", &["/a/images"]), None, "too far away");
+    }
+
+    fn project(folder: &Path) -> PathBuf {
+        for below in ["project", "site/images", "site/sparse"] {
+            std::fs::create_dir_all(folder.join(below)).unwrap();
+        }
+        std::fs::write(folder.join("site/house.obj"), "").unwrap();
+        let text = r#"{"version": 1, "photos": "../old/images", "cameras": "../site/sparse", "model": "../old/house.obj",
+            "options": {"margin": 7}}"#;
+        std::fs::write(folder.join("project/project.json"), text).unwrap();
+        folder.join("project")
+    }
+
+    #[test]
+    fn parts_that_are_gone_are_named_and_relinked_without_touching_anything_else() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = project(folder.path());
+        let mut parts = parts_of(&project, &read_project(&project).unwrap());
+        assert_eq!(gone(&parts), [Part::Photos, Part::Model]);
+        assert!(parts.photos.ends_with("old/images") && !parts.photos.to_str().unwrap().contains(".."));
+
+        parts.photos = folder.path().join("site/images");
+        let before = std::fs::read(project.join("project.json")).unwrap();
+        let refused = relink(&project, &parts).unwrap_err().to_string();
+        assert!(refused.contains("house.obj"), "{refused}");
+        assert_eq!(std::fs::read(project.join("project.json")).unwrap(), before);
+
+        parts.model = folder.path().join("site/house.obj");
+        relink(&project, &parts).unwrap();
+        let now = read_project(&project).unwrap();
+        assert_eq!(
+            [now.photos, now.cameras, now.model],
+            ["../site/images", "../site/sparse", "../site/house.obj"]
+        );
+        assert_eq!(now.options.margin, 7);
+    }
+
+    #[test]
+    fn the_model_is_moved_and_moved_back() {
+        let folder = tempfile::tempdir().unwrap();
+        let project = project(folder.path());
+        let upright = Similarity::parse("y-up").unwrap();
+        assert_eq!(move_model(&project, upright).unwrap(), Similarity::IDENTITY);
+        assert_eq!(move_model(&project, Similarity::IDENTITY).unwrap(), upright);
+        assert_eq!(read_project(&project).unwrap().options.margin, 7);
+    }
+
+    #[test]
+    fn a_photo_is_brought_under_the_name_that_the_cameras_give_and_never_over_another() {
+        let folder = tempfile::tempdir().unwrap();
+        let (photos, file) = (folder.path().join("photos"), folder.path().join("IMG 1.jpg"));
+        std::fs::write(&file, "pixels").unwrap();
+        bring_photo(&photos, "north/0001.jpg", &file).unwrap();
+        assert_eq!(std::fs::read(photos.join("north/0001.jpg")).unwrap(), b"pixels");
+        let refused = bring_photo(&photos, "north/0001.jpg", &file).unwrap_err().to_string();
+        assert!(refused.contains("already"), "{refused}");
+    }
+}
