@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use eframe::egui::{self, CentralPanel, Context, Panel, Ui};
 use eframe::{Frame, Storage};
 
+use super::check::{Checks, Mend, check_ui};
 use super::command::{self, Command};
+use super::crash::{self, Crash, crash_ui};
 use super::flat::Flat;
 use super::flight::{Flights, timeline_ui};
 use super::frame_times::FrameTimes;
@@ -13,6 +15,7 @@ use super::jobs::Jobs;
 use super::layout::{Layout, Pane, centre_ui};
 use super::leaving::{Leaving, Questions};
 use super::notes::{Note, Notes, Weight};
+use super::opening::{Opening, Wish, opening_ui};
 use super::palette::{Palette, palette_ui};
 use super::panel;
 use super::pictures::Pictures;
@@ -22,7 +25,6 @@ use super::session::Session;
 use super::settings::Settings;
 use super::space::Space;
 use super::trip::Trip;
-use crate::app::project::Opening;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::layers::fill::FillOptions;
@@ -72,6 +74,10 @@ pub enum Ask {
     Stop(super::jobs::JobId),
     /// Forgets a project that was opened once.
     Forget(PathBuf),
+    /// What a dialog around opening, making and leaving projects wants.
+    Opening(Wish),
+    /// Moves the model to where it should stand, or back.
+    Mend(Mend),
 }
 
 /// The editor.
@@ -104,6 +110,8 @@ pub struct Editor {
     pub palette: Palette,
     /// What keys and mouse do is shown.
     pub help_shown: bool,
+    /// The settings are shown.
+    pub settings_shown: bool,
     /// Dialogs around opening and making projects.
     pub opening: Opening,
     /// Questions before a project is left, or after it was opened.
@@ -114,6 +122,10 @@ pub struct Editor {
     pub trip: Trip,
     /// Fillings and colour.
     pub quality: Quality,
+    /// What is known from comparing cameras, photos and model.
+    pub checks: Checks,
+    /// The program made a mistake, and somebody has to be told.
+    pub crash: Option<Crash>,
     /// To be woken by threads.
     pub context: Context,
 }
@@ -121,8 +133,10 @@ pub struct Editor {
 impl Editor {
     /// With what was kept from the last run; opens `project` if there is one.
     pub fn new(context: &Context, storage: Option<&dyn Storage>, project: Option<PathBuf>) -> Self {
-        let settings: Settings =
+        let mut settings: Settings =
             storage.and_then(|storage| eframe::get_value(storage, SETTINGS)).unwrap_or_default();
+        // Where nothing is kept from run to run, hints would come every time.
+        settings.hints &= storage.is_some();
         settings.apply_to(context);
         let mut editor = Self {
             session: None,
@@ -139,11 +153,14 @@ impl Editor {
             pictures: Pictures::default(),
             palette: Palette::default(),
             help_shown: false,
+            settings_shown: false,
             opening: Opening::default(),
             questions: Questions::default(),
             frame_times: FrameTimes::default(),
             trip: Trip::default(),
             quality: Quality::default(),
+            checks: Checks::default(),
+            crash: None,
             context: context.clone(),
         };
         if let Some(project) = project {
@@ -196,12 +213,12 @@ impl Editor {
         notes.into_iter().for_each(|note| self.tell(note));
         arrivals.into_iter().for_each(|arrival| arrival(self));
         self.pictures.take_in(context);
-        self.take_dropped(context);
-        self.take_chosen();
+        self.watch_opening(context);
         self.take_close_request(context);
         self.follow();
         self.fly_on();
         self.take_home();
+        self.check_again();
     }
 
     fn grant(&mut self, ask: Ask) {
@@ -228,6 +245,8 @@ impl Editor {
             Ask::Colour { edits, goes_on } => self.edit_colour(&edits, goes_on),
             Ask::Fill(options) => self.edit_fill(options),
             Ask::Stop(job) => self.jobs.stop(job),
+            Ask::Opening(wish) => self.grant_opening(wish),
+            Ask::Mend(mend) => self.mend(mend),
             Ask::Forget(project) => self.settings.recent.retain(|other| *other != project),
         }
     }
@@ -246,15 +265,43 @@ impl Editor {
 
 impl eframe::App for Editor {
     fn logic(&mut self, context: &Context, _: &mut Frame) {
-        self.take_in(context);
-        if let Some(command) = command::pressed(context, self.space.id) {
-            self.run(command);
+        let work = || {
+            self.take_in(context);
+            if self.crash.is_none()
+                && !self.opening.is_asking()
+                && let Some(command) = command::pressed(context, self.space.id)
+            {
+                self.run(command);
+            }
+        };
+        if let Err(crash) = crash::guarded(work) {
+            self.crash = Some(crash);
         }
     }
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut Frame) {
         // Of the frame before.
         frame.info().cpu_usage.into_iter().for_each(|seconds| self.frame_times.add(seconds));
+        if self.crash.is_some() {
+            crash_ui(self, ui);
+        } else if let Err(crash) = crash::guarded(|| self.draw(ui)) {
+            self.crash = Some(crash);
+            ui.ctx().request_repaint();
+        }
+    }
+
+    fn save(&mut self, storage: &mut dyn Storage) {
+        eframe::set_value(storage, SETTINGS, &self.settings);
+        self.layout.keep(storage);
+    }
+
+    fn on_exit(&mut self) {
+        self.jobs.stop_all();
+    }
+}
+
+impl Editor {
+    fn draw(&mut self, ui: &mut Ui) {
         let mut asks = Vec::new();
         Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(self, ui, &mut asks));
         Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
@@ -275,21 +322,16 @@ impl eframe::App for Editor {
         } else {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
         }
-        self.questions_ui(ui.ctx());
-        self.export_ui(ui.ctx());
-        panel::help::help_ui(self, ui.ctx());
         let context = ui.ctx().clone();
+        self.questions_ui(&context);
+        self.export_ui(&context);
+        panel::help::help_ui(self, &context);
+        panel::settings::settings_ui(self, &context, &mut asks);
+        panel::hint::hint_ui(self, &context, &mut asks);
+        check_ui(self, &context, &mut asks);
+        opening_ui(self, &context, &mut asks);
         panel::dialogs::dialogs_ui(self, &context, &mut asks);
         asks.extend(palette_ui(self, &context).map(Ask::Run));
         asks.into_iter().for_each(|ask| self.grant(ask));
-    }
-
-    fn save(&mut self, storage: &mut dyn Storage) {
-        eframe::set_value(storage, SETTINGS, &self.settings);
-        self.layout.keep(storage);
-    }
-
-    fn on_exit(&mut self) {
-        self.jobs.stop_all();
     }
 }

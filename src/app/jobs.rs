@@ -54,6 +54,8 @@ pub enum Kind {
     Look,
     /// Makes what the flat views show.
     FlatView,
+    /// Looks through a folder for photos, cameras and a model.
+    Search,
 }
 
 impl Kind {
@@ -68,7 +70,13 @@ impl Kind {
                 | Self::Keep
                 | Self::Preview
                 | Self::Look
+                | Self::Search
         )
+    }
+
+    /// It writes files that somebody waits for.
+    fn writes(self) -> bool {
+        matches!(self, Self::Build | Self::Fill | Self::Export | Self::Import | Self::Render)
     }
 }
 
@@ -143,6 +151,16 @@ impl Jobs {
     /// Whether this one still runs.
     pub fn is_running(&self, id: JobId) -> bool {
         self.running.contains_key(&id)
+    }
+
+    /// Those that write files that somebody waits for.
+    pub fn writing(&self) -> impl Iterator<Item = (JobId, &Job)> {
+        self.running().filter(|(_, job)| job.kind.writes())
+    }
+
+    /// Asks all that write to stop.
+    pub fn stop_writing(&self) {
+        self.writing().for_each(|(_, job)| job.stop.store(true, Ordering::Relaxed));
     }
 
     /// Nothing runs.
@@ -260,8 +278,10 @@ impl Job {
 fn fault(panic: &(dyn std::any::Any + Send)) -> Error {
     let said = panic.downcast_ref::<&str>().map(|text| (*text).to_owned());
     let said = said.or_else(|| panic.downcast_ref::<String>().cloned()).unwrap_or_default();
+    let report = super::crash::last().report;
+    let report = report.map_or(String::new(), |path| format!("; a report is in {}", path.display()));
     Error::Request(format!(
-        "this is a fault of the program, not yours: {said}; your work is as it was, save it and try again"
+        "this is a fault of the program, not yours: {said}; your work is as it was{report}"
     ))
 }
 

@@ -15,6 +15,8 @@ pub enum Leaving {
     Close,
     /// To another project.
     Open(PathBuf),
+    /// To the project that the assistant makes.
+    Create,
     /// Out of the program.
     Quit,
 }
@@ -35,27 +37,33 @@ impl Editor {
         if self.is_dirty() {
             self.questions.leaving = Some(leaving);
         } else {
-            self.left(leaving);
+            self.leave_writers(leaving);
         }
     }
 
-    fn left(&mut self, leaving: Leaving) {
+    pub(super) fn left(&mut self, leaving: Leaving) {
         match leaving {
             Leaving::Close => self.close_project(),
             Leaving::Open(project) => self.open_now(project),
-            Leaving::Quit => {
-                self.questions.quits = true;
-                self.context.send_viewport_cmd(ViewportCommand::Close);
-            }
+            Leaving::Create => self.create_project(),
+            Leaving::Quit => self.quit(),
         }
+    }
+
+    /// Closes the window; nothing is asked any more.
+    pub(super) fn quit(&mut self) {
+        self.questions.quits = true;
+        self.context.send_viewport_cmd(ViewportCommand::Close);
     }
 
     /// The window's own button asks, too.
     pub(super) fn take_close_request(&mut self, context: &Context) {
         let asked = context.input(|input| input.viewport().close_requested());
-        if asked && !self.questions.quits && self.is_dirty() {
+        let ends = self.is_dirty() || self.jobs.writing().next().is_some();
+        // After a fault no question is shown that could be answered; what is not saved is kept.
+        if asked && ends && !self.questions.quits && self.crash.is_none() {
             context.send_viewport_cmd(ViewportCommand::CancelClose);
-            self.questions.leaving = Some(Leaving::Quit);
+            self.leave(Leaving::Quit);
         }
     }
 
@@ -104,7 +112,7 @@ impl Editor {
 
     fn go(&mut self) {
         if let Some(leaving) = self.questions.leaving.take() {
-            self.left(leaving);
+            self.leave_writers(leaving);
         }
     }
 

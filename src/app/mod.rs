@@ -5,7 +5,9 @@
 //! frame is a job on a thread of its own.
 
 mod authored;
+mod check;
 pub mod command;
+mod crash;
 pub mod editor;
 mod flat;
 mod flight;
@@ -16,6 +18,7 @@ mod layer_work;
 mod layout;
 mod leaving;
 pub mod notes;
+mod opening;
 mod painter;
 mod palette;
 mod panel;
@@ -34,9 +37,13 @@ use std::path::PathBuf;
 use eframe::NativeOptions;
 use eframe::egui::ViewportBuilder;
 
+use self::crash::Crash;
 use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
 use crate::error::{Error, Result};
+
+/// The name that the system knows the window by; settings are kept under it.
+const APP_ID: &str = "quadratura";
 
 /// Opens the window, with a project or without; returns what its frames took when it is closed.
 ///
@@ -47,7 +54,7 @@ pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
     let times = FrameTimes::default();
     let frame_times = times.clone();
     let viewport = ViewportBuilder::default()
-        .with_app_id("quadratura")
+        .with_app_id(APP_ID)
         .with_title("Quadratura")
         .with_inner_size([1440.0, 900.0])
         .with_min_inner_size([720.0, 480.0])
@@ -58,8 +65,11 @@ pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
         let editor = Editor { frame_times, ..editor };
         Ok(Box::new(editor) as Box<dyn eframe::App>)
     };
-    let closed = eframe::run_native("quadratura", options, Box::new(start));
-    closed.map(|()| times.report()).map_err(|error| {
+    crash::watch();
+    let mut ended = Ok(());
+    let fault = crash::guarded(|| ended = eframe::run_native(APP_ID, options, Box::new(start)));
+    fault.map_err(|crash| Error::Request(told(&crash)))?;
+    ended.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
             "the window could not be opened: {error}; every other command of the program works without one"
         ))
@@ -76,4 +86,15 @@ fn refuse_no_display() -> Result<()> {
         return Err(Error::Request(message.into()));
     }
     Ok(())
+}
+
+/// A fault outside of what the editor draws, such as in the system's own window.
+fn told(crash: &Crash) -> String {
+    let report = crash.report.as_ref();
+    let report = report.map_or(String::new(), |path| format!("; a report is in {}", path.display()));
+    format!(
+        "the window ended by a fault of the program: {}; your project is whole, every file of it is written at once or \
+         not at all{report}",
+        crash.said
+    )
 }

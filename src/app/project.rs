@@ -1,13 +1,7 @@
-//! Projects opened, closed, built and filled: jobs, and what becomes of the editor when they end.
-
-use std::path::PathBuf;
-use std::sync::mpsc::{Receiver, channel};
-
-use eframe::egui::Context;
+//! Projects shown, closed, built and filled: jobs, and what becomes of the editor when they end.
 
 use super::editor::Editor;
 use super::jobs::Kind;
-use super::leaving::Leaving;
 use super::notes::{Note, Weight};
 use super::painter::Painter;
 use super::pictures::Pictures;
@@ -17,83 +11,16 @@ use super::session::{Session, survey};
 use super::space::Space;
 use crate::error::Error;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::io::project::PROJECT_FILE;
 use crate::io::stack_store::StackStore;
 use crate::recipe::budget::default_memory;
 use crate::recipe::build::{BuildOptions, build};
-use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
 use crate::recipe::fill::{FillRequest, fill};
 use crate::recipe::preview::{self, PreviewOptions};
 use crate::task::Task;
 
-/// Dialogs around opening and making projects.
-#[derive(Default)]
-pub struct Opening {
-    /// A folder that is being chosen in a dialog of the system.
-    choosing: Option<Receiver<Option<PathBuf>>>,
-}
-
 impl Editor {
-    /// Asks for a project's folder.
-    pub fn choose_project(&mut self) {
-        let (send, receive) = channel();
-        let context = self.context.clone();
-        // The system's dialog waits for the user: not on the window's thread.
-        let ask = move || {
-            let chosen = rfd::FileDialog::new().set_title("Open the folder of a project").pick_folder();
-            let _ = send.send(chosen);
-            context.request_repaint();
-        };
-        if std::thread::Builder::new().name("dialog".into()).spawn(ask).is_ok() {
-            self.opening.choosing = Some(receive);
-        }
-    }
-
-    pub(super) fn take_chosen(&mut self) {
-        let Some(receive) = &self.opening.choosing else { return };
-        if let Ok(chosen) = receive.try_recv() {
-            self.opening.choosing = None;
-            chosen.into_iter().for_each(|folder| self.open_project(folder));
-        }
-    }
-
-    /// A project's folder or file that was dropped on the window is opened.
-    pub(super) fn take_dropped(&mut self, context: &Context) {
-        let dropped = context.input(|input| input.raw.dropped_files.clone());
-        let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
-        let Some(path) = paths.first().cloned().filter(|_| !self.import_dropped(&paths)) else { return };
-        let folder = if path.is_file() { path.parent().map(PathBuf::from).unwrap_or_default() } else { path };
-        if folder.join(PROJECT_FILE).is_file() {
-            self.open_project(folder);
-        } else {
-            let found = format!("{}: this is no project; it has no {PROJECT_FILE}", folder.display());
-            self.tell(Note::new(Weight::Problem, found));
-        }
-    }
-
-    /// Opens the project in `folder` instead of the one that is open; asks first where something is not saved.
-    pub fn open_project(&mut self, folder: PathBuf) {
-        self.leave(Leaving::Open(folder));
-    }
-
-    pub(super) fn open_now(&mut self, folder: PathBuf) {
-        let folder = match folder.file_name() {
-            Some(name) if name == PROJECT_FILE => folder.parent().map(PathBuf::from).unwrap_or_default(),
-            _ => folder,
-        };
-        self.close_project();
-        self.jobs.stop_kind(Kind::Open);
-        let name = format!("Opening {}", folder.display());
-        self.jobs.start(Kind::Open, name, move |task| {
-            let (session, recovered) = Session::open(&folder, task)?;
-            Ok(Box::new(move |editor| {
-                editor.opened(session);
-                recovered.into_iter().for_each(|recovered| editor.offer_recovery(recovered));
-            }))
-        });
-    }
-
-    fn opened(&mut self, session: Session) {
+    /// Shows a project that was opened.
+    pub(super) fn opened(&mut self, session: Session) {
         self.settings.remember(&session.folder);
         for problem in &session.opened.problems {
             self.notes.add(Note::new(Weight::Problem, problem.to_string()));
@@ -108,6 +35,7 @@ impl Editor {
         self.prepare_painter();
         self.begin_trip();
         self.show_exposure();
+        self.welcome_session();
     }
 
     /// Closes the project; what is running on it is stopped.
@@ -130,16 +58,27 @@ impl Editor {
         let (folder, opened, context) =
             (session.folder.clone(), session.opened.clone(), self.context.clone());
         self.jobs.stop_kind(Kind::Preview);
+        self.space.trouble = None;
         self.jobs.start(Kind::Preview, "Preparing the 3D view", move |task| {
-            let gpu = Gpu::headless()?;
-            let preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
-            preview.problems().into_iter().for_each(|problem| task.note(problem));
-            let model = opened.site.model.clone();
-            let painter = Painter::new(preview, model, gpu.adapter_summary(), task.clone(), context)?;
+            let made = Gpu::headless().and_then(|gpu| {
+                let preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
+                preview.problems().into_iter().for_each(|problem| task.note(problem));
+                let model = opened.site.model.clone();
+                Painter::new(preview, model, gpu.adapter_summary(), task.clone(), context)
+            });
+            if matches!(made, Err(Error::Cancelled)) {
+                return Err(Error::Cancelled);
+            }
             Ok(Box::new(move |editor| {
-                if let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) {
-                    session.painter = Some(painter);
-                    editor.space.refresh();
+                let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) else {
+                    return;
+                };
+                match made {
+                    Ok(painter) => {
+                        session.painter = Some(painter);
+                        editor.space.refresh();
+                    }
+                    Err(error) => editor.space_failed(&error),
                 }
             }))
         });
@@ -209,23 +148,6 @@ impl Editor {
         });
     }
 
-    /// Compares cameras, photos and model.
-    pub fn check(&mut self) {
-        let Some(session) = &self.session else { return };
-        let opened = session.opened.clone();
-        self.jobs.start(Kind::Check, "Checking cameras, photos and model", move |task| {
-            let project = &opened.project;
-            let (world_from_model, tolerance) = (project.world_from_model, project.options.tolerance);
-            let options = CheckOptions { world_from_model, tolerance, pictures: None };
-            let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
-            let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
-            Ok(Box::new(move |editor| {
-                editor.settings.notes_shown = true;
-                editor.tell(judged(&report));
-            }))
-        });
-    }
-
     pub(super) fn stacks_changed(
         &mut self,
         folder: &std::path::Path,
@@ -238,22 +160,6 @@ impl Editor {
         self.quality.forget_stacks();
         self.prepare_painter();
     }
-}
-
-/// What a check found, in a sentence or two.
-fn judged(report: &CheckReport) -> Note {
-    let (weight, verdict) = match report.verdict {
-        Verdict::Fits => (Weight::Info, "The model fits the photos"),
-        Verdict::Poor => (Weight::Warning, "The model fits the photos in part"),
-        Verdict::Misses => (Weight::Problem, "The model does not stand where the photos are"),
-    };
-    let met = report.agreement.map_or(String::new(), |share| {
-        format!("; it meets {:.0} % of the sparse points' sightings", 100.0 * share)
-    });
-    let better = report.suggestion.as_ref().map_or(String::new(), |suggestion| {
-        format!(" This transform of the model does better: {}", suggestion.transform)
-    });
-    Note::new(weight, format!("{verdict}{met}.{better}"))
 }
 
 /// Gains and relief can be made later.

@@ -110,14 +110,26 @@ impl Session {
     pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<Recovered>)> {
         let lock = ProjectLock::take(folder)?;
         let opened = open(folder, task)?;
-        let photos = survey(folder, &opened, task)?;
         let recovered = find_unsaved(folder, &opened.project).unwrap_or_else(|error| {
             task.note(format!("what was not saved last time cannot be read: {error}"));
             None
         });
+        Ok((Self::with(lock, folder, opened, task)?, recovered))
+    }
+
+    /// The same for a project that was read already.
+    ///
+    /// # Errors
+    /// [`crate::Error::Request`] when another program writes to it; those of [`survey`].
+    pub fn of(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
+        Self::with(ProjectLock::take(folder)?, folder, opened, task)
+    }
+
+    fn with(lock: ProjectLock, folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
+        let photos = survey(folder, &opened, task)?;
         let history = History::new(opened.project.clone());
         let model = &opened.site.model;
-        let session = Self {
+        Ok(Self {
             folder: folder.to_path_buf(),
             ground: Ground::of(&model.vertices, up(&opened.site.photos)),
             solid: Solid::new(model),
@@ -127,8 +139,7 @@ impl Session {
             history,
             due: Due::default(),
             lock: Arc::new(lock),
-        };
-        Ok((session, recovered))
+        })
     }
 
     /// The site was read again.

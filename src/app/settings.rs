@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Context, FontId, TextStyle, Theme, Visuals};
+use eframe::egui::{Context, FontId, TextStyle, Theme, ThemePreference, Visuals};
 use serde::{Deserialize, Serialize};
 
 use super::panel::side::Tab;
@@ -20,12 +20,54 @@ pub enum Navigation {
     Blender,
 }
 
+impl Navigation {
+    /// All of them.
+    pub const ALL: [Self; 2] = [Self::Simple, Self::Blender];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Simple => "Simple: left turns, right moves",
+            Self::Blender => "Blender: middle turns, Shift+middle moves",
+        }
+    }
+}
+
+/// The colours of the window.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Colours {
+    /// As the system has it.
+    System,
+    /// Light on dark.
+    Dark,
+    /// Dark on light.
+    Light,
+}
+
+impl Colours {
+    /// All of them.
+    pub const ALL: [Self; 3] = [Self::System, Self::Dark, Self::Light];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::System => "As the system",
+            Self::Dark => "Dark",
+            Self::Light => "Light",
+        }
+    }
+}
+
 /// Choices of the user that belong to no project.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Settings {
-    /// Dark rather than light.
-    pub dark: bool,
+    /// Dark or light.
+    pub colours: Colours,
+    /// The size of text and buttons; 1 as the system has it.
+    pub scale: f32,
+    /// Hints for the first steps are shown.
+    pub hints: bool,
     /// How the mouse moves through space.
     pub navigation: Navigation,
     /// The panel of notes is shown.
@@ -41,7 +83,9 @@ pub struct Settings {
 impl Default for Settings {
     fn default() -> Self {
         Self {
-            dark: true,
+            colours: Colours::Dark,
+            scale: 1.0,
+            hints: true,
             navigation: Navigation::Simple,
             notes_shown: false,
             side: Tab::default(),
@@ -52,6 +96,17 @@ impl Default for Settings {
 }
 
 impl Settings {
+    /// Smaller text cannot be read.
+    pub const SMALLEST: f32 = 0.8;
+    /// Larger, and no panel has room for itself.
+    pub const LARGEST: f32 = 2.5;
+
+    /// Text and buttons larger or smaller by so many steps of a tenth.
+    pub fn resize(&mut self, steps: f32) {
+        self.scale = ((self.scale * 10.0).round() + steps) / 10.0;
+        self.scale = self.scale.clamp(Self::SMALLEST, Self::LARGEST);
+    }
+
     /// A project was opened.
     pub fn remember(&mut self, project: &Path) {
         let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
@@ -62,7 +117,14 @@ impl Settings {
 
     /// Colours and sizes of the window.
     pub fn apply_to(&self, context: &Context) {
-        context.set_theme(if self.dark { Theme::Dark } else { Theme::Light });
+        context.set_theme(match self.colours {
+            Colours::System => ThemePreference::System,
+            Colours::Dark => ThemePreference::Dark,
+            Colours::Light => ThemePreference::Light,
+        });
+        // The commands have these keys.
+        context.options_mut(|options| options.zoom_with_keyboard = false);
+        context.set_zoom_factor(self.scale.clamp(Self::SMALLEST, Self::LARGEST));
         context.set_visuals_of(Theme::Dark, dark());
         context.set_visuals_of(Theme::Light, light());
         context.all_styles_mut(|style| {
@@ -110,6 +172,17 @@ fn light() -> Visuals {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_size_goes_by_tenths_and_stays_readable() {
+        let mut settings = Settings::default();
+        settings.resize(1.0);
+        assert_eq!(settings.scale, 1.1);
+        (0..40).for_each(|_| settings.resize(-1.0));
+        assert_eq!(settings.scale, Settings::SMALLEST);
+        (0..40).for_each(|_| settings.resize(1.0));
+        assert_eq!(settings.scale, Settings::LARGEST);
+    }
 
     #[test]
     fn a_project_opened_again_comes_first_and_is_listed_once() {

@@ -1,6 +1,5 @@
 //! A project's parts that are not where `project.json` says: which, where they might be now, and the project told
-//! of their new places. And the model moved to where it should stand. Whoever calls what writes here holds the
-//! project's lock.
+//! of their new places. Whoever calls what writes here holds the project's lock.
 
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};
@@ -9,7 +8,6 @@ use super::discover::{Part, Parts};
 use super::open::Opened;
 use crate::document::Project;
 use crate::error::{Error, Result};
-use crate::geometry::Similarity;
 use crate::io::atomic::write_atomically_with;
 use crate::io::project::{read_project, relative_to, write_project};
 
@@ -91,13 +89,12 @@ fn places_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
     places
 }
 
-/// Tells `project.json` where the parts are now, and nothing else.
+/// The project with its parts where they are now, and nothing else changed.
 ///
 /// # Errors
-/// [`Error::Io`] and [`Error::Input`] where a part does not exist, all in one; those of reading and writing the
-/// project. The file stays as it is then.
-pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
-    let mut project = read_project(folder)?;
+/// [`Error::Io`] and [`Error::Input`] where a part does not exist, all in one.
+pub fn relinked(project: &Project, folder: &Path, parts: &Parts) -> Result<Project> {
+    let mut project = project.clone();
     let mut errors = Vec::new();
     for part in Part::ALL {
         let written = match part {
@@ -110,10 +107,15 @@ pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
             Err(error) => errors.push(error),
         }
     }
-    match Error::of_all(errors) {
-        Some(error) => Err(error),
-        None => write_project(folder, &project),
-    }
+    Error::of_all(errors).map_or(Ok(project), Err)
+}
+
+/// Tells `project.json` where the parts are now, and nothing else.
+///
+/// # Errors
+/// Those of [`relinked`], and of reading and writing the project. The file stays as it is then.
+pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
+    write_project(folder, &relinked(&read_project(folder)?, folder, parts)?)
 }
 
 /// Copies `file` into the photos' folder, as the photo that the cameras call `name`. Nothing is overwritten.
@@ -131,17 +133,6 @@ pub fn bring_photo(photos: &Path, name: &str, file: &Path) -> Result<()> {
         std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     }
     write_atomically_with(&target, |out| std::io::copy(&mut source, out).map(|_| ()))
-}
-
-/// Writes where the model stands in the cameras' world, and gives back where it stood.
-///
-/// # Errors
-/// Those of reading and writing the project; the file stays as it is then.
-pub fn move_model(folder: &Path, world_from_model: Similarity) -> Result<Similarity> {
-    let mut project = read_project(folder)?;
-    let before = std::mem::replace(&mut project.world_from_model, world_from_model);
-    write_project(folder, &project)?;
-    Ok(before)
 }
 
 #[cfg(test)]
@@ -207,16 +198,6 @@ mod tests {
             ["../site/images", "../site/sparse", "../site/house.obj"]
         );
         assert_eq!(now.options.margin, 7);
-    }
-
-    #[test]
-    fn the_model_is_moved_and_moved_back() {
-        let folder = tempfile::tempdir().unwrap();
-        let project = project(folder.path());
-        let upright = Similarity::parse("y-up").unwrap();
-        assert_eq!(move_model(&project, upright).unwrap(), Similarity::IDENTITY);
-        assert_eq!(move_model(&project, Similarity::IDENTITY).unwrap(), upright);
-        assert_eq!(read_project(&project).unwrap().options.margin, 7);
     }
 
     #[test]

@@ -1,20 +1,34 @@
 //! Commands on projects and on the program.
 
-use eframe::egui::{Context, Key};
+use eframe::egui::{Context, Key, Theme};
 
-use super::{Command, Menu, PLAIN, ctrl, plain, with_project};
+use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::app::editor::Editor;
 use crate::app::leaving::Leaving;
+use crate::app::opening::Purpose;
+use crate::app::settings::Colours;
 
 /// In the order of their menus.
-pub const COMMANDS: &[&Command] = &[&OPEN, &CLOSE, &QUIT, &PALETTE, &NOTES, &DARK, &LAYOUT, &KEYS];
+pub const COMMANDS: &[&Command] = &[
+    &NEW, &OPEN, &CLOSE, &MISSING, &SETTINGS, &QUIT, &PALETTE, &NOTES, &DARK, &LARGER, &SMALLER, &USUAL,
+    &LAYOUT, &KEYS,
+];
+
+/// The assistant for new projects.
+pub const NEW: Command = Command {
+    name: "New project…",
+    tooltip: "Makes a project of photos, cameras and a model: a folder is enough, what is in it is found by itself.",
+    keys: &[ctrl(Key::N)],
+    run: |editor, _| editor.start_assistant(None),
+    ..PLAIN
+};
 
 /// Asks for a project's folder.
 pub const OPEN: Command = Command {
     name: "Open project…",
     tooltip: "Opens the folder of a project.",
     keys: &[ctrl(Key::O)],
-    run: |editor, _| editor.choose_project(),
+    run: |editor, _| editor.choose(Purpose::Project),
     ..PLAIN
 };
 
@@ -35,6 +49,26 @@ pub const QUIT: Command = Command {
     keys: &[ctrl(Key::Q)],
     starts_group: true,
     run: |editor, _| editor.leave(Leaving::Quit),
+    ..PLAIN
+};
+
+/// Files that are not where they were.
+pub const MISSING: Command = Command {
+    name: "Missing files…",
+    tooltip: "Shows which files of the project are not where they were, and finds them again.",
+    ready: with_problems,
+    run: |editor, _| editor.show_missing(),
+    ..PLAIN
+};
+
+/// The settings.
+pub const SETTINGS: Command = Command {
+    name: "Settings…",
+    tooltip: "Shows colours, sizes, and what the mouse does.",
+    keys: &[ctrl(Key::Comma)],
+    starts_group: true,
+    on: Some(|editor| editor.settings_shown),
+    run: |editor, _| editor.settings_shown ^= true,
     ..PLAIN
 };
 
@@ -65,8 +99,41 @@ pub const DARK: Command = Command {
     tooltip: "Switches between light and dark.",
     menu: Menu::Window,
     starts_group: true,
-    on: Some(|editor| editor.settings.dark),
+    on: Some(|editor| editor.settings.colours == Colours::Dark),
     run: switch_theme,
+    ..PLAIN
+};
+
+/// Everything larger.
+pub const LARGER: Command = Command {
+    name: "Larger",
+    tooltip: "Makes text and buttons larger.",
+    keys: &[ctrl(Key::Plus), ctrl(Key::Equals)],
+    menu: Menu::Window,
+    run: |editor, context| resize(editor, context, 1.0),
+    ..PLAIN
+};
+
+/// Everything smaller.
+pub const SMALLER: Command = Command {
+    name: "Smaller",
+    tooltip: "Makes text and buttons smaller.",
+    keys: &[ctrl(Key::Minus)],
+    menu: Menu::Window,
+    run: |editor, context| resize(editor, context, -1.0),
+    ..PLAIN
+};
+
+/// Everything as large as the system has it.
+pub const USUAL: Command = Command {
+    name: "Usual size",
+    tooltip: "Makes text and buttons as large as the system has them.",
+    keys: &[ctrl(Key::Num0)],
+    menu: Menu::Window,
+    run: |editor, context| {
+        editor.settings.scale = 1.0;
+        editor.settings.apply_to(context);
+    },
     ..PLAIN
 };
 
@@ -90,7 +157,20 @@ pub const KEYS: Command = Command {
     ..PLAIN
 };
 
+fn resize(editor: &mut Editor, context: &Context, steps: f32) {
+    editor.settings.resize(steps);
+    editor.settings.apply_to(context);
+}
+
+/// Something of the project could not be read.
+fn with_problems(editor: &Editor) -> Result<(), WhyNot> {
+    with_project(editor)?;
+    let complete = editor.session.as_ref().is_some_and(|session| session.opened.problems.is_empty());
+    if complete { Err("nothing is missing") } else { Ok(()) }
+}
+
 fn switch_theme(editor: &mut Editor, context: &Context) {
-    editor.settings.dark ^= true;
+    // From what is seen, whoever chose it.
+    editor.settings.colours = if context.theme() == Theme::Dark { Colours::Light } else { Colours::Dark };
     editor.settings.apply_to(context);
 }

@@ -7,7 +7,7 @@ use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 
 /// In the order of their menus.
-pub const COMMANDS: &[&Command] = &[&BUILD, &BUILD_PHOTO, &FILL, &CHECK, &STOP];
+pub const COMMANDS: &[&Command] = &[&BUILD, &BUILD_PHOTO, &FILL, &CHECK, &CHECKED, &STOP];
 
 /// Builds all stacks that are not up to date.
 pub const BUILD: Command = Command {
@@ -54,6 +54,17 @@ pub const CHECK: Command = Command {
     ..PLAIN
 };
 
+/// What the last check found.
+pub const CHECKED: Command = Command {
+    name: "Result of the check",
+    tooltip: "Shows what the last check found, with the model's edges over the photos.",
+    menu: Menu::Layers,
+    ready: with_check,
+    on: Some(|editor| editor.checks.shown),
+    run: |editor, _| editor.checks.shown ^= true,
+    ..PLAIN
+};
+
 /// Stops what runs.
 pub const STOP: Command = Command {
     name: "Stop all jobs",
@@ -73,6 +84,11 @@ fn can_write(editor: &Editor) -> Result<(), WhyNot> {
         true => Err("wait until the job that runs has ended, or stop it"),
         false => Ok(()),
     }
+}
+
+fn with_check(editor: &Editor) -> Result<(), WhyNot> {
+    let session = editor.session.as_ref().ok_or("open a project first")?;
+    if editor.checks.has_report(&session.folder) { Ok(()) } else { Err("check the project first") }
 }
 
 fn with_photo(editor: &Editor) -> Result<(), WhyNot> {

@@ -27,16 +27,21 @@ const BLENDER: &[(&str, &str)] = &[
     ("X, held", "flip between photo and view"),
 ];
 
+/// What the mouse does, what one needs first at the beginning.
+pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] {
+    match navigation {
+        Navigation::Simple => SIMPLE,
+        Navigation::Blender => BLENDER,
+    }
+}
+
 /// Shows it when it is wanted.
 pub fn help_ui(editor: &mut Editor, context: &Context) {
     let mut open = editor.help_shown;
     let window = Window::new("Keys and mouse").open(&mut open).default_width(420.0).default_height(520.0);
     window.show(context, |ui| {
         ScrollArea::vertical().show(ui, |ui| {
-            let mouse = match editor.settings.navigation {
-                Navigation::Simple => SIMPLE,
-                Navigation::Blender => BLENDER,
-            };
+            let mouse = mouse(editor.settings.navigation);
             Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
                 for (keys, what) in mouse {
                     ui.strong(*keys);

@@ -49,7 +49,8 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_enabled_ui(!editor.settings.recent.is_empty(), |ui| {
         ui.menu_button("Open recent", |ui| {
             for project in &editor.settings.recent {
-                if ui.button(project.display().to_string()).clicked() {
+                let button = Button::new(project.display().to_string());
+                if ui.add_enabled(project.is_dir(), button).on_disabled_hover_text("It is gone.").clicked() {
                     asks.push(Ask::Open(project.clone()));
                 }
             }
@@ -60,7 +61,8 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn navigation(editor: &mut Editor, ui: &mut Ui) {
     ui.menu_button("Mouse in the 3D view", |ui| {
         let settings = &mut editor.settings.navigation;
-        ui.radio_value(settings, Navigation::Simple, "Simple: left turns, right moves");
-        ui.radio_value(settings, Navigation::Blender, "Blender: middle turns, Shift+middle moves");
+        for navigation in Navigation::ALL {
+            ui.radio_value(settings, navigation, navigation.name());
+        }
     });
 }

@@ -4,6 +4,7 @@ mod colour;
 pub mod dialogs;
 mod fill;
 pub mod help;
+pub mod hint;
 pub mod inspector;
 pub mod menu;
 pub mod notes;
@@ -11,6 +12,7 @@ mod outliner;
 mod paint;
 mod photos;
 pub mod side;
+pub mod settings;
 pub mod status;
 pub mod welcome;
 

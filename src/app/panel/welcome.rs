@@ -1,13 +1,14 @@
 //! What is shown when no project is open: what to do next.
 
-use eframe::egui::{Button, RichText, Spinner, Ui, vec2};
+use eframe::egui::{Align, Button, Layout, RichText, Spinner, Ui, vec2};
 
 use crate::app::command::{Command, file, first_keys};
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
+use crate::app::opening::{Wish, typed_path, typed_ui};
 
 /// Draws it.
-pub fn welcome_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn welcome_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
         ui.add_space(ui.available_height() * 0.16);
         ui.label(RichText::new("Quadratura").size(40.0).strong());
@@ -21,11 +22,24 @@ pub fn welcome_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             ui.label("Opening…");
             return;
         }
+        large(editor, ui, &file::NEW, asks);
+        ui.add_space(4.0);
         large(editor, ui, &file::OPEN, asks);
-        ui.add_space(6.0);
-        ui.weak("or drop the folder of a project on this window");
+        ui.add_space(8.0);
+        ui.weak("or drop the folder of a site or of a project on this window, or type it:");
+        typed(editor, ui, asks);
         recent(editor, ui, asks);
     });
+}
+
+fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let entered = typed_ui(ui, &mut editor.opening.typed, "Folder of a site or project", 300.0);
+    let path = typed_path(&editor.opening.typed);
+    if entered && path.exists() {
+        asks.push(Ask::Opening(Wish::Take(path)));
+    } else if !editor.opening.typed.trim().is_empty() && !path.exists() {
+        ui.weak("There is no such folder.");
+    }
 }
 
 fn large(editor: &Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
@@ -47,17 +61,19 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     for project in &editor.settings.recent {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let button = Button::new(name).frame(false).min_size(vec2(300.0, 22.0));
-        let response = ui.add_enabled(there, button).on_hover_text(project.display().to_string());
-        let gone = format!("{} is gone; a right click forgets it", project.display());
-        let response = response.on_disabled_hover_text(gone);
-        if response.clicked() {
-            asks.push(Ask::Open(project.clone()));
-        }
-        response.context_menu(|ui| {
-            if ui.button("Forget").clicked() {
+        let row = |ui: &mut Ui| {
+            let button = Button::new(&name).frame(false).min_size(vec2(300.0, 22.0));
+            let response = ui.add_enabled(there, button).on_hover_text(project.display().to_string());
+            let gone = format!("{} is gone.", project.display());
+            if response.on_disabled_hover_text(gone).clicked() {
+                asks.push(Ask::Open(project.clone()));
+            }
+            let forget = Button::new("Forget").small().frame(!there);
+            if ui.add(forget).on_hover_text(format!("Takes {name} off this list; its files stay.")).clicked()
+            {
                 asks.push(Ask::Forget(project.clone()));
             }
-        });
+        };
+        ui.allocate_ui_with_layout(vec2(380.0, 24.0), Layout::left_to_right(Align::Center), row);
     }
 }

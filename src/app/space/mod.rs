@@ -56,6 +56,8 @@ pub struct Space {
     /// Size of the view in pixels, as it was drawn last.
     size_px: [u32; 2],
     hovered: Option<crate::scene::FaceId>,
+    /// Why nothing can be drawn.
+    pub trouble: Option<String>,
     /// The view as a widget, once it was drawn.
     pub id: Option<Id>,
 }
@@ -103,6 +105,7 @@ impl Space {
             changed_s: 0.0,
             size_px: [1, 1],
             hovered: None,
+            trouble: None,
             id: None,
         }
     }
@@ -209,18 +212,7 @@ fn receive(editor: &mut Editor, ui: &Ui) {
     let Some(painter) = editor.session.as_mut().and_then(|session| session.painter.as_mut()) else { return };
     match painter.receive() {
         Some(Ok(painted)) => editor.space.show(painted, ui),
-        Some(Err(error)) => {
-            editor.space.asked = None;
-            if let Some(session) = &mut editor.session {
-                session.painter = None;
-            }
-            editor.tell(Note::new(
-                Weight::Problem,
-                format!(
-                    "the 3D view: {error}; your work is safe, and `View › Restart 3D view` starts it anew"
-                ),
-            ));
-        }
+        Some(Err(error)) => editor.space_failed(&error),
         None => (),
     }
 }
@@ -301,6 +293,16 @@ impl Editor {
         let now_s = self.now_s();
         let Some(session) = &self.session else { return };
         self.space.fly(there, None, session, now_s);
+    }
+
+    /// The view cannot be drawn: said in its place, until it is started anew.
+    pub fn space_failed(&mut self, error: &crate::Error) {
+        (self.space.asked, self.space.shown) = (None, None);
+        if let Some(session) = &mut self.session {
+            session.painter = None;
+        }
+        self.space.trouble = Some(error.to_string());
+        self.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
     }
 
     /// Flies into the camera of a photo.

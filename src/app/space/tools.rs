@@ -90,6 +90,8 @@ fn hint(editor: &Editor) -> Option<&'static str> {
         "Building layers…"
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         "No photo has layers yet."
+    } else if editor.space.trouble.is_some() {
+        "The 3D view cannot be drawn."
     } else {
         "The 3D view is not running."
     })
@@ -103,6 +105,14 @@ fn empty(editor: &Editor, ui: &mut Ui, hint: &str, asks: &mut Vec<Ask>) {
         if waits {
             ui.add(Spinner::new().size(24.0));
             return;
+        }
+        if let Some(trouble) = &editor.space.trouble {
+            ui.set_max_width(520.0);
+            ui.label(trouble);
+            ui.label(
+                "Your work is safe. Exports, imports and everything else that draws nothing go on as before.",
+            );
+            ui.add_space(6.0);
         }
         let session = editor.session.as_ref();
         let none_built =

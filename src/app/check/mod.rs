@@ -1,0 +1,165 @@
+//! The check of a project: run as a job, shown in a window, and what is likely wrong mended with a click.
+
+mod check_ui;
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::TextureHandle;
+
+pub use check_ui::check_ui;
+
+use super::editor::Editor;
+use super::jobs::Kind;
+use super::notes::{Note, Weight};
+use super::pictures::image;
+use crate::document::Project;
+use crate::geometry::Similarity;
+use crate::gpu::{Gpu, GpuRasteriser};
+use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
+use crate::recipe::thumbnail::picture_of_file;
+
+/// The longer side of an overlay in the window, in pixels.
+const SHOWN_PX: u32 = 1600;
+
+/// What is known from checks.
+#[derive(Default)]
+pub struct Checks {
+    /// The last one of the project that is open.
+    report: Option<Checked>,
+    /// Its window is open.
+    pub shown: bool,
+    /// The photo whose overlay is shown, by its place in the report.
+    photo: usize,
+    picture: Option<(PathBuf, TextureHandle)>,
+    /// The overlay that is being read, or could not be.
+    asked: Option<PathBuf>,
+    /// Where the model stood before it was moved with a click.
+    before: Option<(PathBuf, Similarity)>,
+    /// The model was moved, and the site is being read again.
+    again: bool,
+}
+
+/// A report, and what it is about.
+struct Checked {
+    project: PathBuf,
+    /// Where the model stood.
+    world_from_model: Similarity,
+    report: CheckReport,
+}
+
+/// What the window wants.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Mend {
+    /// The model stands there from now on.
+    Stand(Similarity),
+    /// The model stands again where it stood before.
+    Back,
+}
+
+impl Checks {
+    /// There is a report of this project.
+    pub fn has_report(&self, project: &Path) -> bool {
+        self.report.as_ref().is_some_and(|checked| checked.project == project)
+    }
+}
+
+impl Editor {
+    /// Compares cameras, photos and model.
+    pub fn check(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        self.jobs.start(Kind::Check, "Checking cameras, photos and model", move |task| {
+            let project = &opened.project;
+            let (world_from_model, tolerance) = (project.world_from_model, project.options.tolerance);
+            let pictures = Some(folder.join("cache/check"));
+            let options = CheckOptions { world_from_model, tolerance, pictures };
+            let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
+            let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
+            let checked = Checked { project: folder, world_from_model, report };
+            Ok(Box::new(move |editor| editor.checked(checked)))
+        });
+    }
+
+    fn checked(&mut self, checked: Checked) {
+        if self.session.as_ref().is_none_or(|session| session.folder != checked.project) {
+            return;
+        }
+        self.notes.add(judged(&checked.report));
+        // The photo that shows most of the model shows best whether edges meet.
+        let covered = checked.report.photos.iter().map(|photo| photo.covered).enumerate();
+        let best = covered.max_by(|a, b| a.1.total_cmp(&b.1));
+        self.checks.photo = best.map_or(0, |(photo, _)| photo);
+        (self.checks.picture, self.checks.asked) = (None, None);
+        self.checks.report = Some(checked);
+        self.checks.shown = true;
+    }
+
+    /// Moves the model: a step that can be undone. The project is checked again with the model there.
+    pub fn mend(&mut self, mend: Mend) {
+        let Some(session) = &self.session else { return };
+        let mut project = Project::clone(session.history.present());
+        let (now, folder) = (project.world_from_model, session.folder.clone());
+        let there = match (&mend, &self.checks.before) {
+            (Mend::Stand(there), _) => *there,
+            (Mend::Back, Some((project, before))) if *project == folder => *before,
+            (Mend::Back, _) => return,
+        };
+        self.checks.before = (mend != Mend::Back).then_some((folder, now));
+        project.world_from_model = there;
+        self.edit("move of the model", project, None);
+        self.checks.again = true;
+    }
+
+    /// Checks again once the model stands where it was moved to.
+    pub(super) fn check_again(&mut self) {
+        let Some(session) = self.session.as_ref().filter(|_| self.checks.again) else { return };
+        let wanted = session.history.present().world_from_model;
+        if session.opened.project.world_from_model == wanted && !self.jobs.runs(Kind::Check) {
+            self.checks.again = false;
+            self.check();
+        }
+    }
+
+    /// Reads the overlay that is wanted, beside the window.
+    fn ask_overlay(&mut self, path: &Path) {
+        if self.checks.asked.as_deref() == Some(path) {
+            return;
+        }
+        self.checks.asked = Some(path.to_path_buf());
+        let (path, context) = (path.to_path_buf(), self.context.clone());
+        self.jobs.start(Kind::PhotoView, "Reading an overlay", move |_| {
+            let picture = image(&picture_of_file(&path, SHOWN_PX)?);
+            Ok(Box::new(move |editor| {
+                let texture = context.load_texture("overlay", picture, Default::default());
+                editor.checks.picture = Some((path, texture));
+            }))
+        });
+    }
+}
+
+/// What a check found, in a sentence or two.
+fn judged(report: &CheckReport) -> Note {
+    let weight = match report.verdict {
+        Verdict::Fits => Weight::Info,
+        Verdict::Poor => Weight::Warning,
+        Verdict::Misses => Weight::Problem,
+    };
+    Note::new(weight, verdict(report))
+}
+
+/// The verdict and what it rests on.
+fn verdict(report: &CheckReport) -> String {
+    let verdict = match report.verdict {
+        Verdict::Fits => "The model fits the photos",
+        Verdict::Poor => "The model fits the photos in part",
+        Verdict::Misses => "The model does not stand where the photos are",
+    };
+    let met = report.agreement.map_or(String::new(), |share| {
+        format!(", and meets {} of the sparse points' sightings", percent(share))
+    });
+    format!("{verdict}: it covers {} of a photo{met}.", percent(report.covered))
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}

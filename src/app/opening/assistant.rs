@@ -1,0 +1,225 @@
+//! The assistant for new projects: what is typed, what was found, and the making.
+
+use std::path::{Path, PathBuf};
+
+use super::place::Place;
+use super::{looking::Looking, typed_path};
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::app::session::Session;
+use crate::error::{Error, Result};
+use crate::geometry::Similarity;
+use crate::io::project::refuse_content;
+use crate::layers::Options;
+use crate::recipe::create::{NewProject, create_project};
+use crate::recipe::discover::{Candidates, Part, Parts, find_site, folder_beside, part_at};
+
+/// What the assistant knows.
+#[derive(Default)]
+pub struct Assistant {
+    /// The folder that is looked through.
+    pub root: String,
+    /// Why it could not be.
+    pub root_error: Option<String>,
+    /// The folder that was looked through last has more in it than is looked at.
+    pub cut_short: bool,
+    /// Photos, cameras, model: in the order of [`Part::ALL`].
+    pub places: [Place; 3],
+    /// The folder of the project.
+    pub folder: Place,
+    /// The user chose it: it is not changed any more.
+    folder_is_theirs: bool,
+    /// The folder that was looked at last, and why the project cannot go there.
+    judged: (PathBuf, Option<String>),
+}
+
+impl Assistant {
+    /// The parts as they are typed.
+    pub fn parts(&self) -> Parts {
+        let [photos, cameras, model] = [0, 1, 2].map(|part: usize| self.places[part].path());
+        Parts { photos, cameras, model }
+    }
+
+    /// The project goes to a folder that the user chose.
+    pub fn goes_to(&mut self, folder: &Path) {
+        self.folder.set(folder);
+        self.folder_is_theirs = true;
+    }
+
+    /// The user types the project's folder.
+    pub fn folder_typed(&mut self) {
+        self.folder.errors.clear();
+        self.folder_is_theirs = true;
+    }
+
+    /// Looks whether the project can go where it shall, once for each folder.
+    pub fn judge_folder(&mut self) {
+        let folder = self.folder.path();
+        if folder != self.judged.0 {
+            let refused = refuse_content(&folder).err().map(|error| error.to_string());
+            self.judged = (folder, refused);
+        }
+    }
+
+    /// Why the project cannot go where it shall.
+    pub fn objection(&self) -> Option<&str> {
+        match self.judged.0.as_os_str().is_empty() {
+            true => Some("Give a new or empty folder."),
+            false => self.judged.1.as_deref(),
+        }
+    }
+
+    /// Takes what was found; what was not stays as it is.
+    fn take(&mut self, root: &Path, candidates: Candidates) {
+        self.cut_short = candidates.cut_short;
+        for part in Part::ALL {
+            let found = candidates.of(part);
+            if let Some(best) = found.first() {
+                self.places[part as usize].set(best);
+                self.places[part as usize].offered = found.to_vec();
+            }
+        }
+        if !self.folder_is_theirs {
+            self.folder.set(&folder_beside(root));
+        }
+    }
+
+    /// Shows each error where it belongs.
+    fn refuse(&mut self, parts: &Parts, error: &Error) {
+        let errors = match error {
+            Error::Several(errors) => errors.as_slice(),
+            error => std::slice::from_ref(error),
+        };
+        for error in errors {
+            let place = match parts.part_of(error) {
+                Some(part) => &mut self.places[part as usize],
+                None => &mut self.folder,
+            };
+            place.errors.push(error.to_string());
+        }
+    }
+}
+
+impl Editor {
+    /// Shows the assistant; with a folder, looks for a site in it; with a part of a site, takes that.
+    pub fn start_assistant(&mut self, path: Option<&Path>) {
+        if self.opening.assistant.is_none() {
+            self.opening.looking = Looking::default();
+        }
+        let assistant = self.opening.assistant.get_or_insert_default();
+        let Some(path) = path else { return };
+        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+        let part = part_at(&path);
+        if let Some(part) = part {
+            assistant.places[part as usize].set(&path);
+            if !assistant.root.is_empty() {
+                return;
+            }
+        }
+        let root = if path.is_dir() { path.clone() } else { path.parent().unwrap_or(&path).to_path_buf() };
+        assistant.root = root.display().to_string();
+        self.search(root, part.map(|part| (part, path)));
+    }
+
+    /// Looks for a site in the folder that is typed.
+    pub(super) fn search_site(&mut self) {
+        let root = self.opening.assistant.as_ref().map(|assistant| typed_path(&assistant.root));
+        root.into_iter().for_each(|root| self.search(root, None));
+    }
+
+    /// Looks for a site in `root`, of which one part is known already.
+    fn search(&mut self, root: PathBuf, known: Option<(Part, PathBuf)>) {
+        self.jobs.stop_kind(Kind::Search);
+        let name = format!("Looking through {}", root.display());
+        self.jobs.start(Kind::Search, name, move |task| {
+            let found = match find_site(&root, task) {
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                found => found,
+            };
+            Ok(Box::new(move |editor| editor.searched(&root, found, known)))
+        });
+    }
+
+    fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(Part, PathBuf)>) {
+        let Some(assistant) = &mut self.opening.assistant else { return };
+        assistant.root_error = found.as_ref().err().map(ToString::to_string);
+        found.into_iter().for_each(|candidates| assistant.take(root, candidates));
+        if let Some((part, path)) = known {
+            assistant.places[part as usize].set(&path);
+        }
+    }
+
+    /// Makes the project and opens it; what is wrong is shown where it belongs.
+    pub(in crate::app) fn create_project(&mut self) {
+        let Some(assistant) = &mut self.opening.assistant else { return };
+        let (parts, folder) = (assistant.parts(), assistant.folder.path());
+        assistant.places.iter_mut().for_each(|place| place.errors.clear());
+        assistant.folder.errors.clear();
+        let name = format!("Making {}", folder.display());
+        self.jobs.start(Kind::Open, name, move |task| {
+            let new = NewProject {
+                photos: parts.photos.clone(),
+                cameras: parts.cameras.clone(),
+                model: parts.model.clone(),
+                world_from_model: Similarity::IDENTITY,
+                options: Options::default(),
+            };
+            let made =
+                create_project(&folder, &new, task).and_then(|opened| Session::of(&folder, opened, task));
+            match made {
+                Err(Error::Cancelled) => Err(Error::Cancelled),
+                made => Ok(Box::new(move |editor| editor.created(&parts, made))),
+            }
+        });
+    }
+
+    fn created(&mut self, parts: &Parts, made: Result<Session>) {
+        match made {
+            Ok(session) => {
+                self.close_project();
+                self.opening.assistant = None;
+                self.opening.check_next = true;
+                self.opened(session);
+            }
+            Err(error) => {
+                if let Some(assistant) = &mut self.opening.assistant {
+                    assistant.refuse(parts, &error);
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn errors_stand_at_the_part_that_they_speak_of_and_the_rest_at_the_folder() {
+        let parts = Parts { photos: "s/images".into(), cameras: "s/sparse".into(), model: "s/a.obj".into() };
+        let errors = Error::Several(vec![
+            Error::input("s/a.obj", "line 3", "no faces", "export them"),
+            Error::input("s/images/1.jpg", "", "too small", "give the right one"),
+            Error::Request("the folder is not empty".into()),
+        ]);
+        let mut assistant = Assistant::default();
+        assistant.refuse(&parts, &errors);
+        let counts = assistant.places.each_ref().map(|place| place.errors.len());
+        assert_eq!((counts, assistant.folder.errors.len()), ([1, 0, 1], 1));
+        assert!(assistant.places[2].errors[0].contains("line 3: no faces; export them"));
+    }
+
+    #[test]
+    fn a_second_search_keeps_what_it_did_not_find_and_the_folder_that_was_chosen() {
+        let mut assistant = Assistant::default();
+        assistant.places[2].set(Path::new("mine.obj"));
+        assistant.goes_to(Path::new("here"));
+        let candidates = Candidates { photos: vec!["a".into(), "b".into()], ..Candidates::default() };
+        assistant.take(Path::new("root"), candidates);
+        assert_eq!(
+            assistant.parts(),
+            Parts { photos: "a".into(), cameras: "".into(), model: "mine.obj".into() }
+        );
+        assert_eq!((assistant.folder.typed.as_str(), assistant.places[0].offered.len()), ("here", 2));
+    }
+}

@@ -1,0 +1,147 @@
+//! The assistant for new projects, as it is shown.
+
+use eframe::egui::{Button, Context, Id, Key, Modal, ProgressBar, RichText, Spinner, Ui};
+
+use super::assistant::Assistant;
+use super::place::{part_found, part_line, wrong};
+use super::{Purpose, Wish, typed_ui};
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::recipe::discover::{Look, Part};
+
+/// Draws it when it is open.
+pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
+    let Some(mut assistant) = editor.opening.assistant.take() else { return };
+    let makes = editor.jobs.runs(Kind::Open);
+    // Escape leaves the line first.
+    let types = context.text_edit_focused();
+    let modal = Modal::new(Id::unique("new project")).show(context, |ui| {
+        ui.set_width(680.0);
+        ui.heading("New project");
+        ui.add_enabled_ui(!makes, |ui| contents(editor, &mut assistant, ui, wishes));
+        ui.add_space(8.0);
+        if makes {
+            progress(editor, ui);
+        } else {
+            buttons(editor, &assistant, ui, wishes);
+        }
+    });
+    // A click beside it must not throw away what was typed.
+    let escaped = modal.is_top_modal && !types && context.input(|input| input.key_pressed(Key::Escape));
+    if escaped && !makes && !modal.any_popup_open {
+        wishes.push(Wish::Cancel);
+    }
+    editor.opening.looking.want(assistant.parts(), context.input(|input| input.time));
+    editor.opening.assistant = Some(assistant);
+}
+
+fn contents(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.label(
+        "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
+         choose one: what is in it is found by itself. Nothing of it is changed.",
+    );
+    ui.add_space(6.0);
+    root(editor, assistant, ui, wishes);
+    let look = editor.opening.looking.look.as_ref();
+    for part in Part::ALL {
+        ui.add_space(6.0);
+        let place = &mut assistant.places[part as usize];
+        part_line(ui, part, place, wishes);
+        part_found(ui, part, place, look);
+    }
+    ui.add_space(6.0);
+    folder(assistant, ui, wishes);
+    assistant.judge_folder();
+}
+
+fn root(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.strong("Look in");
+    ui.horizontal(|ui| {
+        if typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0) {
+            wishes.push(Wish::Search);
+        }
+        let typed = !assistant.root.trim().is_empty();
+        let search = ui.add_enabled(typed, Button::new("Search"));
+        if search.on_hover_text("Looks for photos, cameras and a model in this folder.").clicked() {
+            wishes.push(Wish::Search);
+        }
+        if ui.button("Folder…").on_hover_text("Chooses the folder of the site.").clicked() {
+            wishes.push(Wish::Choose(Purpose::Site));
+        }
+        if editor.jobs.runs(Kind::Search) {
+            ui.add(Spinner::new().size(16.0));
+        }
+    });
+    if let Some(error) = &assistant.root_error {
+        wrong(ui, error);
+    }
+    if assistant.cut_short {
+        let text =
+            "There is very much in this folder: not all of it was looked at. A folder further in is quicker.";
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
+}
+
+fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.strong("Where the project goes");
+    ui.horizontal(|ui| {
+        let before = assistant.folder.typed.clone();
+        typed_ui(ui, &mut assistant.folder.typed, "Folder of the project", 470.0);
+        if assistant.folder.typed != before {
+            assistant.folder_typed();
+        }
+        let browse = ui.button("Elsewhere…").on_hover_text("Chooses an empty folder for the project.");
+        if browse.clicked() {
+            wishes.push(Wish::Choose(Purpose::Folder));
+        }
+    });
+    ui.indent("folder", |ui| match (&assistant.folder.errors, assistant.objection()) {
+        (errors, _) if !errors.is_empty() => errors.iter().for_each(|error| wrong(ui, error)),
+        (_, Some(text)) => wrong(ui, text),
+        _ => drop(ui.weak("A new folder: layers, paint and what you decide will be in it.")),
+    });
+}
+
+fn progress(editor: &Editor, ui: &mut Ui) {
+    let Some((_, job)) = editor.jobs.running().find(|(_, job)| job.kind == Kind::Open) else { return };
+    ui.horizontal(|ui| {
+        ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(240.0));
+        ui.label(&job.stage);
+        if ui.button("Stop").clicked() {
+            editor.jobs.stop_kind(Kind::Open);
+        }
+    });
+}
+
+fn buttons(editor: &Editor, assistant: &Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.horizontal(|ui| {
+        let why_not = why_not(editor.opening.looking.now(), assistant);
+        let create = Button::new(RichText::new("Make the project").strong()).min_size([150.0, 30.0].into());
+        let response = ui.add_enabled(why_not.is_none(), create);
+        let response = response.on_hover_text("Reads everything once, makes the project and checks it.");
+        if response.on_disabled_hover_text(why_not.unwrap_or_default()).clicked() {
+            wishes.push(Wish::Create);
+        }
+        if ui.add(Button::new("Cancel").min_size([80.0, 30.0].into())).clicked() {
+            wishes.push(Wish::Cancel);
+        }
+        if let Some(why_not) = why_not {
+            ui.weak(why_not);
+        }
+    });
+}
+
+fn why_not(look: Option<&Look>, assistant: &Assistant) -> Option<&'static str> {
+    let missing = Part::ALL.into_iter().find(|part| assistant.places[*part as usize].typed.trim().is_empty());
+    match missing {
+        Some(Part::Photos) => return Some("The photos are missing."),
+        Some(Part::Cameras) => return Some("The cameras are missing."),
+        Some(Part::Model) => return Some("The model is missing."),
+        None => (),
+    }
+    let Some(look) = look else { return Some("Still looking at the files.") };
+    if !look.is_whole() {
+        return Some("What is marked above cannot be used.");
+    }
+    assistant.objection().map(|_| "The project needs another folder.")
+}

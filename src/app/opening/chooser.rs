@@ -1,0 +1,146 @@
+//! Files and folders chosen in a dialog of the system. Where it shows none, the path is typed.
+
+use std::path::PathBuf;
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Context, Id, Modal, RichText};
+
+use super::{Wish, typed_path, typed_ui};
+use crate::app::editor::Editor;
+use crate::app::notes::{Note, Weight};
+use crate::recipe::discover::Part;
+
+/// What something is chosen for.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub enum Purpose {
+    /// A project to open.
+    Project,
+    /// The folder that the assistant looks for a site in.
+    Site,
+    /// A part of a new project, or the new place of a part that is gone.
+    Part(Part),
+    /// The folder of a new project.
+    Folder,
+    /// The file of a photo that is gone, by the photo's name.
+    Photo(String),
+}
+
+impl Purpose {
+    fn title(&self) -> String {
+        match self {
+            Self::Project => "Open the folder of a project".into(),
+            Self::Site => "The folder of a site: photos, cameras and a model".into(),
+            Self::Part(part) => format!("{}: {}", part.name(), part.accepted()),
+            Self::Folder => "An empty folder for the project".into(),
+            Self::Photo(name) => format!("The file of {name}"),
+        }
+    }
+
+    /// Shows the dialog and waits for the user.
+    fn ask(&self) -> Option<PathBuf> {
+        let dialog = rfd::FileDialog::new().set_title(self.title());
+        match self {
+            Self::Part(Part::Model) => dialog.add_filter("Models", &["obj", "gltf", "glb"]).pick_file(),
+            Self::Photo(_) => dialog.pick_file(),
+            _ => dialog.pick_folder(),
+        }
+    }
+}
+
+/// A dialog of the system that answers sooner than anybody clicks was never seen.
+const NEVER_SEEN: Duration = Duration::from_millis(400);
+
+/// The dialog that is open.
+#[derive(Default)]
+pub struct Chooser {
+    waiting: Option<(Purpose, Instant, Receiver<Option<PathBuf>>)>,
+}
+
+impl Editor {
+    /// Asks the user for a file or folder.
+    pub fn choose(&mut self, purpose: Purpose) {
+        let (send, receive) = channel();
+        let (context, asked) = (self.context.clone(), purpose.clone());
+        // The system's dialog waits for the user: not on the window's thread.
+        let ask = move || {
+            let _ = send.send(asked.ask());
+            context.request_repaint();
+        };
+        if std::thread::Builder::new().name("dialog".into()).spawn(ask).is_ok() {
+            self.opening.chooser.waiting = Some((purpose, Instant::now(), receive));
+        }
+    }
+
+    pub(super) fn take_chosen(&mut self) {
+        let Some((purpose, since, receive)) = &self.opening.chooser.waiting else { return };
+        let (purpose, at_once) = (purpose.clone(), since.elapsed() < NEVER_SEEN);
+        let chosen = match receive.try_recv() {
+            Ok(chosen) => chosen,
+            Err(TryRecvError::Disconnected) => None,
+            Err(TryRecvError::Empty) => return,
+        };
+        self.opening.chooser.waiting = None;
+        match chosen {
+            Some(path) => self.chosen(purpose, path),
+            None if at_once => self.without_dialog(&purpose),
+            None => (),
+        }
+    }
+
+    fn chosen(&mut self, purpose: Purpose, path: PathBuf) {
+        match purpose {
+            Purpose::Project => self.open_project(path),
+            Purpose::Site => self.start_assistant(Some(&path)),
+            Purpose::Photo(name) => self.bring_photo(&name, &path),
+            Purpose::Folder => {
+                if let Some(assistant) = &mut self.opening.assistant {
+                    assistant.goes_to(&path);
+                }
+            }
+            Purpose::Part(part) => {
+                if let Some(assistant) = &mut self.opening.assistant {
+                    assistant.places[part as usize].set(&path);
+                } else if let Some(relinking) = &mut self.opening.relinking {
+                    relinking.found(part, &path);
+                }
+            }
+        }
+    }
+
+    fn without_dialog(&mut self, purpose: &Purpose) {
+        self.opening.typing = *purpose == Purpose::Project;
+        if !self.opening.typing {
+            let text = "This desktop shows no dialog for files: type the path, or drop it on the window";
+            self.tell(Note::new(Weight::Warning, text));
+        }
+    }
+}
+
+/// The path of a project is typed where there is no dialog for it.
+pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
+    if !editor.opening.typing {
+        return;
+    }
+    let modal = Modal::new(Id::unique("type a path")).show(context, |ui| {
+        ui.set_width(520.0);
+        ui.heading("Open a project");
+        ui.label("This desktop shows no dialog for folders. Type the path of a project's folder:");
+        let typed = typed_ui(ui, &mut editor.opening.typed, "Folder of the project", 500.0);
+        ui.add_space(6.0);
+        ui.horizontal(|ui| {
+            let path = typed_path(&editor.opening.typed);
+            let there = path.is_dir();
+            let open = ui.add_enabled(there, eframe::egui::Button::new(RichText::new("Open").strong()));
+            if (open.clicked() || typed) && there {
+                wishes.extend([Wish::Cancel, Wish::Take(path)]);
+            }
+            if ui.button("Cancel").clicked() {
+                wishes.push(Wish::Cancel);
+            }
+        });
+    });
+    if modal.should_close() {
+        wishes.push(Wish::Cancel);
+    }
+}

@@ -1,0 +1,184 @@
+//! A path that is typed, chosen or offered, with what is found there.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo};
+
+use super::{Purpose, Wish};
+use crate::recipe::discover::{Look, Part};
+
+/// A path as it is typed, and others to choose from.
+#[derive(Debug, Default, Clone)]
+pub struct Place {
+    /// As typed.
+    pub typed: String,
+    /// What it could be instead, the likeliest first.
+    pub offered: Vec<PathBuf>,
+    /// Why it was refused when it was used.
+    pub errors: Vec<String>,
+}
+
+impl Place {
+    /// It is there.
+    pub fn set(&mut self, path: &Path) {
+        self.typed = path.display().to_string();
+        self.errors.clear();
+    }
+
+    /// Where it is; empty when nothing is typed.
+    pub fn path(&self) -> PathBuf {
+        typed_path(&self.typed)
+    }
+}
+
+/// A path as people type and paste it: with quotes, as the address of a file, from the home folder.
+pub fn typed_path(typed: &str) -> PathBuf {
+    let text = typed.trim().trim_matches(['"', '\'']);
+    let text = text.strip_prefix("file://").unwrap_or(text);
+    match (text.strip_prefix("~/"), std::env::home_dir()) {
+        (Some(below), Some(home)) => home.join(below),
+        _ => PathBuf::from(text),
+    }
+}
+
+/// A line to type a path into; whether Enter was pressed in it.
+pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {
+    let line = line(ui, typed, name, width);
+    line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+}
+
+fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
+    let line = ui.add(TextEdit::singleline(typed).desired_width(width).hint_text(name));
+    let value = typed.clone();
+    line.widget_info(|| WidgetInfo {
+        label: Some(name.to_owned()),
+        current_text_value: Some(value.clone()),
+        ..WidgetInfo::new(Role::TextInput)
+    });
+    line
+}
+
+/// A part's name, its line, what else it could be, and a dialog for it.
+pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wish>) {
+    ui.strong(part.name());
+    ui.horizontal(|ui| {
+        if line(ui, &mut place.typed, part.name(), 470.0).changed() {
+            place.errors.clear();
+        }
+        let others: Vec<PathBuf> =
+            place.offered.iter().filter(|path| **path != place.path()).cloned().collect();
+        ui.add_enabled_ui(!others.is_empty(), |ui| {
+            let menu = ui.menu_button("Others ⏷", |ui| {
+                for other in others {
+                    if ui.button(other.display().to_string()).clicked() {
+                        place.set(&other);
+                    }
+                }
+            });
+            let response = menu.response.on_hover_text(format!("{}: what else was found.", part.name()));
+            response.on_disabled_hover_text("Nothing else was found.");
+        });
+        let browse = ui.button("Browse…").on_hover_text(format!("Chooses {}.", part.accepted()));
+        if browse.clicked() {
+            wishes.push(Wish::Choose(Purpose::Part(part)));
+        }
+    });
+}
+
+/// Below it: what is there, or what is wrong with it and what would be accepted.
+pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
+    ui.indent(part.name(), |ui| {
+        if !place.errors.is_empty() {
+            place.errors.iter().for_each(|error| wrong(ui, error));
+            return;
+        }
+        let path = place.path();
+        if path.as_os_str().is_empty() {
+            ui.colored_label(ui.visuals().warn_fg_color, format!("Not found. Give {}.", part.accepted()));
+            return;
+        }
+        match look.filter(|look| look.parts().path(part) == path) {
+            None => drop(ui.weak("Looking…")),
+            Some(look) => match look.error(part) {
+                Some(error) => wrong(ui, &error.to_string()),
+                None => told(ui, part, look),
+            },
+        }
+    });
+}
+
+/// Something that is wrong.
+pub fn wrong(ui: &mut Ui, text: &str) {
+    ui.colored_label(ui.visuals().error_fg_color, text);
+}
+
+fn told(ui: &mut Ui, part: Part, look: &Look) {
+    let good = |ui: &mut Ui, text: String| drop(ui.label(RichText::new(format!("✔ {text}"))));
+    match part {
+        Part::Photos => {
+            let count = look.photos.good().map_or(0, |photos| photos.files.len());
+            good(ui, counted(count, "photo"));
+        }
+        Part::Model => {
+            let Some(model) = look.model.good() else { return };
+            good(ui, format!("{}, {}", counted(model.objects, "object"), counted(model.faces, "face")));
+            notes(ui, "about the model", &model.notes);
+        }
+        Part::Cameras => cameras(ui, look),
+    }
+}
+
+fn cameras(ui: &mut Ui, look: &Look) {
+    let Some(cameras) = look.cameras.good() else { return };
+    let points = match cameras.points {
+        0 => "no sparse points".into(),
+        points => counted(points, "sparse point"),
+    };
+    let count = format!("{}, {points}", counted(cameras.names.len(), "camera"));
+    match &look.matched {
+        None => drop(ui.label(format!("✔ {count}"))),
+        Some(matched) if matched.found == matched.of => {
+            ui.label(format!("✔ {count}; every camera has its photo"));
+        }
+        Some(matched) => {
+            let more = if matched.of - matched.found > matched.missing.len() { ", …" } else { "" };
+            let text = format!(
+                "{count}; {} of {} have their photo in the folder above. Not there: {}{more}",
+                matched.found,
+                matched.of,
+                matched.missing.join(", ")
+            );
+            let none = matched.found == 0;
+            let color = if none { ui.visuals().error_fg_color } else { ui.visuals().warn_fg_color };
+            ui.colored_label(color, text);
+        }
+    }
+    notes(ui, "about the cameras", &cameras.notes);
+    notes(ui, "cameras that cannot be used", &cameras.left_out);
+}
+
+fn notes(ui: &mut Ui, about: &str, notes: &[String]) {
+    if !notes.is_empty() {
+        let shown: Vec<&str> = notes.iter().take(12).map(String::as_str).collect();
+        let text = format!("{} {about}", counted(notes.len(), "note"));
+        ui.weak(text).on_hover_text(shown.join("\n"));
+    }
+}
+
+fn counted(count: usize, what: &str) -> String {
+    let number = crate::app::panel::grouped(count as u64);
+    if count == 1 { format!("{number} {what}") } else { format!("{number} {what}s") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paths_are_understood_as_people_paste_them() {
+        assert_eq!(typed_path(" \"a b/c\" "), Path::new("a b/c"));
+        assert_eq!(typed_path("file:///a/b"), Path::new("/a/b"));
+        assert_eq!(typed_path(""), Path::new(""));
+        assert!(std::env::home_dir().is_none_or(|home| typed_path("~/site") == home.join("site")));
+    }
+}

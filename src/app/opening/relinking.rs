@@ -1,0 +1,236 @@
+//! Parts of a project that are not where they were: shown, found again, and the project told.
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::{Button, Context, Id, Key, Modal, RichText, ScrollArea, Ui};
+
+use super::place::{Place, part_found, part_line, wrong};
+use super::{Purpose, Wish};
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::error::Result;
+use crate::io::lock::ProjectLock;
+use crate::recipe::discover::{Part, Parts};
+use crate::recipe::relink::{bring_photo, guess, relink, relinked};
+
+/// What is gone, and where it may be.
+pub struct Relinking {
+    folder: PathBuf,
+    was: Parts,
+    /// In the order of [`Part::ALL`]; a part that is where it was has its old place.
+    places: [Place; 3],
+    /// Parts that are asked for.
+    asked: Vec<Part>,
+    /// Places that were guessed and not confirmed by anybody.
+    guessed: Vec<Part>,
+    /// Photos that are not in the photos' folder.
+    photos: Vec<String>,
+    errors: Vec<String>,
+}
+
+impl Relinking {
+    /// Whole parts are gone: the project cannot be opened.
+    pub fn of_parts(folder: PathBuf, was: Parts, gone: &[Part]) -> Self {
+        let mut relinking = Self::new(folder, was, gone.to_vec(), Vec::new());
+        relinking.guess_others(&[]);
+        relinking
+    }
+
+    /// Single photos are gone: the others are there.
+    pub fn of_photos(folder: PathBuf, was: Parts, photos: Vec<String>) -> Self {
+        Self::new(folder, was, vec![Part::Photos], photos)
+    }
+
+    fn new(folder: PathBuf, was: Parts, asked: Vec<Part>, photos: Vec<String>) -> Self {
+        let place = |part: Part| {
+            let mut place = Place::default();
+            if !asked.contains(&part) || !photos.is_empty() {
+                place.set(was.path(part));
+            }
+            place
+        };
+        let places = Part::ALL.map(place);
+        Self { folder, was, places, asked, guessed: Vec::new(), photos, errors: Vec::new() }
+    }
+
+    fn parts(&self) -> Parts {
+        let [photos, cameras, model] = [0, 1, 2].map(|part: usize| self.places[part].path());
+        Parts { photos, cameras, model }
+    }
+
+    /// A part is here now; the others are guessed from that.
+    pub fn found(&mut self, part: Part, path: &Path) {
+        self.places[part as usize].set(path);
+        self.settled(part);
+    }
+
+    fn settled(&mut self, part: Part) {
+        self.guessed.retain(|other| *other != part);
+        let moved = (self.was.path(part).to_path_buf(), self.places[part as usize].path());
+        if moved.0 != moved.1 && moved.1.exists() {
+            self.guess_others(&[moved]);
+        }
+    }
+
+    /// Fills in where the parts may be of which nobody has said anything.
+    fn guess_others(&mut self, moved: &[(PathBuf, PathBuf)]) {
+        let project = self.folder.canonicalize().unwrap_or_else(|_| self.folder.clone());
+        for part in self.asked.clone() {
+            let place = &mut self.places[part as usize];
+            if !place.typed.is_empty() && !self.guessed.contains(&part) {
+                continue;
+            }
+            if let Some(path) = guess(self.was.path(part), moved, &project, Path::exists) {
+                place.set(&path);
+                self.guessed.retain(|other| *other != part);
+                self.guessed.push(part);
+            }
+        }
+    }
+}
+
+impl Editor {
+    /// Copies the file of a photo to where the project looks for it.
+    pub(super) fn bring_photo(&mut self, name: &str, file: &Path) {
+        let Some(relinking) = &mut self.opening.relinking else { return };
+        relinking.errors.clear();
+        let (photos, name, file) = (relinking.was.photos.clone(), name.to_owned(), file.to_path_buf());
+        self.jobs.start(Kind::Import, format!("Copying {name}"), move |_| {
+            let brought = bring_photo(&photos, &name, &file);
+            Ok(Box::new(move |editor| editor.brought(&name, brought)))
+        });
+    }
+
+    fn brought(&mut self, name: &str, brought: Result<()>) {
+        let Some(relinking) = &mut self.opening.relinking else { return };
+        match brought {
+            Ok(()) => relinking.photos.retain(|photo| photo != name),
+            Err(error) => relinking.errors.push(error.to_string()),
+        }
+        if relinking.photos.is_empty() {
+            let folder = relinking.folder.clone();
+            self.open_project(folder);
+        }
+    }
+
+    /// Tells the project of the places that were found: an open one by a step that can be undone, one that cannot be
+    /// opened by its file.
+    pub(super) fn relink(&mut self) {
+        let Some(relinking) = &self.opening.relinking else { return };
+        let (folder, parts) = (relinking.folder.clone(), relinking.parts());
+        let open = self.session.as_ref().filter(|session| session.folder == folder);
+        let told = match open {
+            Some(session) => relinked(session.history.present(), &folder, &parts).map(Some),
+            None => ProjectLock::take(&folder).and_then(|_lock| relink(&folder, &parts)).map(|()| None),
+        };
+        match told {
+            Ok(Some(project)) => {
+                self.opening.relinking = None;
+                self.edit("new places of files", project, None);
+            }
+            Ok(None) => self.open_project(folder),
+            Err(error) => {
+                if let Some(relinking) = &mut self.opening.relinking {
+                    relinking.errors = vec![error.to_string()];
+                }
+            }
+        }
+    }
+}
+
+/// Draws it.
+pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
+    let Some(mut relinking) = editor.opening.relinking.take() else { return };
+    // Escape leaves the line first.
+    let types = context.text_edit_focused();
+    let modal = Modal::new(Id::unique("relink")).show(context, |ui| {
+        ui.set_width(680.0);
+        if relinking.photos.is_empty() {
+            parts_ui(editor, &mut relinking, ui, wishes);
+        } else {
+            photos_ui(editor, &mut relinking, ui, wishes);
+        }
+        relinking.errors.iter().for_each(|error| wrong(ui, error));
+        ui.add_space(8.0);
+        buttons(editor, &relinking, ui, wishes);
+    });
+    let escaped = modal.is_top_modal && !types && context.input(|input| input.key_pressed(Key::Escape));
+    if escaped && !modal.any_popup_open {
+        wishes.push(Wish::Cancel);
+    }
+    editor.opening.looking.want(relinking.parts(), context.input(|input| input.time));
+    editor.opening.relinking = Some(relinking);
+}
+
+fn parts_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.heading("Parts of the project have moved");
+    ui.label(format!(
+        "{} is whole, but what it is made of is not where it was. Say where it is now; what belongs with it is found \
+         by itself.",
+        relinking.folder.display()
+    ));
+    asked_ui(editor, relinking, ui, wishes);
+}
+
+fn asked_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    for part in relinking.asked.clone() {
+        ui.add_space(6.0);
+        let place = &mut relinking.places[part as usize];
+        let before = place.typed.clone();
+        part_line(ui, part, place, wishes);
+        if place.typed != before {
+            relinking.settled(part);
+        }
+        let place = &relinking.places[part as usize];
+        ui.indent(("was", part.name()), |ui| {
+            ui.weak(format!("It was {}", relinking.was.path(part).display()));
+            if relinking.guessed.contains(&part) {
+                ui.weak("Guessed: look whether it is the right one.");
+            }
+        });
+        part_found(ui, part, place, editor.opening.looking.look.as_ref());
+    }
+}
+
+fn photos_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.heading("Photos are missing");
+    ui.label(
+        "The cameras name these photos, and they are not in the photos' folder. All else works without them.",
+    );
+    ui.add_space(4.0);
+    ScrollArea::vertical().max_height(180.0).show(ui, |ui| {
+        for photo in &relinking.photos {
+            ui.horizontal(|ui| {
+                ui.label(photo);
+                let button = ui.button("Its file…").on_hover_text(format!(
+                    "Chooses the file of {photo}; a copy of it is put into the photos' folder."
+                ));
+                if button.clicked() {
+                    wishes.push(Wish::Choose(Purpose::Photo(photo.clone())));
+                }
+            });
+        }
+    });
+    ui.label("Or all photos are in another folder now:");
+    asked_ui(editor, relinking, ui, wishes);
+}
+
+fn buttons(editor: &Editor, relinking: &Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+    ui.horizontal(|ui| {
+        let whole = editor.opening.looking.now().is_some_and(|look| look.is_whole());
+        let moved = relinking.parts() != relinking.was;
+        let button = Button::new(RichText::new("Use these places").strong()).min_size([150.0, 30.0].into());
+        let response = ui.add_enabled(whole && moved && !editor.jobs.runs(Kind::Open), button);
+        let response = response.on_hover_text("The project is told of them and opened.");
+        if response.on_disabled_hover_text("Something is still missing, or nothing has changed.").clicked() {
+            wishes.push(Wish::Relink);
+        }
+        let again = Button::new("Try again").min_size([90.0, 30.0].into());
+        if ui.add(again).on_hover_text("Opens the project as it is: the files are back.").clicked() {
+            wishes.push(Wish::TryAgain(relinking.folder.clone()));
+        }
+        if ui.add(Button::new("Leave it").min_size([80.0, 30.0].into())).clicked() {
+            wishes.push(Wish::Cancel);
+        }
+    });
+}

@@ -1,0 +1,272 @@
+//! Projects come and go in the editor's window: made with the assistant, checked and mended, found again, waited for,
+//! left; and what happens when the program itself makes a mistake.
+
+#[allow(dead_code)]
+mod common;
+#[path = "common/window.rs"]
+mod window;
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{DroppedFile, Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use quadratura::app::editor::Editor;
+use quadratura::app::jobs::Kind;
+use quadratura::geometry::Similarity;
+use quadratura::io::lock::ProjectLock;
+use quadratura::io::project::read_project;
+use quadratura::layers::Options;
+use quadratura::recipe::create::{NewProject, create_project};
+use quadratura::task::Task;
+use window::{piazza, wait, window};
+
+#[derive(Debug)]
+struct Dropped(PathBuf);
+
+impl DroppedFile for Dropped {
+    fn path(&self) -> &Path {
+        &self.0
+    }
+
+    fn bytes(&self) -> Result<Vec<u8>, String> {
+        Err("folders have none".into())
+    }
+}
+
+fn drop_on(harness: &mut Harness<'_, Editor>, path: &Path) {
+    harness.input_mut().dropped_files.push(Arc::new(Dropped(path.to_path_buf())));
+    harness.step();
+    harness.step();
+}
+
+fn idle(editor: &Editor) -> bool {
+    editor.jobs.is_idle()
+}
+
+/// Where the model stands, as the user has decided.
+fn stands(editor: &Editor) -> Similarity {
+    editor.session.as_ref().unwrap().history.present().world_from_model
+}
+
+fn is_there(harness: &Harness<'_, Editor>, label: &str) -> bool {
+    harness.query_all_by_label_contains(label).next().is_some()
+}
+
+/// Lets frames go by until some widget says this.
+fn wait_for(harness: &mut Harness<'_, Editor>, label: &str) {
+    for _ in 0..20_000 {
+        harness.step();
+        if is_there(harness, label) {
+            return;
+        }
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    let notes: Vec<&str> = harness.state().notes.list().iter().map(|note| note.text.as_str()).collect();
+    panic!("nothing says {label:?}: {notes:?}");
+}
+
+/// The piazza with files of its own: three photos, so that it is quick, and a model that lies on its side if wanted.
+fn site(folder: &Path, lying: bool) -> PathBuf {
+    let (from, to) = (piazza(), folder.join("square"));
+    fs::create_dir_all(to.join("photos")).unwrap();
+    fs::create_dir_all(to.join("sparse")).unwrap();
+    let mut photos: Vec<PathBuf> =
+        fs::read_dir(from.join("photos")).unwrap().map(|e| e.unwrap().path()).collect();
+    photos.sort();
+    for photo in &photos[..3] {
+        fs::copy(photo, to.join("photos").join(photo.file_name().unwrap())).unwrap();
+    }
+    for file in fs::read_dir(from.join("sparse")).unwrap().map(|entry| entry.unwrap().path()) {
+        fs::copy(&file, to.join("sparse").join(file.file_name().unwrap())).unwrap();
+    }
+    let model = fs::read_to_string(from.join("piazza.obj")).unwrap();
+    let turned = |line: &str| match line.strip_prefix("v ").filter(|_| lying) {
+        Some(vertex) => {
+            let at: Vec<&str> = vertex.split_whitespace().collect();
+            format!("v {} {} -{}\n", at[0], at[2], at[1]).replace("--", "")
+        }
+        None => format!("{line}\n"),
+    };
+    fs::write(to.join("piazza.obj"), model.lines().map(turned).collect::<String>()).unwrap();
+    to
+}
+
+fn project(folder: &Path, site: &Path) -> PathBuf {
+    let new = NewProject {
+        photos: site.join("photos"),
+        cameras: site.join("sparse"),
+        model: site.join("piazza.obj"),
+        world_from_model: Similarity::IDENTITY,
+        options: Options::default(),
+    };
+    let project = folder.join("project");
+    create_project(&project, &new, &Task::silent()).unwrap();
+    project
+}
+
+#[test]
+fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_click() {
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path(), true);
+    let mut harness = window(None);
+    drop_on(&mut harness, &site);
+    wait_for(&mut harness, "3 photos");
+    wait_for(&mut harness, "cameras");
+    wait_for(&mut harness, "3 of");
+    wait_for(&mut harness, "faces");
+    let made = folder.path().join("square-project");
+    harness.get_by_label("Make the project").click();
+    wait(&mut harness, "the project", |editor| editor.session.is_some());
+    assert_eq!(read_project(&made).unwrap().model, "../square/piazza.obj");
+
+    wait(&mut harness, "the check", idle);
+    wait_for(&mut harness, "Mend it");
+    assert!(is_there(&harness, "axes point elsewhere"), "the mistake is named");
+    harness.get_by_label("Mend it").click();
+    harness.step();
+    wait_for(&mut harness, "The model fits the photos");
+    assert_ne!(stands(harness.state()), Similarity::IDENTITY);
+    harness.get_by_label("Put the model back").click();
+    harness.step();
+    wait_for(&mut harness, "The model does not stand where the photos are");
+    assert_eq!(stands(harness.state()), Similarity::IDENTITY);
+    harness.state_mut().undo();
+    assert_ne!(stands(harness.state()), Similarity::IDENTITY, "moving it was a step like any other");
+}
+
+#[test]
+fn what_is_missing_for_a_project_is_said_where_it_belongs_and_nothing_is_made() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path(), false);
+    fs::remove_file(site.join("piazza.obj")).unwrap();
+    fs::write(site.join("sparse/images.txt"), "nonsense\n").unwrap();
+    let mut harness = window(None);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::N);
+    harness.step();
+    harness.step();
+    wait_for(&mut harness, "The photos are missing");
+    harness.get_by_role_and_label(Role::TextInput, "Folder of the site").focus();
+    harness.step();
+    harness.get_by_role_and_label(Role::TextInput, "Folder of the site").type_text(site.to_str().unwrap());
+    harness.key_press(Key::Enter);
+    wait_for(&mut harness, "Not found. Give a coarse model");
+    wait_for(&mut harness, "images.txt, line 1");
+    harness.get_by_label("Make the project").click();
+    harness.step();
+    assert!(harness.state().session.is_none() && !folder.path().join("square-project").exists());
+    harness.key_press(Key::Escape);
+    harness.step();
+    harness.step();
+    assert!(!is_there(&harness, "Make the project"));
+}
+
+#[test]
+fn a_site_that_moved_is_found_again_and_project_json_is_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path(), false);
+    let project = project(folder.path(), &site);
+    let elsewhere = folder.path().join("archive/2024");
+    fs::create_dir_all(&elsewhere).unwrap();
+    fs::rename(&site, elsewhere.join("square")).unwrap();
+
+    let mut harness = window(Some(project.clone()));
+    wait_for(&mut harness, "Parts of the project have moved");
+    let photos = elsewhere.join("square/photos");
+    harness.get_by_role_and_label(Role::TextInput, "Photos").focus();
+    harness.step();
+    harness.get_by_role_and_label(Role::TextInput, "Photos").type_text(photos.to_str().unwrap());
+    wait_for(&mut harness, "Guessed: look whether");
+    wait_for(&mut harness, "3 photos");
+    wait_for(&mut harness, "faces");
+    harness.step();
+    harness.get_by_label("Use these places").click();
+    wait(&mut harness, "the project", |editor| editor.session.is_some());
+    assert_eq!(read_project(&project).unwrap().cameras, "../archive/2024/square/sparse");
+}
+
+#[test]
+fn a_project_that_another_program_writes_to_opens_as_soon_as_it_is_free() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path(), &site(folder.path(), false));
+    let lock = ProjectLock::take(&project).unwrap();
+    let mut harness = window(Some(project));
+    wait_for(&mut harness, "Another program is writing");
+    assert!(is_there(&harness, &format!("process {}", std::process::id())));
+    drop(lock);
+    wait(&mut harness, "the project", |editor| editor.session.is_some());
+    harness.step();
+    assert!(!is_there(&harness, "Another program is writing"));
+}
+
+#[test]
+fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path(), &site(folder.path(), false));
+    let mut harness = window(Some(project));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().jobs.start(Kind::Export, "Exporting", |task| {
+        loop {
+            task.go_on()?;
+            std::thread::sleep(std::time::Duration::from_millis(2));
+        }
+    });
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
+    wait_for(&mut harness, "Something is still being written");
+    harness.get_by_label("Go on working").click();
+    harness.step();
+    harness.step();
+    assert!(harness.state().session.is_some() && harness.state().jobs.runs(Kind::Export));
+
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
+    wait_for(&mut harness, "Something is still being written");
+    harness.get_by_label("Stop it and close the project").click();
+    wait(&mut harness, "the end", |editor| editor.session.is_none() && editor.jobs.is_idle());
+}
+
+#[test]
+fn a_fault_in_the_window_is_told_and_the_project_is_opened_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path(), &site(folder.path(), false));
+    let mut harness = window(Some(project));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().jobs.start(Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
+    wait_for(&mut harness, "The program made a mistake");
+    harness.get_by_label("Open the project again").click();
+    harness.step();
+    wait(&mut harness, "the project again", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    assert!(!is_there(&harness, "The program made a mistake"));
+}
+
+#[test]
+fn sizes_and_colours_are_set_and_projects_that_are_gone_can_be_forgotten() {
+    let gone = PathBuf::from("no such folder/castle");
+    let mut harness = window(None);
+    harness.state_mut().settings.recent.push(gone);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Comma);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Plus);
+    harness.step();
+    harness.step();
+    assert_eq!(harness.state().settings.scale, 1.1);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Num0);
+    harness.step();
+    harness.step();
+    assert_eq!(harness.state().settings.scale, 1.0);
+    harness.get_by_label("Light").click();
+    harness.step();
+    harness.step();
+    assert_eq!(harness.ctx.theme(), eframe::egui::Theme::Light);
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Comma);
+    harness.step();
+    harness.step();
+    harness.get_by_label("Forget").click();
+    harness.step();
+    harness.step();
+    assert!(harness.state().settings.recent.is_empty());
+}
