@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use eframe::egui::{
-    Button, Color32, Context, Grid, Image, RichText, ScrollArea, Ui, Window, load::SizedTexture,
+    Button, Color32, Context, Grid, Image, RichText, ScrollArea, Ui, Window, load::SizedTexture, vec2,
 };
 
 use super::{Checked, Mend, percent, verdict};
@@ -14,6 +14,9 @@ use crate::geometry::Similarity;
 use crate::recipe::check::mistake::likely_mistakes;
 use crate::recipe::check::{FaceReport, Names, PhotoReport, Suggestion, Verdict};
 
+/// An overlay is not higher, in points: what is said about faces below it stays in sight.
+const HIGHEST: f32 = 330.0;
+
 /// Draws it when it is open.
 pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let Some(folder) = editor.session.as_ref().map(|session| session.folder.clone()) else { return };
@@ -21,7 +24,11 @@ pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
         return;
     }
     let (mut open, mut wanted) = (true, None);
-    let window = Window::new("Check").open(&mut open).default_size([860.0, 560.0]).min_width(640.0);
+    let window = Window::new("Check")
+        .open(&mut open)
+        .default_pos([290.0, 60.0])
+        .default_size([860.0, 560.0])
+        .min_width(640.0);
     window.show(context, |ui| match editor.checks.report.take() {
         Some(checked) => {
             wanted = contents(editor, &checked, ui, asks);
@@ -154,8 +161,8 @@ fn overlay(editor: &Editor, checked: &Checked, ui: &mut Ui) -> Option<PathBuf> {
     };
     match editor.checks.picture.as_ref().filter(|(shown, _)| shown == path) {
         Some((_, texture)) => {
-            let size = ui.available_width().max(200.0);
-            let picture = Image::new(SizedTexture::from_handle(texture)).max_width(size).tint(Color32::WHITE);
+            let size = vec2(ui.available_width().max(200.0), HIGHEST);
+            let picture = Image::new(SizedTexture::from_handle(texture)).max_size(size).tint(Color32::WHITE);
             ui.add(picture.alt_text(format!("{} with the model's edges", photo.name)));
             ui.weak("The model's edges over the photo, each object in a colour, what is hidden faint.");
             None

@@ -85,9 +85,9 @@ impl Editor {
             return;
         }
         self.notes.add(judged(&checked.report));
-        // The photo that shows most of the model shows best whether edges meet.
-        let covered = checked.report.photos.iter().map(|photo| photo.covered).enumerate();
-        let best = covered.max_by(|a, b| a.1.total_cmp(&b.1));
+        // The photo that sees most faces shows best whether edges meet.
+        let faces = checked.report.photos.iter().map(|photo| photo.faces).enumerate();
+        let best = faces.max_by_key(|(place, faces)| (*faces, std::cmp::Reverse(*place)));
         self.checks.photo = best.map_or(0, |(photo, _)| photo);
         (self.checks.picture, self.checks.asked) = (None, None);
         self.checks.report = Some(checked);

@@ -74,6 +74,7 @@ impl Assistant {
         self.cut_short = candidates.cut_short;
         for part in Part::ALL {
             let found = candidates.of(part);
+            self.places[part as usize].searched = true;
             if let Some(best) = found.first() {
                 self.places[part as usize].set(best);
                 self.places[part as usize].offered = found.to_vec();

@@ -97,6 +97,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
     });
     ui.indent("folder", |ui| match (&assistant.folder.errors, assistant.objection()) {
         (errors, _) if !errors.is_empty() => errors.iter().for_each(|error| wrong(ui, error)),
+        (_, Some(text)) if assistant.folder.typed.is_empty() => drop(ui.weak(text)),
         (_, Some(text)) => wrong(ui, text),
         _ => drop(ui.weak("A new folder: layers, paint and what you decide will be in it.")),
     });

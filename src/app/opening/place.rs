@@ -14,6 +14,8 @@ pub struct Place {
     pub typed: String,
     /// What it could be instead, the likeliest first.
     pub offered: Vec<PathBuf>,
+    /// Somebody has looked for it.
+    pub searched: bool,
     /// Why it was refused when it was used.
     pub errors: Vec<String>,
 }
@@ -68,7 +70,7 @@ pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wi
         let others: Vec<PathBuf> =
             place.offered.iter().filter(|path| **path != place.path()).cloned().collect();
         ui.add_enabled_ui(!others.is_empty(), |ui| {
-            let menu = ui.menu_button("Others ⏷", |ui| {
+            let menu = ui.menu_button("Others ▼", |ui| {
                 for other in others {
                     if ui.button(other.display().to_string()).clicked() {
                         place.set(&other);
@@ -94,7 +96,9 @@ pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
         }
         let path = place.path();
         if path.as_os_str().is_empty() {
-            ui.colored_label(ui.visuals().warn_fg_color, format!("Not found. Give {}.", part.accepted()));
+            let found = if place.searched { "Not found. Give" } else { "Needed:" };
+            let text = RichText::new(format!("{found} {}.", part.accepted()));
+            ui.label(if place.searched { text.color(ui.visuals().warn_fg_color) } else { text.weak() });
             return;
         }
         match look.filter(|look| look.parts().path(part) == path) {

@@ -43,7 +43,7 @@ impl Relinking {
 
     fn new(folder: PathBuf, was: Parts, asked: Vec<Part>, photos: Vec<String>) -> Self {
         let place = |part: Part| {
-            let mut place = Place::default();
+            let mut place = Place { searched: true, ..Place::default() };
             if !asked.contains(&part) || !photos.is_empty() {
                 place.set(was.path(part));
             }

@@ -15,7 +15,9 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
         let convention =
             axes::conventions().into_iter().find(|(_, r)| r.abs_diff_eq(correction.rotation, 1e-9));
         mistakes.push(match convention {
-            Some((name, _)) => format!("The model's axes point elsewhere than the cameras': {name}."),
+            Some((name, _)) => format!(
+                "The model's axes point elsewhere than the cameras': they have to be taken as {name}."
+            ),
             None => "The model is turned against the cameras.".into(),
         });
     }
