@@ -1,3 +1,5 @@
+//! Sites as people have them, and what is found in them.
+
 use std::fs;
 
 use super::*;
