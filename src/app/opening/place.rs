@@ -70,7 +70,7 @@ pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wi
         let others: Vec<PathBuf> =
             place.offered.iter().filter(|path| **path != place.path()).cloned().collect();
         ui.add_enabled_ui(!others.is_empty(), |ui| {
-            let menu = ui.menu_button("Others ▼", |ui| {
+            let menu = ui.menu_button("Others", |ui| {
                 for other in others {
                     if ui.button(other.display().to_string()).clicked() {
                         place.set(&other);
@@ -117,7 +117,7 @@ pub fn wrong(ui: &mut Ui, text: &str) {
 }
 
 fn told(ui: &mut Ui, part: Part, look: &Look) {
-    let good = |ui: &mut Ui, text: String| drop(ui.label(RichText::new(format!("✔ {text}"))));
+    let good = |ui: &mut Ui, text: String| drop(ui.label(text));
     match part {
         Part::Photos => {
             let count = look.photos.good().map_or(0, |photos| photos.files.len());
@@ -140,9 +140,9 @@ fn cameras(ui: &mut Ui, look: &Look) {
     };
     let count = format!("{}, {points}", counted(cameras.names.len(), "camera"));
     match &look.matched {
-        None => drop(ui.label(format!("✔ {count}"))),
+        None => drop(ui.label(count)),
         Some(matched) if matched.found == matched.of => {
-            ui.label(format!("✔ {count}; every camera has its photo"));
+            ui.label(format!("{count}; every camera has its photo"));
         }
         Some(matched) => {
             let more = if matched.of - matched.found > matched.missing.len() { ", …" } else { "" };

@@ -42,7 +42,7 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     });
     editor.trip.import = open.then_some(dialog);
     if choose {
-        editor.choose(Wanted::Layered);
+        editor.choose_path(Wanted::Layered);
     }
     if done {
         asks.push(Ask::Import);
@@ -93,7 +93,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     });
     editor.trip.export = open.then_some(dialog);
     if choose {
-        editor.choose(Wanted::ExportFolder);
+        editor.choose_path(Wanted::ExportFolder);
     }
     if go {
         asks.push(Ask::Export);
@@ -182,7 +182,7 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
     editor.settings.image_editor = choice;
     editor.trip.choosing_editor = open;
     if choose {
-        editor.choose(Wanted::Program);
+        editor.choose_path(Wanted::Program);
     }
     if again {
         editor.trip.found = None;

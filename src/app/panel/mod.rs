@@ -11,8 +11,8 @@ pub mod notes;
 mod outliner;
 mod paint;
 mod photos;
-pub mod side;
 pub mod settings;
+pub mod side;
 pub mod status;
 pub mod welcome;
 

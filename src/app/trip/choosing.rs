@@ -53,7 +53,7 @@ fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
 
 impl Editor {
     /// Shows a dialog of the system.
-    pub fn choose(&mut self, wanted: Wanted) {
+    pub fn choose_path(&mut self, wanted: Wanted) {
         let folder = self.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
         self.trip.choosing = Choosing::start(wanted, &folder, self.context.clone());
     }
