@@ -61,7 +61,7 @@ fn an_empty_window_says_what_to_do_and_the_palette_has_every_command() {
     let mut harness = window(None);
     harness.step();
     harness.get_by_label_contains("Open project");
-    harness.get_by_label_contains("drop the folder of a project");
+    harness.get_by_label_contains("drop the folder of a site or of a project");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::P);
     harness.step();
     harness.step();
