@@ -6,11 +6,12 @@ use std::sync::Arc;
 use super::editor::Editor;
 use super::jobs::Kind;
 use super::notes::{Note, Weight};
+use super::selection::Selection;
 use super::session::{Session, survey};
 use crate::document::Project;
 use crate::document::history::{Gesture, Turn};
 use crate::error::Result;
-use crate::io::project::write_project;
+use crate::io::project::{read_project, write_project};
 use crate::io::recovery::{forget_unsaved, keep_unsaved};
 use crate::recipe::decide::{self, LayerEdit};
 use crate::recipe::open::open_site;
@@ -36,8 +37,9 @@ impl Follows {
     /// Of a change from one project to another.
     fn of(before: &Project, after: &Project) -> Option<Self> {
         let site = |project: &Project| {
-            let Project { photos, cameras, model, world_from_model, .. } = project.clone();
-            (photos, cameras, model, world_from_model)
+            let Project { photos, cameras, model, world_from_model, masks, objects_off, .. } =
+                project.clone();
+            (photos, cameras, model, world_from_model, masks, objects_off)
         };
         // Views and flights change nothing that is made, options of filling nothing until it is filled again.
         let kept = Project {
@@ -68,6 +70,17 @@ pub struct Due {
 }
 
 impl Editor {
+    /// Masks that came home with paint, or went with it, are on disk already: the project in the window has them, too.
+    pub(super) fn take_masks(&mut self) {
+        let Some(session) = &self.session else { return };
+        let Ok(saved) = read_project(&session.folder) else { return };
+        let present = session.history.present();
+        if present.masks != saved.masks {
+            let project = Project { masks: saved.masks, ..Project::clone(present) };
+            self.edit("masks that came home", project, None);
+        }
+    }
+
     /// Makes a step of the history: `name` is what is undone. Edits of one gesture are one step.
     pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
         let now_s = self.now_s();
@@ -215,14 +228,21 @@ impl Editor {
     fn reopen(&mut self) {
         let Some(session) = &self.session else { return };
         let (folder, project) = (session.folder.clone(), session.history.present().clone());
+        self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Open, "Reading the site again", move |task| {
             let opened = open_site(&folder, Project::clone(&project), task)?;
             let photos = survey(&folder, &opened, task)?;
+            let count = photos.len();
             Ok(Box::new(move |editor| {
                 let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) else {
                     return;
                 };
                 session.set_site(opened, photos);
+                // Photos, objects and faces may be others: nothing goes by their old places.
+                editor.select(Selection::Nothing);
+                editor.photo = editor.photo.filter(|photo| *photo < count);
+                editor.space.forget_site();
+                editor.flat.forget();
                 editor.pictures = super::pictures::Pictures::default();
                 let opened = editor.session.as_ref().map(|session| session.opened.clone());
                 if let Some(opened) = opened {

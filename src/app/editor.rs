@@ -269,6 +269,7 @@ impl eframe::App for Editor {
             self.take_in(context);
             if self.crash.is_none()
                 && !self.opening.is_asking()
+                && !self.asks()
                 && let Some(command) = command::pressed(context, self.space.id)
             {
                 self.run(command);

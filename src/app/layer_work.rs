@@ -2,6 +2,7 @@
 
 use super::editor::Editor;
 use super::selection::Selection;
+use super::session::PhotoStatus;
 use crate::layers::Faces;
 use crate::recipe::decide::{LayerEdit, faces_of_layer};
 
@@ -33,6 +34,29 @@ impl Editor {
         }
         self.select(Selection::Layer { photo, layer: layers.pop().unwrap_or(layer) });
         self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
+    }
+
+    /// Stacks were made anew: image layers that are still there stay selected, by their tokens.
+    pub(super) fn keep_selection(&mut self, before: &[PhotoStatus]) {
+        let Some(session) = &self.session else { return };
+        let token = |statuses: &[PhotoStatus], photo: usize, layer: usize| {
+            Some(statuses.get(photo)?.stack.as_ref()?.image_layers.get(layer)?.id.clone())
+        };
+        let found = |photo: usize, layer: usize| {
+            let id = token(before, photo, layer)?;
+            let stack = session.photos.get(photo)?.stack.as_ref()?;
+            stack.image_layers.iter().position(|layer| layer.id == id)
+        };
+        let more =
+            self.more_layers.iter().filter_map(|(photo, layer)| Some((*photo, found(*photo, *layer)?)));
+        let more: Vec<(usize, usize)> = more.collect();
+        if let Selection::Layer { photo, layer } = self.selection {
+            self.selection = match found(photo, layer) {
+                Some(layer) => Selection::Layer { photo, layer },
+                None => Selection::Photo(photo),
+            };
+        }
+        self.more_layers = more;
     }
 
     fn photo_name(&self, photo: usize) -> Option<String> {

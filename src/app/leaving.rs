@@ -27,6 +27,8 @@ pub struct Questions {
     leaving: Option<Leaving>,
     /// What was not saved when the program ended last.
     recovered: Option<Recovered>,
+    /// What is not saved is to be forgotten when the project is left.
+    discards: bool,
     /// It was said that nothing is to be asked any more.
     quits: bool,
 }
@@ -42,12 +44,25 @@ impl Editor {
     }
 
     pub(super) fn left(&mut self, leaving: Leaving) {
+        if std::mem::take(&mut self.questions.discards) {
+            self.discard_unsaved();
+        }
         match leaving {
             Leaving::Close => self.close_project(),
             Leaving::Open(project) => self.open_now(project),
             Leaving::Create => self.create_project(),
             Leaving::Quit => self.quit(),
         }
+    }
+
+    /// A question waits for an answer: keys and files are for it.
+    pub(super) fn asks(&self) -> bool {
+        self.questions.leaving.is_some() || self.questions.recovered.is_some()
+    }
+
+    /// What was asked about a project that is being closed.
+    pub(super) fn forget_questions(&mut self) {
+        self.questions = Questions { quits: self.questions.quits, ..Questions::default() };
     }
 
     /// Closes the window; nothing is asked any more.
@@ -102,7 +117,7 @@ impl Editor {
                 }
             }
             (Some("Do not save"), _) => {
-                self.discard_unsaved();
+                self.questions.discards = true;
                 self.go();
             }
             (Some(_), _) | (None, true) => self.questions.leaving = None,

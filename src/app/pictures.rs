@@ -1,13 +1,13 @@
 //! Pictures of photos on the window's device: small ones for lists, larger ones for looking.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 
-use super::jobs::{Jobs, Kind};
+use super::jobs::{JobId, Jobs, Kind};
 use crate::projection::Picture;
 use crate::recipe::open::Opened;
 use crate::recipe::thumbnail::{kept_thumbnail, thumbnail};
@@ -30,7 +30,9 @@ pub struct Pictures {
     small: BTreeMap<usize, TextureHandle>,
     /// The one used last at the end.
     large: Vec<(usize, TextureHandle)>,
-    making: Option<usize>,
+    making: Option<(usize, JobId)>,
+    /// Photos of which no large picture could be made; why has been told.
+    failed: BTreeSet<usize>,
     send: Sender<Made>,
     receive: Receiver<Made>,
 }
@@ -38,7 +40,14 @@ pub struct Pictures {
 impl Default for Pictures {
     fn default() -> Self {
         let (send, receive) = channel();
-        Self { small: BTreeMap::new(), large: Vec::new(), making: None, send, receive }
+        Self {
+            small: BTreeMap::new(),
+            large: Vec::new(),
+            making: None,
+            failed: BTreeSet::new(),
+            send,
+            receive,
+        }
     }
 }
 
@@ -91,15 +100,18 @@ impl Pictures {
             self.large.push(used);
             return self.large.last().map(|(_, texture)| texture);
         }
-        if self.making.is_none() {
-            self.making = Some(photo);
+        if let Some((photo, _)) = self.making.take_if(|(_, job)| !jobs.is_running(*job)) {
+            self.failed.insert(photo);
+        }
+        if self.making.is_none() && !self.failed.contains(&photo) {
             let (opened, send) = (opened.clone(), self.send.clone());
-            jobs.start(Kind::PhotoView, "Reading a photo", move |_| {
+            let job = jobs.start(Kind::PhotoView, "Reading a photo", move |_| {
                 let picture = thumbnail(&opened.site.photos[photo], LARGE)?;
                 // Nobody waits for it any more where this fails.
                 let _ = send.send(Made { photo, longest: LARGE, image: image(&picture) });
                 Ok(Box::new(|_| ()))
             });
+            self.making = Some((photo, job));
         }
         self.small.get(&photo)
     }

@@ -1,5 +1,6 @@
 //! Projects shown, closed, built and filled: jobs, and what becomes of the editor when they end.
 
+use super::check::Checks;
 use super::editor::Editor;
 use super::jobs::Kind;
 use super::notes::{Note, Weight};
@@ -43,6 +44,9 @@ impl Editor {
         self.jobs.stop_all();
         self.leave_trip();
         self.quality = Quality::default();
+        self.checks = Checks::default();
+        self.flights.forget();
+        self.forget_questions();
         self.session = None;
         self.selection = Selection::Nothing;
         self.flat.forget();
@@ -87,8 +91,10 @@ impl Editor {
     /// Builds the stacks of these photos, or of all.
     pub fn build(&mut self, photos: Vec<String>) {
         let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
         self.jobs.start(Kind::Build, "Building layers", move |task| {
+            // Held to the end, also where the project is closed meanwhile.
+            let _lock = lock;
             let store = StackStore::new(&folder);
             store.clean()?;
             let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
@@ -100,9 +106,14 @@ impl Editor {
                 threads: rayon::current_num_threads(),
                 force: false,
             };
-            let built = build(&opened.site, &store, &rasteriser, &options, task)?;
-            let mut notes = Vec::new();
-            for photo in &built {
+            let built = build(&opened.site, &store, &rasteriser, &options, task);
+            // What was built until somebody stopped it is there, and so is what failed afterwards.
+            let (built, mut notes) = match built {
+                Ok(built) => (built, Vec::new()),
+                Err(error) => (Vec::new(), ended("Building layers", &error)),
+            };
+            let stopped = !notes.is_empty();
+            for photo in built.iter().filter(|photo| !matches!(photo.stack, Err(Error::Cancelled))) {
                 if let Err(error) = &photo.stack {
                     notes.push(Note::about(Weight::Problem, &photo.photo, error.to_string()));
                 }
@@ -112,15 +123,14 @@ impl Editor {
             }
             let made = built.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
             let current = built.iter().filter(|photo| photo.up_to_date).count();
-            notes.push(Note::new(
-                Weight::Info,
-                format!("Layers built: {made} photos; {current} were up to date"),
-            ));
-            if built.iter().any(|photo| matches!(photo.stack, Err(Error::Cancelled))) {
-                notes.retain(|note| !note.text.contains("stopped on request"));
-                notes.push(Note::new(Weight::Info, "Building layers: stopped; what was built stays"));
+            if !stopped {
+                let text = format!("Layers built: {made} photos; {current} were up to date");
+                notes.push(Note::new(Weight::Info, text));
+                // Gains and relief can be made later, too.
+                if let Err(error) = preview::prepare(&folder, &opened, task) {
+                    notes.extend(ended("Preparing the view", &error));
+                }
             }
-            preview::prepare(&folder, &opened, task).or_else(not_if_stopped)?;
             let photos = survey(&folder, &opened, &Task::silent())?;
             Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, notes)))
         });
@@ -129,20 +139,28 @@ impl Editor {
     /// Fills what photos do not show.
     pub fn fill(&mut self) {
         let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
         self.jobs.start(Kind::Fill, "Filling hidden parts", move |task| {
+            // Held to the end, also where the project is closed meanwhile.
+            let _lock = lock;
             let request = FillRequest {
                 options: opened.project.fill.clone(),
                 photos: Vec::new(),
                 memory: default_memory(),
                 force: false,
             };
-            let filled = fill(&folder, &opened, &request, task)?;
+            let (filled, ending) = match fill(&folder, &opened, &request, task) {
+                Ok(filled) => (filled, Vec::new()),
+                Err(error) => (Vec::new(), ended("Filling hidden parts", &error)),
+            };
             let failed = filled.iter().filter_map(|photo| Some((&photo.photo, photo.stack.as_ref().err()?)));
             let mut notes: Vec<Note> =
                 failed.map(|(photo, error)| Note::about(Weight::Problem, photo, error.to_string())).collect();
             let made = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
-            notes.push(Note::new(Weight::Info, format!("Hidden parts filled: {made} photos")));
+            match ending.is_empty() {
+                true => notes.push(Note::new(Weight::Info, format!("Hidden parts filled: {made} photos"))),
+                false => notes.extend(ending),
+            }
             let photos = survey(&folder, &opened, &Task::silent())?;
             Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, notes)))
         });
@@ -156,13 +174,21 @@ impl Editor {
     ) {
         notes.into_iter().for_each(|note| self.tell(note));
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
-        session.photos = photos;
+        // A look at a site that was read again meanwhile.
+        if photos.len() != session.opened.site.photos.len() {
+            return;
+        }
+        let before = std::mem::replace(&mut session.photos, photos);
+        self.keep_selection(&before);
         self.quality.forget_stacks();
         self.prepare_painter();
     }
 }
 
-/// Gains and relief can be made later.
-fn not_if_stopped(error: Error) -> crate::Result<()> {
-    if matches!(error, Error::Cancelled) { Ok(()) } else { Err(error) }
+/// How work ended that did not come to its end: what it made until then stays.
+fn ended(work: &str, error: &Error) -> Vec<Note> {
+    match error {
+        Error::Cancelled => vec![Note::new(Weight::Info, format!("{work}: stopped; what was made stays"))],
+        error => Note::of_error(work, error),
+    }
 }

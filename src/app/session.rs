@@ -7,8 +7,8 @@ use glam::{DVec2, DVec3};
 
 use super::authored::Due;
 use super::painter::Painter;
-use crate::document::Stack;
 use crate::document::history::History;
+use crate::document::{Project, Stack};
 use crate::error::Result;
 use crate::geometry::bvh::Bvh;
 use crate::io::lock::ProjectLock;
@@ -146,7 +146,9 @@ impl Session {
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.ground = Ground::of(&opened.site.model.vertices, up(&opened.site.photos));
         self.solid = Solid::new(&opened.site.model);
-        self.opened = Arc::new(opened);
+        // What was decided while it was read is decided.
+        let present = Project::clone(self.history.present());
+        self.opened = Arc::new(opened.with_project(present));
         self.photos = photos;
         self.painter = None;
     }

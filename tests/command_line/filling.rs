@@ -106,10 +106,10 @@ fn paint_of_one_photo_is_offered_to_the_others_laid_over_them_and_taken_away_aga
     let legend = fs::read_to_string(site.path("spread/right.png.provenance/legend.json")).unwrap();
     assert!(legend.contains("[painted in left.png]"), "{legend}");
     // What another photo lent is no paint of this one.
-    let home = site.json("import project spread/right.png --json");
+    let home = site.json("import project spread/right.png.layers --json");
     assert_eq!(home["changed"], 0);
 
-    paint_the_wall(&site, "spread/right.png", [10, 20, 250, 255]);
+    paint_the_wall(&site, "spread/right.png.layers", [10, 20, 250, 255]);
     let told = site.json("fill project --propagate=left.png --save-options --json");
     assert!(told["propagated"][0]["paint"]["conflicts"].as_u64().unwrap() > 200, "{told:#}");
     assert!(fs::read_to_string(site.path("project/project.json")).unwrap().contains("propagate"));

@@ -4,6 +4,7 @@ use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
 use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
 use crate::app::selection::Selection;
 
 /// In the order of their menus.
@@ -120,6 +121,10 @@ fn history(
     why_not: WhyNot,
 ) -> Result<(), WhyNot> {
     let session = editor.session.as_ref().ok_or("open a project first")?;
+    // Imports are taken back and made again one after the other.
+    if editor.jobs.runs(Kind::Import) {
+        return Err("wait until the import has ended");
+    }
     if ready(&session.history) { Ok(()) } else { Err(why_not) }
 }
 

@@ -79,7 +79,7 @@ pub const STOP: Command = Command {
 /// A project is open and no other job writes to its stacks.
 fn can_write(editor: &Editor) -> Result<(), WhyNot> {
     with_project(editor)?;
-    let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open];
+    let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Export, Kind::Open];
     match writes.into_iter().any(|kind| editor.jobs.runs(kind)) {
         true => Err("wait until the job that runs has ended, or stop it"),
         false => Ok(()),

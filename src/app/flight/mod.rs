@@ -33,6 +33,13 @@ pub struct Flights {
     export: Option<Export>,
 }
 
+impl Flights {
+    /// Forgets what belonged to a project.
+    pub fn forget(&mut self) {
+        *self = Self { shown: self.shown, ..Self::default() };
+    }
+}
+
 impl Editor {
     fn project(&self) -> Option<Project> {
         Some(Project::clone(self.session.as_ref()?.history.present()))

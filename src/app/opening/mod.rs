@@ -95,7 +95,7 @@ impl Editor {
             Wish::Search => self.search_site(),
             Wish::Create => self.leave(Leaving::Create),
             Wish::Cancel => self.cancel_dialogs(),
-            Wish::TryAgain(folder) => self.open_now(folder),
+            Wish::TryAgain(folder) => self.open_project(folder),
             Wish::Relink => self.relink(),
             Wish::Leave(farewell) => self.bid(farewell),
         }
@@ -123,6 +123,9 @@ impl Editor {
     /// What was dropped on the window.
     fn take_dropped(&mut self, context: &Context) {
         let dropped = context.input(|input| input.raw.dropped_files.clone());
+        if self.asks() {
+            return;
+        }
         let paths: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
         if !self.import_dropped(&paths) {
             paths.iter().for_each(|path| self.take(path));

@@ -286,7 +286,8 @@ fn layer_ui(
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
     for element in it.elements.iter().filter_map(|element| elements.get(*element as usize)) {
         let faces = element.faces.len() + element.pieces.len();
-        let text = format!("{}: {faces} faces", element.object);
+        let faces = if faces == 1 { "1 face".to_owned() } else { format!("{faces} faces") };
+        let text = format!("{}: {faces}", element.object);
         if ui.add(eframe::egui::Button::selectable(false, text)).clicked() {
             let object = session.model().objects.iter().position(|object| object.name == element.object);
             asks.extend(object.map(|object| Ask::Select(Selection::Object(ObjectId(object as u32)))));

@@ -147,6 +147,11 @@ impl Space {
         self.shown.is_some()
     }
 
+    /// The site was read again: photos and faces may be others.
+    pub fn forget_site(&mut self) {
+        (self.through, self.hovered, self.travel, self.back) = (None, None, None, None);
+    }
+
     /// The photo one looks through.
     pub fn through(&self) -> Option<usize> {
         self.through

@@ -23,6 +23,9 @@ const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
 /// A camera's picture stands before it at this share of the site's radius.
 const CAMERA_SHARE: f64 = 0.035;
 
+/// Cameras nearer than so many of their own sizes are not drawn.
+const NEAR: f64 = 5.0;
+
 /// Draws all of it.
 pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
     photo_over(editor, ui, rect);
@@ -50,6 +53,10 @@ fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
         let color = if selected { SELECTED } else { CAMERA };
         let texture = editor.pictures.small(place).map(|texture| texture.id());
         let size = session.ground.radius * CAMERA_SHARE;
+        // A camera that one stands at would hide what one looks at.
+        if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
+            continue;
+        }
         canvas.camera(photo, size, Stroke::new(if selected { 2.0 } else { 1.0 }, color), texture);
     }
 }

@@ -122,6 +122,7 @@ impl Editor {
             };
             self.notes.add(Note::about(Weight::Info, &file.photo, text));
         }
+        self.take_masks();
         // A save that changed nothing is no reason to turn to another panel.
         if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
             return;
@@ -224,6 +225,7 @@ impl Editor {
         if let Some(report) = &mut self.trip.report {
             report.taken_back |= report.imported.number == Some(import.number);
         }
+        self.take_masks();
         self.paint_changed(import.photos.into_iter().collect());
     }
 

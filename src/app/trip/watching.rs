@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::{Receiver, channel};
+use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
 use eframe::egui::Context;
@@ -103,7 +103,17 @@ impl Editor {
     /// Takes in what was saved.
     pub(super) fn take_saved(&mut self) {
         let Some(watching) = &self.trip.watching else { return };
-        let news: Vec<News> = watching.receive.try_iter().collect();
+        let mut news = Vec::new();
+        let ended = loop {
+            match watching.receive.try_recv() {
+                Ok(one) => news.push(one),
+                Err(none) => break none,
+            }
+        };
+        // What ended can begin again.
+        if ended == TryRecvError::Disconnected {
+            self.trip.watching = None;
+        }
         for news in news {
             match news {
                 News::Imported(imported, spent) => self.paint_came(imported, spent, Way::Saved),

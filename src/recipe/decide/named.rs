@@ -51,9 +51,10 @@ fn indices(text: &str) -> Option<Vec<u32>> {
     Some(all)
 }
 
-/// What an image layer holds, an entry an element.
+/// What an image layer holds, an entry an element; nothing where the stack has no such layer.
 pub fn faces_of_layer(stack: &Stack, layer: usize) -> Vec<Faces> {
+    let Some(layer) = stack.image_layers.get(layer) else { return Vec::new() };
     let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let held = elements.filter(|(_, number)| stack.image_layers[layer].elements.contains(number));
+    let held = elements.filter(|(_, number)| layer.elements.contains(number));
     super::united(held.map(|(element, _)| element.known_by()).collect())
 }
