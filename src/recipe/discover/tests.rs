@@ -91,7 +91,8 @@ fn what_is_wrong_is_told_part_by_part_and_read_only_where_the_path_changed() {
 
     fs::write(&parts.model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     assert!(!look_at(&parts, Some(&look), &Task::silent()).unwrap().is_whole(), "nothing has moved");
-    parts.model = root.path().join("./house.obj");
+    parts.model = root.path().join("house-2.obj");
+    fs::write(&parts.model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     parts.photos = PathBuf::new();
     let look = look_at(&parts, Some(&look), &Task::silent()).unwrap();
     assert_eq!(look.model.good().map(|model| (model.objects, model.faces)), Some((1, 1)));
