@@ -152,6 +152,7 @@ impl Editor {
 
     /// Saves the project; whether it is saved now.
     pub fn save_project(&mut self) -> bool {
+        self.jobs.stop_kind(Kind::Keep);
         let Some(session) = &mut self.session else { return true };
         let folder = &session.folder;
         let saved = write_project(folder, session.history.present()).and_then(|()| forget_unsaved(folder));
@@ -171,6 +172,7 @@ impl Editor {
 
     /// Forgets what is not saved: the project was left so by its user.
     pub fn discard_unsaved(&mut self) {
+        self.jobs.stop_kind(Kind::Keep);
         let Some(session) = &self.session else { return };
         if let Err(error) = forget_unsaved(&session.folder) {
             self.tell(Note::new(Weight::Warning, error.to_string()));
@@ -207,7 +209,9 @@ impl Editor {
         let Some(session) = &self.session else { return };
         let (folder, project, dirty) =
             (session.folder.clone(), session.history.present().clone(), session.history.is_dirty());
-        self.jobs.start(Kind::Keep, "Keeping what is not saved", move |_| {
+        self.jobs.start(Kind::Keep, "Keeping what is not saved", move |task| {
+            // Saved or forgotten meanwhile.
+            task.go_on()?;
             kept(&folder, &project, dirty)?;
             Ok(Box::new(|_| ()))
         });

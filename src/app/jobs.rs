@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use eframe::egui::Context;
@@ -129,13 +130,14 @@ pub struct Jobs {
     send: Sender<Message>,
     receive: Receiver<Message>,
     context: Context,
+    threads: Vec<JoinHandle<()>>,
 }
 
 impl Jobs {
     /// None yet; `context` is woken whenever a job has something to say.
     pub fn new(context: Context) -> Self {
         let (send, receive) = channel();
-        Self { running: BTreeMap::new(), next: 0, send, receive, context }
+        Self { running: BTreeMap::new(), next: 0, send, receive, context, threads: Vec::new() }
     }
 
     /// Those that run, the oldest first.
@@ -219,15 +221,19 @@ impl Jobs {
                 catch_unwind(AssertUnwindSafe(|| work(&task))).unwrap_or_else(|panic| Err(fault(&*panic)));
             tell(Message::Ended(id, ended));
         };
-        if let Err(error) = std::thread::Builder::new().name(thread_name).spawn(run) {
-            let refused = Error::Request(format!("the system gives no thread for it: {error}"));
-            let _ = self.send.send(Message::Ended(id, Err(refused)));
+        match std::thread::Builder::new().name(thread_name).spawn(run) {
+            Ok(thread) => self.threads.push(thread),
+            Err(error) => {
+                let refused = Error::Request(format!("the system gives no thread for it: {error}"));
+                let _ = self.send.send(Message::Ended(id, Err(refused)));
+            }
         }
         id
     }
 
     /// What has been said since the last time: notes, and what arrived.
     pub fn receive(&mut self) -> (Vec<Note>, Vec<Arrival>) {
+        self.threads.retain(|thread| !thread.is_finished());
         let (mut notes, mut arrivals) = (Vec::new(), Vec::new());
         while let Ok(message) = self.receive.try_recv() {
             match message {
@@ -256,6 +262,17 @@ impl Jobs {
             }
             Event::Note { subject, text } => Some(Note::about(Weight::Warning, subject, text)),
             Event::Timing { .. } => None,
+        }
+    }
+}
+
+impl Drop for Jobs {
+    /// The program ends when all have ended: what they write is whole, and no driver is asked for anything while it
+    /// is taken down.
+    fn drop(&mut self) {
+        self.stop_all();
+        for thread in self.threads.drain(..) {
+            let _ = thread.join();
         }
     }
 }

@@ -5,6 +5,7 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{Color32, ColorImage, Context};
@@ -54,8 +55,8 @@ struct Slot {
     request: Option<Request>,
     /// Oldest first.
     changes: Vec<Change>,
-    /// Stops the picture that is being drawn, where that yields.
-    drawing: Option<Arc<AtomicBool>>,
+    /// Stops the picture that is being drawn, and whether that yields to a newer one.
+    drawing: Option<(Arc<AtomicBool>, bool)>,
     ends: bool,
 }
 
@@ -78,8 +79,9 @@ pub struct Painter {
     receive: Receiver<Result<Painted>>,
     /// Adapter, kind, interface and driver.
     pub adapter: String,
-    /// The request that was handed over last and is not drawn yet.
+    /// Something was asked for that is not drawn yet.
     pending: bool,
+    thread: Option<JoinHandle<()>>,
 }
 
 impl Painter {
@@ -99,16 +101,16 @@ impl Painter {
         let theirs = shared.clone();
         let draw = move || Drawing { preview, model, task, send, context }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
-        started.map_err(|error| {
+        let thread = started.map_err(|error| {
             Error::Request(format!("the system gives no thread for the 3D view: {error}"))
         })?;
-        Ok(Self { shared, receive, adapter, pending: false })
+        Ok(Self { shared, receive, adapter, pending: false, thread: Some(thread) })
     }
 
     /// Asks for a picture instead of all others asked for before.
     pub fn ask(&mut self, request: Request) {
         let mut slot = self.shared.slot();
-        if let Some(stop) = &slot.drawing {
+        if let Some((stop, true)) = &slot.drawing {
             stop.store(true, Ordering::Relaxed);
         }
         slot.request = Some(request);
@@ -144,10 +146,15 @@ impl Drop for Painter {
     fn drop(&mut self) {
         let mut slot = self.shared.slot();
         slot.ends = true;
-        if let Some(stop) = &slot.drawing {
+        if let Some((stop, _)) = &slot.drawing {
             stop.store(true, Ordering::Relaxed);
         }
+        drop(slot);
         self.shared.wake.notify_one();
+        // A driver must not be asked for anything any more when the program ends.
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
     }
 }
 
@@ -236,7 +243,7 @@ fn next(shared: &Shared) -> Option<Work> {
     }
     let changes = std::mem::take(&mut slot.changes);
     let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
-    slot.drawing = request.as_ref().filter(|(request, _)| request.yields).map(|(_, stop)| stop.clone());
+    slot.drawing = request.as_ref().map(|(request, stop)| (stop.clone(), request.yields));
     Some(Work { changes, request })
 }
 

@@ -36,6 +36,8 @@ pub struct Session {
     pub solid: Solid,
     /// Who draws novel views; none while that is being prepared, or where there is no adapter.
     pub painter: Option<Painter>,
+    /// Something of the site was missing when it was read.
+    pub incomplete: bool,
     /// What was decided, and every step that led to it.
     pub history: History,
     /// What is left to do after edits.
@@ -133,6 +135,7 @@ impl Session {
             folder: folder.to_path_buf(),
             ground: Ground::of(&model.vertices, up(&opened.site.photos)),
             solid: Solid::new(model),
+            incomplete: !opened.problems.is_empty(),
             opened: Arc::new(opened),
             photos,
             painter: None,
@@ -148,6 +151,7 @@ impl Session {
         self.solid = Solid::new(&opened.site.model);
         // What was decided while it was read is decided.
         let present = Project::clone(self.history.present());
+        self.incomplete = !opened.problems.is_empty();
         self.opened = Arc::new(opened.with_project(present));
         self.photos = photos;
         self.painter = None;

@@ -165,7 +165,7 @@ fn resize(editor: &mut Editor, context: &Context, steps: f32) {
 /// Something of the project could not be read.
 fn with_problems(editor: &Editor) -> Result<(), WhyNot> {
     with_project(editor)?;
-    let complete = editor.session.as_ref().is_some_and(|session| session.opened.problems.is_empty());
+    let complete = editor.session.as_ref().is_some_and(|session| !session.incomplete);
     if complete { Err("nothing is missing") } else { Ok(()) }
 }
 

@@ -97,6 +97,10 @@ fn controls(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         if path != before {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
             edit_path(editor, asks, "film settings", path, gesture);
+            // A drag goes on; a click and what is typed are steps of their own.
+            if !ui.input(|input| input.pointer.any_down()) {
+                asks.push(Ask::EndGesture);
+            }
         }
     }
     for command in [&STILL, &FILM] {
