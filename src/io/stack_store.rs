@@ -192,9 +192,14 @@ impl StackStore {
             let path = self.stacks().join(name);
             fs::remove_dir_all(&path).map_err(Error::io(&path, "remove it"))?;
         }
+        // Also where a build was killed before the photo had its first stack.
+        for folder in names_in(&self.stacks())?.iter().map(|name| self.stacks().join(name)) {
+            if folder.is_dir() {
+                remove_leftovers(&folder)?;
+            }
+        }
         let mut kept = Vec::new();
         for photo in self.photos()? {
-            remove_leftovers(&self.folder(&photo))?;
             if let Some(current) = self.current_version(&photo) {
                 kept.extend(self.clear_versions_but(&photo, &current)?);
             }
