@@ -12,7 +12,7 @@
 //! The seam to what the photo shows is closed by a smooth factor ([`seam`]); pixels of the photo never
 //! change. [`fill_photo`] is the recipe. What filling needs of the photos is told by [`Donors`].
 //!
-//! Where it is wished, paint of one photo also takes the place of what others show of the surface ([`spread`]).
+//! Where it is wished, paint of one photo also takes the place of what others show of the surface (`spread`).
 
 mod asker;
 pub mod cells;

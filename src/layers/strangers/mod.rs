@@ -2,7 +2,7 @@
 //!
 //! At a surface point the photos that show it agree, but for one who shows something that stands before the surface.
 //! So each photo is asked, pixel by pixel and at a size at which models are right to a pixel or two, how far its colour
-//! is from all that the others show around the same place ([`disagreement`]); where they agree among themselves and
+//! is from all that the others show around the same place ([`disagreement()`]); where they agree among themselves and
 //! it differs, a region of that is a suspect ([`regions`]). A window that mirrors another sky in every photo is none,
 //! because the others do not agree either. Suspects are suggestions: somebody looks at them.
 

@@ -14,7 +14,7 @@ pub struct Suspect {
     pub weight: f32,
 }
 
-/// The suspects of a photo of `width` columns, from the top; `apart` as [`super::disagreement`] has it.
+/// The suspects of a photo of `width` columns, from the top; `apart` as [`super::disagreement()`] has it.
 pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
     let smooth = smoothed(apart, width);
     let most = (apart.len() as f64 * options.most_share) as u64;

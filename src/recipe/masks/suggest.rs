@@ -35,7 +35,7 @@ use crate::task::Task;
 /// What was found: large and different things first.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Suggestions {
-    /// [`VERSION`].
+    /// `VERSION`.
     pub version: u32,
     /// Numbered from 1.
     pub list: Vec<Suggestion>,
