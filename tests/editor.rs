@@ -23,7 +23,7 @@ use quadratura::recipe::create::{NewProject, create_project};
 use quadratura::task::Task;
 
 /// A guard against waiting for ever, far beyond what any step takes.
-const NEVER: Duration = Duration::from_secs(100);
+const NEVER: Duration = Duration::from_secs(600);
 
 fn window(project: Option<PathBuf>) -> Harness<'static, Editor> {
     let builder = Harness::builder().with_size([1280.0, 800.0]);
