@@ -13,6 +13,9 @@ const STEEPEST_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
 /// further step would be too small to be noticed.
 const NEAREST_SHARE: f64 = 1e-4;
 
+/// Flying is no slower than with surfaces at this share of the site's radius: else one would never pass a wall.
+const SLOWEST_SHARE: f64 = 0.01;
+
 /// Where somebody looks from, and the point that they turn around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
@@ -166,6 +169,22 @@ impl Viewpoint {
         self.pose.translation -= step_in_camera;
     }
 
+    /// How far what one looks at is, in world units, as the pace of a flight needs it: the geometric mean along nine rays
+    /// of the picture's inner half, so that one thin thing before the camera does not stop a flight. `first` is the
+    /// distance of the first surface along a ray of unit length; where there is none the site's radius counts, which is
+    /// also the most. At least a hundredth of the radius.
+    pub fn ahead(&self, ground: &Ground, first: impl Fn(DVec3, DVec3) -> Option<f64>) -> f64 {
+        const THIRDS: [f64; 3] = [0.25, 0.5, 0.75];
+        let (position, side) = (self.position(), 1000);
+        let [slowest, most] = [ground.radius * SLOWEST_SHARE, ground.radius];
+        let log = |x: f64, y: f64| {
+            let ray = self.ray(DVec2::new(x, y) * f64::from(side), [side, side]).normalize_or_zero();
+            first(position, ray).unwrap_or(most).clamp(slowest, most).ln()
+        };
+        let logs = THIRDS.into_iter().flat_map(|y| THIRDS.map(|x| log(x, y)));
+        (logs.sum::<f64>() / 9.0).exp()
+    }
+
     /// Comes `factor` times nearer to `target` (a point in the world under the pointer), which stays where it is in the
     /// picture. The pivot moves to the depth of the target, so that the next turn is about what one looks at.
     pub fn zoom(&mut self, target: DVec3, factor: f64, ground: &Ground) {
@@ -266,6 +285,20 @@ mod tests {
         let rotation = after.pose.rotation;
         let error = rotation * rotation.transpose() - DMat3::IDENTITY;
         assert!(error.to_cols_array().iter().all(|entry| entry.abs() < 1e-12));
+    }
+
+    #[test]
+    fn what_is_ahead_is_as_far_as_most_of_the_picture_and_never_nothing() {
+        let (view, ground) = (view(), ground());
+        let wall = |far: f64| view.ahead(&ground, |_, _| Some(far));
+        assert!((wall(4.0) - 4.0).abs() < 1e-12);
+        assert!((wall(1e-9) - 0.1).abs() < 1e-12, "a hundredth of the radius");
+        assert!((wall(1e9) - 10.0).abs() < 1e-9, "the radius");
+        assert!((view.ahead(&ground, |_, _| None) - 10.0).abs() < 1e-9);
+        // A pole right in the middle, and a wall behind it.
+        let forward = view.forward();
+        let pole = |_, ray: DVec3| Some(if ray.dot(forward) > 1.0 - 1e-9 { 0.5 } else { 8.0 });
+        assert!((view.ahead(&ground, pole) - 8.0 * (0.5f64 / 8.0).powf(1.0 / 9.0)).abs() < 1e-9);
     }
 
     #[test]

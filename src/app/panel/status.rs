@@ -74,7 +74,9 @@ fn notes(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 fn site(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(session) = &editor.session else { return };
     if let Some(painter) = &session.painter {
-        ui.weak(painter.adapter.split(',').next().unwrap_or_default()).on_hover_text(&painter.adapter);
+        // Its name without what makers put behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.
+        let name = painter.adapter.split(" (").next().unwrap_or_default();
+        ui.weak(name).on_hover_text(&painter.adapter);
         ui.separator();
     }
     if editor.is_dirty() {
