@@ -41,7 +41,7 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     let there = counted(documents(&args.folder)?.len(), "layered document");
     let folder = args.folder.display();
     task.note(format!("watching {folder} and the folders in it, {there} now; Ctrl-C ends it"));
-    let options = WatchOptions { import, once: args.once, since: None };
+    let options = WatchOptions { import, once: args.once, ..WatchOptions::default() };
     let hold = || project_lock(&args.project, task);
     watch(&args.project, &args.folder, options, hold, task, |imported, spent| {
         tell(&imported, spent, task);

@@ -3,27 +3,16 @@
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::time::SystemTime;
 
 use super::layered::KEY_FILE;
 use super::project::PROJECT_FILE;
+use super::stamp::Stamp;
 use crate::error::{Error, Result};
 
 /// Formats of layered files, by their extensions in lower case.
 const EXTENSIONS: [&str; 4] = ["psd", "psb", "ora", "xcf"];
 /// How deep sub-folders are followed: nobody sorts exports more finely.
 const DEEPEST: usize = 16;
-
-/// Size and time of a file, or of all files of a folder: another one after every save.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Stamp(Vec<(PathBuf, u64, Option<SystemTime>)>);
-
-impl Stamp {
-    /// When it was last changed; none where the file system does not tell.
-    pub fn last_change(&self) -> Option<SystemTime> {
-        self.0.iter().filter_map(|(_, _, changed)| *changed).max()
-    }
-}
 
 /// The layered documents in a folder and its sub-folders: files by their extension, and folders that were exported, by
 /// their key file; the folder itself, if it is one. Hidden folders, links to folders and projects are not looked into.
@@ -33,7 +22,7 @@ impl Stamp {
 pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
     let mut found = BTreeMap::new();
     if is_exported_folder(folder) {
-        found.insert(folder.to_owned(), stamp_of_folder(folder));
+        found.insert(folder.to_owned(), Stamp::of(folder));
     } else {
         fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))?;
         look_into(folder, 0, &mut found);
@@ -62,33 +51,17 @@ fn look_into(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) 
         let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             if is_exported_folder(&path) {
-                found.insert(path.clone(), stamp_of_folder(&path));
+                found.insert(path.clone(), Stamp::of(&path));
             } else if depth < DEEPEST && !path.join(PROJECT_FILE).exists() {
                 look_into(&path, depth + 1, found);
             }
-        } else if EXTENSIONS.contains(&extension.as_str())
-            && let Some(stamp) = stamp(&path)
-        {
-            found.insert(path, Stamp(vec![stamp]));
+        } else if EXTENSIONS.contains(&extension.as_str()) {
+            let stamp = Stamp::of(&path);
+            if !stamp.is_empty() {
+                found.insert(path, stamp);
+            }
         }
     }
-}
-
-fn stamp_of_folder(folder: &Path) -> Stamp {
-    Stamp(files_below(folder).iter().filter_map(|file| stamp(file)).collect())
-}
-
-fn stamp(file: &Path) -> Option<(PathBuf, u64, Option<SystemTime>)> {
-    let metadata = fs::metadata(file).ok()?;
-    Some((file.to_owned(), metadata.len(), metadata.modified().ok()))
-}
-
-fn files_below(folder: &Path) -> Vec<PathBuf> {
-    let entries = fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut files: Vec<PathBuf> =
-        entries.flat_map(|path| if path.is_dir() { files_below(&path) } else { vec![path] }).collect();
-    files.sort();
-    files
 }
 
 #[cfg(test)]

@@ -30,5 +30,7 @@ pub mod reference;
 pub mod relief_file;
 pub mod stack_files;
 pub mod stack_store;
+pub mod stamp;
+pub mod taken;
 pub mod thumbnails;
 pub mod watch;

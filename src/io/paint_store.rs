@@ -87,11 +87,6 @@ impl PaintStore {
         Ok(book)
     }
 
-    /// When the book was last written; none where there is none.
-    pub fn last_change(&self) -> Option<std::time::SystemTime> {
-        fs::metadata(self.folder.join(BOOK)).and_then(|metadata| metadata.modified()).ok()
-    }
-
     /// The pixels of an entry.
     ///
     /// # Errors

@@ -12,8 +12,8 @@ use notify_debouncer_full::{Debouncer, RecommendedCache, new_debouncer};
 
 use crate::error::{Error, Result};
 
-/// Events within so long of each other are one.
-const TOGETHER: Duration = Duration::from_millis(80);
+/// Events within so long of each other are one: what a save writes comes in a row, and who waits looks again anyway.
+const TOGETHER: Duration = Duration::from_millis(20);
 
 /// A folder that is being watched.
 pub struct FolderWatch {

@@ -2,20 +2,23 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant, SystemTime};
+use std::time::{Duration, Instant};
 
 use super::import::{ImportOptions, Imported, Recall, import};
 use crate::error::{Error, Result};
-use crate::io::documents::{Stamp, documents};
+use crate::io::documents::documents;
 use crate::io::exports::ExportStore;
 use crate::io::hash::hash_file;
 use crate::io::lock::ProjectLock;
+use crate::io::stamp::Stamp;
+use crate::io::taken::TakenDocuments;
 use crate::io::watch::FolderWatch;
 use crate::task::Task;
 
-/// A file is complete when it stays as it is for so long, and can be read to its end.
-const STEADY: Duration = Duration::from_millis(150);
-/// A file that cannot be read is tried again for so long: editors write large files slowly.
+/// A file is complete when it stays as it is for so long, and can be read to its end. Most editors put it in place by a
+/// rename, whole; one that is still being written shows by the second.
+const STEADY: Duration = Duration::from_millis(50);
+/// A photo's layers on a slow disk take a few seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
 /// How often a request to stop is looked for.
 const LISTEN: Duration = Duration::from_millis(200);
@@ -23,19 +26,26 @@ const LISTEN: Duration = Duration::from_millis(200);
 const LOCK_AGAIN: Duration = Duration::from_millis(300);
 
 /// How to watch.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WatchOptions {
     /// As for an import.
     pub import: ImportOptions,
     /// End after the first import that changed something.
     pub once: bool,
-    /// Documents that were last changed before this are taken for known: they are imported once they are saved
-    /// again.
-    pub since: Option<SystemTime>,
+    /// A file that cannot be read to its end is tried again for so long: editors write large files slowly. Then what
+    /// can be read of it is taken.
+    pub patience: Duration,
+}
+
+impl Default for WatchOptions {
+    fn default() -> Self {
+        Self { import: ImportOptions::default(), once: false, patience: PATIENCE }
+    }
 }
 
 /// Imports every document in `folder` and its sub-folders whenever it was saved, until somebody asks to stop; `told`
-/// hears of every import. What was changed before is imported first.
+/// hears of every import. What was saved before is imported first, unless it was taken once as it is:
+/// [`TakenDocuments`].
 /// `hold` gives what has to be held while the project's paint is written: its lock ([`project_lock`]), or where the
 /// program has that already, whatever keeps its own writers apart.
 ///
@@ -51,35 +61,21 @@ pub fn watch<Held>(
     mut told: impl FnMut(Imported, Duration),
 ) -> Result<()> {
     let events = FolderWatch::new(folder)?;
-    let mut watching = Watching {
-        project,
-        folder,
-        options,
-        task,
-        taken: BTreeMap::new(),
-        failing: BTreeMap::new(),
-        recall: Recall::default(),
-    };
-    if let Some(since) = options.since {
-        let known = documents(folder)?.into_iter().filter(|(_, stamp)| stamp.last_change() <= Some(since));
-        watching.taken.extend(known);
-    }
+    let mut watching = Watching::begin(project, folder, options, task)?;
     loop {
-        let round = watching.round().and_then(|due| watching.import(&due, &hold));
-        let (imported, spent) = match round {
+        match watching.round(&hold, &mut told) {
             Err(Error::Cancelled) => return Ok(()),
-            round => round?,
-        };
-        let ends = options.once && imported.number.is_some();
-        if !imported.files.is_empty() || !imported.failed.is_empty() {
-            told(imported, spent);
+            Ok(false) => return Ok(()),
+            round => drop(round?),
         }
-        if task.go_on().is_err() || ends {
+        if task.go_on().is_err() {
             return Ok(());
         }
         events.wait(LISTEN);
     }
 }
+
+type Document = (PathBuf, Stamp);
 
 struct Watching<'a> {
     project: &'a Path,
@@ -87,36 +83,85 @@ struct Watching<'a> {
     options: WatchOptions,
     task: &'a Task,
     /// As they were when they were imported, or found to be exports that nobody changed.
-    taken: BTreeMap<PathBuf, Stamp>,
+    seen: BTreeMap<PathBuf, Stamp>,
+    /// The same, kept in the project.
+    taken: TakenDocuments,
     /// Since when a document cannot be read.
     failing: BTreeMap<PathBuf, Instant>,
     /// Most layers of a file are as they were when it was saved last.
     recall: Recall,
 }
 
-impl Watching<'_> {
-    /// The documents that were saved and are complete.
-    fn round(&mut self) -> Result<Vec<(PathBuf, Stamp)>> {
-        let changed = |found: BTreeMap<PathBuf, Stamp>, taken: &BTreeMap<PathBuf, Stamp>| {
-            found.into_iter().filter(|(path, stamp)| taken.get(path) != Some(stamp)).collect::<Vec<_>>()
+impl<'a> Watching<'a> {
+    fn begin(project: &'a Path, folder: &'a Path, options: WatchOptions, task: &'a Task) -> Result<Self> {
+        let taken = TakenDocuments::read(project).unwrap_or_else(|error| {
+            task.note(error.to_string());
+            TakenDocuments::none(project)
+        });
+        let mut seen = documents(folder)?;
+        seen.retain(|path, stamp| taken.knows(path, stamp));
+        let (failing, recall) = (BTreeMap::new(), Recall::default());
+        Ok(Self { project, folder, options, task, seen, taken, failing, recall })
+    }
+
+    /// Imports what was saved; whether to go on.
+    fn round<Held>(
+        &mut self,
+        hold: &impl Fn() -> Result<Held>,
+        told: &mut impl FnMut(Imported, Duration),
+    ) -> Result<bool> {
+        let due = self.due()?;
+        // What cannot be read may still be being written.
+        let worn = |(path, _): &Document| {
+            self.failing.get(path).is_some_and(|since| since.elapsed() >= self.options.patience)
         };
-        let first = changed(documents(self.folder)?, &self.taken);
+        let (worn, fresh): (Vec<Document>, Vec<Document>) = due.into_iter().partition(worn);
+        for (batch, only_whole) in [(fresh, true), (worn, false)] {
+            if batch.is_empty() {
+                continue;
+            }
+            let _held = hold()?;
+            let since = Instant::now();
+            let imported = self.import(&batch, only_whole)?;
+            let ends = self.options.once && imported.number.is_some();
+            if !imported.files.is_empty() || !imported.failed.is_empty() {
+                told(imported, since.elapsed());
+            }
+            self.remember(&batch);
+            if ends {
+                return Ok(false);
+            }
+        }
+        Ok(true)
+    }
+
+    /// The documents that were saved and are complete.
+    fn due(&mut self) -> Result<Vec<Document>> {
+        let first = self.changed()?;
         if first.is_empty() {
             return Ok(first);
         }
         std::thread::sleep(STEADY);
         self.task.go_on()?;
-        let second = changed(documents(self.folder)?, &self.taken);
-        let steady: Vec<_> = second.into_iter().filter(|document| first.contains(document)).collect();
+        let steady: Vec<_> =
+            self.changed()?.into_iter().filter(|document| first.contains(document)).collect();
         let own = self.own_files(&steady)?;
         let (ours, due): (Vec<_>, Vec<_>) = steady.into_iter().partition(|(path, _)| own.contains(path));
-        self.taken.extend(ours);
+        self.seen.extend(ours);
         Ok(due)
     }
 
-    /// Those that are as we exported them.
-    fn own_files(&self, documents: &[(PathBuf, Stamp)]) -> Result<BTreeSet<PathBuf>> {
-        let files: Vec<_> = documents.iter().filter(|(path, _)| path.is_file()).collect();
+    /// The documents that are not as they were when they were seen.
+    fn changed(&self) -> Result<Vec<Document>> {
+        let mut found = documents(self.folder)?;
+        found.retain(|path, stamp| self.seen.get(path) != Some(stamp));
+        Ok(found.into_iter().collect())
+    }
+
+    /// Those that are as we exported them. One that was painted on never is again: nobody exports over it.
+    fn own_files(&self, documents: &[Document]) -> Result<BTreeSet<PathBuf>> {
+        let may_be = |(path, _): &&Document| path.is_file() && !self.taken.has(path);
+        let files: Vec<_> = documents.iter().filter(may_be).collect();
         if files.is_empty() {
             return Ok(BTreeSet::new());
         }
@@ -127,47 +172,33 @@ impl Watching<'_> {
         Ok(files.into_iter().filter(|(path, _)| is_own(path)).map(|(path, _)| path.clone()).collect())
     }
 
-    fn import<Held>(
-        &mut self,
-        due: &[(PathBuf, Stamp)],
-        hold: &impl Fn() -> Result<Held>,
-    ) -> Result<(Imported, Duration)> {
-        if due.is_empty() {
-            return Ok((Imported::default(), Duration::ZERO));
-        }
-        let held = hold()?;
-        let started = Instant::now();
-        let mut imported = self.import_patiently(due)?;
-        drop(held);
-        let failing = &mut self.failing;
-        imported.failed.retain(|(path, _)| {
-            failing.entry(path.clone()).or_insert_with(Instant::now).elapsed() >= PATIENCE
-        });
-        for (path, stamp) in due {
-            let read = imported.files.iter().any(|report| report.file == *path);
-            if read || imported.failed.iter().any(|(failed, _)| failed == path) {
-                self.failing.remove(path);
-                self.taken.insert(path.clone(), stamp.clone());
+    /// `only_whole`: what cannot be read to its end is left for another round, until it has had all patience.
+    fn import(&mut self, due: &[Document], only_whole: bool) -> Result<Imported> {
+        let files: Vec<PathBuf> = due.iter().map(|(path, _)| path.clone()).collect();
+        let options = ImportOptions { only_whole, ..self.options.import };
+        let mut imported = import(self.project, &files, options, &self.recall, self.task)?;
+        if only_whole {
+            for (path, _) in imported.failed.drain(..) {
+                self.failing.entry(path).or_insert_with(Instant::now);
             }
+            self.failing.retain(|path, _| !imported.files.iter().any(|report| report.file == *path));
+        } else {
+            self.failing.retain(|path, _| !files.contains(path));
         }
-        Ok((imported, started.elapsed()))
+        self.seen.extend(due.iter().filter(|(path, _)| !self.failing.contains_key(path)).cloned());
+        Ok(imported)
     }
 
-    /// What cannot be read may still be written: it is tried again, and in the end what can be read of it is taken.
-    fn import_patiently(&self, due: &[(PathBuf, Stamp)]) -> Result<Imported> {
-        let worn = |path: &PathBuf| self.failing.get(path).is_some_and(|since| since.elapsed() >= PATIENCE);
-        let files = due.iter().map(|(path, _)| path.clone());
-        let (worn, fresh): (Vec<PathBuf>, Vec<PathBuf>) = files.partition(worn);
-        let whole = ImportOptions { only_whole: true, ..self.options.import };
-        let mut imported = import(self.project, &fresh, whole, &self.recall, self.task)?;
-        if !worn.is_empty() {
-            let rest = import(self.project, &worn, self.options.import, &self.recall, self.task)?;
-            imported.number = rest.number.or(imported.number);
-            imported.changed += rest.changed;
-            imported.files.extend(rest.files);
-            imported.failed.extend(rest.failed);
+    /// Keeps in the project which documents need not be looked at again. Where that cannot be, they are at the next
+    /// opening, and nothing comes of it but time.
+    fn remember(&mut self, batch: &[Document]) {
+        for (path, stamp) in batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)) {
+            // Gone or changed meanwhile: that is another save.
+            let _ = self.taken.take(path, stamp);
         }
-        Ok(imported)
+        if let Err(error) = self.taken.write() {
+            self.task.note(error.to_string());
+        }
     }
 }
 

@@ -129,6 +129,11 @@ fn states(report: &Value) -> Vec<&str> {
     layers.iter().map(|layer| layer["state"].as_str().unwrap()).collect()
 }
 
+fn copy_folder(from: &Path, to: &Path) {
+    fs::create_dir(to).unwrap();
+    copy(from, to);
+}
+
 fn copy(from: &Path, to: &Path) {
     for entry in fs::read_dir(from).unwrap().map(|entry| entry.unwrap()) {
         let (old, new) = (entry.path(), to.join(entry.file_name()));

@@ -4,13 +4,14 @@ use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use quadratura::recipe::import::{ImportOptions, Recall, import};
+use quadratura::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
+use quadratura::recipe::watch::{WatchOptions, watch};
 use quadratura::task::Task;
 use serde_json::Value;
 
 use super::paper::Paper;
 use super::site::program;
-use super::{RED, Studio, paint_the_wall};
+use super::{RED, SOFT, Studio, paint_the_wall};
 
 fn start(studio: &Studio) -> Child {
     start_in(studio, "layers")
@@ -124,4 +125,84 @@ fn a_file_that_is_written_slowly_is_imported_when_it_is_complete() {
             std::thread::sleep(Duration::from_millis(250));
         }
     });
+}
+
+/// Watches for a while; `told` hears of imports.
+fn watched(studio: &Studio, options: WatchOptions, mut told: impl FnMut(&Imported)) {
+    let task = Task::silent();
+    let stop = task.stop_flag();
+    let (project, folder) = (studio.site.project(), studio.site.path("layers"));
+    let since = Instant::now();
+    let ender = std::thread::spawn(move || {
+        std::thread::sleep(WATCHED);
+        stop.store(true, std::sync::atomic::Ordering::Relaxed);
+    });
+    watch(&project, &folder, options, || Ok(()), &task, |imported, _| told(&imported)).unwrap();
+    assert!(since.elapsed() >= WATCHED, "it ended by itself");
+    ender.join().unwrap();
+}
+
+/// Long enough for several rounds on a busy machine.
+const WATCHED: Duration = Duration::from_secs(4);
+
+#[test]
+fn a_save_that_nobody_saw_comes_home_at_the_next_watch_and_an_import_that_was_taken_back_does_not() {
+    let Some(studio) = Studio::new("xcf") else { return };
+    let project = studio.site.project();
+    let mut paper = Paper::read(&studio.file());
+    let places = paper.sheet("wall").pixels_where(true);
+    paper.sheet("wall").paint(places[5].0, places[5].1, RED);
+    paper.write(&studio.file());
+    let mut numbers = Vec::new();
+    watched(&studio, WatchOptions::default(), |imported| numbers.push(imported.number));
+    assert_eq!(numbers, [Some(1)]);
+    take_back(&project).unwrap();
+    watched(&studio, WatchOptions::default(), |imported| panic!("{imported:?}"));
+    assert!(studio.paint().is_empty());
+
+    // Saved before the paint was written last, and never seen: as when the program is left while another import runs.
+    let other = studio.file().with_file_name("other.xcf");
+    paper.sheet("wall").paint(places[9].0, places[9].1, SOFT);
+    paper.write(&other);
+    let file = fs::File::options().append(true).open(&other).unwrap();
+    file.set_modified(std::time::SystemTime::now() - Duration::from_secs(3600)).unwrap();
+    let mut files = Vec::new();
+    watched(&studio, WatchOptions::default(), |imported| {
+        files.extend(imported.files.iter().map(|report| report.file.clone()));
+    });
+    assert_eq!(files, [other]);
+    assert_eq!(studio.paint().len(), 2, "what the copy holds");
+}
+
+#[test]
+fn a_file_that_is_never_whole_is_taken_as_far_as_it_can_be_and_every_import_that_is_told_is_one_of_the_history()
+ {
+    let Some(studio) = Studio::new("folder") else { return };
+    let (mut paper, mut other) = (Paper::read(&studio.file()), Paper::read(&studio.file()));
+    let places = paper.sheet("wall").pixels_where(true);
+    let whole = studio.file().with_file_name("whole.layers");
+    super::copy_folder(&studio.file(), &whole);
+    other.sheet("wall").paint(places[5].0, places[5].1, RED);
+    other.write(&studio.file());
+    let damaged = fs::read_dir(studio.file()).unwrap().map(|entry| entry.unwrap().path());
+    let damaged = damaged.filter(|file| file.to_string_lossy().contains("box") && file.is_file()).next();
+    fs::write(damaged.unwrap(), "no picture").unwrap();
+    paper.sheet("wall").paint(places[9].0, places[9].1, SOFT);
+    paper.write(&whole);
+    let options = WatchOptions { patience: Duration::ZERO, ..WatchOptions::default() };
+    let mut told = Vec::new();
+    watched(&studio, options, |imported| {
+        told.push(imported.number.unwrap());
+        // Both are due in the next round: one anew, one for the last time.
+        if told.len() == 1 {
+            paper.sheet("wall").paint(places[13].0, places[13].1, SOFT);
+            paper.write(&whole);
+        }
+    });
+    let numbers: Vec<u32> =
+        history(&studio.site.project()).unwrap().iter().map(|import| import.number).collect();
+    assert_eq!(told, numbers);
+    assert!(numbers.len() > 1, "{numbers:?}");
+    let left = studio.paint();
+    assert_eq!(left.len(), 3, "what can be read of the damaged one is there: {left:?}");
 }

@@ -14,9 +14,8 @@ use crate::app::editor::Editor;
 use crate::app::notes::{Note, Weight};
 use crate::app::session::Session;
 use crate::error::{Error, Result};
-use crate::io::paint_store::PaintStore;
 use crate::recipe::editing;
-use crate::recipe::import::{ImportOptions, Imported};
+use crate::recipe::import::Imported;
 use crate::recipe::watch::{WatchOptions, watch};
 use crate::task::{Event, Task};
 
@@ -33,8 +32,8 @@ pub struct Watching {
 }
 
 impl Watching {
-    /// Watches the folder of documents of a project that is open. What was saved there since the project's paint was
-    /// last written is imported at once: an import that was taken back stays so.
+    /// Watches the folder of documents of a project that is open. What was saved there while nobody watched is
+    /// imported at once; an import that was taken back stays so.
     fn start(session: &Session, turn: Turn, context: Context) -> Option<Self> {
         let (send, receive) = channel();
         let tell = move |news: News| {
@@ -55,13 +54,8 @@ impl Watching {
             // The project's lock is the window's as long as the project is open, and held on to while paint is
             // written.
             let hold = || Ok((lock.upgrade().ok_or(Error::Cancelled)?, turn.take()));
-            let options = WatchOptions {
-                import: ImportOptions::default(),
-                once: false,
-                since: PaintStore::new(&project).last_change(),
-            };
             let told = |imported, spent| tell(News::Imported(imported, spent));
-            if let Err(error) = watched(&project, &folder, options, hold, &task, told) {
+            if let Err(error) = watched(&project, &folder, WatchOptions::default(), hold, &task, told) {
                 let text = format!("{}: no longer watched: {error}", folder.display());
                 tell(News::Said(Note::new(Weight::Problem, text)));
             }

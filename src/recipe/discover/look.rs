@@ -8,6 +8,7 @@ use crate::error::{Error, Result};
 use crate::io::cameras::read_cameras;
 use crate::io::models::read_model;
 use crate::io::photo::{Match, PhotoFolder};
+use crate::io::stamp::Stamp;
 use crate::task::Task;
 
 /// A folder of photos.
@@ -76,23 +77,27 @@ pub struct Looked<T> {
     pub path: PathBuf,
     /// What is there, or why it cannot be used. None for an empty path.
     pub found: Option<Arc<Result<T>>>,
+    /// The files as they were by then.
+    stamp: Stamp,
 }
 
 impl<T> Clone for Looked<T> {
     fn clone(&self) -> Self {
-        Self { path: self.path.clone(), found: self.found.clone() }
+        Self { path: self.path.clone(), found: self.found.clone(), stamp: self.stamp.clone() }
     }
 }
 
 impl<T> Looked<T> {
     fn at(path: &Path, before: Option<&Self>, read: impl FnOnce(&Path) -> Result<T>) -> Result<Self> {
-        if let Some(before) = before.filter(|before| before.path == path) {
+        // Before it is read: what changes meanwhile is looked at once more.
+        let stamp = stamp_of(path);
+        if let Some(before) = before.filter(|before| before.path == path && before.stamp == stamp) {
             return Ok(before.clone());
         }
         let found = (!path.as_os_str().is_empty()).then(|| read(path));
         match found {
             Some(Err(Error::Cancelled)) => Err(Error::Cancelled),
-            found => Ok(Self { path: path.to_path_buf(), found: found.map(Arc::new) }),
+            found => Ok(Self { path: path.to_path_buf(), found: found.map(Arc::new), stamp }),
         }
     }
 
@@ -144,7 +149,21 @@ impl Look {
     }
 }
 
-/// Reads the parts of a site; those that were looked at `before` at the same place are taken from there.
+/// Of a file with those beside it that are called so, too, as the buffers of a glTF model are; of a folder.
+fn stamp_of(path: &Path) -> Stamp {
+    if path.as_os_str().is_empty() {
+        return Stamp::default();
+    }
+    let around = path.parent().filter(|_| path.is_file()).and_then(|folder| std::fs::read_dir(folder).ok());
+    let beside = around.into_iter().flatten().flatten().map(|entry| entry.path());
+    let mut kin: Vec<PathBuf> = beside.filter(|other| other.file_stem() == path.file_stem()).collect();
+    kin.sort();
+    let kin = kin.iter().filter(|other| other.is_file()).map(|other| Stamp::of(other));
+    kin.fold(Stamp::of(path), Stamp::and)
+}
+
+/// Reads the parts of a site; those that were looked at `before` at the same place, and are as they were, are taken from
+/// there.
 ///
 /// # Errors
 /// [`Error::Cancelled`] alone: what is wrong with a part is told in its place.

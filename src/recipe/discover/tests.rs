@@ -74,7 +74,7 @@ fn a_coarse_model_comes_before_a_dense_mesh_and_projects_are_passed_by() {
 }
 
 #[test]
-fn what_is_wrong_is_told_part_by_part_and_read_only_where_the_path_changed() {
+fn what_is_wrong_is_told_part_by_part_and_read_again_only_where_the_path_or_the_files_changed() {
     let root = site(&["images/a.jpg", "cameras.txt", "images.txt=a.jpg b.jpg", "house.obj"]);
     let mut parts = Parts {
         photos: root.path().join("images"),
@@ -90,7 +90,13 @@ fn what_is_wrong_is_told_part_by_part_and_read_only_where_the_path_changed() {
     assert_eq!(parts.part_of(error), Some(Part::Model));
 
     fs::write(&parts.model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
-    assert!(!look_at(&parts, Some(&look), &Task::silent()).unwrap().is_whole(), "nothing has moved");
+    let again = look_at(&parts, Some(&look), &Task::silent()).unwrap();
+    assert!(again.is_whole(), "the model was exported again");
+    let same = |a: &Look, b: &Look| {
+        std::sync::Arc::ptr_eq(a.cameras.found.as_ref().unwrap(), b.cameras.found.as_ref().unwrap())
+    };
+    let third = look_at(&parts, Some(&again), &Task::silent()).unwrap();
+    assert!(!same(&look, &again) && same(&again, &third), "a folder changes with what is in it");
     parts.model = root.path().join("house-2.obj");
     fs::write(&parts.model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     parts.photos = PathBuf::new();

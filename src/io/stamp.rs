@@ -1,0 +1,117 @@
+//! Whether a file, or a folder with all that is in it, is as it was: told without reading it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::time::{SystemTime, UNIX_EPOCH};
+
+use super::hash::{Hashing, hash_file};
+use crate::error::Result;
+
+/// How deep sub-folders are followed: links may go in circles.
+const DEEPEST: usize = 16;
+/// So many files of a folder are looked at: a large survey, and still a moment.
+const MOST_FILES: usize = 100_000;
+
+/// Lengths and times of a file, or of all files of a folder.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Stamp(Vec<(PathBuf, u64, Option<SystemTime>)>);
+
+impl Stamp {
+    /// Of what is there now: empty where nothing is, or where it cannot be looked at.
+    pub fn of(path: &Path) -> Self {
+        let mut files = Vec::new();
+        match path.is_dir() {
+            true => gather(path, 0, &mut files),
+            false => files.push(path.to_path_buf()),
+        }
+        files.sort();
+        Self(files.into_iter().filter_map(looked_at).collect())
+    }
+
+    /// Nothing is there.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+
+    /// This and another one.
+    pub fn and(mut self, other: Self) -> Self {
+        self.0.extend(other.0);
+        self
+    }
+
+    /// A hash of it that is the same wherever the document lies: names from `document` on, lengths, and times in
+    /// nanoseconds since 1970.
+    pub fn token(&self, document: &Path) -> String {
+        let mut hashing = Hashing::default();
+        for (file, bytes, changed) in &self.0 {
+            let since = changed.and_then(|changed| changed.duration_since(UNIX_EPOCH).ok());
+            hashing.add(below(document, file).as_bytes());
+            hashing.add(&bytes.to_le_bytes());
+            hashing.add(&since.map_or(0, |since| since.as_nanos()).to_le_bytes());
+        }
+        hashing.hash()
+    }
+
+    /// A hash of what is in its files, which must be read for it.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when one of them cannot be read, or is gone meanwhile.
+    pub fn content(&self, document: &Path) -> Result<String> {
+        let mut hashing = Hashing::default();
+        for (file, _, _) in &self.0 {
+            hashing.add(below(document, file).as_bytes());
+            hashing.add(hash_file(file)?.as_bytes());
+        }
+        Ok(hashing.hash())
+    }
+}
+
+/// The name of a document's file from the document on: empty for a document that is one file.
+fn below(document: &Path, file: &Path) -> String {
+    file.strip_prefix(document).unwrap_or(file).to_string_lossy().replace('\\', "/")
+}
+
+fn gather(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) {
+    for path in fs::read_dir(folder).into_iter().flatten().flatten().map(|entry| entry.path()) {
+        if files.len() >= MOST_FILES {
+            return;
+        }
+        if !path.is_dir() {
+            files.push(path);
+        } else if depth < DEEPEST {
+            gather(&path, depth + 1, files);
+        }
+    }
+}
+
+fn looked_at(file: PathBuf) -> Option<(PathBuf, u64, Option<SystemTime>)> {
+    let metadata = fs::metadata(&file).ok()?;
+    Some((file, metadata.len(), metadata.modified().ok()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_stamp_changes_with_any_file_of_a_folder_and_its_content_does_not_depend_on_times() {
+        let folder = tempfile::tempdir().unwrap();
+        let document = folder.path().join("left.layers");
+        fs::create_dir_all(document.join("of")).unwrap();
+        fs::write(document.join("a.png"), "wall").unwrap();
+        fs::write(document.join("of/b.png"), "door").unwrap();
+        let before = Stamp::of(&document);
+        let moved = folder.path().join("right.layers");
+        fs::rename(&document, &moved).unwrap();
+        assert!(Stamp::of(&document).is_empty());
+        let after = Stamp::of(&moved);
+        assert_eq!(before.token(&document), after.token(&moved), "the same wherever it lies");
+        let content = after.content(&moved).unwrap();
+        let inner = fs::File::options().append(true).open(moved.join("of/b.png")).unwrap();
+        inner.set_modified(UNIX_EPOCH).unwrap();
+        assert_ne!(Stamp::of(&moved).token(&moved), after.token(&moved));
+        assert_eq!(Stamp::of(&moved).content(&moved).unwrap(), content);
+        fs::write(moved.join("of/b.png"), "doors").unwrap();
+        assert_ne!(Stamp::of(&moved).content(&moved).unwrap(), content);
+    }
+}

@@ -1,0 +1,171 @@
+//! Which documents were taken home already: `paint/taken.json`, for whoever watches a folder.
+//!
+//! It says how a document was when it was last imported. One that is still so is not imported again at the next opening:
+//! so an import that was taken back stays taken back, while a save that nobody saw comes home, whenever it was made.
+
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+use serde::{Deserialize, Serialize};
+
+use super::atomic::write_atomically;
+use super::json::{read_json, to_json};
+use super::project::{below, relative_to};
+use super::stamp::Stamp;
+use crate::error::{Error, Result};
+
+/// The version that this program writes; it reads no other.
+const VERSION: u32 = 1;
+/// A thousand documents take some hundred KB.
+const LARGEST: u64 = 1 << 24;
+const REMEDY: &str = "remove the file: what lies in the folder that is watched is then imported once more";
+
+/// The list of a project, in memory and on disk. Whoever writes it holds the project's lock.
+#[derive(Debug)]
+pub struct TakenDocuments {
+    project: PathBuf,
+    list: BTreeMap<String, TakenDocument>,
+}
+
+/// The file.
+#[derive(Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct File {
+    version: u32,
+    documents: BTreeMap<String, TakenDocument>,
+}
+
+/// A document as it was.
+#[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct TakenDocument {
+    /// [`Stamp::token`].
+    stamp: String,
+    /// [`Stamp::content`]: a copy of a project has other times.
+    content: String,
+}
+
+impl TakenDocuments {
+    /// As the project in the folder `project` has it; empty where there is none yet.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; [`Error::Input`] when the file is damaged or of another version.
+    pub fn read(project: &Path) -> Result<Self> {
+        let file = file_of(project);
+        let mut taken = Self::none(project);
+        if file.exists() {
+            let found: File = read_json(&file, LARGEST, REMEDY)?;
+            if found.version != VERSION {
+                let told = format!("version {}, this program reads version {VERSION}", found.version);
+                return Err(Error::input(file, "version", told, REMEDY));
+            }
+            taken.list = found.documents;
+        }
+        Ok(taken)
+    }
+
+    /// An empty list.
+    pub fn none(project: &Path) -> Self {
+        Self { project: project.to_path_buf(), list: BTreeMap::new() }
+    }
+
+    /// Whether a document is as it was when it was taken.
+    pub fn knows(&self, document: &Path, stamp: &Stamp) -> bool {
+        self.list.get(&self.name_of(document)).is_some_and(|taken| {
+            taken.stamp == stamp.token(document)
+                || stamp.content(document).is_ok_and(|content| content == taken.content)
+        })
+    }
+
+    /// Whether a document was taken before, as it is or otherwise.
+    pub fn has(&self, document: &Path) -> bool {
+        self.list.contains_key(&self.name_of(document))
+    }
+
+    /// A document was taken as it was by then.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when it cannot be read any more: it stays unknown.
+    pub fn take(&mut self, document: &Path, stamp: &Stamp) -> Result<()> {
+        let taken = TakenDocument { stamp: stamp.token(document), content: stamp.content(document)? };
+        self.list.insert(self.name_of(document), taken);
+        Ok(())
+    }
+
+    /// Writes the list, without documents that are gone.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; the old list then stays.
+    pub fn write(&mut self) -> Result<()> {
+        let project = &self.project;
+        self.list.retain(|name, _| below(project, name).exists());
+        let file = file_of(project);
+        let folder = file.parent().unwrap_or(project);
+        fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
+        write_atomically(&file, &to_json(&File { version: VERSION, documents: self.list.clone() }))
+    }
+
+    /// The document's path from the project on, as far as there is one.
+    fn name_of(&self, document: &Path) -> String {
+        relative_to(&self.project, document).unwrap_or_else(|_| document.display().to_string())
+    }
+}
+
+fn file_of(project: &Path) -> PathBuf {
+    project.join("paint").join("taken.json")
+}
+
+#[cfg(test)]
+mod tests {
+    use std::time::{Duration, SystemTime};
+
+    use super::*;
+    use crate::io::documents::documents;
+
+    fn knows(project: &Path, name: &str) -> bool {
+        let document = project.join(name);
+        let stamp = documents(project).unwrap().remove(&document).unwrap();
+        TakenDocuments::read(project).unwrap().knows(&document, &stamp)
+    }
+
+    fn set_time(file: &Path, time: SystemTime) {
+        fs::File::options().append(true).open(file).unwrap().set_modified(time).unwrap();
+    }
+
+    #[test]
+    fn a_document_is_known_as_it_was_taken_also_in_a_copy_and_not_when_it_was_saved_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let (project, file) = (folder.path(), folder.path().join("a.psd"));
+        fs::write(&file, "wall").unwrap();
+        fs::write(project.join("b.psd"), "wall").unwrap();
+        assert!(!knows(project, "a.psd"), "nothing is written yet");
+        let mut taken = TakenDocuments::read(project).unwrap();
+        taken.take(&file, &documents(project).unwrap()[&file]).unwrap();
+        taken.write().unwrap();
+        assert!(knows(project, "a.psd") && !knows(project, "b.psd"));
+
+        // Older or newer than the list: that says nothing.
+        let copied = SystemTime::now() - Duration::from_secs(1000);
+        set_time(&file, copied);
+        assert!(knows(project, "a.psd"), "a copy has other times");
+        fs::write(&file, "door").unwrap();
+        set_time(&file, copied);
+        assert!(!knows(project, "a.psd"));
+    }
+
+    #[test]
+    fn documents_that_are_gone_are_forgotten_and_a_damaged_list_is_told() {
+        let folder = tempfile::tempdir().unwrap();
+        let (project, file) = (folder.path(), folder.path().join("a.psd"));
+        fs::write(&file, "wall").unwrap();
+        let mut taken = TakenDocuments::read(project).unwrap();
+        taken.take(&file, &documents(project).unwrap()[&file]).unwrap();
+        fs::remove_file(&file).unwrap();
+        taken.write().unwrap();
+        assert!(TakenDocuments::read(project).unwrap().list.is_empty());
+        fs::write(file_of(project), r#"{"version": 7, "documents": {}}"#).unwrap();
+        let told = TakenDocuments::read(project).unwrap_err().to_string();
+        assert!(told.contains("taken.json") && told.contains("version 7"), "{told}");
+    }
+}
