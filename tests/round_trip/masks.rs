@@ -84,6 +84,30 @@ fn an_imported_mask_is_replaced_by_the_next_one_of_its_file_and_taken_back_with_
 }
 
 #[test]
+fn an_import_that_cannot_be_written_masks_nothing_either() {
+    let Some(studio) = Studio::new("psd") else { return };
+    let mut paper = Paper::read(&studio.file());
+    let (x, y) = paper.sheet("wall").pixels_where(true)[3];
+    paper.sheet("wall").paint(x, y, RED);
+    paper.write(&studio.file());
+    studio.import();
+    // Something stands where the import would say what it has begun.
+    let obstacle = studio.site.path("project/paint/unfinished.txt");
+    std::fs::create_dir(&obstacle).unwrap();
+    let mut mask = sheet("mask", paper.depth);
+    let expected = stroke(&mut mask);
+    paper.sheets.push(mask);
+    paper.write(&studio.file());
+    studio.site.run("import project layers/left.png.psd").failure();
+    assert!(masked(&studio).is_empty());
+    std::fs::remove_dir(&obstacle).unwrap();
+    assert_eq!(studio.import()["import"], 2, "a step that can be taken back");
+    assert_eq!(masked(&studio), expected);
+    studio.site.run("import project --undo").success();
+    assert!(masked(&studio).is_empty());
+}
+
+#[test]
 fn a_dry_run_masks_nothing_and_a_layer_that_covers_everything_is_left_out() {
     let Some(studio) = Studio::new("ora") else { return };
     let before = tree(&studio.site.project());

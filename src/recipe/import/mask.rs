@@ -9,6 +9,7 @@ use super::gather::gathered;
 use super::layer::Desk;
 use super::report::{FileReport, LayerReport, LayerState};
 use super::scaled::unscaled;
+use crate::document::Project;
 use crate::document::export_record::ExportRecord;
 use crate::document::masks::{Mask, MaskFrom};
 use crate::document::paint::ImportedMask;
@@ -113,13 +114,13 @@ impl MaskDesk {
         Ok(changed)
     }
 
-    /// Writes them into the project, and says what stood in their places.
+    /// Writes their files, which nobody names yet.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] and [`crate::Error::Input`]; the project's masks are then as they were.
-    pub fn commit(self, project: &Path) -> Result<Vec<ImportedMask>> {
+    /// [`crate::Error::Io`] and [`crate::Error::Input`].
+    pub fn prepare(self, project: &Path) -> Result<PreparedMasks> {
         if self.arrived.is_empty() {
-            return Ok(Vec::new());
+            return Ok(PreparedMasks::default());
         }
         let store = MaskStore::new(project);
         let mut authored = read_project(project)?;
@@ -132,8 +133,26 @@ impl MaskDesk {
             }
             imported.push(ImportedMask { photo, from, before });
         }
-        write_project(project, &authored)?;
-        Ok(imported)
+        Ok(PreparedMasks { imported, authored: Some(authored) })
+    }
+}
+
+/// Masks whose files are there.
+#[derive(Debug, Default)]
+pub struct PreparedMasks {
+    /// What is put in place, and what stands there.
+    pub imported: Vec<ImportedMask>,
+    /// The project with them; none where there are none.
+    authored: Option<Project>,
+}
+
+impl PreparedMasks {
+    /// They are the project's from now on.
+    ///
+    /// # Errors
+    /// [`crate::Error::Io`]; the project's masks are then as they were.
+    pub fn commit(&self, project: &Path) -> Result<()> {
+        self.authored.as_ref().map_or(Ok(()), |authored| write_project(project, authored))
     }
 }
 

@@ -267,7 +267,8 @@ impl Desk<'_> {
         }
     }
 
-    /// Writes what is pending, then the book that names it.
+    /// Writes what is pending, then the book that names it, and at last the masks into `project.json`: after a kill
+    /// in between the same file brings them once more, as an import that can be taken back.
     fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<()> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
@@ -282,9 +283,9 @@ impl Desk<'_> {
         let mut photos: Vec<String> = imported.files.iter().map(|file| file.photo.clone()).collect();
         photos.sort();
         photos.dedup();
-        let masks = std::mem::take(&mut self.masks).commit(self.project)?;
+        let masks = std::mem::take(&mut self.masks).prepare(self.project)?;
         let import = PaintImport {
-            masks,
+            masks: masks.imported.clone(),
             number: self.number,
             time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),
@@ -296,7 +297,12 @@ impl Desk<'_> {
         };
         self.book.remember(import);
         self.book.tidy();
-        self.store.commit(&self.book)
+        self.store.commit(&self.book)?;
+        masks.commit(self.project).inspect_err(|_| {
+            // What cannot be written as a whole is taken back as a whole, as far as the disk allows.
+            self.book.take_back();
+            let _ = self.store.commit(&self.book);
+        })
     }
 }
 

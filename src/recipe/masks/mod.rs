@@ -1,8 +1,9 @@
 //! What is masked in a project's photos: edits, and where masks come from.
 //!
 //! A mask takes pixels away from what a photo shows, and nothing else: who sees what is sorted as before, and the
-//! masked pixels of a surface are hidden ones. [`edited`] is the one place where masks change; whoever draws,
-//! accepts suggestions or imports files asks it.
+//! masked pixels of a surface are hidden ones. [`edited`] is the one place where masks are edited, by
+//! whoever draws or accepts suggestions; one that comes home with paint replaces that of the same file
+//! ([`crate::recipe::import`]).
 
 pub mod beside;
 pub mod list;
