@@ -3,7 +3,8 @@
 use std::collections::HashSet;
 use std::sync::Arc;
 
-use super::raster::{Depth, Raster};
+use super::depth::Depth;
+use super::raster::Raster;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 

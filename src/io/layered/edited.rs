@@ -5,8 +5,9 @@
 
 use std::sync::Arc;
 
+use super::depth::Depth;
 use super::grey::Grey;
-use super::raster::{Depth, Raster};
+use super::raster::Raster;
 use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -59,6 +60,26 @@ pub struct EditedLayer {
     /// As large as `rect`, of the document's depth. Neither mask nor opacity is applied; colours of
     /// transparent pixels are as stored.
     pub pixels: Lazy<Raster>,
+}
+
+#[cfg(test)]
+impl EditedLayer {
+    /// One as it is exported, to be written over by tests.
+    pub fn plain(name: &str, rect: PixelRect, pixels: Lazy<Raster>) -> Self {
+        Self {
+            name: name.into(),
+            groups: vec![],
+            rect,
+            visible: true,
+            hidden_by_group: false,
+            opacity: 1.0,
+            blend: Blend::Normal,
+            masks: vec![],
+            id: None,
+            locked: false,
+            pixels,
+        }
+    }
 }
 
 /// How a layer is laid over what is below.

@@ -1,6 +1,6 @@
 //! One sample per pixel: masks of layers.
 
-use super::raster::Depth;
+use super::depth::Depth;
 use crate::scene::Samples;
 
 /// Rows from the top, in each from the left, one sample per pixel.
@@ -33,10 +33,7 @@ impl Grey {
 
     /// Bits of its samples.
     pub fn depth(&self) -> Depth {
-        match self.samples {
-            Samples::U8(_) => Depth::Eight,
-            Samples::U16(_) => Depth::Sixteen,
-        }
+        Depth::of(&self.samples)
     }
 
     /// The samples, in the order that [`Grey`] gives.

@@ -7,6 +7,7 @@
 mod batches;
 mod bytes;
 pub mod composite;
+pub mod depth;
 pub mod document;
 pub mod edited;
 pub mod folder;
@@ -28,9 +29,10 @@ pub mod xcf;
 pub const KEY_FILE: &str = "quadratura-key.txt";
 
 pub use composite::composite;
+pub use depth::Depth;
 pub use document::{Group, Layer, LayeredDocument, Node, Source, Tag};
 pub use edited::{Blend, EditedDocument, EditedLayer, EditedMask, Lazy};
 pub use grey::Grey;
-pub use raster::{Depth, Raster};
+pub use raster::Raster;
 pub use read::read_layered;
 pub use sink::Fit;

@@ -7,7 +7,8 @@ use std::path::Path;
 
 use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, Reader, Transformations};
 
-use super::raster::{Depth, Raster};
+use super::depth::Depth;
+use super::raster::Raster;
 use crate::error::{Error, Result};
 use crate::scene::Samples;
 

@@ -4,9 +4,10 @@ use std::io::{BufRead, Seek};
 
 use png::{BitDepth, ColorType, Decoder, Limits, Transformations};
 
+use super::depth::Depth;
 use super::inflate::can_inflate_to;
 use super::place::is_canvas;
-use super::raster::{Depth, Raster};
+use super::raster::Raster;
 use crate::scene::Samples;
 
 /// What a PNG says in front of its pixels.

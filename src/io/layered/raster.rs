@@ -1,18 +1,9 @@
 //! Pixels in memory, as layered files hold them.
 
+use super::depth::Depth;
 use crate::geometry::PixelRect;
 use crate::scene::light::{linear_of_srgb, srgb_of_linear};
 use crate::scene::{PhotoPixels, Samples};
-
-/// Bits of a sample.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
-#[serde(try_from = "u8", into = "u8")]
-pub enum Depth {
-    /// 0..=255.
-    Eight,
-    /// 0..=65535.
-    Sixteen,
-}
 
 /// Pixels: rows from the top, in each from the left, R, G, B, A per pixel, alpha not multiplied in.
 #[derive(Debug, Clone, PartialEq)]
@@ -24,39 +15,6 @@ pub struct Raster {
 
 /// Samples per pixel.
 const RGBA: usize = 4;
-
-impl Depth {
-    /// 1 or 2.
-    pub fn bytes(self) -> u64 {
-        u64::from(self.bits()) / 8
-    }
-
-    /// 8 or 16.
-    pub fn bits(self) -> u8 {
-        match self {
-            Self::Eight => 8,
-            Self::Sixteen => 16,
-        }
-    }
-}
-
-impl From<Depth> for u8 {
-    fn from(depth: Depth) -> Self {
-        depth.bits()
-    }
-}
-
-impl TryFrom<u8> for Depth {
-    type Error = String;
-
-    fn try_from(bits: u8) -> Result<Self, String> {
-        match bits {
-            8 => Ok(Self::Eight),
-            16 => Ok(Self::Sixteen),
-            _ => Err(format!("{bits} bits a sample; expected 8 or 16")),
-        }
-    }
-}
 
 impl Raster {
     /// From samples as [`Raster`] orders them.
@@ -101,10 +59,7 @@ impl Raster {
 
     /// Bits of its samples.
     pub fn depth(&self) -> Depth {
-        match self.samples {
-            Samples::U8(_) => Depth::Eight,
-            Samples::U16(_) => Depth::Sixteen,
-        }
+        Depth::of(&self.samples)
     }
 
     /// The samples, in the order that [`Raster`] gives.

@@ -138,19 +138,8 @@ mod tests {
     fn layer(name: &str, x: i32, shades: &[u8]) -> EditedLayer {
         let samples: Vec<u8> = shades.iter().flat_map(|&shade| [shade, shade, shade, 255]).collect();
         let width = shades.len() as u32;
-        EditedLayer {
-            name: name.into(),
-            groups: vec![],
-            rect: PixelRect { x, y: 0, w: width, h: 1 },
-            visible: true,
-            hidden_by_group: false,
-            opacity: 1.0,
-            blend: Blend::Normal,
-            masks: vec![],
-            id: None,
-            locked: false,
-            pixels: Lazy::new(move || Ok(Raster::new(width, 1, Samples::U8(samples.clone())))),
-        }
+        let pixels = Lazy::new(move || Ok(Raster::new(width, 1, Samples::U8(samples.clone()))));
+        EditedLayer::plain(name, PixelRect { x, y: 0, w: width, h: 1 }, pixels)
     }
 
     fn shades(gathered: &Gathered) -> Vec<(u8, u8)> {

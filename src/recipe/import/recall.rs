@@ -75,19 +75,7 @@ mod tests {
 
     fn layer(stored: &'static str) -> EditedLayer {
         let pixels = Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight))).with_code(|| Ok(stored.to_owned()));
-        EditedLayer {
-            name: "wall".into(),
-            groups: vec![],
-            rect: RECT,
-            visible: true,
-            hidden_by_group: false,
-            opacity: 1.0,
-            blend: Blend::Normal,
-            masks: vec![],
-            id: None,
-            locked: false,
-            pixels,
-        }
+        EditedLayer::plain("wall", RECT, pixels)
     }
 
     fn masked(stored: &'static str, enabled: bool) -> EditedLayer {
