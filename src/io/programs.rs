@@ -6,6 +6,7 @@ use std::ffi::OsStr;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
+use std::time::{Duration, Instant};
 
 use serde::{Deserialize, Serialize};
 
@@ -157,17 +158,50 @@ fn on_path(commands: &[&str], folders: &[PathBuf]) -> Option<PathBuf> {
     files.find(|file| file.is_file())
 }
 
-/// Starts a program with a file, and does not wait for it: it goes on when this program ends.
+/// Whether something that can be started is where a user says that an image editor is: a path, or a name on the search
+/// path.
+///
+/// # Errors
+/// [`Error::Input`] that says what is there instead.
+pub fn check_program(program: &Path) -> Result<()> {
+    let remedy = "choose another one with `Choose image editor…`";
+    let is_name = program.components().count() == 1;
+    if is_name && on_path(&[&program.to_string_lossy()], &search_path()).is_some() {
+        return Ok(());
+    }
+    let is_bundle = HERE == System::Mac && program.extension() == Some(OsStr::new("app"));
+    match fs::metadata(program) {
+        Err(_) => Err(Error::input(program, "", "there is no such program", remedy)),
+        Ok(found) if found.is_dir() && !is_bundle => {
+            Err(Error::input(program, "", "a folder, not a program", remedy))
+        }
+        Ok(found) if !may_run(&found) => Err(Error::input(program, "", "a file that is no program", remedy)),
+        Ok(_) => Ok(()),
+    }
+}
+
+#[cfg(unix)]
+fn may_run(file: &fs::Metadata) -> bool {
+    std::os::unix::fs::PermissionsExt::mode(&file.permissions()) & 0o111 != 0
+}
+
+#[cfg(not(unix))]
+fn may_run(_: &fs::Metadata) -> bool {
+    true
+}
+
+/// Starts a program with a file, and does not wait for it: it goes on when this program ends. `failed` hears how it
+/// ended when it did so at once and not well, as one that lacks a display.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be started.
-pub fn start_with(program: &Path, file: &Path) -> Result<()> {
+pub fn start_with(program: &Path, file: &Path, failed: impl FnOnce(String) + Send + 'static) -> Result<()> {
     let is_bundle = HERE == System::Mac && program.extension() == Some(OsStr::new("app"));
     let mut command = if is_bundle { Command::new("open") } else { Command::new(program) };
     if is_bundle {
         command.arg("-a").arg(program);
     }
-    spawn(command.arg(file), program)
+    spawn(command.arg(file), program, failed)
 }
 
 /// Shows a folder in the system's file manager.
@@ -180,17 +214,24 @@ pub fn show_folder(folder: &Path) -> Result<()> {
         System::Mac => "open",
         System::Windows => "explorer",
     };
-    spawn(Command::new(program).arg(folder), Path::new(program))
+    spawn(Command::new(program).arg(folder), Path::new(program), |_| ())
 }
 
-fn spawn(command: &mut Command, program: &Path) -> Result<()> {
+/// Who has ended within so long was not used.
+const AT_ONCE: Duration = Duration::from_secs(10);
+
+fn spawn(command: &mut Command, program: &Path, failed: impl FnOnce(String) + Send + 'static) -> Result<()> {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
     // Ctrl-C in the terminal that this program was started from is not meant for it.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
     let mut child = command.spawn().map_err(Error::io(program, "start the program"))?;
     // Whoever has ended is listed until somebody has asked how.
-    let reap = move || drop(child.wait());
+    let since = Instant::now();
+    let reap = move || match child.wait() {
+        Ok(status) if !status.success() && since.elapsed() < AT_ONCE => failed(status.to_string()),
+        _ => (),
+    };
     // Without a thread for it that is a line in a list, no more.
     drop(std::thread::Builder::new().name("started program".into()).spawn(reap));
     Ok(())
@@ -231,11 +272,32 @@ mod tests {
     fn a_program_is_started_with_the_file_and_one_that_is_not_there_is_named() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("touched");
-        start_with(Path::new("touch"), &file).unwrap();
+        start_with(Path::new("touch"), &file, |_| ()).unwrap();
         while !file.exists() {
             std::thread::yield_now();
         }
-        let told = start_with(Path::new("/no/such/editor"), &file).unwrap_err().to_string();
+        let told = start_with(Path::new("/no/such/editor"), &file, |_| ()).unwrap_err().to_string();
         assert!(told.contains("/no/such/editor"), "{told}");
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn one_that_ends_at_once_and_not_well_is_told() {
+        let (send, receive) = std::sync::mpsc::channel();
+        start_with(Path::new("false"), Path::new("a.psd"), move |how| drop(send.send(how))).unwrap();
+        assert!(receive.recv().unwrap().contains('1'));
+    }
+
+    #[cfg(unix)]
+    #[test]
+    fn what_is_no_program_is_told_as_what_it_is() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("wall.psd");
+        fs::write(&file, "x").unwrap();
+        let told = |program: &Path| check_program(program).unwrap_err().to_string();
+        assert!(told(&folder.path().join("gimp")).contains("no such program"));
+        assert!(told(folder.path()).contains("a folder"));
+        assert!(told(&file).contains("no program") && told(&file).contains("Choose image editor"));
+        assert!(check_program(Path::new("sh")).is_ok() && check_program(Path::new("/bin/sh")).is_ok());
     }
 }

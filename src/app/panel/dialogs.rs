@@ -6,7 +6,7 @@ use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
 use crate::app::trip::choosing::Wanted;
 use crate::document::export_record::ExportFormat;
-use crate::io::programs::ImageEditor;
+use crate::io::programs::{ImageEditor, check_program};
 
 /// Draws those that are open.
 pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
@@ -172,6 +172,12 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
                 ui.add(path).labelled_by(label.id);
                 choose = ui.button("Choose…").clicked();
             });
+            if choice.editor.is_none()
+                && !choice.program.is_empty()
+                && check_program(choice.program.as_ref()).is_err()
+            {
+                ui.colored_label(ui.visuals().warn_fg_color, "There is no such program.");
+            }
             ui.horizontal(|ui| {
                 ui.label("It reads");
                 formats(ui, &mut choice.format);

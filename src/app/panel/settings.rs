@@ -2,7 +2,7 @@
 
 use eframe::egui::{Context, Grid, Slider, Ui, Window};
 
-use crate::app::command::{file, first_keys};
+use crate::app::command::{file, first_keys, paint};
 use crate::app::editor::{Ask, Editor};
 use crate::app::settings::{Colours, Navigation, Settings};
 
@@ -66,7 +66,7 @@ fn contents(settings: &mut Settings, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     ui.add_space(8.0);
     ui.horizontal(|ui| {
-        for command in [&file::KEYS, &file::LAYOUT] {
+        for command in [&paint::CHOOSE_EDITOR, &file::KEYS, &file::LAYOUT] {
             if ui.button(command.name).on_hover_text(command.tooltip).clicked() {
                 asks.push(Ask::Run(command));
             }

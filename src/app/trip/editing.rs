@@ -10,7 +10,7 @@ use crate::app::jobs::Kind;
 use crate::app::notes::{Note, Weight};
 use crate::app::selection::Selection;
 use crate::document::export_record::ExportFormat;
-use crate::io::programs::{ImageEditor, image_editors, start_with};
+use crate::io::programs::{ImageEditor, check_program, image_editors, start_with};
 use crate::recipe::editing::to_edit;
 
 /// Which image editor is used, kept from run to run.
@@ -72,6 +72,10 @@ impl Editor {
             self.trip.choosing_editor = true;
             return;
         };
+        if let Err(error) = check_program(&tool.program) {
+            self.trip.choosing_editor = true;
+            return self.tell(Note::new(Weight::Problem, error.to_string()));
+        }
         let (Some(session), Some(place)) = (&self.session, self.selected_photo()) else { return };
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
         let layer = self.paintable_layer(place);
@@ -80,7 +84,9 @@ impl Editor {
             let photo = &opened.site.photos[place];
             let document = to_edit(&folder, photo, tool.format, fresh, task)?;
             drop(lock);
-            start_with(&tool.program, &document.file)?;
+            let (teller, name) = (task.clone(), tool.name.clone());
+            let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));
+            start_with(&tool.program, &document.file, failed)?;
             let file = shown_path(&folder, &document.file);
             let begun = if document.begun { ", as you left it," } else { "" };
             let layer = layer.map_or(String::new(), |layer| format!(" Paint on the layer “{layer}”."));
