@@ -1,7 +1,7 @@
 //! What the user decides: every edit of the project, undone and done again, saved, and kept for the case of a crash.
 
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, PoisonError};
 
 use super::editor::Editor;
 use super::jobs::Kind;
@@ -67,6 +67,8 @@ pub struct Due {
     follows: Option<Follows>,
     keeps: bool,
     edited_s: f64,
+    /// Held by whoever writes or forgets what is not saved: else it could be written after a save.
+    keeping: Arc<Mutex<()>>,
 }
 
 impl Editor {
@@ -154,6 +156,8 @@ impl Editor {
     pub fn save_project(&mut self) -> bool {
         self.jobs.stop_kind(Kind::Keep);
         let Some(session) = &mut self.session else { return true };
+        let keeping = session.due.keeping.clone();
+        let _keeping = keeping.lock().unwrap_or_else(PoisonError::into_inner);
         let folder = &session.folder;
         let saved = write_project(folder, session.history.present()).and_then(|()| forget_unsaved(folder));
         match saved {
@@ -174,7 +178,11 @@ impl Editor {
     pub fn discard_unsaved(&mut self) {
         self.jobs.stop_kind(Kind::Keep);
         let Some(session) = &self.session else { return };
-        if let Err(error) = forget_unsaved(&session.folder) {
+        let forgotten = {
+            let _keeping = session.due.keeping.lock().unwrap_or_else(PoisonError::into_inner);
+            forget_unsaved(&session.folder)
+        };
+        if let Err(error) = forgotten {
             self.tell(Note::new(Weight::Warning, error.to_string()));
         }
     }
@@ -205,11 +213,24 @@ impl Editor {
         }
     }
 
+    /// Keeps what is not saved at once: the program may be about to end.
+    pub(super) fn keep_now(&mut self) {
+        let dirty = |session: &&mut Session| session.history.is_dirty();
+        let Some(session) = self.session.as_mut().filter(dirty) else { return };
+        session.due.keeps = false;
+        let _keeping = session.due.keeping.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Err(error) = keep_unsaved(&session.folder, session.history.present()) {
+            self.notes.add(Note::new(Weight::Problem, error.to_string()));
+        }
+    }
+
     fn keep(&mut self) {
         let Some(session) = &self.session else { return };
         let (folder, project, dirty) =
             (session.folder.clone(), session.history.present().clone(), session.history.is_dirty());
+        let keeping = session.due.keeping.clone();
         self.jobs.start(Kind::Keep, "Keeping what is not saved", move |task| {
+            let _keeping = keeping.lock().unwrap_or_else(PoisonError::into_inner);
             // Saved or forgotten meanwhile.
             task.go_on()?;
             kept(&folder, &project, dirty)?;

@@ -106,9 +106,10 @@ impl Editor {
     /// Begins anew from what is on disk: what is in memory may be half of something.
     fn go_on_after_crash(&mut self) {
         self.crash = None;
+        // Decisions are whole snapshots: the last ones are kept, and offered again.
+        self.keep_now();
         let folder = self.session.as_ref().map(|session| session.folder.clone());
         match folder {
-            // What is not saved is kept, and offered again.
             Some(folder) => self.open_now(folder),
             None => self.close_project(),
         }

@@ -297,6 +297,10 @@ impl eframe::App for Editor {
     }
 
     fn on_exit(&mut self) {
+        // Nobody was asked then.
+        if self.crash.is_some() {
+            self.keep_now();
+        }
         self.jobs.stop_all();
     }
 }

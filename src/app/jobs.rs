@@ -57,6 +57,10 @@ pub enum Kind {
     FlatView,
     /// Looks through a folder for photos, cameras and a model.
     Search,
+    /// Looks at the paths of a dialog.
+    Paths,
+    /// Asks whether a project is free.
+    Lock,
 }
 
 impl Kind {
@@ -72,6 +76,8 @@ impl Kind {
                 | Self::Preview
                 | Self::Look
                 | Self::Search
+                | Self::Paths
+                | Self::Lock
         )
     }
 

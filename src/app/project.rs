@@ -23,7 +23,7 @@ impl Editor {
     /// Shows a project that was opened.
     pub(super) fn opened(&mut self, session: Session) {
         self.settings.remember(&session.folder);
-        for problem in &session.opened.problems {
+        for problem in session.opened.problems.iter() {
             self.notes.add(Note::new(Weight::Problem, problem.to_string()));
         }
         self.space = Space::of(&session);
@@ -42,6 +42,7 @@ impl Editor {
     /// Closes the project; what is running on it is stopped.
     pub fn close_project(&mut self) {
         self.jobs.stop_all();
+        self.forget_opening();
         self.leave_trip();
         self.quality = Quality::default();
         self.checks = Checks::default();

@@ -65,14 +65,6 @@ impl History {
         Self { steps: VecDeque::new(), undone: 0, saved: present.clone(), present, gesture: None }
     }
 
-    /// Begins with a project that is not on disk yet, such as one recovered after a crash, beside the one
-    /// that is: saving it is one step away, and so is going back to what was saved.
-    pub fn recovered(saved: Project, recovered: Project) -> Self {
-        let mut history = Self::new(saved);
-        history.edit("recovery", recovered, None);
-        history
-    }
-
     /// The project as it is now.
     pub fn present(&self) -> &Arc<Project> {
         &self.present
@@ -184,12 +176,6 @@ impl History {
         })
     }
 
-    /// The names of all steps, oldest first, and how many of them lie in the past.
-    pub fn names(&self) -> (Vec<&str>, usize) {
-        let names = self.steps.iter().map(|step| step.name.as_str()).collect();
-        (names, self.steps.len() - self.undone)
-    }
-
     /// Remembers that the present project is on disk.
     pub fn saved(&mut self) {
         self.saved = self.present.clone();
@@ -218,6 +204,12 @@ mod tests {
         Project { options: Options { margin, ..Options::default() }, ..project }
     }
 
+    /// The names of all steps, oldest first, and how many of them lie in the past.
+    fn names(history: &History) -> (Vec<&str>, usize) {
+        let names = history.steps.iter().map(|step| step.name.as_str()).collect();
+        (names, history.steps.len() - history.undone)
+    }
+
     fn margin(history: &History) -> u32 {
         history.present().options.margin
     }
@@ -234,7 +226,7 @@ mod tests {
         assert_eq!(margin(&history), 2);
         history.undo();
         assert_eq!((margin(&history), history.undoes()), (1, None));
-        assert_eq!(history.names(), (vec!["merge of 3 layers", "split"], 0));
+        assert_eq!(names(&history), (vec!["merge of 3 layers", "split"], 0));
         history.redo();
         history.redo();
         assert_eq!((margin(&history), history.redo()), (3, None));
@@ -247,19 +239,19 @@ mod tests {
         history.edit("b", project(3), None);
         history.undo();
         history.edit("c", project(4), None);
-        assert_eq!((history.redo(), history.names()), (None, (vec!["a", "c"], 2)));
+        assert_eq!((history.redo(), names(&history)), (None, (vec!["a", "c"], 2)));
     }
 
     #[test]
     fn a_gesture_is_one_step_and_one_that_ends_where_it_began_is_none() {
         let mut history = History::new(project(1));
         (2..50).for_each(|m| history.edit("margin", project(m), Some(Gesture(1))));
-        assert_eq!(history.names().0.len(), 1);
+        assert_eq!(names(&history).0.len(), 1);
         history.edit("margin", project(50), Some(Gesture(2)));
-        assert_eq!(history.names().0.len(), 2, "another gesture is another step");
+        assert_eq!(names(&history).0.len(), 2, "another gesture is another step");
         history.undo();
         history.edit("margin", project(60), Some(Gesture(2)));
-        assert_eq!(history.names().0.len(), 2, "an undo ends a gesture");
+        assert_eq!(names(&history).0.len(), 2, "an undo ends a gesture");
         history.undo();
         history.undo();
         assert_eq!(margin(&history), 1);
@@ -270,7 +262,7 @@ mod tests {
         history.edit("margin", project(7), Some(Gesture(4)));
         history.end_gesture();
         history.edit("margin", project(8), Some(Gesture(4)));
-        assert_eq!(history.names().0.len(), 2);
+        assert_eq!(names(&history).0.len(), 2);
     }
 
     #[test]
@@ -282,7 +274,7 @@ mod tests {
         history.saved();
         assert!(!history.is_dirty());
         history.edit("a", project(3), Some(Gesture(1)));
-        assert_eq!(history.names().0.len(), 2, "what was saved stays a place to go back to");
+        assert_eq!(names(&history).0.len(), 2, "what was saved stays a place to go back to");
         history.undo();
         assert!(!history.is_dirty());
         history.undo();
@@ -311,14 +303,6 @@ mod tests {
         assert_eq!(history.undo(), Some(Turn::TakeBack(9)));
         history.forget_import(9);
         assert_eq!((history.redo(), history.undoes()), (None, Some("a")));
-    }
-
-    #[test]
-    fn a_recovered_project_is_not_saved_and_can_be_taken_back_to_what_is() {
-        let mut history = History::recovered(project(1), project(2));
-        assert!(history.is_dirty() && margin(&history) == 2);
-        history.undo();
-        assert!(!history.is_dirty() && margin(&history) == 1);
     }
 
     #[test]

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use super::masks::beside::{Found, masks_beside};
 use super::masks::{MaskEdit, attach, edited};
@@ -55,7 +56,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let mut opened = open_site(folder, described(folder, new)?, task)?;
     let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
     found.iter().for_each(|found| task.of(&found.photo).note(format!("masked by {}", found.file)));
-    opened.problems.extend(problems);
+    Arc::get_mut(&mut opened.problems).expect("nobody else has them yet").extend(problems);
     let edits: Vec<MaskEdit> = found.into_iter().map(Found::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
     attach(folder, &opened.project.masks, &mut opened.site.photos);

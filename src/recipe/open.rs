@@ -27,7 +27,7 @@ pub struct Opened {
     /// the site's photos.
     pub points: Arc<Vec<SparsePoint>>,
     /// Why photos of the cameras' file are not in the site; one each.
-    pub problems: Vec<Error>,
+    pub problems: Arc<Vec<Error>>,
     /// Photos whose files cannot be used, by name, with the reason.
     pub left_out: Vec<(String, String)>,
 }
@@ -61,7 +61,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let of_masks = unmasked.iter().map(|(photo, problem)| (photo.clone(), problem.to_string()));
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
     let unmasked = unmasked.into_iter().map(|(_, problem)| problem);
-    let problems = cameras.problems.into_iter().chain(import.problems).chain(unmasked).collect();
+    let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(unmasked).collect());
     let model = working_model(model, &project, task)?;
     let site = Site { photos, model: Arc::new(model) };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
@@ -70,13 +70,13 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
 
 impl Opened {
     /// The same site with another project: one that differs in nothing that the site is made of (files, place of
-    /// the model). Its problems have been told.
+    /// the model).
     pub fn with_project(&self, project: Project) -> Self {
         Self {
             project,
             site: self.site.clone(),
             points: self.points.clone(),
-            problems: Vec::new(),
+            problems: self.problems.clone(),
             left_out: self.left_out.clone(),
         }
     }

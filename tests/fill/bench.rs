@@ -130,7 +130,7 @@ impl Bench {
             project,
             site: self.site.clone(),
             points: Default::default(),
-            problems: Vec::new(),
+            problems: std::sync::Arc::default(),
             left_out: Vec::new(),
         }
     }

@@ -1,13 +1,14 @@
 //! The panel: kept views on the left, the flight as a line of time on the right.
 
 use eframe::egui::{
-    Align, Button, ComboBox, DragValue, Layout, Pos2, Rect, Role, ScrollArea, Sense, Shape, Stroke, TextEdit,
-    Ui, WidgetInfo, pos2, vec2,
+    Align, ComboBox, DragValue, Layout, Pos2, Rect, Role, ScrollArea, Sense, Shape, Stroke, TextEdit, Ui,
+    WidgetInfo, pos2, vec2,
 };
 
 use super::ask_edit;
-use crate::app::command::{self, Command};
+use crate::app::command;
 use crate::app::editor::{Ask, Editor};
+use crate::app::panel::inspector::button;
 use crate::document::camera_path::PathSpeed;
 use crate::document::history::Gesture;
 use crate::document::{CameraPath, Project};
@@ -74,16 +75,6 @@ fn view_row(editor: &Editor, ui: &mut Ui, place: usize, name: &str, asks: &mut V
     }
 }
 
-fn button(editor: &Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
-    let ready = (command.ready)(editor);
-    let on = command.on.is_some_and(|on| on(editor));
-    let response = ui.add_enabled(ready.is_ok(), Button::new(command.name).selected(on));
-    let response = response.on_hover_text(command.tooltip);
-    if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-        asks.push(Ask::Run(command));
-    }
-}
-
 fn controls(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     use command::flight::{ADD, FILM, PLAY, REMOVE, STILL};
     for command in [&PLAY, &ADD, &REMOVE] {
@@ -94,13 +85,16 @@ fn controls(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if let Some(mut path) = path {
         let before = path.clone();
         film(ui, &mut path);
-        if path != before {
+        let changed = path != before;
+        if changed {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
             edit_path(editor, asks, "film settings", path, gesture);
-            // A drag goes on; a click and what is typed are steps of their own.
-            if !ui.input(|input| input.pointer.any_down()) {
-                asks.push(Ask::EndGesture);
-            }
+        }
+        // A drag goes on until the pointer is released, mostly in a frame that changes nothing more; a click and what
+        // is typed are steps of their own.
+        let (down, released) = ui.input(|input| (input.pointer.any_down(), input.pointer.any_released()));
+        if released || (changed && !down) {
+            asks.push(Ask::EndGesture);
         }
     }
     for command in [&STILL, &FILM] {

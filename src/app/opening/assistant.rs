@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use super::place::Place;
-use super::{looking::Looking, typed_path};
+use super::{if_wanted, looking::Looking, typed_path};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::app::session::Session;
@@ -157,6 +157,7 @@ impl Editor {
         assistant.places.iter_mut().for_each(|place| place.errors.clear());
         assistant.folder.errors.clear();
         let name = format!("Making {}", folder.display());
+        let round = self.opening.round;
         self.jobs.start(Kind::Open, name, move |task| {
             let new = NewProject {
                 photos: parts.photos.clone(),
@@ -169,7 +170,7 @@ impl Editor {
                 create_project(&folder, &new, task).and_then(|opened| Session::of(&folder, opened, task));
             match made {
                 Err(Error::Cancelled) => Err(Error::Cancelled),
-                made => Ok(Box::new(move |editor| editor.created(&parts, made))),
+                made => Ok(if_wanted(round, Box::new(move |editor| editor.created(&parts, made)))),
             }
         });
     }

@@ -32,12 +32,12 @@ impl Editor {
         let Some(held) = &mut self.opening.held else { return };
         context.request_repaint_after_secs(LOOKS_EVERY_S as f32);
         let now_s = context.input(|input| input.time);
-        if now_s - held.looked_s < LOOKS_EVERY_S || self.jobs.runs(Kind::Look) {
+        if now_s - held.looked_s < LOOKS_EVERY_S || self.jobs.runs(Kind::Lock) {
             return;
         }
         held.looked_s = now_s;
         let folder = held.folder.clone();
-        self.jobs.start(Kind::Look, "Asking for the project's lock", move |_| {
+        self.jobs.start(Kind::Lock, "Asking for the project's lock", move |_| {
             let is_free = ProjectLock::holder(&folder).is_none();
             Ok(Box::new(move |editor| {
                 let waits = editor.opening.held.as_ref().is_some_and(|held| held.folder == folder);

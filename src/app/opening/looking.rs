@@ -8,6 +8,8 @@ use crate::recipe::discover::{Look, Parts, look_at};
 
 /// A path that did not change for so long is meant, not still being typed.
 const TYPED_S: f64 = 0.35;
+/// Files change while a dialog is open, as when a model is exported again: it is looked so often.
+const AGAIN_S: f64 = 2.0;
 
 /// What is wanted, and what was seen last.
 #[derive(Default)]
@@ -15,6 +17,7 @@ pub struct Looking {
     wanted: Parts,
     since_s: f64,
     asked: Option<Parts>,
+    asked_s: f64,
     /// What was seen, maybe of other paths than are wanted now.
     pub look: Option<Look>,
 }
@@ -36,19 +39,24 @@ impl Looking {
 impl Editor {
     /// Looks at paths that have been typed to their end.
     pub(super) fn keep_looking(&mut self, context: &Context) {
+        let now_s = context.input(|input| input.time);
+        let is_shown = self.opening.assistant.is_some() || self.opening.relinking.is_some();
         let looking = &mut self.opening.looking;
-        if looking.asked.as_ref().unwrap_or(&Parts::default()) == &looking.wanted {
+        let is_new = looking.asked.as_ref().unwrap_or(&Parts::default()) != &looking.wanted;
+        // What is looked at is not asked for again before it is seen.
+        if !is_new && (!is_shown || looking.asked.is_none() || self.jobs.runs(Kind::Paths)) {
             return;
         }
-        let rest_s = looking.since_s + TYPED_S - context.input(|input| input.time);
+        let due_s = if is_new { looking.since_s + TYPED_S } else { looking.asked_s + AGAIN_S };
+        let rest_s = due_s - now_s;
         if rest_s > 0.0 {
             context.request_repaint_after_secs(rest_s as f32);
             return;
         }
         let (parts, before) = (looking.wanted.clone(), looking.look.clone());
-        looking.asked = Some(parts.clone());
-        self.jobs.stop_kind(Kind::Look);
-        self.jobs.start(Kind::Look, "Looking at files", move |task| {
+        (looking.asked, looking.asked_s) = (Some(parts.clone()), now_s);
+        self.jobs.stop_kind(Kind::Paths);
+        self.jobs.start(Kind::Paths, "Looking at files", move |task| {
             let look = look_at(&parts, before.as_ref(), task)?;
             Ok(Box::new(move |editor| {
                 // A later look may have been asked for, and may even have been quicker.

@@ -24,7 +24,7 @@ use self::relinking::Relinking;
 pub use self::writing::Farewell;
 use self::writing::Writing;
 use super::editor::{Ask, Editor};
-use super::jobs::Kind;
+use super::jobs::{Arrival, Kind};
 use super::leaving::Leaving;
 use super::notes::{Note, Weight};
 use super::session::Session;
@@ -46,6 +46,8 @@ pub struct Opening {
     writing: Option<Writing>,
     /// The project that is opened next is new: it is checked.
     check_next: bool,
+    /// Grows whenever a project is left: what was being opened before is not wanted any more.
+    round: u64,
     /// The path being typed where no dialog of the system is at hand; the welcome page has it, too.
     pub typed: String,
     typing: bool,
@@ -105,7 +107,7 @@ impl Editor {
         if self.opening.assistant.take().is_some() {
             self.jobs.stop_kind(Kind::Search);
         }
-        self.jobs.stop_kind(Kind::Look);
+        self.jobs.stop_kind(Kind::Paths);
         (self.opening.relinking, self.opening.held) = (None, None);
         self.opening.typing = false;
     }
@@ -151,14 +153,23 @@ impl Editor {
         self.close_project();
         self.cancel_dialogs();
         let name = format!("Opening {}", folder.display());
-        self.jobs.start(Kind::Open, name, move |task| match Session::open(&folder, task) {
-            Ok((session, recovered)) => Ok(Box::new(move |editor| {
-                editor.opened(session);
-                recovered.into_iter().for_each(|recovered| editor.offer_recovery(recovered));
-            })),
-            Err(Error::Cancelled) => Err(Error::Cancelled),
-            Err(error) => obstacle(folder, error),
+        let round = self.opening.round;
+        self.jobs.start(Kind::Open, name, move |task| {
+            let arrival: Arrival = match Session::open(&folder, task) {
+                Ok((session, recovered)) => Box::new(move |editor| {
+                    editor.opened(session);
+                    recovered.into_iter().for_each(|recovered| editor.offer_recovery(recovered));
+                }),
+                Err(Error::Cancelled) => return Err(Error::Cancelled),
+                Err(error) => obstacle(folder, error)?,
+            };
+            Ok(if_wanted(round, arrival))
         });
+    }
+
+    /// A project is left, or none was open: what is on its way comes too late.
+    pub(super) fn forget_opening(&mut self) {
+        self.opening.round += 1;
     }
 
     /// What belongs to a project that was just opened, beside showing it.
@@ -194,6 +205,15 @@ impl Editor {
     }
 }
 
+/// Comes in only where no project was left since `round`.
+fn if_wanted(round: u64, arrival: Arrival) -> Arrival {
+    Box::new(move |editor| {
+        if editor.opening.round == round {
+            arrival(editor);
+        }
+    })
+}
+
 /// The project's folder, for a folder with a project or its file.
 fn project_at(path: &Path) -> Option<PathBuf> {
     if path.file_name().is_some_and(|name| name == PROJECT_FILE) {
@@ -203,7 +223,7 @@ fn project_at(path: &Path) -> Option<PathBuf> {
 }
 
 /// What keeps a project from being opened: something that the user can be asked about, or an error.
-fn obstacle(folder: PathBuf, error: Error) -> Result<super::jobs::Arrival> {
+fn obstacle(folder: PathBuf, error: Error) -> Result<Arrival> {
     if let Some(holder) = ProjectLock::holder(&folder) {
         return Ok(Box::new(move |editor| editor.opening.held = Some(Held::by(folder, holder))));
     }

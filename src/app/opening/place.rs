@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo};
 
 use super::{Purpose, Wish};
+use crate::app::panel::counted;
 use crate::recipe::discover::{Look, Part};
 
 /// A path as it is typed, and others to choose from.
@@ -121,11 +122,18 @@ fn told(ui: &mut Ui, part: Part, look: &Look) {
     match part {
         Part::Photos => {
             let count = look.photos.good().map_or(0, |photos| photos.files.len());
-            good(ui, counted(count, "photo"));
+            good(ui, counted(count as u64, "photo"));
         }
         Part::Model => {
             let Some(model) = look.model.good() else { return };
-            good(ui, format!("{}, {}", counted(model.objects, "object"), counted(model.faces, "face")));
+            good(
+                ui,
+                format!(
+                    "{}, {}",
+                    counted(model.objects as u64, "object"),
+                    counted(model.faces as u64, "face")
+                ),
+            );
             notes(ui, "about the model", &model.notes);
         }
         Part::Cameras => cameras(ui, look),
@@ -136,9 +144,9 @@ fn cameras(ui: &mut Ui, look: &Look) {
     let Some(cameras) = look.cameras.good() else { return };
     let points = match cameras.points {
         0 => "no sparse points".into(),
-        points => counted(points, "sparse point"),
+        points => counted(points as u64, "sparse point"),
     };
-    let count = format!("{}, {points}", counted(cameras.names.len(), "camera"));
+    let count = format!("{}, {points}", counted(cameras.names.len() as u64, "camera"));
     match &look.matched {
         None => drop(ui.label(count)),
         Some(matched) if matched.found == matched.of => {
@@ -164,14 +172,9 @@ fn cameras(ui: &mut Ui, look: &Look) {
 fn notes(ui: &mut Ui, about: &str, notes: &[String]) {
     if !notes.is_empty() {
         let shown: Vec<&str> = notes.iter().take(12).map(String::as_str).collect();
-        let text = format!("{} {about}", counted(notes.len(), "note"));
+        let text = format!("{} {about}", counted(notes.len() as u64, "note"));
         ui.weak(text).on_hover_text(shown.join("\n"));
     }
-}
-
-fn counted(count: usize, what: &str) -> String {
-    let number = crate::app::panel::grouped(count as u64);
-    if count == 1 { format!("{number} {what}") } else { format!("{number} {what}s") }
 }
 
 #[cfg(test)]

@@ -49,7 +49,9 @@ pub fn button(
     asks: &mut Vec<Ask>,
 ) {
     let ready = (command.ready)(editor);
-    let response = ui.add_enabled(ready.is_ok(), eframe::egui::Button::new(command.name));
+    let on = command.on.is_some_and(|on| on(editor));
+    let button = eframe::egui::Button::new(command.name).selected(on);
+    let response = ui.add_enabled(ready.is_ok(), button);
     let response = response.on_hover_text(command.tooltip);
     if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
         asks.push(Ask::Run(command));

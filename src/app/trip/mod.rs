@@ -67,6 +67,7 @@ impl Editor {
 
     /// A project was opened: what was painted on while it was not comes home.
     pub(super) fn begin_trip(&mut self) {
+        self.leave_trip();
         self.watch_for_saves();
         self.read_history();
     }
