@@ -4,55 +4,26 @@ mod common;
 #[path = "round_trip/paper.rs"]
 #[allow(dead_code)]
 mod paper;
+#[path = "common/window.rs"]
+#[allow(dead_code)]
+mod window;
 
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Event, Key, Modifiers};
+use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
-use quadratura::geometry::Similarity;
 use quadratura::io::lock::ProjectLock;
 use quadratura::io::project::read_project;
-use quadratura::layers::Options;
-use quadratura::recipe::create::{NewProject, create_project};
-use quadratura::task::Task;
-
-/// A guard against waiting for ever, far beyond what any step takes.
-const NEVER: Duration = Duration::from_secs(600);
-
-fn window(project: Option<PathBuf>) -> Harness<'static, Editor> {
-    let builder = Harness::builder().with_size([1280.0, 800.0]);
-    builder.build_eframe(|creation| Editor::new(&creation.egui_ctx, None, project))
-}
-
-/// Lets frames go by until something is as it should be.
-fn wait(harness: &mut Harness<'_, Editor>, what: &str, done: impl Fn(&Editor) -> bool) {
-    let start = Instant::now();
-    while !done(harness.state()) {
-        harness.step();
-        std::thread::sleep(Duration::from_millis(5));
-        let notes: Vec<&str> = harness.state().notes.list().iter().map(|note| note.text.as_str()).collect();
-        assert!(start.elapsed() < NEVER, "waiting for {what}: {notes:?}");
-    }
-    harness.step();
-}
+use window::{appears, command, project_of, site_of_piazza, wait, window};
 
 fn piazza(folder: &Path) -> PathBuf {
-    let (project, site) =
-        (folder.join("piazza"), Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza"));
-    let new = NewProject {
-        photos: site.join("photos"),
-        cameras: site.join("sparse"),
-        model: site.join("piazza.obj"),
-        world_from_model: Similarity::IDENTITY,
-        options: Options::default(),
-    };
-    create_project(&project, &new, &Task::silent()).unwrap();
+    let project = folder.join("piazza");
+    project_of(&site_of_piazza(), &project);
     project
 }
 
@@ -97,35 +68,11 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     Some(harness)
 }
 
-/// Lets frames go by until a widget has these words in its name.
-fn appears(harness: &mut Harness<'_, Editor>, words: &str) {
-    let start = Instant::now();
-    while harness.query_all_by_label_contains(words).next().is_none() {
-        harness.step();
-        std::thread::sleep(Duration::from_millis(5));
-        assert!(start.elapsed() < NEVER, "waiting for {words:?}");
-    }
-}
-
 fn is_current(editor: &Editor) -> bool {
     let session = editor.session.as_ref().unwrap();
     session.painter.is_some()
         && editor.jobs.is_idle()
         && session.photos.iter().all(|photo| photo.is_current())
-}
-
-/// Runs a command by its name in the palette.
-fn command(harness: &mut Harness<'_, Editor>, name: &str) {
-    let command = command::all().find(|command| command.name == name).unwrap();
-    assert_eq!((command.ready)(harness.state()), Ok(()), "{name}");
-    harness.key_press_modifiers(Modifiers::COMMAND, Key::P);
-    harness.step();
-    harness.step();
-    harness.event(Event::Text(name.into()));
-    harness.step();
-    harness.key_press(Key::Enter);
-    harness.step();
-    harness.step();
 }
 
 #[test]

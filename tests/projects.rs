@@ -4,6 +4,7 @@
 #[allow(dead_code)]
 mod common;
 #[path = "common/window.rs"]
+#[allow(dead_code)]
 mod window;
 
 use std::fs;
@@ -16,13 +17,11 @@ use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::app::editor::Editor;
 use quadratura::app::jobs::Kind;
+use quadratura::document::Project;
 use quadratura::geometry::Similarity;
 use quadratura::io::lock::ProjectLock;
 use quadratura::io::project::read_project;
-use quadratura::layers::Options;
-use quadratura::recipe::create::{NewProject, create_project};
-use quadratura::task::Task;
-use window::{piazza, wait, window};
+use window::{appears, command, copy_of_piazza, is_there, press, project_of, wait, window};
 
 #[derive(Debug)]
 struct Dropped(PathBuf);
@@ -52,38 +51,11 @@ fn stands(editor: &Editor) -> Similarity {
     editor.session.as_ref().unwrap().history.present().world_from_model
 }
 
-fn is_there(harness: &Harness<'_, Editor>, label: &str) -> bool {
-    harness.query_all_by_label_contains(label).next().is_some()
-}
-
-/// Lets frames go by until some widget says this.
-fn wait_for(harness: &mut Harness<'_, Editor>, label: &str) {
-    for _ in 0..20_000 {
-        harness.step();
-        if is_there(harness, label) {
-            return;
-        }
-        std::thread::sleep(std::time::Duration::from_millis(5));
-    }
-    let notes: Vec<&str> = harness.state().notes.list().iter().map(|note| note.text.as_str()).collect();
-    panic!("nothing says {label:?}: {notes:?}");
-}
-
 /// The piazza with files of its own: three photos, so that it is quick, and a model that lies on its side if wanted.
 fn site(folder: &Path, lying: bool) -> PathBuf {
-    let (from, to) = (piazza(), folder.join("square"));
-    fs::create_dir_all(to.join("photos")).unwrap();
-    fs::create_dir_all(to.join("sparse")).unwrap();
-    let mut photos: Vec<PathBuf> =
-        fs::read_dir(from.join("photos")).unwrap().map(|e| e.unwrap().path()).collect();
-    photos.sort();
-    for photo in &photos[..3] {
-        fs::copy(photo, to.join("photos").join(photo.file_name().unwrap())).unwrap();
-    }
-    for file in fs::read_dir(from.join("sparse")).unwrap().map(|entry| entry.unwrap().path()) {
-        fs::copy(&file, to.join("sparse").join(file.file_name().unwrap())).unwrap();
-    }
-    let model = fs::read_to_string(from.join("piazza.obj")).unwrap();
+    let to = folder.join("square");
+    copy_of_piazza(&to, 3);
+    let model = fs::read_to_string(to.join("piazza.obj")).unwrap();
     let turned = |line: &str| match line.strip_prefix("v ").filter(|_| lying) {
         Some(vertex) => {
             let at: Vec<&str> = vertex.split_whitespace().collect();
@@ -96,15 +68,8 @@ fn site(folder: &Path, lying: bool) -> PathBuf {
 }
 
 fn project(folder: &Path, site: &Path) -> PathBuf {
-    let new = NewProject {
-        photos: site.join("photos"),
-        cameras: site.join("sparse"),
-        model: site.join("piazza.obj"),
-        world_from_model: Similarity::IDENTITY,
-        options: Options::default(),
-    };
     let project = folder.join("project");
-    create_project(&project, &new, &Task::silent()).unwrap();
+    project_of(site, &project);
     project
 }
 
@@ -117,25 +82,25 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
     let site = site(folder.path(), true);
     let mut harness = window(None);
     drop_on(&mut harness, &site);
-    wait_for(&mut harness, "3 photos");
-    wait_for(&mut harness, "cameras");
-    wait_for(&mut harness, "3 of");
-    wait_for(&mut harness, "faces");
+    appears(&mut harness, "3 photos");
+    appears(&mut harness, "cameras");
+    appears(&mut harness, "3 of");
+    appears(&mut harness, "faces");
     let made = folder.path().join("square-project");
     harness.get_by_label("Make the project").click();
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     assert_eq!(read_project(&made).unwrap().model, "../square/piazza.obj");
 
     wait(&mut harness, "the check", idle);
-    wait_for(&mut harness, "Mend it");
+    appears(&mut harness, "Mend it");
     assert!(is_there(&harness, "axes point elsewhere"), "the mistake is named");
     harness.get_by_label("Mend it").click();
     harness.step();
-    wait_for(&mut harness, "The model fits the photos");
+    appears(&mut harness, "The model fits the photos");
     assert_ne!(stands(harness.state()), Similarity::IDENTITY);
     harness.get_by_label("Put the model back").click();
     harness.step();
-    wait_for(&mut harness, "The model does not stand where the photos are");
+    appears(&mut harness, "The model does not stand where the photos are");
     assert_eq!(stands(harness.state()), Similarity::IDENTITY);
     harness.state_mut().undo();
     assert_ne!(stands(harness.state()), Similarity::IDENTITY, "moving it was a step like any other");
@@ -151,13 +116,13 @@ fn what_is_missing_for_a_project_is_said_where_it_belongs_and_nothing_is_made() 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::N);
     harness.step();
     harness.step();
-    wait_for(&mut harness, "The photos are missing");
+    appears(&mut harness, "The photos are missing");
     harness.get_by_role_and_label(Role::TextInput, "Folder of the site").focus();
     harness.step();
     harness.get_by_role_and_label(Role::TextInput, "Folder of the site").type_text(site.to_str().unwrap());
     harness.key_press(Key::Enter);
-    wait_for(&mut harness, "Not found. Give a coarse model");
-    wait_for(&mut harness, "images.txt, line 1");
+    appears(&mut harness, "Not found. Give a coarse model");
+    appears(&mut harness, "images.txt, line 1");
     harness.get_by_label("Make the project").click();
     harness.step();
     assert!(harness.state().session.is_none() && !folder.path().join("square-project").exists());
@@ -177,14 +142,14 @@ fn a_site_that_moved_is_found_again_and_project_json_is_told() {
     fs::rename(&site, elsewhere.join("square")).unwrap();
 
     let mut harness = window(Some(project.clone()));
-    wait_for(&mut harness, "Parts of the project have moved");
+    appears(&mut harness, "Parts of the project have moved");
     let photos = elsewhere.join("square/photos");
     harness.get_by_role_and_label(Role::TextInput, "Photos").focus();
     harness.step();
     harness.get_by_role_and_label(Role::TextInput, "Photos").type_text(photos.to_str().unwrap());
-    wait_for(&mut harness, "Guessed: look whether");
-    wait_for(&mut harness, "3 photos");
-    wait_for(&mut harness, "faces");
+    appears(&mut harness, "Guessed: look whether");
+    appears(&mut harness, "3 photos");
+    appears(&mut harness, "faces");
     harness.step();
     harness.get_by_label("Use these places").click();
     wait(&mut harness, "the project", |editor| editor.session.is_some());
@@ -197,7 +162,7 @@ fn a_project_that_another_program_writes_to_opens_as_soon_as_it_is_free() {
     let project = project(folder.path(), &site(folder.path(), false));
     let lock = ProjectLock::take(&project).unwrap();
     let mut harness = window(Some(project));
-    wait_for(&mut harness, "Another program is writing");
+    appears(&mut harness, "Another program is writing");
     assert!(is_there(&harness, &format!("process {}", std::process::id())));
     drop(lock);
     wait(&mut harness, "the project", |editor| editor.session.is_some());
@@ -218,14 +183,14 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
         }
     });
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    wait_for(&mut harness, "Something is still being written");
+    appears(&mut harness, "Something is still being written");
     harness.get_by_label("Go on working").click();
     harness.step();
     harness.step();
     assert!(harness.state().session.is_some() && harness.state().jobs.runs(Kind::Export));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    wait_for(&mut harness, "Something is still being written");
+    appears(&mut harness, "Something is still being written");
     harness.get_by_label("Stop it and close the project").click();
     wait(&mut harness, "the end", |editor| editor.session.is_none() && editor.jobs.is_idle());
 }
@@ -237,11 +202,98 @@ fn a_fault_in_the_window_is_told_and_the_project_is_opened_again() {
     let mut harness = window(Some(project));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
     harness.state_mut().jobs.start(Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
-    wait_for(&mut harness, "The program made a mistake");
+    appears(&mut harness, "The program made a mistake");
     harness.get_by_label("Open the project again").click();
     harness.step();
     wait(&mut harness, "the project again", |editor| editor.session.is_some() && editor.jobs.is_idle());
     assert!(!is_there(&harness, "The program made a mistake"));
+}
+
+#[test]
+fn what_was_decided_in_the_last_moment_before_a_fault_is_offered_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path(), &site(folder.path(), false));
+    let mut harness = window(Some(project.clone()));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    let decided = Project { world_from_model: twice_as_large(), ..read_project(&project).unwrap() };
+    harness.state_mut().edit("size of the model", decided, None);
+    harness.state_mut().jobs.start(Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
+    appears(&mut harness, "The program made a mistake");
+    press(&mut harness, "Open the project again");
+    appears(&mut harness, "Something was not saved");
+    press(&mut harness, "Take them back");
+    assert_eq!(stands(harness.state()), twice_as_large());
+}
+
+fn twice_as_large() -> Similarity {
+    Similarity { scale: 2.0, ..Similarity::IDENTITY }
+}
+
+#[test]
+fn of_two_projects_asked_for_in_a_row_only_the_last_one_is_opened() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path(), false);
+    let projects = ["first", "second"].map(|name| folder.path().join(name));
+    projects.iter().for_each(|project| project_of(&site, project));
+    let mut harness = window(None);
+    harness.state_mut().open_project(projects[0].clone());
+    // Read to its end, and nothing of it was shown yet.
+    while ProjectLock::holder(&projects[0]).is_none() {
+        std::thread::sleep(std::time::Duration::from_millis(5));
+    }
+    std::thread::sleep(std::time::Duration::from_secs(4));
+    harness.state_mut().open_project(projects[1].clone());
+    wait(&mut harness, "the second", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    assert_eq!(harness.state().session.as_ref().unwrap().folder, projects[1]);
+    assert_eq!(harness.state().settings.recent, [projects[1].clone()]);
+    assert_eq!(ProjectLock::holder(&projects[0]), None);
+}
+
+#[test]
+fn a_photo_that_is_missing_is_still_named_after_a_decision() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path(), false);
+    let project = project(folder.path(), &site);
+    fs::remove_file(site.join("photos/02_tower.jpg")).unwrap();
+    let mut harness = window(Some(project.clone()));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().keep_view();
+    harness.step();
+    command(&mut harness, "Missing files…");
+    appears(&mut harness, "Photos are missing");
+    harness.get_by_label("04_arcade.jpg");
+}
+
+#[test]
+fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
+    let folder = tempfile::tempdir().unwrap();
+    let project = project(folder.path(), &site(folder.path(), false));
+    let mut harness = window(Some(project));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().add_keyframe();
+    harness.step();
+    harness.step();
+    let before = harness.get_by_value("25 frames a second").rect().center();
+    let fps = |harness: &Harness<'_, Editor>| {
+        let session = harness.state().session.as_ref().unwrap();
+        session.history.present().flight.as_ref().unwrap().fps
+    };
+    let mut seen = vec![fps(&harness)];
+    for _ in 0..2 {
+        harness.drag_at(before);
+        harness.step();
+        for step in 1..6 {
+            harness.hover_at(before + [8.0 * step as f32, 0.0].into());
+            harness.step();
+        }
+        harness.drop_at(before + [40.0, 0.0].into());
+        harness.step();
+        harness.step();
+        seen.push(fps(&harness));
+    }
+    assert!(seen[0] != seen[1] && seen[1] != seen[2], "{seen:?}");
+    harness.state_mut().undo();
+    assert_eq!(fps(&harness), seen[1]);
 }
 
 #[test]

@@ -1,10 +1,18 @@
 //! The editor's window without a display, driven by the names of its widgets.
 
+use std::fs;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
+use eframe::egui::{Event, Key, Modifiers};
 use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use quadratura::app::command;
 use quadratura::app::editor::Editor;
+use quadratura::geometry::Similarity;
+use quadratura::layers::Options;
+use quadratura::recipe::create::{NewProject, create_project};
+use quadratura::task::Task;
 
 /// A guard against waiting for ever, far beyond what any step takes.
 const NEVER: Duration = Duration::from_secs(600);
@@ -17,17 +25,89 @@ pub fn window(project: Option<PathBuf>) -> Harness<'static, Editor> {
 
 /// Lets frames go by until something is as it should be.
 pub fn wait(harness: &mut Harness<'_, Editor>, what: &str, done: impl Fn(&Editor) -> bool) {
-    let start = Instant::now();
-    while !done(harness.state()) {
-        harness.step();
-        std::thread::sleep(Duration::from_millis(5));
-        let notes: Vec<&str> = harness.state().notes.list().iter().map(|note| note.text.as_str()).collect();
-        assert!(start.elapsed() < NEVER, "waiting for {what}: {notes:?}");
-    }
+    wait_for_window(harness, what, |harness| done(harness.state()));
     harness.step();
 }
 
-/// The site that comes with the project.
-pub fn piazza() -> PathBuf {
+/// Lets frames go by until a widget has these words in its name.
+pub fn appears(harness: &mut Harness<'_, Editor>, words: &str) {
+    harness.step();
+    wait_for_window(harness, words, |harness| is_there(harness, words));
+}
+
+fn wait_for_window(
+    harness: &mut Harness<'_, Editor>,
+    what: &str,
+    done: impl Fn(&Harness<'_, Editor>) -> bool,
+) {
+    let start = Instant::now();
+    while !done(harness) {
+        harness.step();
+        std::thread::sleep(Duration::from_millis(5));
+        let notes: Vec<&str> = harness.state().notes.list().iter().map(|note| note.text.as_str()).collect();
+        assert!(start.elapsed() < NEVER, "waiting for {what:?}: {notes:?}");
+    }
+}
+
+/// A widget has these words in its name.
+pub fn is_there(harness: &Harness<'_, Editor>, words: &str) -> bool {
+    harness.query_all_by_label_contains(words).next().is_some()
+}
+
+/// Clicks what has this name, and lets the window do it.
+pub fn press(harness: &mut Harness<'_, Editor>, name: &str) {
+    harness.get_by_label(name).click();
+    harness.step();
+    harness.step();
+}
+
+/// Runs a command by its name in the palette.
+pub fn command(harness: &mut Harness<'_, Editor>, name: &str) {
+    let command = command::all().find(|command| command.name == name).unwrap();
+    assert_eq!((command.ready)(harness.state()), Ok(()), "{name}");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::P);
+    harness.step();
+    harness.step();
+    harness.event(Event::Text(name.into()));
+    harness.step();
+    harness.key_press(Key::Enter);
+    harness.step();
+    harness.step();
+}
+
+/// The site that comes with the program.
+pub fn site_of_piazza() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("projects/piazza")
+}
+
+/// A copy of it with its first photos, so that it is quick.
+pub fn copy_of_piazza(to: &Path, photos: usize) {
+    let from = site_of_piazza();
+    let mut files = files_of(&from.join("photos"));
+    files.truncate(photos);
+    files.extend(files_of(&from.join("sparse")));
+    files.push(from.join("piazza.obj"));
+    for file in files {
+        let copy = to.join(file.strip_prefix(&from).unwrap());
+        fs::create_dir_all(copy.parent().unwrap()).unwrap();
+        fs::copy(&file, &copy).unwrap();
+    }
+}
+
+fn files_of(folder: &Path) -> Vec<PathBuf> {
+    let mut files: Vec<PathBuf> = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()).collect();
+    files.sort();
+    files
+}
+
+/// Makes a project of a site that has the piazza's files.
+pub fn project_of(site: &Path, project: &Path) {
+    let new = NewProject {
+        photos: site.join("photos"),
+        cameras: site.join("sparse"),
+        model: site.join("piazza.obj"),
+        world_from_model: Similarity::IDENTITY,
+        options: Options::default(),
+    };
+    create_project(project, &new, &Task::silent()).unwrap();
 }
