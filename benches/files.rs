@@ -56,6 +56,7 @@ fn layer(number: u32, raster: &Arc<Raster>) -> Layer<'static> {
         id: None,
         visible: true,
         locked: false,
+        selected: false,
         tag: None,
         pixels: Box::new(move || Ok(raster.clone())),
     }

@@ -242,7 +242,11 @@ fn a_folder_holds_whole_layers_and_a_stack_that_is_true_of_them() {
 #[test]
 fn an_openraster_file_lists_every_layer_with_its_place_and_its_pixels() {
     let project = project(&Plan { depth: Depth::Sixteen, ..Plan::default() });
-    let options = ExportOptions { format: ExportFormat::Ora, ..ExportOptions::default() };
+    let plain = ExportOptions { format: ExportFormat::Ora, ..ExportOptions::default() };
+    project.export_as(&plain);
+    let records = || ExportStore::new(project.folder.path().join("exports")).read_all().unwrap().0;
+    let selected = records()[0].layers.last().map(|layer| layer.id.clone());
+    let options = ExportOptions { format: ExportFormat::Ora, selected, ..ExportOptions::default() };
     let report = project.export_as(&options).done.remove(0);
     let bytes = fs::read(&report.path).unwrap();
     assert_eq!(&bytes[30..54], b"mimetypeimage/openraster", "first, and not compressed");
@@ -254,13 +258,14 @@ fn an_openraster_file_lists_every_layer_with_its_place_and_its_pixels() {
     };
     let xml = String::from_utf8(member("stack.xml")).unwrap();
     let xml = roxmltree::Document::parse(&xml).unwrap();
-    let (records, _) = ExportStore::new(project.folder.path().join("exports")).read_all().unwrap();
-    for layer in &records[0].layers {
+    for layer in &records()[0].layers {
         let found = xml.descendants().find(|node| node.attribute("name") == Some(&layer.name)).unwrap();
         let number = |name: &str| found.attribute(name).unwrap().parse::<i32>().unwrap();
         assert_eq!((number("x"), number("y")), (layer.exported_rect.x, layer.exported_rect.y));
         let file = project.folder.path().join("layer.png");
         fs::write(&file, member(found.attribute("src").unwrap())).unwrap();
+        let is_selected = found.attribute("selected") == Some("true");
+        assert_eq!(is_selected, options.selected.as_ref() == Some(&layer.id), "{}", layer.name);
         let rect = layer.exported_rect;
         let pixels = quadratura::io::layered::png::read_rgba(&file, rect.w, rect.h).unwrap();
         assert_eq!(pixels.hash_at(rect.x, rect.y), layer.pixels, "{}", layer.name);

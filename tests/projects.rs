@@ -254,7 +254,6 @@ fn a_photo_that_is_missing_is_still_named_after_a_decision() {
     let folder = tempfile::tempdir().unwrap();
     let site = site(folder.path(), false);
     let project = project(folder.path(), &site);
-    fs::remove_file(site.join("photos/02_tower.jpg")).unwrap();
     let mut harness = window(Some(project.clone()));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
     harness.state_mut().keep_view();

@@ -77,8 +77,7 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
 fn begin(harness: &mut Harness<'_, Editor>, site: &Path) {
     harness.step();
     harness.get_by_label_contains("New project").click();
-    harness.step();
-    harness.step();
+    appears(harness, "The photos are missing");
     harness.get_by_role_and_label(Role::TextInput, "Folder of the site").focus();
     harness.step();
     harness.get_by_role_and_label(Role::TextInput, "Folder of the site").type_text(site.to_str().unwrap());

@@ -32,8 +32,8 @@ pub struct ToEdit {
 }
 
 /// The document of a photo to go on with: the one that was painted on last, if it is of the layers as they are now,
-/// else a new export. `fresh`: a new export in any case. What was changed since it was exported is never overwritten.
-/// Whoever calls holds the project's lock.
+/// else a new export, in which the layer with the token `selected` is the one that is painted on. `fresh`: a new export in
+/// any case. What was changed since it was exported is never overwritten. Whoever calls holds the project's lock.
 ///
 /// # Errors
 /// What [`export`] says of the project and of the photo.
@@ -42,6 +42,7 @@ pub fn to_edit(
     photo: &Photo,
     format: ExportFormat,
     fresh: bool,
+    selected: Option<String>,
     task: &Task,
 ) -> Result<ToEdit> {
     let stack = StackStore::new(project).current(&photo.name)?;
@@ -57,7 +58,7 @@ pub fn to_edit(
             return Ok(ToEdit { file, begun: true });
         }
     }
-    let options = ExportOptions { format, ..ExportOptions::default() };
+    let options = ExportOptions { format, selected, ..ExportOptions::default() };
     let mut exported = export(project, &[photo], &folder(project), &options, task)?;
     match (exported.done.pop(), exported.failed.pop()) {
         (Some(report), _) => Ok(ToEdit { file: report.path, begun: false }),

@@ -95,6 +95,7 @@ impl Plan {
             id: Some(layer.id(index)),
             visible: layer.visible,
             locked: layer.locked,
+            selected: index == 0,
             tag: None,
             pixels: Box::new(move || Ok(Arc::new(layer.pixels(self.depth)))),
         }

@@ -87,6 +87,7 @@ impl Paper {
                 id: sheet.id.clone(),
                 visible: sheet.visible,
                 locked: false,
+                selected: false,
                 tag: None,
                 pixels: Box::new(move || Ok(pixels.clone())),
             })

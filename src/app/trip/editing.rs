@@ -9,9 +9,11 @@ use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::app::notes::{Note, Weight};
 use crate::app::selection::Selection;
+use crate::document::ImageLayer;
 use crate::document::export_record::ExportFormat;
 use crate::io::programs::{ImageEditor, check_program, image_editors, start_with};
 use crate::recipe::editing::to_edit;
+use crate::recipe::export::layer_name;
 
 /// Which image editor is used, kept from run to run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -78,18 +80,21 @@ impl Editor {
         }
         let (Some(session), Some(place)) = (&self.session, self.selected_photo()) else { return };
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-        let layer = self.paintable_layer(place);
+        let layer = self.paintable_layer(place).map(|layer| (layer.name.clone(), layer.id.clone()));
         let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
         self.jobs.start(Kind::Export, name, move |task| {
             let photo = &opened.site.photos[place];
-            let document = to_edit(&folder, photo, tool.format, fresh, task)?;
+            let selected = layer.as_ref().map(|(_, token)| token.clone());
+            let document = to_edit(&folder, photo, tool.format, fresh, selected, task)?;
             drop(lock);
             let (teller, name) = (task.clone(), tool.name.clone());
             let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));
             start_with(&tool.program, &document.file, failed)?;
             let file = shown_path(&folder, &document.file);
             let begun = if document.begun { ", as you left it," } else { "" };
-            let layer = layer.map_or(String::new(), |layer| format!(" Paint on the layer “{layer}”."));
+            let layer = layer.map_or(String::new(), |(name, token)| {
+                format!(" Paint on the layer “{}”.", layer_name(&name, &token))
+            });
             let text = format!(
                 "{file}{begun} opens in {}.{layer} What you save there comes home by itself.",
                 tool.name
@@ -103,12 +108,11 @@ impl Editor {
         });
     }
 
-    /// The name in exports of the selected layer of a photo.
-    fn paintable_layer(&self, place: usize) -> Option<String> {
+    /// The selected layer of a photo.
+    fn paintable_layer(&self, place: usize) -> Option<&ImageLayer> {
         let Selection::Layer { photo, layer } = self.selection else { return None };
         let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
-        let layer = stack.image_layers.get(layer).filter(|_| photo == place)?;
-        Some(format!("{} [{}]", layer.name, layer.id))
+        stack.image_layers.get(layer).filter(|_| photo == place)
     }
 }
 

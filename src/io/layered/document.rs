@@ -64,6 +64,8 @@ pub struct Layer<'a> {
     pub visible: bool,
     /// Not to be changed, where the editor knows such a thing.
     pub locked: bool,
+    /// The one that is painted on when the file is opened, where the format can say so: XCF and OpenRaster can.
+    pub selected: bool,
     /// Its colour in the list of layers.
     pub tag: Option<Tag>,
     /// As large as `rect`.
@@ -166,7 +168,16 @@ mod tests {
     fn layer(name: &str) -> Layer<'static> {
         let rect = PixelRect { x: 0, y: 0, w: 2, h: 2 };
         let pixels: Source = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
-        Layer { name: name.into(), rect, id: None, visible: true, locked: false, tag: None, pixels }
+        Layer {
+            name: name.into(),
+            rect,
+            id: None,
+            visible: true,
+            locked: false,
+            selected: false,
+            tag: None,
+            pixels,
+        }
     }
 
     fn document(nodes: Vec<Node<'static>>) -> LayeredDocument<'static> {

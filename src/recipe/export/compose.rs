@@ -35,6 +35,8 @@ pub struct Content<'a> {
     pub margin: Option<u32>,
     /// With guides.
     pub guides: bool,
+    /// Token of the layer that is painted on when the document is opened.
+    pub selected: Option<&'a str>,
     /// What was painted on the layers.
     pub paint: PhotoPaint,
     /// What the linear colours of layers are multiplied with; `photo` has been already. The document is then
@@ -97,6 +99,7 @@ impl<'a> Content<'a> {
             icc,
             margin: Some(8),
             guides: true,
+            selected: None,
             paint,
             evened: None,
             task,
@@ -249,6 +252,7 @@ impl<'a> Content<'a> {
             id: None,
             visible: true,
             locked: true,
+            selected: false,
             tag: None,
             pixels,
         }
@@ -281,6 +285,7 @@ impl<'a> Content<'a> {
             id: plain.then(|| layer.id.clone()),
             visible: true,
             locked: false,
+            selected: plain && self.selected == Some(layer.id.as_str()),
             tag: None,
             pixels: Box::new(move || self.pixels(index)),
         }
@@ -290,7 +295,16 @@ impl<'a> Content<'a> {
         let rect = self.needed_by(&guided)?;
         let pixels = Box::new(move || self.drawn_guide(order, &guided, rect).map(Arc::new));
         let name = guide_name(order);
-        Some(Layer { name, rect, id: None, visible: false, locked: false, tag: None, pixels })
+        Some(Layer {
+            name,
+            rect,
+            id: None,
+            visible: false,
+            locked: false,
+            selected: false,
+            tag: None,
+            pixels,
+        })
     }
 
     fn drawn_guide(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<Raster> {

@@ -17,6 +17,7 @@ use std::fs;
 use std::path::Path;
 
 pub use compose::{Content, Hidden};
+pub use names::layer_name;
 pub use one::ExportReport;
 pub use provenance::write_provenance;
 
@@ -41,6 +42,8 @@ pub struct ExportOptions {
     pub margin: Option<u32>,
     /// With a hidden guide in each group that has something to paint.
     pub guides: bool,
+    /// Token of the image layer that is painted on when the file is opened, where the format can say so.
+    pub selected: Option<String>,
     /// By photo, what its linear colours are multiplied with, R, G, B: for looking at, with no way back. Photos
     /// that are not in it are exported as they are.
     pub evened: BTreeMap<String, [f64; 3]>,
@@ -51,7 +54,7 @@ pub struct ExportOptions {
 impl Default for ExportOptions {
     fn default() -> Self {
         let (evened, memory) = (BTreeMap::new(), 1 << 30);
-        Self { format: ExportFormat::Psd, margin: Some(8), guides: true, evened, memory }
+        Self { format: ExportFormat::Psd, margin: Some(8), guides: true, selected: None, evened, memory }
     }
 }
 

@@ -83,6 +83,7 @@ impl Exporter<'_> {
         let mut content = Content::new(&stack, folder, Arc::new(raster), icc, task);
         content.evened = evened;
         content.guides = self.options.guides;
+        content.selected = self.options.selected.as_deref();
         content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
         let key = self.key(&content);

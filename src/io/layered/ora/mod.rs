@@ -117,9 +117,10 @@ fn layer_xml(layer: &Layer, file: &str, indent: usize) -> String {
     let (name, x, y) = (escaped(&layer.name), layer.rect.x, layer.rect.y);
     let visibility = if layer.visible { "visible" } else { "hidden" };
     let locked = if layer.locked { " edit-locked=\"true\"" } else { "" };
+    let selected = if layer.selected { " selected=\"true\"" } else { "" };
     format!(
         "{:indent$}<layer name=\"{name}\" src=\"{file}\" x=\"{x}\" y=\"{y}\" opacity=\"1.0\" \
-         visibility=\"{visibility}\" composite-op=\"svg:src-over\"{locked}/>\n",
+         visibility=\"{visibility}\" composite-op=\"svg:src-over\"{locked}{selected}/>\n",
         ""
     )
 }

@@ -11,6 +11,7 @@ pub const KEY_TAG: &str = "Xmp.dc.identifier";
 pub mod number {
     pub const END: u32 = 0;
     pub const COLOUR_MAP: u32 = 1;
+    pub const ACTIVE_LAYER: u32 = 2;
     pub const FLOATING_SELECTION: u32 = 5;
     pub const OPACITY: u32 = 6;
     pub const MODE: u32 = 7;
@@ -110,6 +111,9 @@ fn put_layer(out: &mut Vec<u8>, layer: &Layer, path: Option<[u32; 2]>) {
         put_number(out, lock, locked);
     }
     put_number(out, number::COLOUR_TAG, tag_number(layer.tag));
+    if layer.selected {
+        put(out, number::ACTIVE_LAYER, &[]);
+    }
     if let Some(id) = &layer.id {
         let mut parasites = Vec::new();
         put_parasite(&mut parasites, parasite::LAYER, parasite::PERSISTENT, id.as_bytes());
