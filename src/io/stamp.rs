@@ -55,7 +55,7 @@ impl Stamp {
     /// A hash of what is in its files, which must be read for it.
     ///
     /// # Errors
-    /// [`Error::Io`] when one of them cannot be read, or is gone meanwhile.
+    /// [`crate::Error::Io`] when one of them cannot be read, or is gone meanwhile.
     pub fn content(&self, document: &Path) -> Result<String> {
         let mut hashing = Hashing::default();
         for (file, _, _) in &self.0 {

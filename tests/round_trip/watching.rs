@@ -184,8 +184,8 @@ fn a_file_that_is_never_whole_is_taken_as_far_as_it_can_be_and_every_import_that
     super::copy_folder(&studio.file(), &whole);
     other.sheet("wall").paint(places[5].0, places[5].1, RED);
     other.write(&studio.file());
-    let damaged = fs::read_dir(studio.file()).unwrap().map(|entry| entry.unwrap().path());
-    let damaged = damaged.filter(|file| file.to_string_lossy().contains("box") && file.is_file()).next();
+    let mut files = fs::read_dir(studio.file()).unwrap().map(|entry| entry.unwrap().path());
+    let damaged = files.find(|file| file.to_string_lossy().contains("box") && file.is_file());
     fs::write(damaged.unwrap(), "no picture").unwrap();
     paper.sheet("wall").paint(places[9].0, places[9].1, SOFT);
     paper.write(&whole);
