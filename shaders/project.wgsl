@@ -75,11 +75,9 @@ fn drawn(corner: Corner) -> Drawn {
     let surface = surfaces[corner.surface];
     let of_face = face_cells[surface.face];
     let relief = reliefs[surface.face];
-    let distance = (surface.distance_high - dot(surface.normal, frame.eye_high))
-        + (surface.distance_low - dot(surface.normal, frame.eye_low));
     return Drawn(
         clip_from_corner(corner, frame.reach),
-        vec4f(surface.normal, distance),
+        vec4f(surface.normal, distance_to_plane(surface)),
         vec4u(surface.face, of_face.corner, of_face.size, of_face.first),
         surface.flags,
         vec4f(relief.across, cells_at_eye(relief.across, relief.across_high, relief.across_low)),
@@ -221,7 +219,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         }
         at += 1u + sides;
         let other_side = ((candidate.y & FLAG_BACK) != 0u) != seen_from_behind;
-        inside = inside && (!other_side || drawn.flags == 1u);
+        inside = inside && (!other_side || (drawn.flags & FLAG_BILLBOARD) != 0u);
         let edge = min(min(px.x, photo.size.x - px.x), min(px.y, photo.size.y - px.y));
         let border = border_ramp(edge * photo.per_border);
         let height = abs(dot(normal, photo.center) - drawn.plane.w);

@@ -30,7 +30,8 @@ struct Frame {
     reach: f32,
     // 1: faces have their relief; 0: they are flat.
     relief: f32,
-    pad0: u32,
+    // 1: backs of faces are drawn; 0: they are not there.
+    backs: u32,
 }
 
 // A planar part of a face: all of it, or a triangle of a face that is not planar.
@@ -42,7 +43,7 @@ struct Surface {
     distance_low: f32,
     // Index of its face.
     face: u32,
-    // 1: billboard.
+    // FLAG_BILLBOARD, FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK.
     flags: u32,
     pad0: u32,
 }
@@ -55,6 +56,11 @@ struct FaceCells {
     pad0: u32,
 }
 
+const FLAG_BILLBOARD: u32 = 1u;
+// No photo serves the side that the normal points away from, or the other one (projection/sides.rs).
+const FLAG_FRONT_IS_BACK: u32 = 2u;
+const FLAG_BACK_IS_BACK: u32 = 4u;
+
 struct Corner {
     @location(0) high: vec3f,
     @location(1) low: vec3f,
@@ -65,9 +71,25 @@ struct Corner {
 @group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
 @group(0) @binding(2) var<storage, read> face_cells: array<FaceCells>;
 
+// Of the viewpoint to the plane, along its normal: above 0 where the plane is seen from behind.
+fn distance_to_plane(surface: Surface) -> f32 {
+    return (surface.distance_high - dot(surface.normal, frame.eye_high))
+        + (surface.distance_low - dot(surface.normal, frame.eye_low));
+}
+
+// What is seen of it is a back, and backs are not there.
+fn is_left_out(surface: Surface) -> bool {
+    let side = select(FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, distance_to_plane(surface) > 0.0);
+    return frame.backs == 0u && (surface.flags & side) != 0u;
+}
+
 // Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the
 // picture. `reach` brings the surface nearer by the visibility tolerance.
 fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
+    if is_left_out(surfaces[corner.surface]) {
+        // All corners in one point beyond the depths: nothing to draw.
+        return vec4f(0.0, 0.0, 2.0, 1.0);
+    }
     let p = (corner.high - frame.eye_high) + (corner.low - frame.eye_low);
     let camera = vec3f(dot(frame.right, p), dot(frame.down, p), dot(frame.forward, p));
     let x = 2.0 * (frame.focal_x * camera.x + frame.center.x * camera.z) / frame.size.x - camera.z;

@@ -112,6 +112,9 @@ pub struct LookArgs {
     /// Show faces flat, as they were modelled, without the relief that the photos tell
     #[arg(long)]
     pub flat: bool,
+    /// Leave out the backs of faces, which no photo serves: one looks into courtyards from outside
+    #[arg(long)]
+    pub without_backs: bool,
     /// Show hidden texels empty, as the photos left them, whatever filled them
     #[arg(long)]
     pub unfilled: bool,
@@ -178,6 +181,8 @@ pub enum ShowArg {
     Item,
     /// How many photos serve the point
     Coverage,
+    /// Where it comes from: the photo, paint, other photos, or invention
+    Provenance,
     /// A photo's layers as sheets one behind the other, seen from the side
     Exploded,
 }
@@ -225,6 +230,7 @@ impl LookArgs {
                 Some(ExposureArg::Raw) => Exposure::Raw,
             },
             flat: self.flat,
+            without_backs: self.without_backs,
             without,
         })
     }
@@ -288,6 +294,7 @@ impl ShowArg {
             Self::Layer => Shown::Layer,
             Self::Item => Shown::Item,
             Self::Coverage => Shown::Coverage,
+            Self::Provenance => Shown::Provenance,
             Self::Exploded => return None,
         })
     }

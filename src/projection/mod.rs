@@ -2,17 +2,20 @@
 //! may serve a face, and how photos are weighed; `gpu` draws it.
 
 pub mod cells;
+pub mod exploded;
 pub mod exposure;
 pub mod flight;
 pub mod footprint;
 pub mod framing;
 pub mod frustum;
 pub mod hatching;
+pub mod legend;
 pub mod likeness;
 pub mod navigation;
 pub mod reduced;
 pub mod relief;
 pub mod shot;
+pub mod sides;
 pub mod sources;
 pub mod surface;
 mod texels;

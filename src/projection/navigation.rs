@@ -16,6 +16,15 @@ const NEAREST_SHARE: f64 = 1e-4;
 /// Flying is no slower than with surfaces at this share of the site's radius: else one would never pass a wall.
 const SLOWEST_SHARE: f64 = 0.01;
 
+/// Half the side of a picture's inner square, in heights: what fits into it does not touch the picture's border.
+const INNER: f64 = 0.45;
+
+/// A pivot farther away than this many radii of the site belongs to nothing that is seen of it.
+const FARTHEST_SHARE: f64 = 4.0;
+/// One that is chosen for want of anything under the pointer is not nearer than this share of the site's radius: turning
+/// would be as fast as looking around.
+const NEAREST_PIVOT_SHARE: f64 = 0.1;
+
 /// Where somebody looks from, and the point that they turn around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
@@ -62,13 +71,18 @@ impl Viewpoint {
         Self { pose: *pose, lens: FrameLens::of(camera), pivot }
     }
 
+    /// Looks along `forward` at a ball in the world, which fills a square picture; its middle is the pivot.
+    pub fn towards(center: DVec3, radius: f64, forward: DVec3, up: DVec3, lens: FrameLens) -> Self {
+        let mut view = Self { pose: facing(center, forward, up), lens, pivot: center };
+        view.show(center, radius);
+        view
+    }
+
     /// From obliquely above, far enough to have all of the ground's ball in a square picture.
     pub fn overview(ground: &Ground, lens: FrameLens) -> Self {
         let level = ground.up.any_orthonormal_vector();
         let forward = (level - 0.5 * ground.up).normalize();
-        let mut view = Self { pose: facing(DVec3::ZERO, forward, ground.up), lens, pivot: ground.center };
-        view.show(ground.center, ground.radius);
-        view
+        Self::towards(ground.center, ground.radius, forward, ground.up, lens)
     }
 
     /// Where it stands, in the world.
@@ -131,6 +145,19 @@ impl Viewpoint {
     /// goes up and over. It stops short of the poles.
     pub fn orbit(&mut self, yaw_rad: f64, pitch_rad: f64, up: DVec3) {
         self.turn_around(self.pivot, yaw_rad, pitch_rad, up);
+    }
+
+    /// Makes sure that the pivot is something one looks at: one behind the camera, beside the picture, or farther than the
+    /// site is large gives way to a point in the middle of the picture, as far as the site's middle.
+    pub fn settle_pivot(&mut self, ground: &Ground) {
+        let depth = self.pose.camera_from_world(self.pivot).z;
+        let in_picture = self.place(self.pivot).is_some_and(|place| place.abs().max_element() <= 1.0);
+        if in_picture && depth <= FARTHEST_SHARE * ground.radius {
+            return;
+        }
+        let away = self.position().distance(ground.center);
+        let depth = away.clamp(NEAREST_PIVOT_SHARE * ground.radius, FARTHEST_SHARE * ground.radius);
+        self.pivot = self.pose.world_from_camera(DVec3::Z * depth);
     }
 
     /// Looks around from where it stands: `yaw_rad` to the left, `pitch_rad` up.
@@ -210,6 +237,19 @@ impl Viewpoint {
         let position = center - self.forward() * (radius / half.sin());
         self.pose.translation = -(self.pose.rotation * position);
         self.pivot = center;
+    }
+
+    /// Goes back or forth, without turning, until points of the world just fit into the picture's inner square.
+    pub fn hold(&mut self, points: &[DVec3]) {
+        let [focal_x, focal_y] = self.lens.focal;
+        let needed = |point: &DVec3| {
+            let DVec3 { x, y, z } = self.pose.camera_from_world(*point);
+            (focal_x * x.abs()).max(focal_y * y.abs()) / INNER - z
+        };
+        let back = points.iter().map(needed).fold(f64::NEG_INFINITY, f64::max);
+        if back.is_finite() {
+            self.pose.translation += DVec3::Z * back;
+        }
     }
 
     /// Turns about its axis until the horizon is level.
@@ -299,6 +339,21 @@ mod tests {
         let forward = view.forward();
         let pole = |_, ray: DVec3| Some(if ray.dot(forward) > 1.0 - 1e-9 { 0.5 } else { 8.0 });
         assert!((view.ahead(&ground, pole) - 8.0 * (0.5f64 / 8.0).powf(1.0 / 9.0)).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_pivot_that_nobody_looks_at_gives_way_to_one_in_the_middle_of_the_picture() {
+        let mut seen = view();
+        let kept = seen;
+        seen.settle_pivot(&ground());
+        assert_eq!(seen, kept);
+        for pivot in [kept.position() - kept.forward(), kept.position() + kept.forward() * 1e4] {
+            let mut lost = Viewpoint { pivot, ..kept };
+            lost.settle_pivot(&ground());
+            assert!((px(&lost, lost.pivot) - DVec2::new(320.0, 240.0)).length() < 1e-6);
+            assert!((lost.distance() - kept.position().length()).abs() < 1e-9, "as far as the middle");
+            assert_eq!(lost.pose, kept.pose, "nothing jumps");
+        }
     }
 
     #[test]

@@ -110,6 +110,9 @@ pub enum Shown {
     Item,
     /// How many photos serve the point.
     Coverage,
+    /// Where what is seen comes from: each origin in a colour of its own ([`super::legend::Origin`]), mixed as the
+    /// photos are blended.
+    Provenance,
 }
 
 /// Which exposure a picture has.
@@ -143,6 +146,8 @@ pub struct Shot {
     pub exposure: Exposure,
     /// Surfaces are shown with their relief, else flat as they were modelled.
     pub relief: bool,
+    /// Backs of faces ([`super::sides`]) are surfaces like all others; else they are not there.
+    pub backs: bool,
     /// Photos that must not take part (those that are to be predicted).
     pub without: Vec<PhotoId>,
 }
@@ -158,6 +163,7 @@ impl Shot {
             shown: Shown::default(),
             exposure: Exposure::default(),
             relief: true,
+            backs: true,
             without: Vec::new(),
         }
     }

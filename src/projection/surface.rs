@@ -2,6 +2,8 @@
 
 use glam::DVec3;
 
+use super::Sources;
+use super::sides::{Side, Sides};
 use crate::geometry::bvh::Bvh;
 use crate::scene::{FaceId, Model};
 
@@ -10,6 +12,8 @@ use crate::scene::{FaceId, Model};
 pub struct Surface {
     tree: Bvh,
     face_of: Vec<FaceId>,
+    /// Where nothing is known of what serves faces, no side is a back.
+    sides: Sides,
 }
 
 /// Where a ray meets the model.
@@ -34,7 +38,17 @@ impl Surface {
                 face_of.push(face);
             }
         }
-        Self { tree: Bvh::new(triangles), face_of }
+        Self { tree: Bvh::new(triangles), face_of, sides: Sides::default() }
+    }
+
+    /// The same, which knows backs of faces from what serves them.
+    pub fn with_backs(self, model: &Model, sources: &Sources) -> Self {
+        Self { sides: Sides::of(model, sources), ..self }
+    }
+
+    /// Which sides of faces are backs.
+    pub fn sides(&self) -> &Sides {
+        &self.sides
     }
 
     /// The first face that the ray `origin + t direction`, t > 0, meets, from either side.
@@ -43,18 +57,43 @@ impl Surface {
         Some(self.hit(t, triangle))
     }
 
-    /// The face that owns what is seen along a ray: of those within the share `tolerance` of the nearest
-    /// depth, the last in the model file.
-    pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64) -> Option<Hit> {
-        let (nearest, _) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
+    /// The first face that the ray meets and that is seen: with `backs` any, else not one whose back is met.
+    pub fn first_seen(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<Hit> {
+        let first = self.nearest(origin, direction)?;
+        if backs || !self.is_back(&first, direction) {
+            return Some(first);
+        }
+        let mut found: Option<(f64, u32)> = None;
+        self.tree.each_hit(origin, direction, f64::INFINITY, |t, triangle| {
+            let nearer = found.is_none_or(|(other, _)| t < other);
+            if nearer && !self.is_back(&self.hit(t, triangle), direction) {
+                found = Some((t, triangle));
+            }
+        });
+        found.map(|(t, triangle)| self.hit(t, triangle))
+    }
+
+    /// The face that owns what is seen along a ray, as [`Self::first_seen`] has it: of those within the share
+    /// `tolerance` of the nearest depth, the last in the model file.
+    pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64, backs: bool) -> Option<Hit> {
+        let nearest = self.first_seen(origin, direction, backs)?.t;
         let mut last: Option<(u32, f64)> = None;
         self.tree.each_hit(origin, direction, nearest * (1.0 + tolerance), |t, triangle| {
-            if last.is_none_or(|(other, _)| triangle > other) {
+            let is_seen = || backs || !self.is_back(&self.hit(t, triangle), direction);
+            if last.is_none_or(|(other, _)| triangle > other) && is_seen() {
                 last = Some((triangle, t));
             }
         });
         // Triangles lie in the order of faces.
         last.map(|(triangle, t)| self.hit(t, triangle))
+    }
+
+    /// Whether a ray in this direction meets a back there. Triangles are wound as their faces are.
+    fn is_back(&self, hit: &Hit, direction: DVec3) -> bool {
+        let first = self.face_of.partition_point(|other| *other < hit.face);
+        let [a, b, c] = self.tree.triangles()[first + hit.triangle as usize];
+        let along = (b - a).cross(c - a).dot(direction);
+        self.sides.is_back(hit.face, if along > 0.0 { Side::Back } else { Side::Front })
     }
 
     fn hit(&self, t: f64, triangle: u32) -> Hit {
@@ -90,7 +129,7 @@ mod tests {
         m.object("behind").screen(5.01, [-2.0, -2.0, 2.0, 2.0]);
         let model = m.finish();
         let surface = Surface::of(&model);
-        let owner = |x: f64| surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4).unwrap().face;
+        let owner = |x: f64| surface.owner(DVec3::ZERO, DVec3::new(x, 0.01, 1.0), 1e-4, true).unwrap().face;
         assert_eq!(model.face_name(owner(0.1)), "window[0]");
         assert_eq!(model.face_name(owner(0.3)), "wall[0]");
     }

@@ -3,9 +3,9 @@
 use std::path::Path;
 
 use super::layer_pixels::{layer_pixels, unfilled_pixels};
+use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
-use crate::document::stack::origins;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
@@ -14,6 +14,7 @@ use crate::io::layered::raster::in_8_bits;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
 use crate::projection::hatching::Mask;
+use crate::projection::legend::{CONFIDENCE, Origin, colour_at};
 use crate::task::Task;
 
 /// What is shown of a layer.
@@ -46,12 +47,6 @@ pub struct LayerView {
     pub legend: Legend,
 }
 
-/// The photo's own texels, in both maps.
-const PHOTO: [u8; 3] = [0x5b, 0x8d, 0xb8];
-/// What was painted.
-const PAINTED: [u8; 3] = [0xf2, 0xb1, 0x34];
-/// What was invented.
-const INVENTED: [[u8; 3]; 2] = [[0xc8, 0x5c, 0x8e], [0x8a, 0x5b, 0xa6]];
 /// Other photos, in turn.
 const OTHERS: [[u8; 3]; 8] = [
     [0x66, 0xa6, 0x1e],
@@ -63,10 +58,6 @@ const OTHERS: [[u8; 3]; 8] = [
     [0x9a, 0xb9, 0x73],
     [0x73, 0x70, 0xb3],
 ];
-/// Colours of confidence from none to full, equally far apart.
-const CONFIDENCE: [[u8; 3]; 4] =
-    [[0x7a, 0x1f, 0x2e], [0xd8, 0x74, 0x3a], [0xe9, 0xd2, 0x6a], [0x4f, 0xa3, 0x6b]];
-
 /// The image layer `layer` of `stack`, which belongs to the project in the folder `project`.
 ///
 /// # Errors
@@ -169,20 +160,21 @@ impl Files<'_> {
             filled.for_each(|(trust, grey)| *trust = Some(grey.min(255) as u8));
         }
         self.painted(paint)?.into_iter().for_each(|at| trust[at] = Some(u8::MAX));
-        let colour = |trust: &Option<u8>| trust.map(|trust| ramp(f32::from(trust) / 255.0));
+        let colour = |trust: &Option<u8>| trust.map(|trust| colour_at(CONFIDENCE, f32::from(trust) / 255.0));
         let picture = self.picture(trust.iter().map(colour));
         let names = ["none", "a third", "two thirds", "full"];
         let third = |trust: &Option<u8>| trust.map(|trust| (f32::from(trust) / 85.0).round() as usize);
         let count = |at: usize| trust.iter().filter(|trust| third(trust) == Some(at)).count() as u64;
         let legend = names.into_iter().zip(CONFIDENCE).enumerate();
-        Ok((picture, legend.map(|(at, (name, colour))| (name.to_owned(), colour, count(at))).collect()))
+        Ok((picture, legend.map(|(at, (name, colour))| (name.to_owned(), *colour, count(at))).collect()))
     }
 
     fn provenance(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
         let layer = &self.stack.image_layers[self.layer];
+        let entry = |name: &str, origin: Origin| (name.to_owned(), origin.colour());
         let names = self.stack.fill.as_ref().map_or(&[][..], |fill| &fill.origins);
         let mut entries =
-            vec![(String::new(), [0; 3]), ("this photo".to_owned(), PHOTO), ("paint".to_owned(), PAINTED)];
+            vec![(String::new(), [0; 3]), entry("this photo", Origin::Photo), entry("paint", Origin::Paint)];
         let first = entries.len() as u16;
         entries.extend(names.iter().enumerate().map(|(at, name)| origin(name, at)));
         let mut from: Numbered = self.visible(needed)?.into_iter().map(u16::from).collect();
@@ -207,26 +199,13 @@ impl Files<'_> {
     }
 }
 
-/// An origin of fillings in words, with its colour; `at` is its number.
+/// An origin of fillings in words, with its colour; `at` is its number. Other photos are told apart here.
 fn origin(name: &str, at: usize) -> (String, [u8; 3]) {
-    match name {
-        origins::NONE => (String::new(), [0; 3]),
-        origins::PAINTED => ("paint".into(), PAINTED),
-        origins::EXEMPLAR => ("invented by example".into(), INVENTED[0]),
-        origins::DIFFUSED => ("invented by diffusion".into(), INVENTED[1]),
-        photo => (photo.to_owned(), OTHERS[at % OTHERS.len()]),
+    match origin_of(name) {
+        Origin::Photo => (String::new(), [0; 3]),
+        Origin::OtherPhoto => (name.to_owned(), OTHERS[at % OTHERS.len()]),
+        origin => (origin.name().to_owned(), origin.colour()),
     }
-}
-
-/// The colour of a confidence, 0 to 1.
-fn ramp(trust: f32) -> [u8; 3] {
-    let place = trust.clamp(0.0, 1.0) * (CONFIDENCE.len() - 1) as f32;
-    let below = (place as usize).min(CONFIDENCE.len() - 2);
-    let share = place - below as f32;
-    let mix = |i: usize| {
-        f32::from(CONFIDENCE[below][i]) * (1.0 - share) + f32::from(CONFIDENCE[below + 1][i]) * share
-    };
-    [0, 1, 2].map(|i| mix(i).round() as u8)
 }
 
 #[cfg(test)]
@@ -234,8 +213,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn confidence_runs_through_its_colours_and_origins_are_told_apart() {
-        assert_eq!([ramp(0.0), ramp(1.0 / 3.0), ramp(1.0)], [CONFIDENCE[0], CONFIDENCE[1], CONFIDENCE[3]]);
+    fn origins_are_told_apart() {
         assert_eq!(origin("[exemplar]", 2).0, "invented by example");
         assert_ne!(origin("a.jpg", 4).1, origin("b.jpg", 5).1);
     }

@@ -22,6 +22,7 @@ pub mod masks;
 pub mod named;
 pub mod objects;
 pub mod open;
+pub mod origins;
 pub mod paint;
 pub mod peel;
 mod photo_plan;

@@ -6,15 +6,17 @@ use std::sync::Arc;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::open::Opened;
+use super::origins::SheetOrigins;
 use super::relief::SiteRelief;
 use super::sheets::SheetFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::Stack;
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Loaded, Renderer, TextureOptions, TileStore};
+use crate::gpu::{Gpu, Loaded, Renderer, Sliced, TextureOptions, TileStore};
 use crate::io::stack_store::StackStore;
-use crate::projection::{Gains, PhotoId, Picture, Renders, Shot};
+use crate::projection::surface::Surface;
+use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown};
 use crate::task::Task;
 
 /// How a project is shown.
@@ -49,7 +51,11 @@ pub struct Preview {
     without: Vec<PhotoId>,
     /// What all pictures lack: whole stacks, paint.
     problems: Vec<String>,
+    textures: TextureOptions,
 }
+
+/// Origins have no detail: with this share of the texture memory they are as sharp as they need to be.
+const ORIGINS_SHARE: u64 = 4;
 
 /// The renderer of an opened project. Photos without a stack serve nothing, with a note; those whose
 /// stack is older than the project do, with a note; one that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the first time, and
@@ -75,7 +81,16 @@ pub fn open(
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
     let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
+    Ok(Preview {
+        renderer,
+        store,
+        photos,
+        files,
+        relief,
+        without: Vec::new(),
+        problems,
+        textures: options.textures,
+    })
 }
 
 /// Estimates gains and relief and puts them into `cache/`, so that the first picture need not wait for
@@ -130,6 +145,7 @@ impl Preview {
         let places: Vec<usize> = photos.iter().filter_map(place).collect();
         let (files, changed) = self.files.repainted(&self.store, &places)?;
         self.files = files;
+        self.renderer.set_origins(None)?;
         self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
     }
 
@@ -151,6 +167,42 @@ impl Preview {
         self.problems.iter().cloned().chain((unreadable > 0).then(problem)).collect()
     }
 
+    /// The model as rays meet it, and as it is drawn.
+    pub fn surface(&self) -> Arc<Surface> {
+        self.renderer.surface()
+    }
+
+    /// Begins a picture in slices, between which others can be drawn.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    pub fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        self.renderer.begin(shot)
+    }
+
+    /// Draws the next slice; whether the picture is whole.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    pub fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.make_ready(sliced.shot(), task)?;
+        self.renderer.advance(sliced, task)
+    }
+
+    /// What the shot needs besides what all shots do.
+    fn make_ready(&mut self, shot: &Shot, task: &Task) -> Result<()> {
+        if shot.relief {
+            self.leave_out(&shot.without, task)?;
+        }
+        if shot.shown == Shown::Provenance && !self.renderer.has_origins() {
+            let budget_bytes = self.textures.budget_bytes / ORIGINS_SHARE;
+            let options = TextureOptions { budget_bytes, ..self.textures };
+            self.renderer.set_origins(Some((Arc::new(SheetOrigins(self.files.clone())), options)))?;
+        }
+        Ok(())
+    }
+
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
         let Some(relief) = self.relief.as_mut().filter(|_| self.without != photos) else { return Ok(()) };
         let relief = task.timed("relief", || relief.without(photos, task))?;
@@ -162,9 +214,7 @@ impl Preview {
 
 impl Renders for Preview {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        if shot.relief {
-            self.leave_out(&shot.without, task)?;
-        }
+        self.make_ready(shot, task)?;
         self.renderer.picture(shot, task)
     }
 

@@ -36,6 +36,8 @@ pub struct Look {
     pub exposure: Exposure,
     /// Surfaces are flat, without the relief that the photos tell.
     pub flat: bool,
+    /// Backs of faces, which no photo serves, are not there.
+    pub without_backs: bool,
     /// Photos that must not take part.
     pub without: Vec<PhotoId>,
 }
@@ -49,6 +51,7 @@ impl Look {
             shown: self.shown,
             exposure: self.exposure,
             relief: !self.flat,
+            backs: !self.without_backs,
             without: self.without.clone(),
             ..Shot::new(camera, pose)
         }

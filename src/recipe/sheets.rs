@@ -4,6 +4,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::layer_pixels::shown;
+use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
 use crate::document::paint::Patch;
@@ -13,6 +14,7 @@ use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
+use crate::projection::legend::Origin;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
 use crate::projection::{SheetId, SheetPixels, Texels};
 
@@ -51,6 +53,9 @@ struct SheetFile {
 struct FilledFiles {
     colours: PathBuf,
     confidence: PathBuf,
+    provenance: PathBuf,
+    /// What its numbers stand for.
+    origins: Arc<[Origin]>,
     /// Paint of other photos, over what the photo shows.
     spread: Option<PathBuf>,
 }
@@ -63,12 +68,16 @@ impl SheetFiles {
         let stacks = stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
         let files = stacks.flat_map(|(photo, stack)| {
             let folder = store.folder(&stack.photo.name);
+            let names = stack.fill.iter().flat_map(|fill| &fill.origins);
+            let origins: Arc<[Origin]> = names.map(|name| origin_of(name)).collect();
             stack.image_layers.iter().enumerate().map(move |(place, layer)| SheetFile {
                 texels: folder.join(&layer.file),
                 needed: folder.join(&layer.needed_file),
                 filled: layer.fill.as_ref().filter(|_| filled).map(|fill| FilledFiles {
                     colours: folder.join(&fill.filled_file),
                     confidence: folder.join(&fill.confidence_file),
+                    provenance: folder.join(&fill.provenance_file),
+                    origins: origins.clone(),
                     spread: fill.spread_file.as_ref().map(|file| folder.join(file)),
                 }),
                 rect: layer.rect,
@@ -122,6 +131,49 @@ impl SheetFiles {
         paint.flat_map(|paint| paint.damaged().iter().cloned()).collect()
     }
 
+    /// Where the texels of a sheet come from, in the part `rect` of it (photo pixels), row by row: as
+    /// [`Texels::sheet`] has their colours.
+    ///
+    /// # Errors
+    /// Those of [`Texels::sheet`].
+    pub fn origins(&self, sheet: SheetId, rect: PixelRect) -> Result<Vec<Origin>> {
+        let file = self.file(sheet)?;
+        let mut origins = vec![Origin::Photo; rect.area() as usize];
+        if file.needed_rect.is_empty() || rect.is_empty() {
+            return Ok(origins);
+        }
+        if let Some(filled) = &file.filled {
+            let texels = read_layer(&file.texels, file.rect, rect)?;
+            let confidence = read_grey(&filled.confidence, file.rect, rect)?;
+            let numbers = read_grey(&filled.provenance, file.rect, rect)?;
+            let filling = texels.as_chunks::<4>().0.iter().zip(confidence).zip(numbers);
+            for (origin, ((texel, confidence), number)) in origins.iter_mut().zip(filling) {
+                if texel[3] == 0 && confidence > 0 {
+                    *origin = filled.origins.get(usize::from(number)).copied().unwrap_or(Origin::OtherPhoto);
+                }
+            }
+            if let Some(spread) = &filled.spread {
+                let colours = read_layer(spread, file.rect, rect)?;
+                let laid = origins.iter_mut().zip(colours.as_chunks::<4>().0);
+                laid.filter(|(_, colour)| colour[3] > 0).for_each(|(origin, _)| *origin = Origin::Propagated);
+            }
+        }
+        if let Some(Some(Painted { stack, paint })) = self.painted.get(file.photo) {
+            for (x, y, colour) in paint.on(stack, file.layer)?.iter() {
+                let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
+                if inside && shown(colour)[3] > 0 {
+                    origins[(y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize] = Origin::Paint;
+                }
+            }
+        }
+        Ok(origins)
+    }
+
+    fn file(&self, sheet: SheetId) -> Result<&SheetFile> {
+        let file = self.files.get(sheet.0 as usize);
+        file.ok_or_else(|| Error::Request(format!("there is no image layer {}", sheet.0)))
+    }
+
     /// How many sheets there are.
     pub fn len(&self) -> usize {
         self.files.len()
@@ -135,8 +187,7 @@ impl SheetFiles {
 
 impl Texels for SheetFiles {
     fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
-        let file = self.files.get(sheet.0 as usize);
-        let file = file.ok_or_else(|| Error::Request(format!("there is no image layer {}", sheet.0)))?;
+        let file = self.file(sheet)?;
         // What the photo shows beside the layer's outlines is of use, too.
         let rect = file.needed_rect.grown(1).intersection(&file.rect);
         if file.needed_rect.is_empty() || rect.is_empty() {

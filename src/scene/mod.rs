@@ -1,6 +1,7 @@
 //! What was photographed: photos with their cameras, and the model. Immutable and shared.
 
 pub mod builder;
+pub mod edges;
 pub mod light;
 pub mod model;
 pub mod photo;
@@ -9,6 +10,7 @@ pub mod resample;
 pub mod synthetic;
 
 pub use builder::{FaceFlaw, ModelBuilder};
+pub use edges::Edges;
 pub use model::{Face, FaceId, Model, Object, ObjectId};
 pub use photo::{Photo, Site, SparsePoint};
 pub use pixels::{PhotoPixels, Samples};

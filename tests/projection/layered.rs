@@ -77,7 +77,7 @@ fn unhidden(bench: &Bench, shot: &Shot) -> Vec<bool> {
     let photo = &bench.site.photos[0];
     let owner = |camera: &quadratura::geometry::Pinhole, pose: &quadratura::geometry::Pose, px: DVec2| {
         let direction = pose.rotation.transpose() * camera.ray_in_camera(px);
-        let hit = surface.owner(pose.center_in_world(), direction, 1e-4)?;
+        let hit = surface.owner(pose.center_in_world(), direction, 1e-4, true)?;
         Some((hit.face, pose.center_in_world() + direction * hit.t))
     };
     // Around, in pixels, 5 x 5: as far as a bilinear lookup, a sample of the pixel and rounding reach.

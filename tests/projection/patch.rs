@@ -49,7 +49,7 @@ impl Patch {
         let scale = (2.0_f64).powf(dice.between(-1.0, 2.0));
         let eye = view.viewpoint();
         let ray = (view.pose.rotation.transpose() * view.camera.ray_in_camera(px)).normalize();
-        let hit = surface.owner(eye, ray, 1e-4)?;
+        let hit = surface.owner(eye, ray, 1e-4, true)?;
         let face = model.face(hit.face);
         // Where relief is the same height all over, no point is held back (it is from a cosine of 0.1 on).
         if !face.planar || face.plane.normal.dot(ray).abs() < 0.2 {

@@ -3,11 +3,13 @@
 use std::sync::Arc;
 
 use quadratura::geometry::Pinhole;
+use quadratura::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::projection::relief::Relief;
-use quadratura::projection::{Mode, Quality, Shot};
-use quadratura::scene::synthetic::{Dice, Scene, random};
+use quadratura::projection::{Mode, Quality, Renders, Shot, Shown};
+use quadratura::scene::synthetic::{Dice, Scene, look_at, random};
+use quadratura::task::Task;
 
-use crate::bench::Bench;
+use crate::bench::{Bench, apart};
 use crate::gpu_twin::{Difference, difference, hills};
 use crate::shoot::Shoot;
 
@@ -92,4 +94,85 @@ fn the_gpu_and_its_twin_show_faces_that_are_pinned_to_a_photo_alike() {
 fn the_gpu_and_its_twin_show_reliefs_of_random_scenes_alike() {
     let scenes = (11..=13).flat_map(|seed| [random::soup(seed, 24), random::boxes(seed, 8)]);
     compare(scenes, 0.0, |bench| hills(&bench.site.model), "reliefs");
+}
+
+/// The same view from the other side of what the photos look at.
+fn from_behind(shot: Shot, scene: &Scene) -> Shot {
+    let target = scene.pose.world_from_camera(glam::DVec3::Z * SHOOT.depth);
+    Shot { pose: look_at(2.0 * target - shot.viewpoint(), target), ..shot }
+}
+
+#[test]
+fn the_gpu_and_its_twin_leave_the_same_backs_out() {
+    let scenes = (31..=36).map(|seed| random::soup(seed, 24));
+    let (mut all, mut left_out) = (Difference::default(), 0);
+    for (seed, scene) in (1..).zip(scenes) {
+        let mut dice = Dice::new(seed);
+        let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+        let (mut gpu, mut twin) = (bench.renderer(&Relief::default()), bench.twin(&Relief::default()));
+        let with = from_behind(view(&scene, &mut dice), &scene);
+        let without = Shot { backs: false, ..with.clone() };
+        all += difference(&mut gpu, &mut twin, &without);
+        let task = Task::silent();
+        let (with, without) = (gpu.faces(&with, &task).unwrap(), gpu.faces(&without, &task).unwrap());
+        left_out += with.iter().zip(&without).filter(|(with, without)| with != without).count();
+    }
+    println!("without backs: {all}; {left_out} pixels show something else");
+    assert!(left_out > 500, "there are backs in the views: {left_out}");
+    assert!(all.flipped < 1e-3 * all.pixels && all.far < 1e-3 * all.inside, "{all}");
+}
+
+#[test]
+fn a_picture_in_slices_is_the_picture() {
+    let scene = random::boxes(41, 8);
+    let mut dice = Dice::new(1);
+    let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+    let mut gpu = bench.renderer(&Relief::default());
+    let mut shot = view(&scene, &mut dice);
+    // Five times as large: several slices.
+    let camera = &mut shot.camera;
+    (camera.width, camera.height) = (camera.width * 5, camera.height * 5);
+    [&mut camera.fx, &mut camera.fy, &mut camera.cx, &mut camera.cy]
+        .into_iter()
+        .for_each(|value| *value *= 5.0);
+    let whole = gpu.picture(&shot, &Task::silent()).unwrap();
+    let (mut sliced, mut slices) = (gpu.begin(&shot).unwrap(), 1);
+    while !gpu.advance(&mut sliced, &Task::silent()).unwrap() {
+        // Whatever is drawn between two slices.
+        gpu.picture(&view(&scene, &mut Dice::new(9)), &Task::silent()).unwrap();
+        slices += 1;
+    }
+    let sliced = sliced.picture();
+    assert!(slices > 1 && (sliced.width, sliced.height) == (whole.width, whole.height));
+    let pairs = sliced.rgba.chunks(4).zip(whole.rgba.chunks(4));
+    let far = pairs.filter(|(a, b)| a[3] != b[3] || apart(a, b) > 1).count();
+    println!("{slices} slices: {far} of {} pixels differ by more than a step", whole.rgba.len() / 4);
+    assert!(far * 1000 <= whole.rgba.len() / 4, "{far}");
+}
+
+#[test]
+fn colours_of_photos_and_ramps_are_those_of_the_legend() {
+    let scene = random::boxes(42, 6);
+    let mut dice = Dice::new(2);
+    let Some(bench) = bench(scene.clone(), &mut dice) else { return };
+    let mut gpu = bench.renderer(&Relief::default());
+    let mut shot = Shot { quality: Quality::Preview, ..view(&scene, &mut dice) };
+    let photos: Vec<[u8; 3]> = (0..7).map(colour_of_number).collect();
+    let ramp = |ramp| (0..=1000).map(|i| colour_at(ramp, i as f32 / 1000.0)).collect::<Vec<_>>();
+    let expected = [
+        (Shown::BestPhoto, photos),
+        // A photo may serve a place twice, where pieces of a face meet.
+        (Shown::Coverage, (1..=14).map(|n: u8| colour_at(COVERAGE, f32::from(n).log2() / 3.0)).collect()),
+        (Shown::Density, ramp(DENSITY)),
+        (Shown::Confidence, ramp(CONFIDENCE)),
+    ];
+    for (shown, colours) in expected {
+        shot.shown = shown;
+        let picture = gpu.picture(&shot, &Task::silent()).unwrap();
+        let served: Vec<_> = picture.rgba.as_chunks::<4>().0.iter().filter(|pixel| pixel[3] == 255).collect();
+        assert!(served.len() > 500, "{shown:?}: {}", served.len());
+        let told = |pixel: &[u8; 4]| colours.iter().any(|colour| apart(pixel, colour) <= 2);
+        let untold = served.iter().filter(|pixel| !told(pixel)).count();
+        assert_eq!(untold, 0, "{shown:?}: of {}", served.len());
+    }
 }

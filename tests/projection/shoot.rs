@@ -57,7 +57,7 @@ fn taken(surface: &Surface, camera: &Pinhole, pose: &Pose, shade: [f64; 3]) -> R
     let pixel = |i: u32| {
         let px = DVec2::new(f64::from(i % camera.width) + 0.5, f64::from(i / camera.width) + 0.5);
         let (eye, ray) = (pose.center_in_world(), pose.rotation.transpose() * camera.ray_in_camera(px));
-        let face = surface.owner(eye, ray, 1e-4).map(|hit| hit.face);
+        let face = surface.owner(eye, ray, 1e-4, true).map(|hit| hit.face);
         let own = colour(face, px);
         let byte = |c: usize| (own[c] + shade[c]).round().clamp(0.0, 255.0) as u8;
         [byte(0), byte(1), byte(2), 255]

@@ -28,7 +28,7 @@ pub struct FrameUniform {
     pub cell_px: u32,
     pub reach: f32,
     pub relief: f32,
-    pub pad0: u32,
+    pub backs: u32,
 }
 
 impl FrameUniform {
@@ -53,7 +53,7 @@ impl FrameUniform {
             cell_px,
             reach: 1.0 + TOLERANCE,
             relief: f32::from(u8::from(shot.relief)),
-            pad0: 0,
+            backs: u32::from(shot.backs),
         }
     }
 }

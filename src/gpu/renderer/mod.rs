@@ -7,6 +7,7 @@ mod frame;
 mod heights;
 mod program;
 mod project;
+mod sliced;
 mod surfaces;
 mod table;
 mod tables;
@@ -20,6 +21,8 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
+pub use sliced::Sliced;
+
 use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
@@ -29,14 +32,15 @@ use target::Target;
 
 use super::TileStore;
 use super::device::Gpu;
-use crate::error::Result;
+use super::tile_store::TextureOptions;
+use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::cells::{Cells, Confidence, cells};
 use crate::projection::exposure::{Optics, seen_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Sources};
+use crate::projection::{Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, Sources, Texels};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -53,8 +57,10 @@ pub struct Renderer {
     /// Some face is pinned to a photo.
     pins: bool,
     gains: Gains,
-    surface: Surface,
+    surface: Arc<Surface>,
     tiles: TileStore,
+    /// Where the sheets' texels come from, as colours; once somebody told.
+    origins: Option<TileStore>,
     surfaces: Surfaces,
     heights: Heights,
     tables: Tables,
@@ -76,7 +82,8 @@ impl Renderer {
         tiles: TileStore,
     ) -> Result<Self> {
         gpu.guarded("preparing the renderer", || {
-            let surfaces = Surfaces::new(gpu, &model, &sources);
+            let surface = Surface::of(&model).with_backs(&model, &sources);
+            let surfaces = Surfaces::new(gpu, &model, &sources, surface.sides());
             Ok(Self {
                 heights: Heights::new(gpu, &model, relief, surfaces.origin()),
                 surfaces,
@@ -84,19 +91,50 @@ impl Renderer {
                 passes: Passes::new(gpu, &sources),
                 targets: BTreeMap::new(),
                 gpu: gpu.clone(),
-                surface: Surface::of(&model),
+                surface: surface.into(),
                 model,
                 pins: sources.servers.iter().any(|server| server.pinned),
                 sources,
                 gains,
                 tiles,
+                origins: None,
             })
         })
+    }
+
+    /// The model as rays meet it, and as it is drawn.
+    pub fn surface(&self) -> Arc<Surface> {
+        self.surface.clone()
     }
 
     /// The sheets' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
+    }
+
+    /// What [`Shown::Provenance`] shows: sheets in the colours of their texels' origins. None: nobody knows, and texture
+    /// memory for it is given back.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
+    pub fn set_origins(&mut self, origins: Option<(Arc<dyn Texels>, TextureOptions)>) -> Result<()> {
+        let store = |(texels, options)| TileStore::new(&self.gpu, &self.sources, texels, options);
+        self.origins = origins.map(store).transpose()?;
+        Ok(())
+    }
+
+    /// Somebody told where texels come from.
+    pub fn has_origins(&self) -> bool {
+        self.origins.is_some()
+    }
+
+    /// The texels that a shot shows.
+    fn store(&self, shot: &Shot) -> &TileStore {
+        self.origins.as_ref().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&self.tiles)
+    }
+
+    fn store_mut(&mut self, shot: &Shot) -> &mut TileStore {
+        self.origins.as_mut().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&mut self.tiles)
     }
 
     /// The same, to change them.
@@ -123,30 +161,70 @@ impl Renderer {
 
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
+        if shot.shown == Shown::Provenance {
+            // Colours that stand for something have no exposure.
+            return vec![[1.0; 3]; self.sources.photos.len()];
+        }
         let shares = || seen_shares(shot, &self.model, &self.sources, &self.surface, cells);
         let factors = self.gains.factors(shot, shares);
         factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
     }
 
-    fn cells(&self, shot: &Shot, confidence: &impl Confidence) -> Cells {
-        let side = shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX);
-        let heights: &[f64] = if shot.relief { &self.heights.largest } else { &[] };
-        cells(&self.model, &self.sources, shot, side, heights, confidence)
+    /// Side of a cell of the shot, in pixels.
+    fn cell_px(&self, shot: &Shot) -> u32 {
+        shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX)
     }
 
-    /// Brings tables and tiles up to the shot; says whether there are optics to undo.
-    fn prepare(&mut self, shot: &Shot, task: &Task) -> Result<bool> {
-        let cells = task.timed("cells", || self.cells(shot, &self.tiles));
+    fn cells(&self, shot: &Shot, side_px: u32, confidence: &impl Confidence) -> Cells {
+        let heights: &[f64] = if shot.relief { &self.heights.largest } else { &[] };
+        cells(&self.model, &self.sources, shot, side_px, heights, confidence)
+    }
+
+    /// Brings tables and tiles up to the shot; says whether there are optics to undo. `factors` are those of a
+    /// picture that the shot is a part of.
+    fn prepare(
+        &mut self,
+        shot: &Shot,
+        side_px: u32,
+        factors: Option<&[[f32; 3]]>,
+        task: &Task,
+    ) -> Result<bool> {
+        let cells = task.timed("cells", || self.cells(shot, side_px, self.store(shot)));
         task.go_on()?;
         let wanted = wants(&cells, &self.sources);
-        task.timed("tiles", || self.tiles.load(&wanted, task))?;
-        let factors = self.factors(shot, &cells);
+        task.timed("tiles", || self.store_mut(shot).load(&wanted, task))?;
+        let factors = factors.map_or_else(|| self.factors(shot, &cells), <[_]>::to_vec);
         let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
-        let optics: Vec<Optics> = photos.map(|photo| self.gains.optics(shot, photo)).collect();
+        let of_photo = |photo| match shot.shown {
+            Shown::Provenance => Optics::default(),
+            _ => self.gains.optics(shot, photo),
+        };
+        let optics: Vec<Optics> = photos.map(of_photo).collect();
         let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
         let content = Content { shot, cells: &cells, factors, optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(optics.iter().any(|optics| *optics != Optics::default()))
+    }
+
+    /// The picture of a shot, or of a band of one.
+    fn drawn(
+        &mut self,
+        shot: &Shot,
+        side_px: u32,
+        factors: Option<&[[f32; 3]]>,
+        task: &Task,
+    ) -> Result<Picture> {
+        if shot.shown == Shown::Provenance && self.origins.is_none() {
+            return Err(Error::Request("nobody told the renderer where texels come from".into()));
+        }
+        let gpu = self.gpu.clone();
+        gpu.guarded("drawing a picture", || {
+            let undoes_optics = self.prepare(shot, side_px, factors, task)?;
+            task.timed("draw", || {
+                self.draw(shot, Program::of(shot, undoes_optics, self.pins));
+                self.target(shot, shot.quality == Quality::Final).picture(&gpu)
+            })
+        })
     }
 
     fn draw(&mut self, shot: &Shot, program: Program) {
@@ -161,7 +239,7 @@ impl Renderer {
             surfaces: &self.surfaces,
             heights: &self.heights,
             tables: &self.tables,
-            tiles: &self.tiles,
+            tiles: self.origins.as_ref().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&self.tiles),
             target,
         };
         self.passes.draw(&pass, program);
@@ -170,15 +248,8 @@ impl Renderer {
 
 impl Renders for Renderer {
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
-        let gpu = self.gpu.clone();
-        target::judge(&gpu, shot)?;
-        gpu.guarded("drawing a picture", || {
-            let undoes_optics = self.prepare(shot, task)?;
-            task.timed("draw", || {
-                self.draw(shot, Program::of(shot, undoes_optics, self.pins));
-                self.target(shot, shot.quality == Quality::Final).picture(&gpu)
-            })
-        })
+        target::judge(&self.gpu, shot)?;
+        self.drawn(shot, self.cell_px(shot), None, task)
     }
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {

@@ -2,6 +2,9 @@
 
 use std::fmt::Write;
 
+use crate::projection::legend::{
+    CONFIDENCE, COVERAGE, COVERAGE_DOUBLINGS, DENSITY, DENSITY_OCTAVES, Ramp, linear,
+};
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::{Blend, Mode, Quality, Shot, Shown};
 
@@ -61,8 +64,9 @@ pub fn generated(program: Program) -> String {
         quality == Quality::Preview,
     );
     text.push_str(&slots(photos));
-    text.push_str(shown_color(shown));
-    text.push_str(finished(shown));
+    text.push_str(&ramp_of(shown).map_or(String::new(), ramp));
+    text.push_str(&shown_color(shown));
+    text.push_str(&finished(shown));
     text
 }
 
@@ -106,54 +110,67 @@ fn slots(k: u32) -> String {
     text
 }
 
-/// A colour for a number: hues a golden angle apart.
+/// A colour for a number, as [`crate::projection::legend::colour_of_number`] has it.
 const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
-     let hue = fract(f32(number) * 0.61803399);\n\
+     let hue = fract(f32(number) * 0.618034);\n\
      let wheel = abs(fract(vec3f(hue) + vec3f(0.0, 0.6666667, 0.3333333)) * 6.0 - 3.0) - 1.0;\n\
-     let light = 0.55 + 0.35 * fract(f32(number) * 0.41421356);\n\
+     let light = 0.55 + 0.35 * fract(f32(number) * 0.41421357);\n\
      return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), 0.8) * light + 0.04;\n}\n";
 
-fn shown_color(shown: Shown) -> &'static str {
+/// The ramp that a picture's colours are of.
+fn ramp_of(shown: Shown) -> Option<Ramp> {
     match shown {
-        Shown::Colour | Shown::Confidence | Shown::Coverage | Shown::Item => {
-            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f { return color; }\n"
-        }
-        Shown::Weights | Shown::BestPhoto => {
-            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f { return palette(candidate.y & 0xffffu); }\n"
-        }
-        Shown::Layer => {
-            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f { return palette(candidate.z); }\n"
-        }
-        // Blue: more texels than pixels; white: as many; red: fewer; full at three octaves.
-        Shown::Density => {
-            "fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {\n\
-             let lack = clamp(octaves / 3.0, -1.0, 1.0);\n\
-             return select(mix(vec3f(0.9), vec3f(0.02, 0.1, 0.8), -lack), mix(vec3f(0.9), vec3f(0.8, 0.03, 0.02), lack), lack > 0.0);\n}\n"
-        }
+        Shown::Confidence => Some(CONFIDENCE),
+        Shown::Coverage => Some(COVERAGE),
+        Shown::Density => Some(DENSITY),
+        _ => None,
     }
 }
 
-fn finished(shown: Shown) -> &'static str {
-    match shown {
-        Shown::Item => {
-            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f { return vec4f(palette(face), 1.0); }\n"
-        }
-        Shown::Confidence => {
-            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {\n\
-             return select(UNSERVED, vec4f(vec3f(confident * confident), 1.0), served > 0.0);\n}\n"
-        }
-        // Dark red: one photo; to white: eight and more.
-        Shown::Coverage => {
-            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {\n\
-             let share = clamp(log2(max(served, 1.0)) / 3.0, 0.0, 1.0);\n\
-             let ramp = clamp(vec3f(0.15, 0.0, 0.0) + share * vec3f(2.5, 1.2, 0.6) - vec3f(0.0, 0.25, 0.3), vec3f(0.0), vec3f(1.0));\n\
-             return select(UNSERVED, vec4f(ramp, 1.0), served > 0.0);\n}\n"
-        }
-        _ => {
-            "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {\n\
-             return select(UNSERVED, vec4f(color, 1.0), served > 0.0);\n}\n"
-        }
+/// `ramp`: the colour at a share of a ramp, as [`crate::projection::legend::colour_at`] has it.
+fn ramp(stops: Ramp) -> String {
+    let stop = |colour: [u8; 3]| {
+        let [r, g, b] = linear(colour);
+        format!("vec3f({r:?}, {g:?}, {b:?})")
+    };
+    let mut text = String::from("fn ramp(share: f32) -> vec3f {\n");
+    let _ = writeln!(text, "    let place = clamp(share, 0.0, 1.0) * {:?};", (stops.len() - 1) as f32);
+    let _ = writeln!(text, "    var color = {};", stop(stops[0]));
+    for (before, colour) in stops[1..].iter().enumerate() {
+        let (colour, before) = (stop(*colour), before as f32);
+        let _ = writeln!(text, "    color = mix(color, {colour}, clamp(place - {before:?}, 0.0, 1.0));");
     }
+    text + "    return color;\n}\n"
+}
+
+/// What takes the place of a photo's colour before photos are blended.
+fn shown_color(shown: Shown) -> String {
+    let color = match shown {
+        Shown::Colour | Shown::Confidence | Shown::Coverage | Shown::Item | Shown::Provenance => {
+            "color".into()
+        }
+        Shown::Weights | Shown::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
+        Shown::Layer => "palette(candidate.z)".into(),
+        // `octaves` are missing in the photo.
+        Shown::Density => format!("ramp(0.5 - 0.5 * octaves / {:?})", f64::from(DENSITY_OCTAVES)),
+    };
+    format!("fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {{ return {color}; }}\n")
+}
+
+/// What becomes of the blended colour.
+fn finished(shown: Shown) -> String {
+    let color = match shown {
+        Shown::Item => "vec4f(palette(face), 1.0)".into(),
+        Shown::Confidence => "select(UNSERVED, vec4f(ramp(confident), 1.0), served > 0.0)".into(),
+        Shown::Coverage => format!(
+            "select(UNSERVED, vec4f(ramp(log2(max(served, 1.0)) / {:?}), 1.0), served > 0.0)",
+            f64::from(COVERAGE_DOUBLINGS)
+        ),
+        _ => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
+    };
+    format!(
+        "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {{ return {color}; }}\n"
+    )
 }
 
 /// What stands before all of it.

@@ -9,6 +9,7 @@ use crate::geometry::polygon::fit_plane;
 use crate::gpu::bindings;
 use crate::gpu::device::Gpu;
 use crate::projection::Sources;
+use crate::projection::sides::{Side, Sides};
 use crate::scene::{FaceId, Model};
 
 /// `Corner` of the shader.
@@ -44,13 +45,14 @@ pub struct Surfaces {
 
 impl Surfaces {
     /// All faces in model order, so that of faces at one depth the last is drawn last.
-    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
+    pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &Sides) -> Self {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces) = (Vec::new(), Vec::new());
         for face in model.face_ids() {
             for (plane, triangles) in parts(model, face) {
                 let surface = surfaces.len() as u32;
-                surfaces.push(words(model, face, &plane, origin));
+                surfaces
+                    .push(SurfaceWords { flags: flags(model, face, sides), ..words(face, &plane, origin) });
                 let points = triangles.iter().flatten().map(|&v| model.vertices[v as usize] - origin);
                 corners.extend(points.map(|p| {
                     let (high, low) = split(p);
@@ -95,7 +97,14 @@ fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
     triangles.iter().filter_map(|t| Some((plane_of(t)?, vec![*t]))).collect()
 }
 
-fn words(model: &Model, face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
+/// `FLAG_BILLBOARD`, `FLAG_FRONT_IS_BACK` and `FLAG_BACK_IS_BACK` of the shader.
+fn flags(model: &Model, face: FaceId, sides: &Sides) -> u32 {
+    let billboard = model.object(model.face(face).object).billboard;
+    let [front, back] = [Side::Front, Side::Back].map(|side| sides.is_back(face, side));
+    u32::from(billboard) | u32::from(front) << 1 | u32::from(back) << 2
+}
+
+fn words(face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
     let distance = plane.normal.dot(plane.point - origin);
     let distance_high = distance as f32;
     SurfaceWords {
@@ -103,7 +112,7 @@ fn words(model: &Model, face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWo
         distance_high,
         distance_low: (distance - f64::from(distance_high)) as f32,
         face: face.0,
-        flags: u32::from(model.object(model.face(face).object).billboard),
+        flags: 0,
         pad0: 0,
     }
 }

@@ -12,7 +12,7 @@ use super::program::Program;
 use super::project::{PhotoTable, source};
 use super::surfaces::SurfaceWords;
 use super::tables::{FaceCellsWords, PhotoWords};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
@@ -23,7 +23,7 @@ use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
 use crate::task::Task;
 
-const SHOWN: [Shown; 8] = [
+const SHOWN: [Shown; 9] = [
     Shown::Colour,
     Shown::Weights,
     Shown::BestPhoto,
@@ -32,6 +32,7 @@ const SHOWN: [Shown; 8] = [
     Shown::Layer,
     Shown::Item,
     Shown::Coverage,
+    Shown::Provenance,
 ];
 
 fn picture(mode: Mode, photos: u32, shown: Shown, quality: Quality) -> Program {
@@ -90,7 +91,7 @@ macro_rules! assert_alike {
 fn structs_lie_alike_in_rust_and_in_wgsl() {
     let module = parsed(picture(Mode::Smooth, 4, Shown::Colour, Quality::Final));
     assert_alike!(&module, "Frame", FrameUniform: right focal_x down focal_y forward near center size
-        eye_high density eye_low lambda cell_px reach relief pad0);
+        eye_high density eye_low lambda cell_px reach relief backs);
     assert_alike!(&module, "Surface", SurfaceWords: normal distance_high distance_low face flags pad0);
     assert_alike!(&module, "FaceCells", FaceCellsWords: corner size first pad0);
     assert_alike!(&module, "Photo", PhotoWords: row_x row_y row_z center density size per_border offset gain
@@ -164,4 +165,17 @@ fn pictures_that_the_device_cannot_draw_are_refused_with_what_it_can() {
         }
     }
     assert!(renderer.faces(&shot(4, 4), &Task::silent()).is_ok(), "a refused picture leaves nothing behind");
+}
+
+#[test]
+fn a_lost_device_is_an_error_of_the_gpu_and_no_crash() {
+    // Whoever has no adapter has no device to lose.
+    let Ok(gpu) = Gpu::headless() else { return };
+    let mut renderer = of_nothing(&gpu);
+    renderer.picture(&shot(70, 30), &Task::silent()).unwrap();
+    gpu.device.destroy();
+    for _ in 0..2 {
+        let lost = renderer.picture(&shot(70, 30), &Task::silent());
+        assert!(matches!(lost, Err(Error::Gpu(_))), "{lost:?}");
+    }
 }

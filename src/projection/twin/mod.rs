@@ -63,7 +63,7 @@ impl Twin {
         texels: Arc<dyn Texels>,
         options: PyramidOptions,
     ) -> Self {
-        let surface = Surface::of(&model);
+        let surface = Surface::of(&model).with_backs(&model, &sources);
         Self { model, surface, sources, gains, relief, texels, options, sheets: BTreeMap::new() }
     }
 
@@ -75,7 +75,7 @@ impl Twin {
             .into_par_iter()
             .map(|i| {
                 let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(at(i));
-                self.surface.owner(shot.viewpoint(), direction, TOLERANCE)
+                self.surface.owner(shot.viewpoint(), direction, TOLERANCE, shot.backs)
             })
             .collect()
     }

@@ -3,7 +3,6 @@
 use std::path::Path;
 
 use glam::{DVec2, DVec3};
-use rustc_hash::FxHashSet;
 
 use super::faces::Surface;
 use super::seen::Seen;
@@ -11,7 +10,7 @@ use crate::error::Result;
 use crate::geometry::Pinhole;
 use crate::io::overlay::Overlay;
 use crate::io::photo::read_photo;
-use crate::scene::{FaceId, Model, Photo};
+use crate::scene::{Edges, Model, Photo};
 
 /// Pixels a side of the picture.
 const LONGEST_SIDE: u32 = 2048;
@@ -37,23 +36,16 @@ pub fn draw(model: &Model, surface: &Surface, photo: &Photo, seen: &Seen, path: 
     drop(pixels);
     let longest = photo.camera.width.max(photo.camera.height);
     let stride_px = STRIDE * (f64::from(longest) / f64::from(LONGEST_SIDE)).max(1.0);
+    let edges = Edges::of(model);
     for face in seen.faces.iter().map(|seen| seen.face) {
         let color = color_of(model.face(face).object.0);
-        for [a, b] in edges(model, face) {
+        for &[a, b] in edges.of_face(face) {
             let ends = [a, b].map(|v| photo.pose.camera_from_world(model.vertices[v as usize]));
             let Some(ends) = within_photo(ends, &photo.camera) else { continue };
             draw_edge(&mut overlay, surface, photo, ends, color, stride_px);
         }
     }
     overlay.write(path)
-}
-
-/// The outline's edges, without the bridges to holes, which it runs along twice.
-fn edges(model: &Model, face: FaceId) -> Vec<[u32; 2]> {
-    let ring = model.ring(face);
-    let all = (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]);
-    let directed: FxHashSet<[u32; 2]> = all.clone().collect();
-    all.filter(|&[a, b]| a != b && !directed.contains(&[b, a])).collect()
 }
 
 /// The part of an edge (camera frame) that projects into the photo.

@@ -3,6 +3,7 @@
 
 pub mod canvas;
 mod drawing;
+pub mod sheets;
 
 use std::path::Path;
 

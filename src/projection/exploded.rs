@@ -1,0 +1,139 @@
+//! A photo's image layers pulled apart: sheets that stand in the photo's view, one behind the other by their place in
+//! the stack. On the rays through the photo's pixels they stay where they are, so that from its camera the sheets are
+//! the photo however far they are apart.
+
+use glam::{DVec2, DVec3};
+
+use super::flight::FrameLens;
+use super::navigation::Viewpoint;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+
+/// Where the sheets of a photo stand.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Stand {
+    /// Of the photo, in pixels.
+    pub camera: Pinhole,
+    /// World to camera, of the photo.
+    pub pose: Pose,
+    /// Depth of the nearest sheets, in world units.
+    pub first: f64,
+    /// From one order to the next, as a share of `first`.
+    pub apart: f64,
+}
+
+/// Seen from the side: to the right of the photo's camera and above it, in its frame.
+const ASIDE: DVec3 = DVec3::new(1.0, -0.42, -0.86);
+
+impl Stand {
+    /// Sheets as high as `height` world units, at the nearest.
+    pub fn of_height(camera: Pinhole, pose: Pose, height: f64, apart: f64) -> Self {
+        Self { camera, pose, first: height * camera.fy / f64::from(camera.height), apart }
+    }
+
+    /// Depth of the sheets of an order (0: nearest), in world units before the photo's camera.
+    pub fn depth(&self, order: u32) -> f64 {
+        self.first * (1.0 + self.apart * f64::from(order))
+    }
+
+    /// A photo pixel's place on a sheet, in the world.
+    pub fn point(&self, order: u32, px: DVec2) -> DVec3 {
+        self.pose.world_from_camera(self.camera.ray_in_camera(px) * self.depth(order))
+    }
+
+    /// The corners of a rectangle (photo pixels) on a sheet, in the world, from its top left with the clock.
+    pub fn corners(&self, order: u32, rect: PixelRect) -> [DVec3; 4] {
+        let (left, top) = (f64::from(rect.x), f64::from(rect.y));
+        let (right, bottom) = (f64::from(rect.right()), f64::from(rect.bottom()));
+        [(left, top), (right, top), (right, bottom), (left, bottom)]
+            .map(|(x, y)| self.point(order, DVec2::new(x, y)))
+    }
+
+    /// Where a ray meets the sheet of an order: how far along `direction`, and the photo pixel.
+    pub fn meet(&self, order: u32, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
+        let (from, along) = (self.pose.camera_from_world(origin), self.pose.rotation * direction);
+        let t = (self.depth(order) - from.z) / along.z;
+        let point = from + along * t;
+        (t.is_finite() && t > 0.0).then(|| Some((t, self.camera.image_from_camera(point)?)))?
+    }
+
+    /// Sheets of these orders in the order of drawing them for an eye: what is farther first, and where they stand in one
+    /// plane, what is behind in the stack. Parallel planes hide each other by their distance alone.
+    pub fn from_behind(&self, orders: &[u32], eye: DVec3) -> Vec<usize> {
+        let eye = self.pose.camera_from_world(eye).z;
+        let mut places: Vec<usize> = (0..orders.len()).collect();
+        let away = |place: usize| (self.depth(orders[place]) - eye).abs();
+        places.sort_by(|a, b| away(*b).total_cmp(&away(*a)).then(orders[*b].cmp(&orders[*a])).then(b.cmp(a)));
+        places
+    }
+
+    /// Looks at all sheets up to an order from the side, with `up` of the world upwards.
+    pub fn from_aside(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
+        let whole = PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height };
+        let marks = [self.corners(0, whole), self.corners(last, whole)].concat();
+        let center = marks.iter().sum::<DVec3>() / marks.len() as f64;
+        let radius = marks.iter().map(|mark| mark.distance(center)).fold(0.0, f64::max);
+        let forward = self.pose.rotation.transpose() * -ASIDE.normalize();
+        let mut view = Viewpoint::towards(center, radius, forward, up, lens);
+        view.hold(&marks);
+        view
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::{centred, look_at};
+
+    fn stand() -> Stand {
+        let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::new(0.0, 0.0, 1.0));
+        Stand::of_height(centred(640, 480, 500.0), pose, 4.0, 0.25)
+    }
+
+    #[test]
+    fn from_the_photos_camera_the_sheets_lie_on_each_other_and_the_nearest_is_as_high_as_asked() {
+        let stand = stand();
+        let px = DVec2::new(100.0, 400.0);
+        for order in [0, 3] {
+            let seen = stand.pose.camera_from_world(stand.point(order, px));
+            assert!((stand.camera.image_from_camera(seen).unwrap() - px).length() < 1e-9);
+            assert!((seen.z - stand.depth(order)).abs() < 1e-9);
+        }
+        let whole = PixelRect { x: 0, y: 0, w: 640, h: 480 };
+        let [top, _, _, bottom] = stand.corners(0, whole);
+        assert!((top.distance(bottom) - 4.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn a_ray_meets_a_sheet_at_the_pixel_that_it_was_sent_to() {
+        let stand = stand();
+        let (eye, px) = (DVec3::new(9.0, -3.0, 4.0), DVec2::new(222.0, 33.0));
+        let target = stand.point(2, px);
+        let (t, met) = stand.meet(2, eye, target - eye).unwrap();
+        assert!((t - 1.0).abs() < 1e-9 && (met - px).length() < 1e-6);
+        assert_eq!(stand.meet(2, eye, eye - target), None, "it is behind");
+    }
+
+    #[test]
+    fn what_is_farther_from_the_eye_is_drawn_first_from_either_side() {
+        let stand = stand();
+        let orders = [0, 2, 1, 1];
+        let before = stand.pose.center_in_world();
+        assert_eq!(stand.from_behind(&orders, before), [1, 3, 2, 0]);
+        let beyond = stand.pose.world_from_camera(DVec3::Z * stand.depth(9));
+        assert_eq!(stand.from_behind(&orders, beyond), [0, 3, 2, 1]);
+    }
+
+    #[test]
+    fn from_aside_all_sheets_are_in_the_picture() {
+        let stand = stand();
+        let view = stand.from_aside(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
+        let whole = PixelRect { x: 0, y: 0, w: 640, h: 480 };
+        let mut widest = 0.0f64;
+        for corner in [stand.corners(0, whole), stand.corners(4, whole)].concat() {
+            let place = view.place(corner).unwrap();
+            assert!(place.abs().max_element() <= 0.4501, "{place}");
+            widest = widest.max(place.abs().max_element());
+        }
+        assert!(widest > 0.449, "as large as fits: {widest}");
+    }
+}

@@ -1,0 +1,177 @@
+//! What the colours of understanding views mean. Pictures and legends are made of the same numbers: the shader's text
+//! is written from these (`gpu/renderer/program.rs`).
+
+use super::Shown;
+use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+
+/// Where a texel's colour comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
+pub enum Origin {
+    /// The photo itself.
+    Photo,
+    /// An artist's hand.
+    Paint,
+    /// An artist's hand in another photo.
+    Propagated,
+    /// Filled from another photo.
+    OtherPhoto,
+    /// Invented by example.
+    Example,
+    /// Invented by diffusion.
+    Diffused,
+}
+
+impl Origin {
+    /// All of them, the most trusted first.
+    pub const ALL: [Self; 6] =
+        [Self::Photo, Self::Paint, Self::Propagated, Self::OtherPhoto, Self::Example, Self::Diffused];
+
+    /// For people.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Photo => "the photo itself",
+            Self::Paint => "paint",
+            Self::Propagated => "paint of another photo",
+            Self::OtherPhoto => "filled from other photos",
+            Self::Example => "invented by example",
+            Self::Diffused => "invented by diffusion",
+        }
+    }
+
+    /// Its colour, sRGB.
+    pub fn colour(self) -> [u8; 3] {
+        match self {
+            Self::Photo => [0x5b, 0x8d, 0xb8],
+            Self::Paint => [0xf2, 0xb1, 0x34],
+            Self::Propagated => [0xd9, 0x5f, 0x02],
+            Self::OtherPhoto => [0x66, 0xa6, 0x1e],
+            Self::Example => [0xc8, 0x5c, 0x8e],
+            Self::Diffused => [0x8a, 0x5b, 0xa6],
+        }
+    }
+}
+
+/// Colours between which a value runs, sRGB, equally far apart; mixed in linear light.
+pub type Ramp = &'static [[u8; 3]];
+
+/// How far a texel is trusted, from not at all to fully.
+pub const CONFIDENCE: Ramp =
+    &[[0x7a, 0x1f, 0x2e], [0xd8, 0x74, 0x3a], [0xe9, 0xd2, 0x6a], [0x4f, 0xa3, 0x6b]];
+
+/// How many photos serve: 1, 2, 4, 8 and more.
+pub const COVERAGE: Ramp = &[[0x6e, 0x14, 0x24], [0xd9, 0x66, 0x2e], [0xf0, 0xd0, 0x64], [0xf7, 0xf7, 0xf0]];
+
+/// Octaves of the photo's resolution around that of the view, from [`DENSITY_OCTAVES`] too few to as many more.
+pub const DENSITY: Ramp = &[[0xe4, 0x33, 0x28], [0xf0, 0xf0, 0xf0], [0x2a, 0x5c, 0xe4]];
+/// See [`DENSITY`].
+pub const DENSITY_OCTAVES: u32 = 3;
+/// Doublings of the number of photos that [`COVERAGE`] runs over.
+pub const COVERAGE_DOUBLINGS: u32 = 3;
+
+/// The colour at a share (0 to 1) of a ramp, sRGB.
+pub fn colour_at(ramp: Ramp, share: f32) -> [u8; 3] {
+    let place = share.clamp(0.0, 1.0) * (ramp.len() - 1) as f32;
+    let mut mixed = linear(ramp[0]);
+    for (before, stop) in ramp[1..].iter().enumerate() {
+        let part = f64::from((place - before as f32).clamp(0.0, 1.0));
+        let stop = linear(*stop);
+        mixed = [0, 1, 2].map(|i| mixed[i] + (stop[i] - mixed[i]) * part);
+    }
+    stored(mixed)
+}
+
+/// The colour that stands for a number, such as a photo's: hues a golden angle apart, sRGB.
+pub fn colour_of_number(number: u32) -> [u8; 3] {
+    let number = number as f32;
+    let hue = (number * 0.618_034).fract();
+    let light = 0.55 + 0.35 * (number * 0.414_213_57).fract();
+    stored([0.0, 2.0 / 3.0, 1.0 / 3.0].map(|turn: f32| {
+        let wheel = ((((hue + turn).fract() * 6.0) - 3.0).abs() - 1.0).clamp(0.0, 1.0);
+        f64::from((0.03 + (wheel - 0.03) * 0.8) * light + 0.04)
+    }))
+}
+
+/// The linear light of a colour.
+pub fn linear(colour: [u8; 3]) -> [f64; 3] {
+    colour.map(|byte| linear_of_srgb(f64::from(byte) / 255.0))
+}
+
+fn stored(light: [f64; 3]) -> [u8; 3] {
+    light.map(|light| (srgb_of_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8)
+}
+
+/// What colours mean, for people.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Legend {
+    /// Each colour stands for something.
+    Entries {
+        /// What they are.
+        title: &'static str,
+        /// Each with its colour, sRGB.
+        entries: Vec<(String, [u8; 3])>,
+    },
+    /// Colours run from value to value.
+    Scale {
+        /// What is measured, with its unit.
+        title: &'static str,
+        /// From left to right.
+        ramp: Ramp,
+        /// At equal distances along it.
+        marks: &'static [&'static str],
+    },
+    /// There are too many colours to be told one by one.
+    Words(&'static str),
+}
+
+/// The legend of what is shown; none for colours that are what they are. `photos` are their names in the site's order.
+pub fn legend(shown: Shown, photos: &[&str]) -> Option<Legend> {
+    let scale = |title, ramp, marks| Some(Legend::Scale { title, ramp, marks });
+    let of_photos = |title| {
+        let entry = |(number, name): (u32, &&str)| ((*name).to_owned(), colour_of_number(number));
+        Some(Legend::Entries { title, entries: (0..).zip(photos).map(entry).collect() })
+    };
+    match shown {
+        Shown::Colour => None,
+        Shown::Weights => of_photos("Photos, mixed by their weight"),
+        Shown::BestPhoto => of_photos("The photo that counts most"),
+        Shown::Coverage => scale("Photos that serve a place", COVERAGE, &["1", "2", "4", "8 and more"]),
+        Shown::Density => {
+            scale("Texels of the best photo for a pixel, along a side", DENSITY, &["1/8", "1", "8"])
+        }
+        Shown::Confidence => scale("How far it is trusted", CONFIDENCE, &["0 %", "33 %", "67 %", "100 %"]),
+        Shown::Provenance => {
+            let entries = Origin::ALL.map(|origin| (origin.name().to_owned(), origin.colour()));
+            Some(Legend::Entries { title: "Where it comes from", entries: entries.into() })
+        }
+        Shown::Layer => Some(Legend::Words("Every image layer has a colour of its own.")),
+        Shown::Item => Some(Legend::Words("Every face has a colour of its own.")),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_ramp_goes_through_its_colours_and_does_not_leave_them() {
+        for ramp in [CONFIDENCE, COVERAGE, DENSITY] {
+            for (place, stop) in ramp.iter().enumerate() {
+                assert_eq!(colour_at(ramp, place as f32 / (ramp.len() - 1) as f32), *stop);
+            }
+            assert_eq!([colour_at(ramp, -1.0), colour_at(ramp, 2.0)], [ramp[0], ramp[ramp.len() - 1]]);
+        }
+    }
+
+    #[test]
+    fn neighbouring_photos_have_colours_that_are_told_apart() {
+        let far = |a: [u8; 3], b: [u8; 3]| a.iter().zip(b).any(|(a, b)| a.abs_diff(b) > 40);
+        assert!((0..40).all(|number| far(colour_of_number(number), colour_of_number(number + 1))));
+    }
+
+    #[test]
+    fn all_but_the_photos_themselves_have_a_legend() {
+        assert_eq!(legend(Shown::Colour, &[]), None);
+        let others = [Shown::Weights, Shown::Coverage, Shown::Density, Shown::Provenance, Shown::Item];
+        assert!(others.into_iter().all(|shown| legend(shown, &["a.jpg"]).is_some()));
+    }
+}

@@ -1,0 +1,74 @@
+//! Which sides of faces are there to be looked at. Models of sites are open: a wall is modelled, and photographed, from
+//! one side, and looked at from the other it would only hide what stands behind it.
+
+use super::Sources;
+use crate::scene::{FaceId, Model};
+
+/// A side of a face by its plane's normal.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Side {
+    /// The one that the normal points away from it.
+    Front,
+    /// The other one.
+    Back,
+}
+
+/// For each face its sides that are *backs*: those that no photo serves. Of a face that no photo serves at all, what
+/// the normal points away from is the back, so that what nobody photographed can be seen to be missing. Billboards
+/// have none, as photos serve both sides of them.
+#[derive(Debug, Clone, PartialEq, Eq, Default)]
+pub struct Sides {
+    /// By face: its front, its back.
+    backs: Vec<[bool; 2]>,
+}
+
+impl Sides {
+    /// Of the faces of a model, by what serves them.
+    pub fn of(model: &Model, sources: &Sources) -> Self {
+        let backs = |face: FaceId| {
+            if model.object(model.face(face).object).billboard {
+                return [false; 2];
+            }
+            let serves = |back: bool| sources.servers_of(face).iter().any(|server| server.back == back);
+            match [serves(false), serves(true)] {
+                [false, false] => [false, true],
+                [front, back] => [!front, !back],
+            }
+        };
+        Self { backs: model.face_ids().map(backs).collect() }
+    }
+
+    /// Whether a side of a face is a back.
+    pub fn is_back(&self, face: FaceId, side: Side) -> bool {
+        let of_face = self.backs.get(face.0 as usize).copied().unwrap_or_default();
+        of_face[usize::from(side == Side::Back)]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::projection::{Domain, PhotoId, Server, SheetId};
+    use crate::scene::synthetic::Modeller;
+
+    #[test]
+    fn a_side_that_no_photo_serves_is_a_back_and_of_a_face_without_photos_the_one_behind_its_normal() {
+        let mut m = Modeller::new();
+        for name in ["from the front", "from behind", "from both", "never"] {
+            m.object(name).screen(5.0, [-1.0, -1.0, 1.0, 1.0]);
+        }
+        let model = m.finish();
+        let server = |back| Server {
+            sheet: SheetId(0),
+            photo: PhotoId(0),
+            back,
+            pinned: false,
+            domain: Domain::Whole,
+        };
+        let servers = vec![server(false), server(true), server(false), server(true)];
+        let sources = Sources { servers, of_face: vec![0..1, 1..2, 2..4, 4..4], ..Sources::default() };
+        let sides = Sides::of(&model, &sources);
+        let backs = |face| [Side::Front, Side::Back].map(|side| sides.is_back(FaceId(face), side));
+        assert_eq!([0, 1, 2, 3].map(backs), [[false, true], [true, false], [false, false], [false, true]]);
+    }
+}

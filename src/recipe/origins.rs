@@ -1,0 +1,48 @@
+//! Where the texels of sheets come from, as texels themselves: a sheet whose colours say it
+//! ([`Origin::colour`]), to be projected like the sheet itself.
+
+use crate::document::stack::origins;
+use crate::error::Result;
+use crate::projection::legend::Origin;
+use crate::projection::{SheetId, SheetPixels, Texels};
+
+use super::sheets::SheetFiles;
+
+/// The origin that a name of [`origins`] stands for.
+pub fn origin_of(name: &str) -> Origin {
+    match name {
+        origins::NONE => Origin::Photo,
+        origins::PAINTED => Origin::Paint,
+        origins::EXEMPLAR => Origin::Example,
+        origins::DIFFUSED => Origin::Diffused,
+        name if origins::painter(name).is_some() => Origin::Propagated,
+        _ => Origin::OtherPhoto,
+    }
+}
+
+/// Sheets in the colours of their texels' origins; trusted as the sheets are.
+#[derive(Debug, Clone)]
+pub struct SheetOrigins(pub SheetFiles);
+
+impl Texels for SheetOrigins {
+    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+        let mut pixels = self.0.sheet(sheet)?;
+        let origins = self.0.origins(sheet, pixels.rect)?;
+        for (texel, origin) in pixels.rgba.as_chunks_mut::<4>().0.iter_mut().zip(origins) {
+            let [r, g, b] = origin.colour();
+            *texel = [r, g, b, texel[3]];
+        }
+        Ok(pixels)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_of_origins_are_told_apart() {
+        let names = ["[none]", "[painted]", "[painted in a.jpg]", "b.jpg", "[exemplar]", "[diffused]"];
+        assert_eq!(names.map(origin_of), Origin::ALL);
+    }
+}

@@ -1,0 +1,73 @@
+//! The edges of faces' outlines, found once: what is drawn in every frame is not gathered in every frame.
+
+use std::ops::Range;
+
+use rustc_hash::FxHashSet;
+
+use super::model::{FaceId, Model};
+
+/// Edges as pairs of indices into the model's vertices.
+#[derive(Debug, Clone, Default)]
+pub struct Edges {
+    /// By face, its outline's edges as it runs, without the bridges to holes, which it runs along twice.
+    edges: Vec<[u32; 2]>,
+    of_face: Vec<Range<u32>>,
+    /// Each edge once, however many faces share it; the smaller index first, sorted.
+    all: Vec<[u32; 2]>,
+}
+
+impl Edges {
+    /// Of all faces of a model.
+    pub fn of(model: &Model) -> Self {
+        let (mut edges, mut of_face) = (Vec::new(), Vec::with_capacity(model.faces.len()));
+        for face in model.face_ids() {
+            let first = edges.len() as u32;
+            edges.extend(of_outline(model.ring(face)));
+            of_face.push(first..edges.len() as u32);
+        }
+        let mut all: Vec<[u32; 2]> = edges.iter().map(|&[a, b]| [a.min(b), a.max(b)]).collect();
+        all.sort_unstable();
+        all.dedup();
+        Self { edges, of_face, all }
+    }
+
+    /// Those of one face.
+    pub fn of_face(&self, face: FaceId) -> &[[u32; 2]] {
+        let range = self.of_face.get(face.0 as usize).cloned().unwrap_or_default();
+        &self.edges[range.start as usize..range.end as usize]
+    }
+
+    /// Each edge of the model once.
+    pub fn all(&self) -> &[[u32; 2]] {
+        &self.all
+    }
+}
+
+fn of_outline(ring: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
+    let edges = (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]);
+    let directed: FxHashSet<[u32; 2]> = edges.clone().collect();
+    edges.filter(move |&[a, b]| a != b && !directed.contains(&[b, a]))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn bridges_to_holes_are_no_edges() {
+        // A square, a bridge to a triangle in it, and back.
+        let ring = [0, 1, 2, 3, 0, 4, 5, 6, 4];
+        let edges: Vec<_> = of_outline(&ring).collect();
+        assert_eq!(edges, [[0, 1], [1, 2], [2, 3], [3, 0], [4, 5], [5, 6], [6, 4]]);
+    }
+
+    #[test]
+    fn an_edge_that_faces_share_is_there_once() {
+        let model = closed_form::two_quads().model;
+        let edges = Edges::of(&model);
+        assert_eq!(edges.all().len(), 8);
+        assert!(model.face_ids().all(|face| edges.of_face(face).len() == 4));
+        assert!(edges.all().is_sorted() && edges.of_face(FaceId(99)).is_empty());
+    }
+}
