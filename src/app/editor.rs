@@ -33,6 +33,12 @@ use crate::recipe::colour::ColourEdit;
 /// The key of the settings among what eframe keeps.
 const SETTINGS: &str = "settings";
 
+/// Lists and panels take no more of the window's width than these shares: in a small window, and with large text, the
+/// views have room, too.
+const LEFT_MOST: f32 = 0.27;
+/// See [`LEFT_MOST`].
+const RIGHT_MOST: f32 = 0.35;
+
 /// What a panel wants; done when all panels are drawn.
 pub enum Ask {
     /// A command from the tables.
@@ -267,12 +273,14 @@ impl eframe::App for Editor {
     fn logic(&mut self, context: &Context, _: &mut Frame) {
         let work = || {
             self.take_in(context);
-            if self.crash.is_none()
-                && !self.opening.is_asking()
-                && !self.asks()
-                && let Some(command) = command::pressed(context, self.space.id)
-            {
+            // Each in its turn: one may open a dialog, which the next ones belong to.
+            while self.crash.is_none() && !self.opening.is_asking() && !self.asks() {
+                let Some(command) = command::next_pressed(context, self.space.id) else { break };
                 self.run(command);
+                if self.palette.is_open() {
+                    // What is typed next is for it.
+                    break;
+                }
             }
         };
         if let Err(crash) = crash::guarded(work) {
@@ -282,7 +290,8 @@ impl eframe::App for Editor {
 
     fn ui(&mut self, ui: &mut Ui, frame: &mut Frame) {
         // Of the frame before.
-        frame.info().cpu_usage.into_iter().for_each(|seconds| self.frame_times.add(seconds));
+        let since_last = frame.info().cpu_usage;
+        self.frame_times.add(since_last, !self.jobs.is_idle());
         if self.crash.is_some() {
             crash_ui(self, ui);
         } else if let Err(crash) = crash::guarded(|| self.draw(ui)) {
@@ -319,9 +328,12 @@ impl Editor {
             flight.show(ui, |ui| timeline_ui(self, ui, &mut asks));
         }
         if self.session.is_some() {
-            let left = Panel::left("outliner").resizable(true).default_size(270.0);
+            let width = ui.available_width();
+            let left =
+                Panel::left("outliner").resizable(true).default_size(270.0).max_size(LEFT_MOST * width);
             left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
-            let right = Panel::right("inspector").resizable(true).default_size(300.0);
+            let right =
+                Panel::right("inspector").resizable(true).default_size(300.0).max_size(RIGHT_MOST * width);
             right.show(ui, |ui| panel::side::side_ui(self, ui, &mut asks));
             CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {

@@ -1,4 +1,4 @@
-//! What the window's frames take of the processor.
+//! What the window's frames take of the processor: when nothing else is going on, and beside jobs.
 
 use std::sync::{Arc, Mutex, PoisonError};
 
@@ -6,15 +6,37 @@ use serde::Serialize;
 
 /// Times are counted in classes of a tenth of a millisecond, up to so many; what is longer counts as the last.
 const CLASSES: usize = 20_000;
-const CLASSES_PER_S: f32 = 10_000.0;
+const CLASSES_PER_S: f64 = 10_000.0;
 
 /// The frames of a run, shared with whoever asks when the window is closed.
 #[derive(Debug, Clone, Default)]
-pub struct FrameTimes(Arc<Mutex<Vec<u32>>>);
+pub struct FrameTimes(Arc<Mutex<Kept>>);
 
-/// What frames took, in milliseconds of the window's thread, without waiting for the screen.
+#[derive(Debug, Default)]
+struct Kept {
+    /// What the window's thread had used of the processor when the last frame began, in seconds.
+    used_s: Option<f64>,
+    idle: Counts,
+    while_jobs_ran: Counts,
+}
+
+/// How many frames fell into each class.
+#[derive(Debug, Default)]
+struct Counts(Vec<u32>);
+
+/// What frames took.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct FrameReport {
+    /// While no job ran.
+    pub idle: Frames,
+    /// While one did at least.
+    pub while_jobs_ran: Frames,
+}
+
+/// What some frames took of the processor, in milliseconds of the window's own thread: drawing, laying out, handing over to
+/// the driver; not waiting for the screen, and not what other threads do meanwhile.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Frames {
     /// How many there were.
     pub frames: u32,
     /// Half of them took no longer.
@@ -26,31 +48,61 @@ pub struct FrameReport {
 }
 
 impl FrameTimes {
-    /// A frame took so many seconds.
-    pub fn add(&self, seconds: f32) {
-        let class = ((seconds * CLASSES_PER_S) as usize).min(CLASSES - 1);
-        let mut counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        if counts.is_empty() {
-            counts.resize(CLASSES, 0);
-        }
-        counts[class] += 1;
+    /// A frame begins: the one before took what the thread has used since that began. Where the system does not tell,
+    /// `drawn_s` says how long its drawing took by the clock.
+    pub fn add(&self, drawn_s: Option<f32>, jobs_run: bool) {
+        let used_s = used_by_thread();
+        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let before = std::mem::replace(&mut kept.used_s, used_s);
+        let spent_s = match (before, used_s) {
+            (Some(before), Some(now)) => Some(now - before),
+            _ => drawn_s.map(f64::from),
+        };
+        let counts = if jobs_run { &mut kept.while_jobs_ran } else { &mut kept.idle };
+        spent_s.into_iter().for_each(|spent_s| counts.add(spent_s));
     }
 
     /// All of them until now.
     pub fn report(&self) -> FrameReport {
-        let counts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
-        let frames: u32 = counts.iter().sum();
+        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        FrameReport { idle: kept.idle.frames(), while_jobs_ran: kept.while_jobs_ran.frames() }
+    }
+}
+
+/// Seconds of a processor that this thread has used; none where the system does not tell.
+#[cfg(target_os = "linux")]
+fn used_by_thread() -> Option<f64> {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    Some(time.tv_sec as f64 + time.tv_nsec as f64 * 1e-9)
+}
+
+#[cfg(not(target_os = "linux"))]
+fn used_by_thread() -> Option<f64> {
+    None
+}
+
+impl Counts {
+    fn add(&mut self, spent_s: f64) {
+        let class = ((spent_s * CLASSES_PER_S) as usize).min(CLASSES - 1);
+        if self.0.is_empty() {
+            self.0.resize(CLASSES, 0);
+        }
+        self.0[class] += 1;
+    }
+
+    fn frames(&self) -> Frames {
+        let frames: u32 = self.0.iter().sum();
         // The upper end of the class in which so many of 100 frames have passed.
         let within = |percent: u64| {
             let wanted = (u64::from(frames) * percent).div_ceil(100);
             let mut passed = 0;
-            let class = counts.iter().position(|count| {
+            let class = self.0.iter().position(|count| {
                 passed += u64::from(*count);
                 passed >= wanted && wanted > 0
             });
-            class.map_or(0.0, |class| (class + 1) as f32 * 1000.0 / CLASSES_PER_S)
+            class.map_or(0.0, |class| ((class + 1) as f64 * 1000.0 / CLASSES_PER_S) as f32)
         };
-        FrameReport { frames, median_ms: within(50), most_ms: within(95), longest_ms: within(100) }
+        Frames { frames, median_ms: within(50), most_ms: within(95), longest_ms: within(100) }
     }
 }
 
@@ -60,15 +112,25 @@ mod tests {
 
     #[test]
     fn half_and_most_and_all_of_the_frames_are_told() {
-        let times = FrameTimes::default();
-        assert_eq!(times.report(), FrameReport::default());
-        (0..90).for_each(|_| times.add(0.001));
-        (0..9).for_each(|_| times.add(0.006));
-        times.add(3600.0);
-        let report = times.report();
-        assert_eq!(report.frames, 100);
+        let mut counts = Counts::default();
+        assert_eq!(counts.frames(), Frames::default());
+        (0..90).for_each(|_| counts.add(0.001));
+        (0..9).for_each(|_| counts.add(0.006));
+        counts.add(3600.0);
+        let told = counts.frames();
+        assert_eq!(told.frames, 100);
         let near = |ms: f32, expected: f32| (ms - expected).abs() < 0.11;
-        assert!(near(report.median_ms, 1.1) && near(report.most_ms, 6.1), "{report:?}");
-        assert!(near(report.longest_ms, 2000.0), "what is longer than all classes counts as the last");
+        assert!(near(told.median_ms, 1.1) && near(told.most_ms, 6.1), "{told:?}");
+        assert!(near(told.longest_ms, 2000.0), "what is longer than all classes counts as the last");
+    }
+
+    #[test]
+    fn frames_beside_jobs_are_counted_by_themselves() {
+        let times = FrameTimes::default();
+        times.add(Some(0.001), false);
+        times.add(Some(0.001), true);
+        times.add(Some(0.001), true);
+        let report = times.report();
+        assert_eq!((report.idle.frames, report.while_jobs_ran.frames), (1, 2));
     }
 }

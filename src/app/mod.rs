@@ -71,7 +71,9 @@ pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
     fault.map_err(|crash| Error::Request(told(&crash)))?;
     ended.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
-            "the window could not be opened: {error}; every other command of the program works without one"
+            "the window could not be opened: {error}; where no driver draws on the display, a software one will do \
+             (on Debian and Ubuntu the package mesa-vulkan-drivers, which `sh examples/setup.sh` installs); every other \
+             command of the program works without a window"
         ))
     })
 }

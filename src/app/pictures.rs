@@ -73,7 +73,9 @@ impl Pictures {
 
     /// Takes in what was made.
     pub fn take_in(&mut self, context: &Context) {
-        while let Ok(Made { photo, longest, image }) = self.receive.try_recv() {
+        // One in a frame: handing pictures to the device takes its time, and several may have been made in one.
+        if let Ok(Made { photo, longest, image }) = self.receive.try_recv() {
+            context.request_repaint();
             let texture =
                 context.load_texture(format!("photo {photo} at {longest}"), image, TextureOptions::LINEAR);
             if longest == SMALL {

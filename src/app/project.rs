@@ -80,6 +80,7 @@ impl Editor {
                 };
                 match made {
                     Ok(painter) => {
+                        session.solid = painter.surface.clone();
                         session.painter = Some(painter);
                         editor.space.refresh();
                     }

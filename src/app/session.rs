@@ -3,23 +3,23 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use glam::{DVec2, DVec3};
+use glam::DVec2;
 
 use super::authored::Due;
 use super::painter::Painter;
 use crate::document::history::History;
 use crate::document::{Project, Stack};
 use crate::error::Result;
-use crate::geometry::bvh::Bvh;
 use crate::io::lock::ProjectLock;
 use crate::io::recovery::{Recovered, find_unsaved};
 use crate::io::stack_store::StackStore;
 use crate::projection::navigation::{Ground, Viewpoint};
+use crate::projection::surface::Surface;
 use crate::recipe::layer_names::rename;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
-use crate::scene::{FaceId, Model};
+use crate::scene::{Edges, Model};
 use crate::task::Task;
 
 /// A project with its lock, which nobody else has until this is dropped.
@@ -32,8 +32,10 @@ pub struct Session {
     pub photos: Vec<PhotoStatus>,
     /// What viewpoints move in.
     pub ground: Ground,
-    /// What a ray meets.
-    pub solid: Solid,
+    /// What a ray meets; it knows backs of faces when the painter does.
+    pub solid: Arc<Surface>,
+    /// Outlines of faces.
+    pub edges: Edges,
     /// Who draws novel views; none while that is being prepared, or where there is no adapter.
     pub painter: Option<Painter>,
     /// Something of the site was missing when it was read.
@@ -134,7 +136,8 @@ impl Session {
         Ok(Self {
             folder: folder.to_path_buf(),
             ground: Ground::of(&model.vertices, up(&opened.site.photos)),
-            solid: Solid::new(model),
+            solid: Arc::new(Surface::of(model)),
+            edges: Edges::of(model),
             incomplete: !opened.problems.is_empty(),
             opened: Arc::new(opened),
             photos,
@@ -148,7 +151,8 @@ impl Session {
     /// The site was read again.
     pub fn set_site(&mut self, opened: Opened, photos: Vec<PhotoStatus>) {
         self.ground = Ground::of(&opened.site.model.vertices, up(&opened.site.photos));
-        self.solid = Solid::new(&opened.site.model);
+        self.solid = Arc::new(Surface::of(&opened.site.model));
+        self.edges = Edges::of(&opened.site.model);
         // What was decided while it was read is decided.
         let present = Project::clone(self.history.present());
         self.incomplete = !opened.problems.is_empty();
@@ -175,40 +179,8 @@ impl Session {
         let photo = &self.opened.site.photos[photo];
         let middle = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height)) / 2.0;
         let ray = photo.pose.rotation.transpose() * photo.camera.ray_in_camera(middle);
-        let seen = self.solid.first(photo.pose.center_in_world(), ray);
-        let near = seen.map_or(self.ground.center, |(point, _)| point);
+        let eye = photo.pose.center_in_world();
+        let near = self.solid.nearest(eye, ray).map_or(self.ground.center, |hit| eye + ray * hit.t);
         Viewpoint::of_camera(&photo.camera, &photo.pose, near)
-    }
-}
-
-/// The model's triangles, to be met by rays.
-pub struct Solid {
-    tree: Bvh,
-    faces: Vec<FaceId>,
-}
-
-impl Solid {
-    fn new(model: &Model) -> Self {
-        let of_face = |face| model.face_triangles(face).iter().map(move |triangle| (face, *triangle));
-        let (faces, triangles): (Vec<FaceId>, Vec<_>) = model.face_ids().flat_map(of_face).unzip();
-        let corner = |vertex: u32| model.vertices[vertex as usize];
-        Self { tree: Bvh::new(triangles.into_iter().map(|t: [u32; 3]| t.map(corner)).collect()), faces }
-    }
-
-    /// The first point that a ray meets, and its face.
-    pub fn first(&self, origin: DVec3, direction: DVec3) -> Option<(DVec3, FaceId)> {
-        let (distance, triangle) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
-        Some((origin + direction * distance, self.faces[triangle as usize]))
-    }
-
-    /// All faces that a ray meets, the nearest first, each with its distance in lengths of `direction`.
-    pub fn all(&self, origin: DVec3, direction: DVec3) -> Vec<(f64, FaceId)> {
-        let mut hits = Vec::new();
-        self.tree.each_hit(origin, direction, f64::INFINITY, |distance, triangle| {
-            hits.push((distance, self.faces[triangle as usize]));
-        });
-        hits.sort_by(|a, b| a.0.total_cmp(&b.0).then(b.1.cmp(&a.1)));
-        hits.dedup_by_key(|hit| hit.1);
-        hits
     }
 }

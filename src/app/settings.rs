@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Context, FontId, TextStyle, Theme, ThemePreference, Visuals};
+use eframe::egui::{Color32, Context, FontId, TextStyle, Theme, ThemePreference, Visuals};
 use serde::{Deserialize, Serialize};
 
 use super::panel::side::Tab;
@@ -147,7 +147,6 @@ impl Settings {
 }
 
 fn dark() -> Visuals {
-    use eframe::egui::Color32;
     let mut visuals = Visuals::dark();
     visuals.panel_fill = Color32::from_gray(32);
     visuals.window_fill = Color32::from_gray(38);
@@ -156,17 +155,28 @@ fn dark() -> Visuals {
     visuals.selection.stroke.color = Color32::from_rgb(0xff, 0xe2, 0xb8);
     visuals.hyperlink_color = Color32::from_rgb(0xf0, 0xa0, 0x50);
     visuals.override_text_color = Some(Color32::from_gray(214));
+    // Pure red is hard to read on dark.
+    visuals.error_fg_color = Color32::from_rgb(0xff, 0x6e, 0x60);
     visuals
 }
 
 fn light() -> Visuals {
-    use eframe::egui::Color32;
     let mut visuals = Visuals::light();
     visuals.selection.bg_fill = Color32::from_rgb(0xf6, 0xc8, 0x8c);
     visuals.selection.stroke.color = Color32::from_rgb(0x50, 0x2c, 0x00);
     visuals.hyperlink_color = Color32::from_rgb(0xa8, 0x58, 0x08);
     visuals.override_text_color = Some(Color32::from_gray(30));
+    // Of 4.5 to 1 against the ground, at least.
+    visuals.warn_fg_color = Color32::from_rgb(0x9a, 0x4f, 0x00);
+    visuals.error_fg_color = Color32::from_rgb(0xbe, 0x1a, 0x1a);
+    // Rails of sliders and boxes of checks; egui's own are lost on panels.
+    visuals.widgets.inactive.bg_fill = Color32::from_gray(198);
     visuals
+}
+
+/// What is as it should be, on the ground of panels.
+pub fn good(visuals: &Visuals) -> Color32 {
+    if visuals.dark_mode { Color32::from_rgb(0x60, 0xb0, 0x60) } else { Color32::from_rgb(0x1f, 0x74, 0x2b) }
 }
 
 #[cfg(test)]

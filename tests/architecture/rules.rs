@@ -46,6 +46,7 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("eframe", &["app/"]),
     ("egui_tiles", &["app/layout.rs"]),
     ("rfd", &["app/"]),
+    ("rustix", &["app/frame_times.rs"]),
     ("thiserror", &["error.rs"]),
 ];
 

@@ -4,6 +4,7 @@ use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY, &STILL, &FILM];
@@ -63,7 +64,7 @@ pub const PLAY: Command = Command {
 pub const STILL: Command = Command {
     name: "Make a picture…",
     tooltip: "Renders the view in final quality, at any size.",
-    ready: with_stacks,
+    ready: with_painter,
     run: |editor, _| editor.ask_still(),
     ..FLIGHT
 };
@@ -72,7 +73,7 @@ pub const STILL: Command = Command {
 pub const FILM: Command = Command {
     name: "Make a film…",
     tooltip: "Renders the flight in final quality, as pictures and as a film.",
-    ready: |editor| with_stacks(editor).and(can_fly(editor)),
+    ready: |editor| with_painter(editor).and(can_fly(editor)),
     run: |editor, _| editor.ask_film(),
     ..FLIGHT
 };
@@ -81,8 +82,15 @@ fn can_fly(editor: &Editor) -> Result<(), WhyNot> {
     if editor.can_fly() { Ok(()) } else { Err("add two keyframes first") }
 }
 
-fn with_stacks(editor: &Editor) -> Result<(), WhyNot> {
+fn with_painter(editor: &Editor) -> Result<(), WhyNot> {
     let session = editor.session.as_ref().ok_or("open a project first")?;
-    let built = session.photos.iter().any(|photo| photo.stack.is_some());
-    if built { Ok(()) } else { Err("build the layers first") }
+    if session.painter.is_some() {
+        Ok(())
+    } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
+        Err("build the layers first")
+    } else if editor.jobs.runs(Kind::Preview) {
+        Err("the 3D view is being prepared, wait a moment")
+    } else {
+        Err("the 3D view does not run; its place in the window says why")
+    }
 }

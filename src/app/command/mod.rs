@@ -9,7 +9,7 @@ pub mod layers;
 pub mod paint;
 pub mod view;
 
-use eframe::egui::{Context, Id, Key, KeyboardShortcut, Modifiers};
+use eframe::egui::{Context, Event, Id, Key, KeyboardShortcut, Modifiers};
 
 use super::editor::Editor;
 
@@ -140,9 +140,10 @@ pub fn first_keys(context: &Context, command: &Command) -> String {
     command.keys.first().map(|keys| keys_text(context, keys)).unwrap_or_default()
 }
 
-/// The command whose keys were pressed. Keys without Ctrl are text where text is being typed, and Enter and Space
-/// belong to whatever has the focus, unless that is `view`, the view that commands speak of.
-pub fn pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> {
+/// The command whose keys were pressed first of those that this frame still has to tell; the press is gone then. A slow
+/// frame has several. Keys without Ctrl are text where text is being typed, and Enter and Space belong to whatever has
+/// the focus, unless that is `view`, the view that commands speak of.
+pub fn next_pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> {
     let typing = context.text_edit_focused();
     let focused = context.memory(|memory| memory.focused());
     let taken = focused.is_some() && focused != view;
@@ -155,8 +156,19 @@ pub fn pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> 
     let mut found: Vec<(&'static Command, &'static KeyboardShortcut)> =
         all().flat_map(|command| command.keys.iter().map(move |keys| (command, keys))).collect();
     found.sort_by_key(|(_, keys)| std::cmp::Reverse(count(keys.modifiers)));
-    let is_pressed = |keys: &KeyboardShortcut| context.input_mut(|input| input.consume_shortcut(keys));
-    found.into_iter().find(|(_, keys)| usable(keys) && is_pressed(keys)).map(|(command, _)| command)
+    let of_press = |event: &Event| {
+        let Event::Key { key, pressed: true, modifiers, .. } = event else { return None };
+        let matches = |keys: &KeyboardShortcut| {
+            keys.logical_key == *key && modifiers.matches_logically(keys.modifiers) && usable(keys)
+        };
+        found.iter().find(|(_, keys)| matches(keys)).map(|(command, _)| *command)
+    };
+    context.input_mut(|input| {
+        let (place, command) =
+            input.events.iter().enumerate().find_map(|(place, event)| Some((place, of_press(event)?)))?;
+        input.events.remove(place);
+        Some(command)
+    })
 }
 
 fn count(modifiers: Modifiers) -> usize {
@@ -178,6 +190,27 @@ mod tests {
     use std::collections::BTreeMap;
 
     use super::*;
+
+    fn press(key: Key, modifiers: Modifiers) -> Event {
+        Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers }
+    }
+
+    #[test]
+    fn keys_pressed_within_one_frame_are_all_told_in_their_order() {
+        let context = Context::default();
+        let ctrl_shift = Modifiers { shift: true, ..Modifiers::COMMAND };
+        let events = vec![
+            press(Key::CloseBracket, Modifiers::NONE),
+            press(Key::OpenBracket, Modifiers::NONE),
+            press(Key::CloseBracket, Modifiers::NONE),
+            press(Key::Z, ctrl_shift),
+            press(Key::Z, Modifiers::COMMAND),
+        ];
+        context.begin_pass(eframe::egui::RawInput { events, ..Default::default() });
+        let told: Vec<_> = std::iter::from_fn(|| next_pressed(&context, None)).map(|c| c.name).collect();
+        assert_eq!(told, ["Next photo", "Previous photo", "Next photo", "Redo", "Undo"]);
+        let _ = context.end_pass();
+    }
 
     #[test]
     fn names_and_keys_are_given_once_and_every_command_says_what_it_does() {

@@ -2,7 +2,7 @@
 
 use eframe::egui::Key;
 
-use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
+use super::{Command, Menu, PLAIN, WhyNot, plain, shift, with_project};
 use crate::app::editor::Editor;
 use crate::app::layout::Pane;
 use crate::projection::Shown;
@@ -23,14 +23,19 @@ pub const COMMANDS: &[&Command] = &[
     &CONFIDENCE,
     &LAYER,
     &ITEM,
+    &PROVENANCE,
+    &LEGEND,
+    &EXPLODED,
     &WIREFRAME,
     &CAMERAS,
+    &BACKS,
     &FLIP,
     &RESTART,
 ];
 
 /// Those that choose what the 3D view shows: one is on at a time.
-pub const SHOWN: &[&Command] = &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &LAYER, &ITEM];
+pub const SHOWN: &[&Command] =
+    &[&COLOUR, &WEIGHTS, &BEST, &COVERAGE, &DENSITY, &CONFIDENCE, &LAYER, &ITEM, &PROVENANCE];
 
 const VIEW: Command = Command { menu: Menu::View, ready: with_project, ..PLAIN };
 
@@ -124,6 +129,35 @@ shown!(
 );
 shown!(LAYER, Layer, "Image layers", Num7, "The image layer of the best photo, as a colour.");
 shown!(ITEM, Item, "Faces", Num8, "Every face in a colour of its own.");
+shown!(
+    PROVENANCE,
+    Provenance,
+    "Provenance",
+    Num9,
+    "Where what is seen comes from: the photo, paint, other photos, or invention."
+);
+
+/// What colours mean.
+pub const LEGEND: Command = Command {
+    name: "Legend",
+    tooltip: "Says what the colours of the 3D view mean.",
+    keys: &[shift(Key::L)],
+    on: Some(|editor| editor.space.legend_shown),
+    run: |editor, _| editor.space.legend_shown ^= true,
+    ..VIEW
+};
+
+/// Layers pulled apart.
+pub const EXPLODED: Command = Command {
+    name: "Layers pulled apart",
+    tooltip: "Shows the selected photo's image layers as sheets in space, one behind the other.",
+    keys: &[plain(Key::L)],
+    starts_group: true,
+    ready: with_layers,
+    on: Some(|editor| editor.space.exploded.is_on()),
+    run: |editor, _| editor.toggle_exploded(),
+    ..VIEW
+};
 
 /// The blended photos.
 pub const COLOUR: Command = Command {
@@ -157,6 +191,16 @@ pub const CAMERAS: Command = Command {
     ..VIEW
 };
 
+/// Backs of faces.
+pub const BACKS: Command = Command {
+    name: "Backs",
+    tooltip: "Draws the backs of faces too, which no photo shows; without them one looks into courtyards from outside.",
+    keys: &[plain(Key::B)],
+    on: Some(|editor| !editor.space.look.without_backs),
+    run: |editor, _| editor.space.look.without_backs ^= true,
+    ..VIEW
+};
+
 /// The photo over the render.
 pub const FLIP: Command = Command {
     name: "Photo over the view",
@@ -175,6 +219,14 @@ pub const RESTART: Command = Command {
     run: |editor, _| editor.prepare_painter(),
     ..VIEW
 };
+
+fn with_layers(editor: &Editor) -> Result<(), WhyNot> {
+    with_photo(editor)?;
+    match editor.space.exploded.is_on() || editor.selected_stack().is_some() {
+        true => Ok(()),
+        false => Err("build the photo's layers first"),
+    }
+}
 
 fn with_photo(editor: &Editor) -> Result<(), WhyNot> {
     with_project(editor)?;

@@ -1,4 +1,4 @@
-//! A picture of the view, or a film of the flight, made by a job with a renderer of its own.
+//! A picture of the view, or a film of the flight, ordered of the view's painter by a job.
 
 use std::path::PathBuf;
 
@@ -7,12 +7,12 @@ use eframe::egui::{Button, Context, DragValue, Id, Modal, RichText, TextEdit, Ui
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::app::notes::{Note, Weight};
+use crate::app::painter::Painter;
 use crate::geometry::{Pinhole, Pose};
-use crate::gpu::Gpu;
-use crate::projection::{Quality, Renders};
-use crate::recipe::preview::{self, PreviewOptions};
+use crate::projection::Quality;
 use crate::recipe::render::{FilmOptions, Look, RenderOptions, RenderReport, render};
 use crate::recipe::views::View;
+use crate::task::Task;
 
 /// What is about to be made.
 #[derive(Debug, Clone, PartialEq)]
@@ -64,20 +64,16 @@ impl Editor {
     fn export(&mut self, export: &Export) {
         let Some(views) = self.views_of(export) else { return };
         let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let Some(orders) = session.painter.as_ref().map(Painter::orders) else { return };
         let look = Look { quality: Quality::Final, ..self.space.look.clone() };
         let out = PathBuf::from(&export.folder);
-        let fps = opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
+        let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
         // Black behind what is not textured, as a screen is where nothing is.
         let film = export.film.then(|| FilmOptions { file: out.join(&export.name), fps, background: [0; 3] });
         let options = RenderOptions { out, film };
         let name = if export.film { "Making a film" } else { "Making a picture" };
         self.jobs.start(Kind::Render, name, move |task| {
-            let gpu = Gpu::headless()?;
-            let mut preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
-            let mut draw = |view: &View, task: &crate::task::Task| {
-                preview.picture(&look.shot(view.camera, view.pose), task)
-            };
+            let mut draw = |view: &View, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
             let report = render(&views, &mut draw, &options, task)?;
             let notes = told(&report);
             Ok(Box::new(move |editor| notes.into_iter().for_each(|note| editor.tell(note))))

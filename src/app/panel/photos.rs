@@ -1,12 +1,13 @@
 //! The photos: small pictures with their names and states.
 
-use eframe::egui::{Color32, Image, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
+use eframe::egui::{Image, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
 
 use super::percent;
 use crate::app::command::layers::BUILD;
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
 use crate::app::session::{PhotoStatus, Session};
+use crate::app::settings::good;
 
 /// Of a row, in points.
 const ROW: f32 = 62.0;
@@ -83,7 +84,7 @@ fn fitted(rect: Rect, size: Vec2) -> Rect {
 
 fn state(ui: &mut Ui, status: &PhotoStatus) {
     let (text, color) = match status.word {
-        "current" => ("built", Color32::from_rgb(0x60, 0xb0, 0x60)),
+        "current" => ("built", good(ui.visuals())),
         "stale" => ("stale: changed since it was built", ui.visuals().warn_fg_color),
         "broken" => ("broken", ui.visuals().error_fg_color),
         _ => ("not built", ui.visuals().weak_text_color()),

@@ -46,7 +46,7 @@ impl Tab {
 /// Draws it.
 pub fn side_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         for tab in Tab::ALL {
             let shown = editor.settings.side == tab;
             if ui.selectable_label(shown, tab.name()).on_hover_text(tab.tooltip()).clicked() {

@@ -12,6 +12,7 @@ use eframe::egui::{
 use glam::DVec2;
 
 use self::drawing::Picked;
+pub use self::drawing::colour_of_depth;
 use self::loading::Loading;
 use self::pointing::Pointed;
 pub use self::tools::scale_ui;

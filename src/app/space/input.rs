@@ -1,6 +1,6 @@
 //! Mouse and keys that move the view.
 
-use eframe::egui::{Key, PointerButton, Rect, Response, Ui, Vec2};
+use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 use super::{Editor, px_of};
@@ -84,17 +84,24 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
 /// What is under the pointer is what one turns around and moves.
 fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let held = ui.input(|input| input.pointer.press_origin()).and_then(|at| under(editor, ui, at - rect.min));
-    if let Some(point) = held {
-        editor.space.viewpoint.pivot = point;
+    let Some(session) = &editor.session else { return };
+    match held {
+        Some(point) => editor.space.viewpoint.pivot = point,
+        None => editor.space.viewpoint.settle_pivot(&session.ground),
     }
 }
 
-/// The point of the model under a place of the view.
+/// The point of what is shown under a place of the view: of the model, or of the sheets that it is pulled apart into.
 pub fn under(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<DVec3> {
     let session = editor.session.as_ref()?;
     let (view, size_px) = (&editor.space.viewpoint, editor.space.size_px);
     let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), size_px);
-    session.solid.first(view.position(), ray).map(|(point, _)| point)
+    let backs = !editor.space.look.without_backs;
+    if editor.space.exploded.is_on() {
+        return editor.sheet_along(ray).map(|(point, _)| point);
+    }
+    let hit = session.solid.first_seen(view.position(), ray, backs)?;
+    Some(view.position() + ray * hit.t)
 }
 
 fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
@@ -121,7 +128,7 @@ fn beyond(editor: &Editor, ui: &Ui, offset: Vec2) -> DVec3 {
 fn fly(editor: &mut Editor, ui: &Ui) {
     let Some(session) = &editor.session else { return };
     let held =
-        |key| ui.input(|input| input.key_down(key) && !input.modifiers.command && !input.modifiers.alt);
+        |key| ui.input(|input| is_held(input, key) && !input.modifiers.command && !input.modifiers.alt);
     let axis = |more, less| f64::from(held(more)) - f64::from(held(less));
     let direction = DVec3::new(axis(Key::D, Key::A), axis(Key::Q, Key::E), axis(Key::W, Key::S));
     if direction == DVec3::ZERO {
@@ -129,10 +136,16 @@ fn fly(editor: &mut Editor, ui: &Ui) {
     }
     let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
     let hurry = if shift { HURRY } else { 1.0 };
+    let backs = !editor.space.look.without_backs;
     let view = &mut editor.space.viewpoint;
     let first =
-        |origin: DVec3, ray| session.solid.first(origin, ray).map(|(point, _)| origin.distance(point));
+        |origin: DVec3, ray| session.solid.first_seen(origin, ray, backs).map(|hit| hit.t * ray.length());
     let pace = view.ahead(&session.ground, first) / SECONDS_AHEAD;
     view.fly(direction.normalize() * (pace * seconds * hurry));
     ui.ctx().request_repaint();
+}
+
+/// Down now, or down and up again within a frame that took long.
+fn is_held(input: &InputState, key: Key) -> bool {
+    input.key_down(key) || input.key_pressed(key)
 }

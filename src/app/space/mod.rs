@@ -1,6 +1,8 @@
 //! The 3D view: the live preview, and how one moves through it.
 
+mod exploded;
 mod input;
+mod legend;
 mod overlay;
 mod pace;
 mod picking;
@@ -8,6 +10,7 @@ mod tools;
 
 use eframe::egui::{Color32, Id, Rect, Sense, TextureHandle, TextureOptions, Ui, Vec2, pos2};
 
+use self::exploded::Exploded;
 use self::pace::Pace;
 use super::editor::{Ask, Editor};
 use super::notes::{Note, Weight};
@@ -31,6 +34,10 @@ pub struct Space {
     pub viewpoint: Viewpoint,
     /// How photos are blended, and what of it is shown.
     pub look: Look,
+    /// Layers pulled apart.
+    pub exploded: Exploded,
+    /// What colours mean is told.
+    pub legend_shown: bool,
     /// Outlines of faces are drawn.
     pub wireframe: bool,
     /// Cameras of photos are drawn.
@@ -89,7 +96,9 @@ impl Space {
     fn at(viewpoint: Viewpoint) -> Self {
         Self {
             viewpoint,
-            look: Look::default(),
+            look: Look { without_backs: true, ..Look::default() },
+            exploded: Exploded::default(),
+            legend_shown: true,
             wireframe: false,
             cameras: true,
             photo_over: false,
@@ -150,6 +159,7 @@ impl Space {
     /// The site was read again: photos and faces may be others.
     pub fn forget_site(&mut self) {
         (self.through, self.hovered, self.travel, self.back) = (None, None, None, None);
+        self.exploded = Exploded::default();
     }
 
     /// The photo one looks through.
@@ -206,9 +216,14 @@ pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let flies = editor.space.travel(now_s);
     let moves = input::navigate(editor, ui, &response, rect, now_s) || editor.plays();
     receive(editor, ui);
-    ask(editor, ui, now_s, flies || moves);
-    paint(editor, ui, rect);
-    picking::pick(editor, ui, &response, rect, asks);
+    if editor.space.exploded.is_on() {
+        ui.painter_at(rect).rect_filled(rect, 0.0, background(ui));
+        exploded::exploded_ui(editor, ui, &response, rect, asks);
+    } else {
+        ask(editor, ui, now_s, flies || moves);
+        paint(editor, ui, rect);
+        picking::pick(editor, ui, &response, rect, asks);
+    }
     tools::tools_ui(editor, ui, rect, asks);
 }
 

@@ -1,7 +1,5 @@
 //! Lines and pictures over the view: outlines, cameras, the photo one looks through.
 
-use std::collections::BTreeSet;
-
 use eframe::egui::epaint::{Mesh, Vertex};
 use eframe::egui::{Color32, Painter, Pos2, Rect, Shape, Stroke, Ui, pos2, vec2};
 use glam::DVec3;
@@ -10,14 +8,16 @@ use super::picking::faces_of;
 use crate::app::editor::Editor;
 use crate::app::session::Session;
 use crate::projection::navigation::Viewpoint;
-use crate::scene::{FaceId, Model, Photo};
+use crate::scene::{FaceId, Photo};
 
 /// What is selected.
-const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
+pub const SELECTED: Color32 = Color32::from_rgb(0xff, 0xa0, 0x30);
 /// What is under the pointer.
 const HOVERED: Color32 = Color32::from_rgb(0xff, 0xe0, 0xa0);
 /// Faces' outlines.
 const WIRE: Color32 = Color32::from_rgba_premultiplied(70, 90, 110, 110);
+/// The same on a light ground.
+const WIRE_ON_LIGHT: Color32 = Color32::from_rgba_premultiplied(24, 34, 46, 150);
 /// Cameras.
 const CAMERA: Color32 = Color32::from_rgb(0x70, 0xb0, 0xe8);
 /// A camera's picture stands before it at this share of the site's radius.
@@ -32,15 +32,14 @@ pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let Some(session) = &editor.session else { return };
     let space = &editor.space;
     let canvas = Canvas { painter: ui.painter_at(rect), rect, view: space.viewpoint };
-    let model = session.model();
     if space.wireframe || session.painter.is_none() {
-        model.face_ids().for_each(|face| canvas.outline(model, face, Stroke::new(1.0, WIRE)));
+        canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
     for face in faces_of(editor.selection, session) {
-        canvas.outline(model, face, Stroke::new(2.0, SELECTED));
+        canvas.outline(session, face, Stroke::new(2.0, SELECTED));
     }
     if let Some(face) = space.hovered {
-        canvas.outline(model, face, Stroke::new(1.5, HOVERED));
+        canvas.outline(session, face, Stroke::new(1.5, HOVERED));
     }
     if space.cameras && space.through.is_none() {
         cameras(editor, session, &canvas);
@@ -91,14 +90,28 @@ struct Canvas {
 }
 
 impl Canvas {
-    fn outline(&self, model: &Model, face: FaceId, stroke: Stroke) {
-        let ring = model.ring(face);
-        let edge = |place: usize| (ring[place], ring[(place + 1) % ring.len()]);
-        let edges: BTreeSet<(u32, u32)> = (0..ring.len()).map(edge).collect();
-        // What is gone both ways leads to a hole: a bridge, and no edge of the face.
-        for &(from, to) in edges.iter().filter(|&&(from, to)| !edges.contains(&(to, from))) {
-            self.line(model.vertices[from as usize], model.vertices[to as usize], stroke);
+    fn outline(&self, session: &Session, face: FaceId, stroke: Stroke) {
+        let vertices = &session.model().vertices;
+        for &[from, to] in session.edges.of_face(face) {
+            self.line(vertices[from as usize], vertices[to as usize], stroke);
         }
+    }
+
+    /// Many lines in one piece: thousands of shapes of their own would take longer than all else of a frame. Each is a
+    /// ridge, opaque in the middle and nothing a pixel beside it, which looks as smooth as a line of egui's.
+    fn wires(&self, session: &Session, colour: Color32) {
+        let vertices = &session.model().vertices;
+        let mut mesh = Mesh::default();
+        for &[from, to] in session.edges.all() {
+            let Some(ends) = self.view.segment(vertices[from as usize], vertices[to as usize]) else {
+                continue;
+            };
+            let [from, to] = ends.map(|end| self.at(end));
+            if self.rect.intersects(Rect::from_two_pos(from, to)) {
+                ridge(&mut mesh, from, to, colour);
+            }
+        }
+        self.painter.add(Shape::mesh(mesh));
     }
 
     fn line(&self, from: DVec3, to: DVec3, stroke: Stroke) {
@@ -154,5 +167,21 @@ impl Canvas {
             }
         }
         self.painter.add(Shape::mesh(mesh));
+    }
+}
+
+/// A line between two places, as wide as two points at its foot.
+fn ridge(mesh: &mut Mesh, from: Pos2, to: Pos2, colour: Color32) {
+    let aside = (to - from).normalized().rot90();
+    let first = mesh.vertices.len() as u32;
+    for end in [from, to] {
+        mesh.colored_vertex(end - aside, Color32::TRANSPARENT);
+        mesh.colored_vertex(end, colour);
+        mesh.colored_vertex(end + aside, Color32::TRANSPARENT);
+    }
+    for side in 0..2 {
+        let corner = first + side;
+        mesh.add_triangle(corner, corner + 1, corner + 3);
+        mesh.add_triangle(corner + 3, corner + 1, corner + 4);
     }
 }

@@ -46,7 +46,7 @@ fn face_at(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<FaceId> {
         return face.checked_sub(1).map(FaceId);
     }
     let ray = space.viewpoint.ray(px, space.size_px);
-    session.solid.first(space.viewpoint.position(), ray).map(|(_, face)| face)
+    session.solid.first_seen(space.viewpoint.position(), ray, !space.look.without_backs).map(|hit| hit.face)
 }
 
 /// A ball around what is selected, in the world; none for photos and for nothing.

@@ -1,7 +1,8 @@
 //! What lies over the 3D view to be clicked: what is shown, the photo one looks through, hints.
 
-use eframe::egui::{Align2, Area, Color32, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
+use eframe::egui::{Align2, Area, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
+use super::{exploded, legend};
 use crate::app::command;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
@@ -11,9 +12,22 @@ use crate::projection::{Blend, Mode};
 /// Draws it.
 pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
+    if editor.space.exploded.is_on() {
+        over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
+            ui.horizontal(|ui| pulled_apart(editor, ui, asks));
+        });
+        return;
+    }
     over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| {
-        ui.horizontal(|ui| top(editor, ui, asks));
+        ui.set_max_width(rect.width() - 40.0);
+        ui.horizontal_wrapped(|ui| top(editor, ui, asks));
     });
+    if legend::is_shown(editor) {
+        // One of another size is another one: it is placed by its size.
+        over(ui, id.with(("legend", editor.space.look.shown)), rect, Align2::LEFT_BOTTOM, |ui| {
+            legend::legend_ui(editor, ui, asks)
+        });
+    }
     if editor.space.through().is_some() {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
             ui.horizontal(|ui| through(editor, ui));
@@ -46,7 +60,7 @@ fn top(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let mut relief = !editor.space.look.flat;
     ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
     editor.space.look.flat = !relief;
-    for command in [&command::view::WIREFRAME, &command::view::CAMERAS] {
+    for command in [&command::view::WIREFRAME, &command::view::CAMERAS, &command::view::BACKS] {
         toggle_ui(editor, ui, command, asks);
     }
 }
@@ -65,6 +79,23 @@ fn shown(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             }
         }
     });
+}
+
+/// How far a photo's layers are pulled apart.
+fn pulled_apart(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = editor.selected_photo_name().unwrap_or_default();
+    ui.label(RichText::new(name).strong());
+    let slider = Slider::new(&mut editor.space.exploded.apart, 0.0..=exploded::MOST_APART);
+    ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
+        "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
+    );
+    if !editor.space.exploded.is_complete() {
+        ui.spinner();
+    }
+    let back = ui.button("Put together").on_hover_text("Goes back to the 3D view.");
+    if back.clicked() {
+        asks.push(Ask::Run(&command::view::EXPLODED));
+    }
 }
 
 fn through(editor: &mut Editor, ui: &mut Ui) {
@@ -100,7 +131,7 @@ fn hint(editor: &Editor) -> Option<&'static str> {
 fn empty(editor: &Editor, ui: &mut Ui, hint: &str, asks: &mut Vec<Ask>) {
     ui.set_min_width(220.0);
     ui.vertical_centered(|ui| {
-        ui.label(RichText::new(hint).color(Color32::from_gray(200)).heading());
+        ui.label(RichText::new(hint).heading());
         let waits = [Kind::Preview, Kind::Build].into_iter().any(|kind| editor.jobs.runs(kind));
         if waits {
             ui.add(Spinner::new().size(24.0));
@@ -109,8 +140,11 @@ fn empty(editor: &Editor, ui: &mut Ui, hint: &str, asks: &mut Vec<Ask>) {
         if let Some(trouble) = &editor.space.trouble {
             ui.set_max_width(520.0);
             ui.label(trouble);
+            ui.add_space(4.0);
+            ui.label("Until then there is no 3D view, there are no pictures and films of it, and no layers are built.");
             ui.label(
-                "Your work is safe. Exports, imports and everything else that draws nothing go on as before.",
+                "Your work is safe, and all else goes on: the views of photos and layers, layers pulled apart, \
+                 decisions, masks, filling, exports and imports, saving.",
             );
             ui.add_space(6.0);
         }

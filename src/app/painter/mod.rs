@@ -1,6 +1,10 @@
 //! Draws novel views beside the window, on a device of its own: the window stays quick however long a picture
-//! takes, and a device that is lost takes no unsaved work with it. Only the newest request is ever drawn.
+//! takes, and a device that is lost takes no unsaved work with it. Of requests of the view only the newest is ever
+//! drawn; between them pictures that somebody ordered to keep.
 
+mod orders;
+
+use std::collections::VecDeque;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, Sender, channel};
@@ -11,7 +15,11 @@ use std::time::{Duration, Instant};
 use eframe::egui::{Color32, ColorImage, Context};
 use glam::DVec3;
 
+pub use self::orders::Orders;
+
+use self::orders::{Bench, Order};
 use crate::error::{Error, Result};
+use crate::projection::surface::Surface;
 use crate::projection::{Gains, Picture, Renders, Shot};
 use crate::recipe::preview::Preview;
 use crate::scene::Model;
@@ -55,6 +63,8 @@ struct Slot {
     request: Option<Request>,
     /// Oldest first.
     changes: Vec<Change>,
+    /// Oldest first.
+    orders: VecDeque<Order>,
     /// Stops the picture that is being drawn, and whether that yields to a newer one.
     drawing: Option<(Arc<AtomicBool>, bool)>,
     ends: bool,
@@ -79,6 +89,8 @@ pub struct Painter {
     receive: Receiver<Result<Painted>>,
     /// Adapter, kind, interface and driver.
     pub adapter: String,
+    /// The model as rays meet it, and as it is drawn.
+    pub surface: Arc<Surface>,
     /// Something was asked for that is not drawn yet.
     pending: bool,
     thread: Option<JoinHandle<()>>,
@@ -98,13 +110,19 @@ impl Painter {
     ) -> Result<Self> {
         let shared = Arc::<Shared>::default();
         let (send, receive) = channel();
-        let theirs = shared.clone();
-        let draw = move || Drawing { preview, model, task, send, context }.run(&theirs);
+        let (theirs, surface) = (shared.clone(), preview.surface());
+        let bench = Bench::default();
+        let draw = move || Drawing { preview, model, task, send, context, bench }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
             Error::Request(format!("the system gives no thread for the 3D view: {error}"))
         })?;
-        Ok(Self { shared, receive, adapter, pending: false, thread: Some(thread) })
+        Ok(Self { shared, receive, adapter, surface, pending: false, thread: Some(thread) })
+    }
+
+    /// Where jobs order pictures to keep.
+    pub fn orders(&self) -> Orders {
+        Orders(self.shared.clone())
     }
 
     /// Asks for a picture instead of all others asked for before.
@@ -146,6 +164,8 @@ impl Drop for Painter {
     fn drop(&mut self) {
         let mut slot = self.shared.slot();
         slot.ends = true;
+        // Whoever waits for one is told that nobody draws it.
+        slot.orders.clear();
         if let Some((stop, _)) = &slot.drawing {
             stop.store(true, Ordering::Relaxed);
         }
@@ -164,26 +184,33 @@ struct Drawing {
     task: Task,
     send: Sender<Result<Painted>>,
     context: Context,
+    bench: Bench,
 }
 
 impl Drawing {
     fn run(mut self, shared: &Shared) {
-        while let Some(Work { changes, request }) = next(shared) {
+        while let Some(Work { changes, request }) = next(shared, &mut self.bench) {
             let changed = changes.into_iter().try_for_each(|change| self.change(change));
-            let Some((request, stop)) = request else {
-                if let Err(error) = changed {
-                    let _ = self.send.send(Err(error));
+            match request {
+                Some((request, stop)) => {
+                    let done = changed.and_then(|()| self.guarded(request, stop));
+                    shared.slot().drawing = None;
+                    // One that was given up is followed by the one it was given up for.
+                    if !matches!(done, Err(Error::Cancelled)) {
+                        self.tell(done);
+                    }
                 }
-                continue;
-            };
-            let done = changed.and_then(|()| self.guarded(request, stop));
-            shared.slot().drawing = None;
-            // One that was given up is followed by the one it was given up for.
-            if !matches!(done, Err(Error::Cancelled)) {
-                let _ = self.send.send(done);
-                self.context.request_repaint();
+                None => changed.err().into_iter().for_each(|error| self.tell(Err(error))),
             }
+            // In turns, so that neither waits for the other to come to its end.
+            self.bench.work(&mut self.preview);
         }
+    }
+
+    fn tell(&self, done: Result<Painted>) {
+        // The window may be gone.
+        let _ = self.send.send(done);
+        self.context.request_repaint();
     }
 
     /// Paint that cannot be read is told, and pictures are as they were; only the device's faults end it.
@@ -228,19 +255,24 @@ fn failed() -> Error {
     Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into())
 }
 
-/// What is to be done next: changes, then a picture, with the flag that stops it.
+/// What is to be done next: changes, then a picture, with the flag that stops it; then a slice of what is on the bench.
 struct Work {
     changes: Vec<Change>,
     request: Option<(Request, Arc<AtomicBool>)>,
 }
 
-/// Waits for something to do; none when the painter is gone.
-fn next(shared: &Shared) -> Option<Work> {
-    let waiting = |slot: &mut Slot| slot.request.is_none() && slot.changes.is_empty() && !slot.ends;
+/// Waits for something to do; none when the painter is gone. Puts an order on the bench where that is free.
+fn next(shared: &Shared, bench: &mut Bench) -> Option<Work> {
+    let is_free = bench.is_free();
+    let waiting = |slot: &mut Slot| {
+        let nothing = slot.request.is_none() && slot.changes.is_empty() && slot.orders.is_empty();
+        is_free && nothing && !slot.ends
+    };
     let mut slot = shared.wake.wait_while(shared.slot(), waiting).unwrap_or_else(PoisonError::into_inner);
     if slot.ends {
         return None;
     }
+    bench.take(&mut slot.orders);
     let changes = std::mem::take(&mut slot.changes);
     let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
     slot.drawing = request.as_ref().map(|(request, stop)| (stop.clone(), request.yields));

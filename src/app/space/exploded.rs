@@ -1,0 +1,297 @@
+//! A photo's image layers pulled apart in space: which one is under the pointer, and how far apart they are.
+
+use eframe::egui::epaint::{Mesh, Vertex};
+use eframe::egui::{
+    Color32, Id, Painter, Pos2, Rect, Response, Shape, Stroke, TextureHandle, TextureOptions, Ui, pos2, vec2,
+};
+use glam::{DVec2, DVec3};
+
+use super::overlay::SELECTED;
+use super::{FIELD_RAD, px_of};
+use crate::app::editor::{Ask, Editor};
+use crate::app::flat::Version;
+use crate::app::flat::slot::{Slot, Wish};
+use crate::app::photo::colour_of_depth;
+use crate::app::pictures::image;
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::document::Stack;
+use crate::io::stack_store::StackStore;
+use crate::projection::exploded::Stand;
+use crate::projection::flight::FrameLens;
+use crate::projection::navigation::Viewpoint;
+use crate::recipe::exploded::sheets::{SheetPicture, sheet_pictures};
+
+/// Sheets are as high as this share of the site's radius, so that one moves among them as in the site.
+const HEIGHT_SHARE: f64 = 0.8;
+/// The longer side of a photo's sheets, in pixels: seen from aside a sheet is smaller than the window.
+const LONGEST_PX: u32 = 1024;
+/// How long sheets take to their places.
+const OPENS_S: f32 = 0.7;
+/// How far the last sheet is behind the nearest one at first, and at most, as a multiple of that one's distance: however many
+/// layers there are, all of them are seen.
+const APART: f32 = 1.8;
+/// See [`APART`].
+pub const MOST_APART: f32 = 6.0;
+/// A sheet is drawn in so many pieces across and down, each small enough to look straight.
+const PIECES: u32 = 10;
+
+/// The sheets of the view, and whether they are shown.
+pub struct Exploded {
+    /// The photo whose layers are pulled apart.
+    photo: Option<usize>,
+    /// How far the last sheet is to be behind the nearest one, as a multiple of that one's distance.
+    pub apart: f32,
+    /// How far they are on their way there.
+    now_apart: f32,
+    /// Where one looked from before, and the photo that one looked through.
+    back: Option<(Viewpoint, Option<usize>)>,
+    made: Slot<Version, Sheets>,
+    /// The layer under the pointer, by its place in the stack.
+    pub hovered: Option<usize>,
+}
+
+/// The sheets of a stack.
+pub struct Sheets {
+    pictures: Vec<SheetPicture>,
+    /// As far as they are on the window's device.
+    textures: Vec<TextureHandle>,
+}
+
+impl Default for Exploded {
+    fn default() -> Self {
+        Self { photo: None, apart: APART, now_apart: 0.0, back: None, made: Slot::new(1), hovered: None }
+    }
+}
+
+impl Exploded {
+    /// Layers are pulled apart.
+    pub fn is_on(&self) -> bool {
+        self.photo.is_some()
+    }
+
+    /// How far sheets are on their way to be as far apart as is wanted.
+    pub fn now_apart(&self) -> f32 {
+        self.now_apart
+    }
+
+    /// The sheets are there to be seen, all of them.
+    pub fn is_complete(&self) -> bool {
+        self.made.last().is_some_and(|sheets| sheets.textures.len() == sheets.pictures.len())
+    }
+}
+
+impl Editor {
+    /// Pulls the selected photo's layers apart and looks at them from the side, or puts them back.
+    pub fn toggle_exploded(&mut self) {
+        if self.space.exploded.photo.take().is_some() {
+            let now_s = self.now_s();
+            let back = self.space.exploded.back.take();
+            if let (Some((view, through)), Some(session)) = (back, &self.session) {
+                self.space.fly(view, through, session, now_s);
+            }
+            return;
+        }
+        self.space.exploded.back = Some((self.space.viewpoint, self.space.through));
+        self.pull_apart();
+    }
+
+    /// Pulls the layers of the photo that is selected now apart.
+    fn pull_apart(&mut self) {
+        let Some(photo) = self.selected_photo() else { return };
+        self.layout.show(crate::app::layout::Pane::Space);
+        self.space.exploded.photo = Some(photo);
+        self.space.exploded.now_apart = 0.0;
+        let apart = self.space.exploded.apart;
+        let (Some(stand), Some(session)) = (self.stand(apart), &self.session) else { return };
+        let lens = FrameLens::with_field_of_view(FIELD_RAD);
+        let there = stand.from_aside(last_order(session, photo), lens, session.ground.up);
+        self.context.animate_value_with_time(animation(), 0.0, 0.0);
+        self.fly_to_viewpoint(there);
+    }
+
+    /// The stack of the photo that commands on a photo mean.
+    pub fn selected_stack(&self) -> Option<&Stack> {
+        self.session.as_ref()?.photos.get(self.selected_photo()?)?.stack.as_deref()
+    }
+
+    /// Where the sheets of the exploded photo stand when the last one is so far behind the nearest.
+    fn stand(&self, apart: f32) -> Option<Stand> {
+        let (session, place) = (self.session.as_ref()?, self.space.exploded.photo?);
+        let photo = session.opened.site.photos.get(place)?;
+        let height = HEIGHT_SHARE * session.ground.radius;
+        let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
+        Some(Stand::of_height(photo.camera, photo.pose, height, step))
+    }
+
+    /// The point of the nearest sheet along a ray from the viewpoint, and its layer's place in the stack.
+    pub fn sheet_along(&self, ray: DVec3) -> Option<(DVec3, usize)> {
+        let exploded = &self.space.exploded;
+        let stand = self.stand(exploded.now_apart)?;
+        let (sheets, eye) = (exploded.made.last()?, self.space.viewpoint.position());
+        let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
+        stand.from_behind(&orders, eye).into_iter().rev().find_map(|place| {
+            let sheet = &sheets.pictures[place];
+            let (t, px) = stand.meet(sheet.order, eye, ray)?;
+            sheet.has(px.x, px.y).then_some((eye + ray * t, sheet.layer))
+        })
+    }
+}
+
+/// The place of a photo's farthest layer in its stack.
+fn last_order(session: &Session, photo: usize) -> u32 {
+    let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
+    stack.iter().flat_map(|stack| &stack.image_layers).map(|layer| layer.order).max().unwrap_or(0)
+}
+
+fn animation() -> Id {
+    Id::unique("layers pulled apart")
+}
+
+/// Draws the sheets, names the one under the pointer, and selects it when it is clicked.
+pub fn exploded_ui(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
+    if editor.selected_photo() != editor.space.exploded.photo {
+        editor.pull_apart();
+    }
+    make(editor, ui);
+    pick(editor, ui, response, rect, asks);
+    draw(editor, ui, rect);
+}
+
+/// Has the sheets made, and brings them to the window's device, one in a frame.
+fn make(editor: &mut Editor, ui: &Ui) {
+    let (Some(photo), Some(session)) = (editor.space.exploded.photo, &editor.session) else { return };
+    let Some(version) = Version::of(session, photo) else { return };
+    let (folder, stack) =
+        (StackStore::new(&session.folder).folder(&version.stack.photo.name), version.stack.clone());
+    let wish = Wish {
+        key: version.clone(),
+        name: "Pulling layers apart",
+        gives_up: true,
+        slot: |editor| &mut editor.space.exploded.made,
+    };
+    let exploded = &mut editor.space.exploded;
+    exploded.made.want(&mut editor.jobs, wish, move |task| {
+        let pictures = sheet_pictures(&folder, &stack, LONGEST_PX, task)?;
+        Ok(Sheets { pictures, textures: Vec::new() })
+    });
+    let Some(sheets) = exploded.made.take_up(&version) else { return };
+    if let Some(next) = sheets.pictures.get(sheets.textures.len()) {
+        let name = format!("sheet {}", next.layer);
+        sheets.textures.push(ui.ctx().load_texture(name, image(&next.picture), TextureOptions::LINEAR));
+        ui.ctx().request_repaint();
+        return;
+    }
+    // From the moment on that all are there.
+    exploded.now_apart = ui.ctx().animate_value_with_time(animation(), exploded.apart, OPENS_S);
+}
+
+fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
+    let pointer = response.hover_pos().filter(|_| !response.dragged());
+    let ray = pointer.map(|at| {
+        let px = px_of(at - rect.min, ui.ctx().pixels_per_point());
+        editor.space.viewpoint.ray(px, editor.space.size_px)
+    });
+    let layer = ray.and_then(|ray| editor.sheet_along(ray)).map(|(_, layer)| layer);
+    editor.space.exploded.hovered = layer;
+    let (Some(photo), Some(session)) = (editor.space.exploded.photo, &editor.session) else { return };
+    match layer {
+        Some(layer) => {
+            let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
+            let named = stack.and_then(|stack| stack.image_layers.get(layer));
+            let text = named.map(|named| format!("{}, {} from the front", named.name, named.order));
+            response.clone().on_hover_text_at_pointer(text.unwrap_or_default());
+            if response.clicked() {
+                asks.push(Ask::Select(Selection::Layer { photo, layer }));
+            }
+        }
+        None if response.clicked() => asks.push(Ask::Select(Selection::Photo(photo))),
+        None => (),
+    }
+}
+
+fn draw(editor: &Editor, ui: &Ui, rect: Rect) {
+    let exploded = &editor.space.exploded;
+    let Some(stand) = editor.stand(exploded.now_apart) else { return };
+    let Some(sheets) = exploded.made.last() else { return };
+    let canvas = Canvas { painter: ui.painter_at(rect), rect, view: editor.space.viewpoint, stand };
+    let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
+    let weak = ui.visuals().weak_text_color();
+    canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
+    for place in stand.from_behind(&orders, editor.space.viewpoint.position()) {
+        let Some(texture) = sheets.textures.get(place) else { continue };
+        let sheet = &sheets.pictures[place];
+        canvas.sheet(sheet, texture);
+        let is_selected = exploded.photo.is_some_and(|photo| {
+            let layer = sheet.layer;
+            editor.selection == Selection::Layer { photo, layer }
+                || editor.more_layers.contains(&(photo, layer))
+        });
+        let colour = if is_selected { SELECTED } else { colour_of_depth(sheet.order) };
+        let width: f32 = if is_selected { 3.0 } else { 1.0 };
+        let width = if exploded.hovered == Some(sheet.layer) { width.max(2.5) } else { width };
+        canvas.outline(sheet, Stroke::new(width, colour));
+    }
+}
+
+struct Canvas {
+    painter: Painter,
+    rect: Rect,
+    view: Viewpoint,
+    stand: Stand,
+}
+
+impl Canvas {
+    fn at(&self, place: DVec2) -> Pos2 {
+        self.rect.center() + vec2(place.x as f32, place.y as f32) * self.rect.height()
+    }
+
+    fn line(&self, from: DVec3, to: DVec3, stroke: Stroke) {
+        if let Some([from, to]) = self.view.segment(from, to) {
+            self.painter.line_segment([self.at(from), self.at(to)], stroke);
+        }
+    }
+
+    /// From the photo's camera through the corners of the photo to the last sheet.
+    fn rays(&self, last: u32, stroke: Stroke) {
+        let (w, h) = (self.stand.camera.width, self.stand.camera.height);
+        let corners = self.stand.corners(last, crate::geometry::PixelRect { x: 0, y: 0, w, h });
+        let eye = self.stand.pose.center_in_world();
+        corners.into_iter().for_each(|corner| self.line(eye, corner, stroke));
+    }
+
+    fn outline(&self, sheet: &SheetPicture, stroke: Stroke) {
+        let corners = self.stand.corners(sheet.order, sheet.rect);
+        (0..4).for_each(|i| self.line(corners[i], corners[(i + 1) % 4], stroke));
+    }
+
+    /// A sheet in pieces; those that are behind the eye in part are left out.
+    fn sheet(&self, sheet: &SheetPicture, texture: &TextureHandle) {
+        let rect = sheet.rect;
+        let mut mesh = Mesh::with_texture(texture.id());
+        let mut seen = Vec::new();
+        for i in 0..(PIECES + 1) * (PIECES + 1) {
+            let [u, v] = [i % (PIECES + 1), i / (PIECES + 1)].map(|step| f64::from(step) / f64::from(PIECES));
+            let px = DVec2::new(
+                f64::from(rect.x) + u * f64::from(rect.w),
+                f64::from(rect.y) + v * f64::from(rect.h),
+            );
+            let place = self.view.place(self.stand.point(sheet.order, px));
+            seen.push(place.is_some());
+            let pos = place.map_or(Pos2::ZERO, |place| self.at(place));
+            mesh.vertices.push(Vertex { pos, uv: pos2(u as f32, v as f32), color: Color32::WHITE });
+        }
+        for row in 0..PIECES {
+            for column in 0..PIECES {
+                let first = row * (PIECES + 1) + column;
+                let below = first + PIECES + 1;
+                for corners in [[first, first + 1, below], [below, first + 1, below + 1]] {
+                    if corners.iter().all(|corner| seen[*corner as usize]) {
+                        mesh.add_triangle(corners[0], corners[1], corners[2]);
+                    }
+                }
+            }
+        }
+        self.painter.add(Shape::mesh(mesh));
+    }
+}

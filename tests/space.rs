@@ -1,0 +1,187 @@
+//! The 3D view of the window: backs of faces, layers pulled apart, what colours mean, pictures to keep.
+
+mod common;
+#[path = "common/window.rs"]
+#[allow(dead_code)]
+mod window;
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Pos2};
+use egui_kittest::Harness;
+use egui_kittest::kittest::Queryable;
+use quadratura::app::command::{self, view};
+use quadratura::app::editor::Editor;
+use quadratura::app::selection::Selection;
+use quadratura::gpu::Gpu;
+use quadratura::projection::{Quality, Renders, Shown};
+use quadratura::recipe::open::open;
+use quadratura::recipe::preview::{self, PreviewOptions};
+use quadratura::recipe::render::Look;
+use quadratura::task::Task;
+
+use window::{project_of, site_of_piazza, wait, window};
+
+/// A window with the piazza, of which one photo is built; none where no adapter is.
+fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
+    common::gpu_rasteriser()?;
+    let project = folder.join("piazza");
+    project_of(&site_of_piazza(), &project);
+    let mut harness = window(Some(project.clone()));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().run(&command::layers::BUILD_PHOTO);
+    let is_built = |editor: &Editor| {
+        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.jobs.is_idle()
+    };
+    wait(&mut harness, "the layers", is_built);
+    wait(&mut harness, "a picture", |editor| editor.space.has_picture());
+    Some((harness, project))
+}
+
+#[test]
+fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_picked() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, _)) = built(folder.path()) else { return };
+    assert!(harness.state().space.look.without_backs);
+    // From behind what the first photo looks at: seen from there, facades are backs.
+    let editor = harness.state_mut();
+    let session = editor.session.as_ref().unwrap();
+    let (eye, center) = (editor.space.viewpoint.position(), session.ground.center);
+    let mut behind = editor.space.viewpoint;
+    behind.pivot = center;
+    behind.orbit(std::f64::consts::PI, 0.0, session.ground.up);
+    assert!(behind.position().distance(eye) > session.ground.radius * 0.1);
+    editor.space.show_from(behind, 0.0);
+    let ray = (center - behind.position()).normalize();
+    let first = |backs: bool| session_hit(harness.state(), behind.position(), ray, backs);
+    let (with, without) = (first(true), first(false));
+    assert!(
+        without.is_none_or(|without| with.unwrap() <= without),
+        "what is left out only lets one see farther"
+    );
+
+    harness.step();
+    harness.get_by_role_and_label(Role::Button, "Backs").click();
+    harness.step();
+    harness.step();
+    assert!(!harness.state().space.look.without_backs);
+    harness.key_press(Key::B);
+    harness.step();
+    harness.step();
+    assert!(harness.state().space.look.without_backs);
+}
+
+fn session_hit(editor: &Editor, eye: glam::DVec3, ray: glam::DVec3, backs: bool) -> Option<f64> {
+    editor.session.as_ref().unwrap().solid.first_seen(eye, ray, backs).map(|hit| hit.t)
+}
+
+#[test]
+fn layers_are_pulled_apart_named_selected_and_put_together_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, _)) = built(folder.path()) else { return };
+    let before = harness.state().space.viewpoint;
+    harness.key_press(Key::L);
+    wait(&mut harness, "the sheets", |editor| editor.space.exploded.is_complete());
+    wait(&mut harness, "their places", |editor| {
+        let exploded = &editor.space.exploded;
+        (exploded.now_apart() - exploded.apart).abs() < 1e-3
+    });
+    harness.get_by_label_contains("distance of layers");
+
+    // Somewhere in the view is a layer: it is named, and a click selects it.
+    let view = harness.get_by_label("3D view").rect();
+    let places = (1..8).flat_map(|y| (1..12).map(move |x| (x, y)));
+    let at = |(x, y): (u32, u32)| -> Pos2 {
+        view.min + [view.width() * x as f32 / 12.0, view.height() * y as f32 / 9.0].into()
+    };
+    let found = places.map(at).find(|place| {
+        harness.hover_at(*place);
+        harness.step();
+        harness.state().space.exploded.hovered.is_some()
+    });
+    let place = found.expect("sheets are in the view");
+    let layer = harness.state().space.exploded.hovered.unwrap();
+    let stack = harness.state().selected_stack().unwrap();
+    let name = stack.image_layers[layer].name.clone();
+    harness.drag_at(place);
+    harness.drop_at(place);
+    wait(&mut harness, "the selection", |editor| editor.selection == Selection::Layer { photo: 0, layer });
+    assert!(!name.is_empty());
+
+    harness.get_by_label("Put together").click();
+    wait(&mut harness, "the way back", |editor| {
+        !editor.space.exploded.is_on() && editor.space.viewpoint.position().distance(before.position()) < 1e-6
+    });
+    wait(&mut harness, "a picture", |editor| editor.space.has_picture());
+}
+
+#[test]
+fn every_understanding_view_says_what_its_colours_mean() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, _)) = built(folder.path()) else { return };
+    let told = [
+        (&view::WEIGHTS, "01_church.jpg"),
+        (&view::COVERAGE, "Photos that serve a place"),
+        (&view::DENSITY, "Texels of the best photo for a pixel, along a side"),
+        (&view::CONFIDENCE, "How far it is trusted"),
+        (&view::PROVENANCE, "invented by example"),
+        (&view::ITEM, "Every face has a colour of its own."),
+    ];
+    for (command, words) in told {
+        harness.state_mut().run(command);
+        harness.step();
+        harness.step();
+        assert!(harness.query_all_by_label(words).next().is_some(), "{}: {words}", command.name);
+    }
+    harness.state_mut().run(&view::COLOUR);
+    harness.step();
+    harness.step();
+    assert!(harness.query_by_label("Hide the legend").is_none(), "photos are what they are");
+}
+
+/// A slice of a picture has depths and shortlists of its own: at an edge a pixel may go to the face next to it, and
+/// rounding may differ by a step of 8 bits.
+fn assert_alike(found: &[u8], expected: &[u8], what: &str) {
+    let pairs = found.as_chunks::<4>().0.iter().zip(expected.as_chunks::<4>().0);
+    let far = pairs.clone().filter(|(a, b)| a.iter().zip(*b).any(|(a, b)| a.abs_diff(*b) > 1)).count();
+    let all = pairs.count();
+    println!("{what}: {far} of {all} pixels differ by more than a step");
+    assert!(all > 0 && far * 1000 <= all, "{what}: {far} of {all} pixels differ");
+}
+
+#[test]
+fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some((mut harness, project)) = built(folder.path()) else { return };
+    let picture = project.join("pictures/view.png");
+    for shown in [&view::COLOUR, &view::PROVENANCE] {
+        harness.state_mut().run(shown);
+        harness.state_mut().ask_still();
+        harness.step();
+        harness.step();
+        harness.get_by_label("Make").click();
+        wait(&mut harness, "the picture", |editor| picture.is_file() && editor.jobs.is_idle());
+        let found = image::open(&picture).unwrap().to_rgba8();
+        std::fs::remove_file(&picture).unwrap();
+
+        let editor = harness.state();
+        let view = editor.space.viewpoint;
+        let look = Look { quality: Quality::Final, ..editor.space.look.clone() };
+        let opened = open(&project, &Task::silent()).unwrap();
+        let gpu = Gpu::headless().unwrap();
+        let options = PreviewOptions::default();
+        let mut own = preview::open(&project, &opened, &gpu, &options, &Task::silent()).unwrap();
+        let shot = look.shot(view.camera(found.width(), found.height()), view.pose);
+        let expected = own.picture(&shot, &Task::silent()).unwrap();
+        assert_alike(found.as_raw(), &expected.rgba, &format!("{:?}", look.shown));
+        if look.shown == Shown::Provenance {
+            // One photo, nothing filled, nothing painted: all of it is the photo itself.
+            let [r, g, b] = quadratura::projection::legend::Origin::Photo.colour();
+            let near = |pixel: &&[u8; 4]| {
+                pixel[3] < 255 || pixel.iter().zip([r, g, b]).all(|(a, b)| a.abs_diff(b) <= 2)
+            };
+            assert!(found.as_raw().as_chunks::<4>().0.iter().all(|pixel| near(&pixel)));
+        }
+    }
+}
