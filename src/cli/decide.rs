@@ -47,7 +47,7 @@ fn stacks(folder: &std::path::Path, opened: &Opened) -> Vec<Option<Stack>> {
 
 impl DecideArgs {
     fn decides(&self) -> bool {
-        let lists = [&self.merge, &self.split, &self.exclude, &self.pin];
+        let lists = [&self.merge, &self.split, &self.exclude, &self.pin, &self.free];
         let options = self.tolerance.is_some() || self.min_support.is_some() || self.margin.is_some();
         let named = self.name.is_some() || lists.iter().any(|list| !list.is_empty());
         named || options || self.reset || !self.forget.is_empty()
@@ -86,6 +86,10 @@ fn of_photo(
         let of = typed.iter().map(|what| faces_named(&opened.site.model, stack, what));
         Ok(of.collect::<Result<Vec<_>>>()?.concat())
     };
+    // What takes back comes before what decides.
+    if !args.free.is_empty() {
+        edits.push(LayerEdit::Free { photo: photo.clone(), of: named(&args.free)? });
+    }
     if !args.split.is_empty() {
         let mut groups = vec![named(&args.split)?];
         groups.extend((!args.from.is_empty()).then(|| named(&args.from)).transpose()?);

@@ -75,7 +75,7 @@ pub fn cluster(
 pub const SMALLEST_TILE: u32 = 64;
 
 /// The longest side of a box.
-fn longest_side(options: &Options) -> u32 {
+pub fn longest_side(options: &Options) -> u32 {
     let most = options.largest_side.max(SMALLEST_TILE);
     match options.boxes {
         BoxShape::Exact => most,
@@ -100,7 +100,7 @@ fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
 }
 
 /// The box of some bounds, at the origin: with the margin, and powers of two if so wished.
-pub(super) fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
+pub fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
     let grown = bounds.grown(options.margin);
     match options.boxes {
         BoxShape::Exact => PixelRect { x: 0, y: 0, ..grown },

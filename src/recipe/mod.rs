@@ -17,6 +17,7 @@ pub mod import;
 pub mod inputs;
 pub mod layer_names;
 pub mod layer_pixels;
+pub mod layer_table;
 pub mod layer_view;
 pub mod masks;
 pub mod named;

@@ -23,6 +23,8 @@ pub struct Opened {
     pub project: Project,
     /// Photos, cameras and model, in the cameras' world; without objects that are switched off.
     pub site: Site,
+    /// The model with objects that are switched off, too.
+    pub whole: Arc<Model>,
     /// What structure from motion triangulated, in the cameras' world; observations count through
     /// the site's photos.
     pub points: Arc<Vec<SparsePoint>>,
@@ -62,10 +64,10 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
     let unmasked = unmasked.into_iter().map(|(_, problem)| problem);
     let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(unmasked).collect());
-    let model = working_model(model, &project, task)?;
-    let site = Site { photos, model: Arc::new(model) };
+    let whole = Arc::new(model);
+    let site = Site { photos, model: working_model(&whole, &project, task)? };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
-    Ok(Opened { project, site, points, problems, left_out })
+    Ok(Opened { project, site, whole, points, problems, left_out })
 }
 
 impl Opened {
@@ -75,10 +77,22 @@ impl Opened {
         Self {
             project,
             site: self.site.clone(),
+            whole: self.whole.clone(),
             points: self.points.clone(),
             problems: self.problems.clone(),
             left_out: self.left_out.clone(),
         }
+    }
+
+    /// The same with a project that differs in the objects that are switched off, and in nothing else that the site is
+    /// made of. No file is read.
+    ///
+    /// # Errors
+    /// [`Error::Request`] when nothing would be left of the model.
+    pub fn with_objects(&self, project: Project, task: &Task) -> Result<Self> {
+        let model = working_model(&self.whole, &project, task)?;
+        let site = Site { photos: self.site.photos.clone(), model };
+        Ok(Self { site, ..self.with_project(project) })
     }
 
     /// The photos that `names` ask for: [`photos_named`].
@@ -127,20 +141,20 @@ fn unusable_mask(photo: &str, problem: &Error) -> Error {
 }
 
 /// Without the objects that are switched off.
-fn working_model(model: Model, project: &Project, task: &Task) -> Result<Model> {
+fn working_model(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<Arc<Model>> {
     let off = &project.objects_off;
     if off.is_empty() {
-        return Ok(model);
+        return Ok(whole.clone());
     }
-    for name in off.iter().filter(|name| model.objects.iter().all(|object| object.name != **name)) {
+    for name in off.iter().filter(|name| whole.objects.iter().all(|object| object.name != **name)) {
         task.note(format!("project.json switches off {name:?}, which the model does not have"));
     }
-    let working = model.without(|object| off.contains(&object.name));
+    let working = whole.without(|object| off.contains(&object.name));
     if working.faces.is_empty() {
         let found = "all objects of the model are switched off";
         return Err(Error::Request(format!("{found}; `quadratura object --on NAME` brings one back")));
     }
-    Ok(working)
+    Ok(Arc::new(working))
 }
 
 /// The whole model of a project in the cameras' world, with what is switched off.

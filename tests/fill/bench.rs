@@ -129,6 +129,7 @@ impl Bench {
         Opened {
             project,
             site: self.site.clone(),
+            whole: self.site.model.clone(),
             points: Default::default(),
             problems: std::sync::Arc::default(),
             left_out: Vec::new(),

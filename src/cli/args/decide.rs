@@ -38,6 +38,9 @@ pub struct DecideArgs {
     /// The photo alone gives these texture, as far as it shows them
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub pin: Vec<String>,
+    /// The photo neither excludes these nor are they pinned to it, whatever was decided before
+    #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
+    pub free: Vec<String>,
     /// The photo's own tolerance; `project`: that of the project again
     #[arg(long, value_name = "T", value_parser = or_project(method::tolerance), requires = "photos")]
     pub tolerance: Option<OwnOption<f32>>,

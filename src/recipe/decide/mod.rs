@@ -2,6 +2,8 @@
 //! the stacks as they are. Pure; whoever calls saves.
 
 mod checks;
+mod cost;
+mod face;
 mod list;
 mod named;
 mod state;
@@ -9,6 +11,8 @@ mod state;
 use std::collections::BTreeSet;
 
 use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
+pub use self::cost::MergeCost;
+pub use self::face::{FaceInPhoto, FaceInPhotos, Given, face_in_photos, photos_of_faces};
 pub use self::list::{Decided, Kind, decided};
 pub use self::named::{faces_named, faces_of_layer};
 pub use self::state::{excluded, state_of_face, strangers};
@@ -34,6 +38,8 @@ pub enum LayerEdit {
     Exclude { photo: String, of: Vec<Faces> },
     /// The photo textures these faces alone, as far as it shows them.
     Pin { photo: String, of: Vec<Faces> },
+    /// The photo neither excludes these faces nor are they pinned to it.
+    Free { photo: String, of: Vec<Faces> },
     /// The photo's own options of the method, in place of those it had.
     Options { photo: String, options: PhotoOptions },
     /// Takes one decision back, by its number in [`decided`].
@@ -55,6 +61,7 @@ impl LayerEdit {
             Self::Rename { name: None, of, .. } => format!("own name of {}", in_short(of)),
             Self::Exclude { photo, of } => format!("exclusion of {photo} for {}", in_short(of)),
             Self::Pin { photo, of } => format!("pin of {} to {photo}", in_short(of)),
+            Self::Free { photo, of } => format!("no exclusion or pin of {} in {photo}", in_short(of)),
             Self::Options { photo, .. } => format!("options of {photo}"),
             Self::Forget { photo, number } => format!("forget decision {number} of {photo}"),
             Self::Reset { photo: Some(photo) } => format!("reset of {photo}"),
@@ -69,6 +76,7 @@ impl LayerEdit {
             | Self::Rename { photo, .. }
             | Self::Exclude { photo, .. }
             | Self::Pin { photo, .. }
+            | Self::Free { photo, .. }
             | Self::Options { photo, .. }
             | Self::Forget { photo, .. } => Some(photo),
             Self::Reset { photo } => photo.as_deref(),
@@ -142,6 +150,12 @@ impl Ground<'_> {
                 self.unpin_elsewhere(&of);
                 decided.exclude = without(&decided.exclude, &of, self.model);
                 decided.pin = united([decided.pin, of].concat());
+            }
+            LayerEdit::Free { of, .. } => {
+                let of = united(of.to_vec());
+                refuse_unknown(&of, self.model)?;
+                decided.exclude = without(&decided.exclude, &of, self.model);
+                decided.pin = without(&decided.pin, &of, self.model);
             }
             LayerEdit::Options { options, .. } => decided.options = *options,
             LayerEdit::Forget { number, .. } => list::forget(&mut decided, self.photo, *number)?,

@@ -243,6 +243,74 @@ fn faces_are_named_as_people_type_them() {
 }
 
 #[test]
+fn a_face_is_freed_of_what_was_decided_about_its_whole_object() {
+    let exclude = LayerEdit::Exclude { photo: "a".into(), of: whole(&["pair"]) };
+    let free = |of: Vec<Faces>| LayerEdit::Free { photo: "a".into(), of };
+    let decided = all(&[exclude.clone(), free(vec![faces("pair", &[1])])]).unwrap().decisions.of("a.jpg");
+    assert_eq!(decided.exclude, [faces("pair", &[0])]);
+    let pin = LayerEdit::Pin { photo: "a".into(), of: whole(&["pair"]) };
+    assert!(all(&[exclude, pin, free(whole(&["pair"]))]).unwrap().decisions.is_default());
+    assert!(refused(&[free(whole(&["gate"]))]).contains("no object \"gate\""));
+}
+
+#[test]
+fn each_photo_tells_how_it_stands_to_a_face() {
+    let (site, plain) = (site(), project());
+    let stack = stack(&site, &plain);
+    let stacks = [Some(&stack), None];
+    let told = |project: &Project, object: &str| {
+        let object = site.model.objects.iter().find(|it| it.name == object).unwrap();
+        face_in_photos(&site, &stacks, &project.decisions, object.faces[0])
+    };
+    let front = told(&plain, "front");
+    assert!(matches!(front.photos[0].given, Given::Texture { image_layers: 1, .. }), "{front:?}");
+    assert_eq!((&front.photos[1].given, front.pinned_to), (&Given::NotBuilt, None));
+    let Given::Nothing(why) = &told(&plain, "shed").photos[0].given else { panic!("nobody sees it") };
+    assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::Reason::Hidden, true));
+
+    let pin = LayerEdit::Pin { photo: "b".into(), of: whole(&["front"]) };
+    let exclude = LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) };
+    let decided = all(&[exclude, pin]).unwrap();
+    let front = told(&decided, "front");
+    let Given::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
+    assert_eq!(why.reason, crate::document::stack::Reason::Excluded);
+    assert_eq!(front.photos[0].decided, Some("excluded"));
+    assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(1)));
+
+    let counted = |project: &Project, object, faces| {
+        photos_of_faces(&[(&stack, project.decisions.of("a.jpg"))], object, faces)
+    };
+    assert_eq!(counted(&plain, "pair", 2), [1, 1]);
+    assert_eq!([counted(&plain, "shed", 1), counted(&decided, "front", 1)], [[0], [0]]);
+}
+
+#[test]
+fn what_a_merge_would_keep_empty_is_told_in_texels() {
+    let site = site();
+    let stack = stack(&site, &project());
+    let (options, count) = (Options::default(), stack.image_layers.len());
+    let (a, b) = (layer_of(&stack, "front", 0), layer_of(&stack, "pair", 0));
+    let cost = MergeCost::of(&stack, &[a, b], &options).unwrap();
+    let area = |layer: usize| stack.image_layers[layer].rect.area();
+    assert_eq!((cost.layers, cost.before), (2, area(a) + area(b)));
+    let holds = |layer: usize| {
+        let rect = stack.image_layers[layer].needed_rect;
+        cost.size[0] >= rect.w && cost.size[1] >= rect.h
+    };
+    assert!(holds(a) && holds(b) && cost.size.iter().all(|side| side.is_power_of_two()), "{cost:?}");
+    assert_eq!(cost.texels, u64::from(cost.size[0]) * u64::from(cost.size[1]));
+    assert_eq!(MergeCost::of(&stack, &[a], &options), None);
+    assert!(MergeCost::of(&stack, &[a, count], &options).is_none(), "there is no such layer");
+    let small = Options { largest_side: 64, ..options };
+    assert!(MergeCost::of(&stack, &[a, b], &small).unwrap().is_too_large() && !cost.is_too_large());
+
+    let twice = MergeCost { texels: 2 * cost.before, ..cost };
+    let more = MergeCost { texels: 2 * cost.before + cost.photo, ..cost };
+    let little = MergeCost { texels: 40, before: 10, ..cost };
+    assert_eq!([twice, more, little].map(|cost| cost.is_high()), [false, true, false]);
+}
+
+#[test]
 fn every_edit_has_a_name_for_the_history() {
     assert_eq!(merge(whole(&["pair", "back"])).name(), "merge of pair, back");
     assert_eq!(merge(whole(&["a", "b", "c", "d"])).name(), "merge of a, b and 2 more");

@@ -1,0 +1,232 @@
+//! The image layers of a stack in figures, and by which they are sorted.
+
+use std::cmp::Ordering;
+
+use serde::{Deserialize, Serialize};
+
+use crate::document::{ImageLayer, Stack};
+
+/// What an image layer comes to, in texels.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct LayerFigures {
+    /// Of its rectangle.
+    pub texels: u64,
+    /// That some surface covers.
+    pub used: u64,
+    /// That no surface covers.
+    pub waste: u64,
+    /// Of those used: not shown by the photo.
+    pub hidden: u64,
+    /// Of those hidden: filled.
+    pub filled: u64,
+}
+
+impl LayerFigures {
+    /// Of one layer.
+    pub fn of(layer: &ImageLayer) -> Self {
+        let texels = layer.rect.area();
+        Self {
+            texels,
+            used: layer.texels_used,
+            waste: texels.saturating_sub(layer.texels_used),
+            hidden: layer.texels_used.saturating_sub(layer.texels_visible),
+            filled: layer.fill.as_ref().map_or(0, |fill| fill.texels_filled),
+        }
+    }
+
+    /// Of several layers together.
+    pub fn sum(layers: impl Iterator<Item = Self>) -> Self {
+        layers.fold(Self::default(), |sum, one| Self {
+            texels: sum.texels + one.texels,
+            used: sum.used + one.used,
+            waste: sum.waste + one.waste,
+            hidden: sum.hidden + one.hidden,
+            filled: sum.filled + one.filled,
+        })
+    }
+
+    /// Of its rectangle, what surfaces cover: 0 to 1.
+    pub fn used_share(&self) -> f64 {
+        share(self.used, self.texels)
+    }
+
+    /// Of what surfaces cover, what the photo does not show: 0 to 1.
+    pub fn hidden_share(&self) -> f64 {
+        share(self.hidden, self.used)
+    }
+
+    /// Of what is hidden, what is filled: 0 to 1; none where nothing is hidden.
+    pub fn filled_share(&self) -> Option<f64> {
+        (self.hidden > 0).then(|| share(self.filled, self.hidden))
+    }
+}
+
+fn share(part: u64, all: u64) -> f64 {
+    part as f64 / all.max(1) as f64
+}
+
+/// A column of the table of layers.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
+pub enum Column {
+    /// [`ImageLayer::name`].
+    Name,
+    /// [`ImageLayer::order`].
+    #[default]
+    Depth,
+    /// [`LayerFigures::texels`].
+    Size,
+    /// [`LayerFigures::used_share`].
+    Used,
+    /// [`LayerFigures::waste`].
+    Waste,
+    /// [`LayerFigures::hidden_share`].
+    Hidden,
+    /// [`LayerFigures::filled_share`].
+    Filled,
+    /// How far the filling is trusted, 0 to 1.
+    Trust,
+}
+
+impl Column {
+    /// From left to right.
+    pub const ALL: [Self; 8] = [
+        Self::Name,
+        Self::Depth,
+        Self::Size,
+        Self::Hidden,
+        Self::Used,
+        Self::Waste,
+        Self::Filled,
+        Self::Trust,
+    ];
+
+    /// The largest come first until somebody turns it round; names and depths rise.
+    pub fn falls_at_first(self) -> bool {
+        !matches!(self, Self::Name | Self::Depth)
+    }
+}
+
+/// The places of a stack's layers by one column; ties by place, and what has no value last. `trust` tells how far the
+/// filling of the layer at a place is trusted, where that is known.
+pub fn sorted(
+    stack: &Stack,
+    column: Column,
+    falling: bool,
+    trust: impl Fn(usize) -> Option<f64>,
+) -> Vec<usize> {
+    let layers = &stack.image_layers;
+    let value = |place: usize| {
+        let figures = LayerFigures::of(&layers[place]);
+        match column {
+            Column::Name => None,
+            Column::Depth => Some(f64::from(layers[place].order)),
+            Column::Size => Some(figures.texels as f64),
+            Column::Used => Some(figures.used_share()),
+            Column::Waste => Some(figures.waste as f64),
+            Column::Hidden => Some(figures.hidden_share()),
+            Column::Filled => figures.filled_share(),
+            Column::Trust => trust(place),
+        }
+    };
+    let mut places: Vec<(Option<f64>, usize)> =
+        (0..layers.len()).map(|place| (value(place), place)).collect();
+    let turned = |order: Ordering| if falling { order.reverse() } else { order };
+    places.sort_by(|(a, at), (b, bt)| {
+        let by_value = match (a, b) {
+            (Some(a), Some(b)) => turned(a.total_cmp(b)),
+            (Some(_), None) => Ordering::Less,
+            (None, Some(_)) => Ordering::Greater,
+            (None, None) if column == Column::Name => turned(by_name(&layers[*at].name, &layers[*bt].name)),
+            (None, None) => Ordering::Equal,
+        };
+        by_value.then(at.cmp(bt))
+    });
+    places.into_iter().map(|(_, place)| place).collect()
+}
+
+/// As people look for names: capitals do not count.
+fn by_name(a: &str, b: &str) -> Ordering {
+    let lower = |name: &str| name.chars().flat_map(char::to_lowercase).collect::<Vec<_>>();
+    lower(a).cmp(&lower(b)).then_with(|| a.cmp(b))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::stack::LayerFill;
+    use crate::layers::{Options, SoftwareRasteriser, Wishes, sort_photo};
+    use crate::recipe::assemble::assemble;
+    use crate::scene::synthetic::closed_form;
+    use crate::task::Task;
+
+    /// The stack of five steps, each half behind the next.
+    fn stack() -> Stack {
+        let scene = closed_form::stairs();
+        let (site, photo) = (scene.site(), scene.photo());
+        let (options, wishes, task) = (Options::default(), Wishes::default(), Task::silent());
+        let sorted = sort_photo(
+            &site.model,
+            &photo.camera,
+            &photo.pose,
+            &SoftwareRasteriser,
+            &options,
+            &wishes,
+            &task,
+        );
+        assemble(&site.model, &photo, &sorted.unwrap(), &options, &wishes, "")
+    }
+
+    #[test]
+    fn figures_add_up() {
+        let stack = stack();
+        let sum = LayerFigures::sum(stack.image_layers.iter().map(LayerFigures::of));
+        assert_eq!((sum.texels, sum.used), (stack.texels, stack.texels_used));
+        assert_eq!(sum.used + sum.waste, sum.texels);
+        assert!(sum.hidden > 0 && sum.hidden_share() < 1.0 && sum.filled_share() == Some(0.0));
+        assert_eq!(LayerFigures::default().filled_share(), None, "nothing is hidden");
+    }
+
+    #[test]
+    fn layers_come_by_any_column_and_the_other_way_round() {
+        let mut stack = stack();
+        let count = stack.image_layers.len();
+        assert!(count >= 3, "{count}");
+        let names = ["Window", "arch", "tower", "Wall", "box"];
+        stack.image_layers.iter_mut().zip(names).for_each(|(layer, name)| layer.name = name.into());
+        let sorted = |column, falling| sorted(&stack, column, falling, |_| None);
+        let by_name: Vec<&str> = sorted(Column::Name, false)
+            .into_iter()
+            .map(|place| stack.image_layers[place].name.as_str())
+            .collect();
+        let mut expected: Vec<&str> = names[..count].to_vec();
+        expected.sort_by_key(|name| name.to_lowercase());
+        assert_eq!(by_name, expected);
+        let waste = |place: usize| LayerFigures::of(&stack.image_layers[place]).waste;
+        assert!(sorted(Column::Waste, true).windows(2).all(|pair| waste(pair[0]) >= waste(pair[1])));
+        assert!(sorted(Column::Waste, false).windows(2).all(|pair| waste(pair[0]) <= waste(pair[1])));
+        assert_eq!(sorted(Column::Depth, false), (0..count).collect::<Vec<_>>(), "as they lie in the stack");
+    }
+
+    #[test]
+    fn what_has_no_value_comes_last_either_way() {
+        let mut stack = stack();
+        let whole = stack.image_layers.iter().position(|layer| layer.texels_used == layer.texels_visible);
+        let whole = whole.expect("nothing lies before the nearest step");
+        for layer in &mut stack.image_layers {
+            let file = || "x.png".to_owned();
+            layer.fill = Some(LayerFill {
+                filled_file: file(),
+                confidence_file: file(),
+                provenance_file: file(),
+                spread_file: None,
+                texels_filled: 1,
+            });
+        }
+        for falling in [false, true] {
+            let by_filled = sorted(&stack, Column::Filled, falling, |_| None);
+            assert_eq!(by_filled.last(), Some(&whole));
+            let by_trust = sorted(&stack, Column::Trust, falling, |place| (place != 1).then_some(0.5));
+            assert_eq!(by_trust.last(), Some(&1));
+        }
+    }
+}
