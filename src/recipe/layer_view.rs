@@ -6,6 +6,7 @@ use super::layer_pixels::{layer_pixels, unfilled_pixels};
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
+use crate::document::stack::origins;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
@@ -51,7 +52,7 @@ pub struct LayerView {
 const OTHERS: [[u8; 3]; 8] = [
     [0x66, 0xa6, 0x1e],
     [0x1b, 0x9e, 0x77],
-    [0xd9, 0x5f, 0x02],
+    [0x7f, 0xc9, 0xa8],
     [0xa6, 0x76, 0x1d],
     [0x4d, 0xaf, 0xc4],
     [0xe4, 0x8a, 0x72],
@@ -156,7 +157,8 @@ impl Files<'_> {
             self.visible(needed)?.into_iter().map(|visible| visible.then_some(u8::MAX)).collect();
         if let Some(fill) = &layer.fill {
             let grey = read_grey(&self.folder.join(&fill.confidence_file), layer.rect, layer.rect)?;
-            let filled = trust.iter_mut().zip(grey).filter(|(trust, grey)| trust.is_none() && *grey > 0);
+            // Also where paint of another photo lies over what this one shows.
+            let filled = trust.iter_mut().zip(grey).filter(|(_, grey)| *grey > 0);
             filled.for_each(|(trust, grey)| *trust = Some(grey.min(255) as u8));
         }
         self.painted(paint)?.into_iter().for_each(|at| trust[at] = Some(u8::MAX));
@@ -180,7 +182,8 @@ impl Files<'_> {
         let mut from: Numbered = self.visible(needed)?.into_iter().map(u16::from).collect();
         if let Some(fill) = &layer.fill {
             let grey = read_grey(&self.folder.join(&fill.provenance_file), layer.rect, layer.rect)?;
-            let filled = from.iter_mut().zip(grey).filter(|(from, grey)| **from == 0 && *grey > 0);
+            // What paint of another photo is laid over is shown as that paint.
+            let filled = from.iter_mut().zip(grey).filter(|(_, grey)| *grey > 0);
             filled.for_each(|(from, grey)| *from = (first + grey).min(entries.len() as u16 - 1));
         }
         self.painted(paint)?.into_iter().for_each(|at| from[at] = 2);
@@ -204,6 +207,10 @@ fn origin(name: &str, at: usize) -> (String, [u8; 3]) {
     match origin_of(name) {
         Origin::Photo => (String::new(), [0; 3]),
         Origin::OtherPhoto => (name.to_owned(), OTHERS[at % OTHERS.len()]),
+        Origin::Propagated => {
+            let photo = origins::painter(name).unwrap_or(name);
+            (format!("paint in {photo}"), Origin::Propagated.colour())
+        }
         origin => (origin.name().to_owned(), origin.colour()),
     }
 }
@@ -215,6 +222,7 @@ mod tests {
     #[test]
     fn origins_are_told_apart() {
         assert_eq!(origin("[exemplar]", 2).0, "invented by example");
+        assert_eq!(origin(&origins::painted_in("a.jpg"), 5), ("paint in a.jpg".into(), Origin::Propagated.colour()));
         assert_ne!(origin("a.jpg", 4).1, origin("b.jpg", 5).1);
     }
 }

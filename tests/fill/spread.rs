@@ -12,8 +12,10 @@ use quadratura::io::paint_store::PaintStore;
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::Options;
 use quadratura::layers::fill::FillOptions;
+use quadratura::recipe::fill::shares::layer_shares;
 use quadratura::recipe::fill::{FillInputs, FillRequest, FillState, FilledPhoto, fill, tell};
 use quadratura::recipe::layer_pixels::layer_pixels;
+use quadratura::recipe::layer_view::{LayerLook, layer_view};
 use quadratura::recipe::paint::PhotoPaint;
 use quadratura::task::Task;
 
@@ -146,6 +148,18 @@ fn a_scrawl_painted_away_in_one_photo_goes_in_all_and_nothing_else_changes() {
         let off: Vec<f64> = laid.iter().map(off).collect();
         assert!(share_near(&off) > 0.85, "{}", share_near(&off));
     }
+    // Looked at alone, a layer says whose paint it is; what lies over the photo counts to no filling of hidden parts.
+    let (stack, laid) = (&filled[1], laid_over(&bench, &filled[1]).len() as u64);
+    let wall = stack.image_layers.iter().position(|layer| layer.name.starts_with("wall")).unwrap();
+    let looked =
+        layer_view(bench.folder.path(), stack, wall, LayerLook::Provenance, &Task::silent()).unwrap();
+    let entry =
+        looked.legend.iter().find(|(name, ..)| name == "paint in 0.png").expect("it is in the legend");
+    assert!(entry.2 >= laid, "{entry:?}, {laid} laid");
+    let shares = layer_shares(bench.folder.path(), "1.png", &Task::silent()).unwrap();
+    assert_eq!(shares.iter().map(|shares| shares.spread).sum::<u64>(), laid);
+    let hidden = shares.iter().all(|shares| shares.filled() <= shares.hidden);
+    assert!(hidden, "{shares:?}");
     let taken_back = stacks(bench.fill(&FillOptions::default()));
     assert!(taken_back.iter().all(|stack| laid_over(&bench, stack).is_empty()), "and it is taken back whole");
 }

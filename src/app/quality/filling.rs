@@ -1,40 +1,118 @@
 //! How hidden parts are filled: where it would be seen most, what shows there, and the options.
 
 use std::collections::BTreeMap;
+use std::sync::Arc;
 
 use super::lookup::Lookup;
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
-use crate::document::{Project, Stack};
+use crate::app::layout::Pane;
+use crate::document::{Bookmark, CameraPath, Project, Stack};
 use crate::layers::fill::FillOptions;
+use crate::projection::navigation::Viewpoint;
+use crate::recipe::budget::default_memory;
+use crate::recipe::fill::lookouts::{Lookouts, View};
+use crate::recipe::fill::propagation::{Painter, SpreadOn, most_disputed_first, painters, with_all};
 use crate::recipe::fill::shares::{LayerShares, layer_shares};
-use crate::recipe::fill::worst::{HiddenLayer, views_of_photos, worst_first};
+use crate::recipe::fill::worst::{HiddenLayer, worst_first};
+use crate::recipe::fill::{FillRequest, tell};
 
 /// What is known of fillings.
 #[derive(Default)]
 pub struct FillDesk {
+    /// Where a viewer looks from, as somebody chose; else as is usual for the project.
+    pub lookouts: Option<Lookouts>,
     /// Layers by how much of their hidden parts is seen.
-    pub worst: Lookup<Vec<HiddenLayer>>,
+    pub worst: Lookup<Worst>,
+    /// The views that were asked about.
+    asked: Option<Asked>,
     /// What shows at hidden texels of a photo's layers, by the photo's place.
     pub shares: BTreeMap<usize, Lookup<Vec<LayerShares>>>,
+    /// Photos that somebody has painted on.
+    pub painters: Lookup<Vec<Painter>>,
+    /// Paint that would be laid over the photos, with the options that it was looked up for.
+    pub offered: Lookup<(FillOptions, Vec<SpreadOn>)>,
     /// Objects that are left out, as they are being typed.
     pub without: Option<String>,
 }
 
+/// Layers by how much of their hidden parts is seen, and the views that see it.
+pub struct Worst {
+    /// The worst first.
+    pub layers: Vec<HiddenLayer>,
+    /// Counted by [`HiddenLayer::view`].
+    pub views: Arc<Vec<View>>,
+}
+
+/// What the views are made of.
+#[derive(PartialEq)]
+struct Asked {
+    lookouts: Lookouts,
+    kept: Vec<Bookmark>,
+    flight: Option<CameraPath>,
+}
+
+impl FillDesk {
+    /// Fillings or paint are other ones now.
+    pub fn forget_fillings(&mut self) {
+        self.shares.clear();
+        (self.painters, self.offered) = Default::default();
+    }
+
+    /// Stacks are other ones now; what the user chose stays.
+    pub fn forget_stacks(&mut self) {
+        *self = Self { lookouts: self.lookouts, without: self.without.take(), ..Self::default() };
+    }
+}
+
 impl Editor {
+    /// Where a viewer is taken to look from.
+    pub fn lookouts(&self) -> Lookouts {
+        let usual = self.session.as_ref().map_or(Lookouts::Photos, |s| Lookouts::usual(&s.opened.project));
+        self.quality.fill.lookouts.unwrap_or(usual)
+    }
+
     /// Sees to it that layers are ranked by how much of their hidden parts is seen.
     pub fn want_worst(&mut self) {
-        let Some(session) = self.session.as_ref().filter(|_| self.quality.fill.worst.is_due()) else {
-            return;
+        let lookouts = self.lookouts();
+        let Some(session) = &self.session else { return };
+        let project = &session.opened.project;
+        let desk = &mut self.quality.fill;
+        let is_asked = |asked: &Asked| {
+            asked.lookouts == lookouts
+                && (lookouts == Lookouts::Photos
+                    || (asked.kept == project.views && asked.flight == project.flight))
         };
-        let opened = session.opened.clone();
+        let known = desk.asked.as_ref().is_some_and(is_asked);
+        // While a keyframe is dragged one look follows the other.
+        if !known && !desk.worst.is_sought(&self.jobs) {
+            let (kept, flight) = (project.views.clone(), project.flight.clone());
+            desk.asked = Some(Asked { lookouts, kept, flight });
+            desk.worst = Lookup::default();
+        }
+        if !desk.worst.is_due() {
+            return;
+        }
+        let (opened, up) = (session.opened.clone(), session.ground.up);
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
         let job = self.jobs.start(Kind::Look, "Looking for hidden parts", move |task| {
             let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
-            let worst = worst_first(&opened.site, &stacks, &views_of_photos(&opened.site), task)?;
-            Ok(Box::new(move |editor| editor.quality.fill.worst.find(worst)))
+            let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
+            let layers = worst_first(&opened.site, &stacks, &views, task)?;
+            Ok(Box::new(move |editor| editor.quality.fill.worst.find(Worst { layers, views })))
         });
         self.quality.fill.worst.is_sought_by(job);
+    }
+
+    /// Flies to where a view looks from; what is selected stays.
+    pub fn look_from(&mut self, view: &View) {
+        let Some(session) = &self.session else { return };
+        let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
+        let near = session.solid.first(view.pose.center_in_world(), ahead);
+        let near = near.map_or(session.ground.center, |(point, _)| point);
+        let there = Viewpoint::of_camera(&view.camera, &view.pose, near);
+        self.layout.show(Pane::Space);
+        self.fly_to_viewpoint(there);
     }
 
     /// Sees to it that one knows what fills the layers of a photo.
@@ -52,10 +130,78 @@ impl Editor {
         lookup.is_sought_by(job);
     }
 
+    /// Sees to it that one knows who has painted.
+    pub fn want_painters(&mut self) {
+        let Some(session) = self.session.as_ref().filter(|_| self.quality.fill.painters.is_due()) else {
+            return;
+        };
+        let folder = session.folder.clone();
+        let job = self.jobs.start(Kind::Look, "Looking for paint", move |_| {
+            let painters = painters(&folder)?;
+            Ok(Box::new(move |editor| editor.quality.fill.painters.find(painters)))
+        });
+        self.quality.fill.painters.is_sought_by(job);
+    }
+
+    /// Looks what paint would be laid over which photos; nothing is written.
+    pub fn look_at_propagation(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let decided = &opened.project.fill;
+        let options = if decided.propagate.is_empty() { with_all(decided, true) } else { decided.clone() };
+        self.quality.fill.offered = Lookup::default();
+        let job = self.jobs.start(Kind::Look, "Looking where paint would go", move |task| {
+            let (photos, memory) = (Vec::new(), default_memory());
+            let request = FillRequest { options: options.clone(), photos, memory, force: false };
+            let told = tell(&folder, &opened, &request, task)?;
+            let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
+            let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
+            let spread =
+                spread.flat_map(|(photo, all)| all.into_iter().map(move |paint| SpreadOn { photo, paint }));
+            let spread = most_disputed_first(spread.collect());
+            Ok(Box::new(move |editor| editor.quality.fill.offered.find((options, spread))))
+        });
+        self.quality.fill.offered.is_sought_by(job);
+    }
+
+    /// Lays paint over other photos, that of all where nothing else was decided, and fills.
+    pub fn propagate_paint(&mut self) {
+        let Some(session) = &self.session else { return };
+        let options = session.opened.project.fill.clone();
+        if options.propagate.is_empty() {
+            self.edit_fill(with_all(&options, true));
+        }
+        self.fill();
+    }
+
+    /// Takes all paint off that was laid over other photos.
+    pub fn take_propagated_off(&mut self) {
+        let Some(session) = &self.session else { return };
+        let options = session.opened.project.fill.clone();
+        if !options.propagate.is_empty() {
+            self.edit_fill(with_all(&options, false));
+        }
+        self.fill();
+    }
+
+    /// Paint of some photo is laid over another one, or was decided to be.
+    pub fn has_propagated(&self) -> bool {
+        self.session.as_ref().is_some_and(|session| {
+            let fills = session.photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
+            let laid = fills.flat_map(|fill| &fill.spread).any(|paint| paint.texels > 0);
+            laid || !session.opened.project.fill.propagate.is_empty()
+        })
+    }
+
     /// Decides how to fill; the next filling is made so.
     pub fn edit_fill(&mut self, options: FillOptions) {
         let Some(session) = &self.session else { return };
-        let project = Project { fill: options, ..Project::clone(session.history.present()) };
-        self.edit("options of filling", project, None);
+        let before = session.history.present();
+        let step = match before.fill.propagate == options.propagate {
+            true => "options of filling",
+            false => "which paint is laid over other photos",
+        };
+        let project = Project { fill: options, ..Project::clone(before) };
+        self.edit(step, project, None);
     }
 }

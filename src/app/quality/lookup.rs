@@ -25,6 +25,11 @@ impl<T> Lookup<T> {
         self.found.is_none() && self.job.is_none()
     }
 
+    /// A job is looking for it.
+    pub fn is_sought(&self, jobs: &Jobs) -> bool {
+        self.found.is_none() && self.job.is_some_and(|job| jobs.is_running(job))
+    }
+
     /// A job looks for it.
     pub fn is_sought_by(&mut self, job: JobId) {
         self.job = Some(job);

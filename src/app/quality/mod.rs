@@ -19,11 +19,12 @@ pub struct Quality {
 impl Quality {
     /// Fillings or paint are other ones now.
     pub fn forget_fillings(&mut self) {
-        self.fill.shares.clear();
+        self.fill.forget_fillings();
     }
 
     /// Stacks are other ones now.
     pub fn forget_stacks(&mut self) {
-        *self = Self::default();
+        self.fill.forget_stacks();
+        self.colour = ColourDesk::default();
     }
 }

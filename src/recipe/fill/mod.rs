@@ -3,7 +3,9 @@
 mod donors;
 mod hidden;
 mod inputs;
+pub mod lookouts;
 mod paint;
+pub mod propagation;
 mod report;
 pub mod shares;
 pub mod worst;

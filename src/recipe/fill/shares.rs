@@ -20,12 +20,23 @@ pub struct LayerShares {
     pub painted: u64,
     /// Filled from other photos, painted over or not.
     pub from_photos: u64,
+    /// Filled from what was painted in other photos, painted over or not.
+    pub from_paint: u64,
     /// Filled by example, painted over or not.
     pub by_example: u64,
     /// Filled by diffusion, painted over or not.
     pub diffused: u64,
     /// How far what was filled is trusted on average, 0 to 1; 0 where nothing was.
     pub confidence: f64,
+    /// Texels that the photo shows and that have paint of another photo laid over them.
+    pub spread: u64,
+}
+
+impl LayerShares {
+    /// Hidden texels that are filled.
+    pub fn filled(&self) -> u64 {
+        self.from_photos + self.from_paint + self.by_example + self.diffused
+    }
 }
 
 /// For each image layer of the current stack of a photo in the project what shows at its hidden texels; empty without
@@ -63,23 +74,31 @@ fn count_origins(
     folder: &Path,
 ) -> Result<()> {
     let part = layer.needed_rect.intersection(&layer.rect);
-    if fill.texels_filled == 0 || part.is_empty() {
+    if part.is_empty() || (fill.texels_filled == 0 && fill.spread_file.is_none()) {
         return Ok(());
     }
     let origin = read_grey(&folder.join(&fill.provenance_file), layer.rect, part)?;
     let confidence = read_grey(&folder.join(&fill.confidence_file), layer.rect, part)?;
+    let spread = fill.spread_file.as_ref();
+    let spread = spread.map(|file| read_layer(&folder.join(file), layer.rect, part)).transpose()?;
+    let is_spread = |at: usize| spread.as_ref().is_some_and(|texels| texels[4 * at + 3] > 0);
     let mut trust = 0;
-    for (origin, confidence) in origin.into_iter().zip(confidence) {
+    for (at, (origin, confidence)) in origin.into_iter().zip(confidence).enumerate() {
+        // What the photo shows is not hidden, whatever lies over it.
+        if is_spread(at) {
+            shares.spread += 1;
+            continue;
+        }
         match of_stack.origins.get(usize::from(origin)).map(String::as_str) {
             None | Some(origins::NONE) => continue,
             Some(origins::EXEMPLAR) => shares.by_example += 1,
             Some(origins::DIFFUSED) => shares.diffused += 1,
+            Some(name) if origins::painter(name).is_some() => shares.from_paint += 1,
             Some(_) => shares.from_photos += 1,
         }
         trust += u64::from(confidence);
     }
-    let filled = shares.by_example + shares.diffused + shares.from_photos;
-    shares.confidence = trust as f64 / 255.0 / filled.max(1) as f64;
+    shares.confidence = trust as f64 / 255.0 / shares.filled().max(1) as f64;
     Ok(())
 }
 

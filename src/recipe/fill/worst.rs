@@ -5,21 +5,13 @@ use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
 use super::super::survey::{FaceInStack, face_in_stack};
+use super::lookouts::View;
 use crate::document::Stack;
 use crate::error::Result;
-use crate::geometry::{Pinhole, Pose};
+use crate::geometry::Pinhole;
 use crate::projection::surface::Surface;
 use crate::scene::{FaceId, Model, Site};
 use crate::task::Task;
-
-/// Somewhere a viewer may look from: size and K in pixels, world to camera.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct View {
-    /// Size and K.
-    pub camera: Pinhole,
-    /// World to camera.
-    pub pose: Pose,
-}
 
 /// An image layer with hidden texels that views would show.
 #[derive(Debug, Clone, PartialEq)]
@@ -35,6 +27,8 @@ pub struct HiddenLayer {
     /// Which share of the views' pixels shows a place that the layer covers and its photo does not show: hidden area
     /// times visibility.
     pub seen: f64,
+    /// The place of the view that shows most of it.
+    pub view: usize,
 }
 
 /// Rays along the longer side of a view: shares are known to about a third of a percent then.
@@ -42,11 +36,6 @@ const RAYS_ACROSS: u32 = 48;
 /// A surface this much nearer than a place, as a share of its distance, hides it: coarse models' faces that meet are
 /// off by less.
 const NEARER: f64 = 1e-3;
-
-/// The views of the photos' own cameras: where a viewer of a site mostly is.
-pub fn views_of_photos(site: &Site) -> Vec<View> {
-    site.photos.iter().map(|photo| View { camera: photo.camera, pose: photo.pose }).collect()
-}
 
 /// The image layers of `stacks` (in the site's order) with hidden texels that are seen from `views`, by how much of
 /// them is seen: the worst first, ties by photo and layer. Rays onto the model say what a view shows, and which of
@@ -69,21 +58,41 @@ pub fn worst_first(
     };
     let counted: Vec<Counted> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;
     let rays: u64 = counted.iter().map(|counted| counted.rays).sum();
-    let mut seen: FxHashMap<(usize, usize), u64> = FxHashMap::default();
-    for (layer, count) in counted.into_iter().flat_map(|counted| counted.hidden) {
-        *seen.entry(layer).or_default() += count;
+    let mut seen: FxHashMap<(usize, usize), Seen> = FxHashMap::default();
+    for (view, counted) in counted.into_iter().enumerate() {
+        for (layer, count) in counted.hidden {
+            seen.entry(layer).or_default().add(view, count);
+        }
     }
-    let layer = |((photo, layer), count): ((usize, usize), u64)| {
+    let layer = |((photo, layer), Seen { count, view, .. }): ((usize, usize), Seen)| {
         let it = &stacks[photo]?.image_layers[layer];
         let hidden = it.texels_used - it.texels_visible;
         let filled = it.fill.as_ref().map_or(0, |fill| fill.texels_filled);
         let seen = count as f64 / rays.max(1) as f64;
-        (hidden > 0).then_some(HiddenLayer { photo, layer, hidden, filled, seen })
+        (hidden > 0).then_some(HiddenLayer { photo, layer, hidden, filled, seen, view })
     };
     let mut layers: Vec<HiddenLayer> = seen.into_iter().filter_map(layer).collect();
     layers
         .sort_by(|a, b| b.seen.total_cmp(&a.seen).then_with(|| (a.photo, a.layer).cmp(&(b.photo, b.layer))));
     Ok(layers)
+}
+
+/// How much of a layer's hidden places all views see.
+#[derive(Default)]
+struct Seen {
+    count: u64,
+    /// The first of the views that see most of them, and how much that is.
+    view: usize,
+    most: u64,
+}
+
+impl Seen {
+    fn add(&mut self, view: usize, count: u64) {
+        self.count += count;
+        if count > self.most {
+            (self.view, self.most) = (view, count);
+        }
+    }
 }
 
 /// What one view sees.
@@ -168,8 +177,10 @@ mod tests {
     use glam::DVec3;
 
     use super::*;
+    use crate::geometry::Pose;
     use crate::layers::{Options, SoftwareRasteriser, Wishes, sort_photo};
     use crate::recipe::assemble::assemble;
+    use crate::recipe::fill::lookouts::views_of_photos;
     use crate::scene::Photo;
     use crate::scene::synthetic::closed_form;
 
@@ -201,6 +212,7 @@ mod tests {
         let layer = &stacks[worst.photo].unwrap().image_layers[worst.layer];
         assert!(layer.name.contains("far") && worst.seen > 0.0 && worst.hidden > 0, "{found:?}");
         assert!(found.windows(2).all(|pair| pair[0].seen >= pair[1].seen));
+        assert_eq!((worst.photo, worst.view), (0, 1), "the photo aside sees what the first one hides");
     }
 
     #[test]

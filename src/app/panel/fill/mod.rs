@@ -1,0 +1,188 @@
+//! What photos do not show: how much of it is seen, what fills it, and how it is filled.
+
+mod spread;
+mod worst;
+
+use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit, Ui};
+
+use self::spread::spread_ui;
+use self::worst::worst_ui;
+use super::inspector::button;
+use super::{grouped, name_cell, percent};
+use crate::app::command::{layers, view};
+use crate::app::editor::{Ask, Editor};
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::layers::fill::{FillOptions, Invent};
+use crate::recipe::fill::FillShares;
+use crate::recipe::fill::shares::LayerShares;
+
+/// Of the column of names, in points.
+const PHOTO: f32 = 120.0;
+
+/// Draws it.
+pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let any_stack = editor.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+    if !any_stack {
+        ui.weak("Build the layers first: then one knows what photos do not show of them.");
+        return;
+    }
+    editor.want_worst();
+    if let Some(photo) = editor.selected_photo() {
+        editor.want_shares(photo);
+    }
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
+        ui.horizontal_wrapped(|ui| {
+            button(editor, ui, &layers::FILL, asks);
+            button(editor, ui, &view::CONFIDENCE, asks);
+        });
+        options(editor, ui, asks);
+        spread_ui(editor, ui, asks);
+        ui.separator();
+        worst_ui(editor, ui, asks);
+        ui.separator();
+        let Some(session) = &editor.session else { return };
+        if let Some(photo) = editor.selected_photo() {
+            of_photo(editor, session, photo, ui, asks);
+            ui.separator();
+        }
+        photos(editor, session, ui, asks);
+    });
+}
+
+fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(options) = editor.session.as_ref().map(|session| session.opened.project.fill.clone()) else {
+        return;
+    };
+    CollapsingHeader::new("How it is filled").default_open(false).show(ui, |ui| {
+        ui.label("What no photo shows:");
+        let mut invent = options.invent;
+        let example = "Textures that photos show of the same surface are carried on.";
+        ui.radio_value(&mut invent, Invent::Exemplar, "by example").on_hover_text(example);
+        let smooth = "Colours from the border are spread smoothly.";
+        ui.radio_value(&mut invent, Invent::Diffusion, "smoothly").on_hover_text(smooth);
+        if invent != options.invent {
+            asks.push(Ask::Fill(FillOptions { invent, ..options.clone() }));
+        }
+        let label = ui.label("Objects that are left as photos show them:");
+        let mut text = editor.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
+        let edit = TextEdit::singleline(&mut text).hint_text("names, or tree_* for all that begin so");
+        let response = ui.add(edit).labelled_by(label.id);
+        if response.changed() {
+            editor.quality.fill.without = Some(text.clone());
+        }
+        if response.lost_focus() {
+            editor.quality.fill.without = None;
+            let names = text.split(',').map(str::trim).filter(|name| !name.is_empty());
+            let without: Vec<String> = names.map(str::to_owned).collect();
+            if without != options.without {
+                asks.push(Ask::Fill(FillOptions { without, ..options }));
+            }
+        }
+        ui.weak("What is filled already stays until you fill again.");
+    });
+}
+
+/// In place of what is being looked up, or could not be.
+fn not_there(failed: bool, ui: &mut Ui) {
+    if failed {
+        ui.label("It could not be looked up; the notes say why.");
+    } else {
+        ui.add(Spinner::new());
+    }
+}
+
+/// What shows at the hidden texels of a photo's layers.
+fn of_photo(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = &session.opened.site.photos[place].name;
+    ui.strong(format!("Hidden parts of {name}"));
+    let Some(stack) = &session.photos[place].stack else {
+        ui.weak("Its layers are not built.");
+        return;
+    };
+    let Some(lookup) = editor.quality.fill.shares.get(&place) else { return };
+    let Some(shares) = lookup.found() else { return not_there(lookup.failed(&editor.jobs), ui) };
+    let mut rows: Vec<(usize, &LayerShares)> = shares.iter().enumerate().collect();
+    rows.retain(|(_, shares)| shares.hidden + shares.spread > 0);
+    rows.sort_by_key(|(place, shares)| (std::cmp::Reverse(shares.hidden), *place));
+    if rows.is_empty() {
+        ui.weak("Nothing is hidden.");
+    }
+    for (layer, shares) in rows {
+        let Some(it) = stack.image_layers.get(layer) else { continue };
+        let this = Selection::Layer { photo: place, layer };
+        let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
+        if ui.add(Button::selectable(editor.selection == this, text).truncate()).clicked() {
+            asks.push(Ask::Select(this));
+        }
+        ui.weak(told(shares));
+    }
+}
+
+/// What shows at the hidden texels of a layer, in words.
+fn told(shares: &LayerShares) -> String {
+    let of = |name: &str, part: u64| (part > 0).then(|| format!("{} {name}", percent(part, shares.hidden)));
+    let filled = shares.filled();
+    let trusted = (filled > 0).then(|| format!("confidence {:.2}", shares.confidence));
+    let spread =
+        (shares.spread > 0).then(|| format!("{} more under paint of other photos", grouped(shares.spread)));
+    let parts = [
+        of("painted", shares.painted),
+        of("from photos", shares.from_photos),
+        of("from their paint", shares.from_paint),
+        of("by example", shares.by_example),
+        of("smooth", shares.diffused),
+        of("empty", shares.hidden.saturating_sub(filled)).filter(|_| shares.painted == 0),
+        trusted,
+        spread,
+    ];
+    parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+/// Every photo, in shares of what it hides.
+fn photos(editor: &Editor, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.strong("All photos");
+    Grid::new("fillings").num_columns(5).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
+        for (heading, tooltip) in [
+            ("Photo", "The photo."),
+            ("Hidden", "Share of what its layers cover that it does not show."),
+            ("Photos", "Share of the hidden parts that other photos gave, or what was painted in them."),
+            ("Invented", "Share of the hidden parts that was made by example or smoothly."),
+            ("Empty", "Share of the hidden parts that is not filled."),
+        ] {
+            ui.weak(heading).on_hover_text(tooltip);
+        }
+        ui.end_row();
+        for (place, status) in session.photos.iter().enumerate() {
+            let Some(stack) = &status.stack else { continue };
+            let name = &session.opened.site.photos[place].name;
+            if name_cell(ui, editor.photo == Some(place), name, PHOTO).clicked() {
+                asks.push(Ask::Select(Selection::Photo(place)));
+            }
+            let shares = FillShares::of(stack);
+            let invented = shares.by_example + shares.diffused;
+            for share in [shares.hidden, shares.from_photos + shares.from_paint, invented, shares.empty] {
+                ui.label(format!("{:.0} %", 100.0 * share));
+            }
+            ui.end_row();
+        }
+    });
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn shares_are_told_in_words_and_what_is_not_there_is_left_out() {
+        let shares = LayerShares {
+            hidden: 200,
+            from_photos: 100,
+            by_example: 50,
+            confidence: 0.5,
+            ..LayerShares::default()
+        };
+        assert_eq!(told(&shares), "50 % from photos, 25 % by example, 25 % empty, confidence 0.50");
+        assert_eq!(told(&LayerShares { hidden: 1, ..LayerShares::default() }), "100 % empty");
+    }
+}

@@ -1,0 +1,156 @@
+//! Paint of single photos on the others: whose, where it goes, and what contradicts it.
+
+use eframe::egui::{Button, CollapsingHeader, RichText, Ui};
+
+use super::not_there;
+use crate::app::command::layers::{PROPAGATE, TAKE_OFF};
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::counted;
+use crate::app::panel::inspector::button;
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::recipe::fill::propagation::{Painter, SpreadOn, laid_over, with_one};
+use crate::recipe::survey::face_named;
+
+/// So many places are listed: the most disputed ones.
+const MOST: usize = 40;
+
+/// Draws it.
+pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    CollapsingHeader::new("Paint on the other photos").default_open(true).show(ui, |ui| {
+        editor.want_painters();
+        let lookup = &editor.quality.fill.painters;
+        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&editor.jobs), ui) };
+        if painters.is_empty() && !editor.has_propagated() {
+            ui.weak(
+                "Nothing is painted yet. What you paint on a surface in one photo can be laid over the other photos \
+                 that show it: a scrawl taken off in one is gone from all.",
+            );
+            return;
+        }
+        choose(editor, &painters, ui, asks);
+        ui.horizontal_wrapped(|ui| {
+            let ready = (PROPAGATE.ready)(editor).is_ok();
+            let look = ui.add_enabled(ready, Button::new("Look first"));
+            if look.on_hover_text("Tells what paint would go where; nothing is written.").clicked() {
+                asks.push(Ask::LookAtPropagation);
+            }
+            button(editor, ui, &PROPAGATE, asks);
+            button(editor, ui, &TAKE_OFF, asks);
+        });
+        found(editor, ui, asks);
+    });
+}
+
+/// Whose paint is laid over the others.
+fn choose(editor: &Editor, painters: &[Painter], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &editor.session else { return };
+    let options = &session.opened.project.fill;
+    ui.label("Laid over what other photos show of the same surfaces, when hidden parts are filled:");
+    for painter in painters {
+        let mut on = options.propagates(&painter.photo);
+        let text = format!("paint of {}", painter.photo);
+        let tooltip = counted(painter.pixels, "painted pixel");
+        if ui.checkbox(&mut on, text).on_hover_text(tooltip).changed() {
+            asks.push(Ask::Fill(with_one(options, &painter.photo, on, painters)));
+        }
+    }
+}
+
+fn found(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &editor.session else { return };
+    let offered = &editor.quality.fill.offered;
+    if offered.is_sought(&editor.jobs) {
+        ui.horizontal(|ui| {
+            ui.spinner();
+            ui.label("Looking where paint would go…");
+        });
+    } else if let Some((options, spread)) = offered.found() {
+        let all = session.opened.project.fill.propagate.is_empty();
+        if all || *options == session.opened.project.fill {
+            summary(session, spread, true, ui, asks);
+        }
+    }
+    let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
+    let laid = laid_over(&stacks);
+    if !laid.is_empty() {
+        summary(session, &laid, false, ui, asks);
+    }
+}
+
+/// How much paint goes, or would go, where; the places that contradict it, each with a click to it.
+fn summary(session: &Session, spread: &[SpreadOn], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let texels: u64 = spread.iter().map(|it| it.paint.texels).sum();
+    let mut photos: Vec<usize> = spread.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
+    photos.sort_unstable();
+    photos.dedup();
+    let verb = if would { "would be laid" } else { "lie" };
+    ui.add_space(4.0);
+    ui.strong(match texels {
+        0 => format!("No paint {verb} over another photo."),
+        _ => format!("{} {verb} over {}.", counted(texels, "pixel"), counted(photos.len() as u64, "photo")),
+    });
+    let disputed = spread.iter().filter(|it| it.disputed() > 0).count();
+    if disputed > 0 {
+        let places = counted(disputed as u64, "place");
+        let text = format!("Paint contradicts other paint at {places}; a click goes there.");
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
+    for it in spread.iter().take(MOST) {
+        place(session, it, ui, asks);
+    }
+    if spread.len() > MOST {
+        ui.weak(format!("{} more.", counted((spread.len() - MOST) as u64, "place")));
+    }
+}
+
+fn place(session: &Session, it: &SpreadOn, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let name = &session.opened.site.photos[it.photo].name;
+    let text = RichText::new(format!("{} in {name}", it.paint.face));
+    let text = if it.disputed() > 0 { text.color(ui.visuals().warn_fg_color) } else { text };
+    let face = face_named(session.model(), &it.paint.face).ok();
+    let button = ui.add_enabled(face.is_some(), Button::selectable(false, text).truncate());
+    if button.on_hover_text("Shows the face in this photo.").clicked() {
+        asks.extend(
+            face.into_iter().flat_map(|face| {
+                [Ask::Select(Selection::Face(face)), Ask::ShowInPhoto(it.photo, face, None)]
+            }),
+        );
+    }
+    ui.horizontal_wrapped(|ui| {
+        ui.add_space(8.0);
+        ui.weak(told(it));
+    });
+}
+
+/// What of it was laid, and what stands against it.
+fn told(it: &SpreadOn) -> String {
+    let paint = &it.paint;
+    let own = (paint.own > 0).then(|| format!("{} painted here already", counted(paint.own, "pixel")));
+    let conflicts = (paint.conflicts > 0)
+        .then(|| format!("{} of them otherwise", super::super::grouped(paint.conflicts)));
+    let dissents = (paint.dissents > 0)
+        .then(|| format!("{} where a third photo's paint differs", counted(paint.dissents, "pixel")));
+    let laid = format!("{} from {}", counted(paint.texels, "pixel"), paint.from);
+    [Some(laid), own, conflicts, dissents].into_iter().flatten().collect::<Vec<_>>().join(", ")
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::stack::SpreadPaint;
+
+    #[test]
+    fn what_stands_against_paint_is_told_in_words() {
+        let paint = SpreadPaint {
+            face: "wall[0]".into(),
+            from: "a.jpg".into(),
+            texels: 1,
+            own: 7,
+            conflicts: 5,
+            dissents: 0,
+        };
+        let told = told(&SpreadOn { photo: 0, paint });
+        assert_eq!(told, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them otherwise");
+    }
+}

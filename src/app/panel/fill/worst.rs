@@ -1,0 +1,102 @@
+//! Layers whose hidden parts are seen most, from where one may choose.
+
+use eframe::egui::{ComboBox, Grid, Ui};
+
+use super::not_there;
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::{counted, name_cell, percent};
+use crate::app::quality::filling::Worst;
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::recipe::fill::lookouts::{Lookouts, count_kept};
+use crate::recipe::fill::worst::HiddenLayer;
+
+/// So many of the worst layers are listed: those after them are hardly seen.
+const WORST: usize = 24;
+/// Of the column of names, in points.
+const LAYER: f32 = 178.0;
+
+/// Draws the list.
+pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.strong("Worst first")
+        .on_hover_text("Hidden area times how much of it the views see: what a viewer would notice first.");
+    choose(editor, ui);
+    let Some(session) = &editor.session else { return };
+    let lookup = &editor.quality.fill.worst;
+    let Some(worst) = lookup.found() else { return not_there(lookup.failed(&editor.jobs), ui) };
+    if worst.layers.is_empty() {
+        ui.weak("These views see nothing that a photo hides.");
+        return;
+    }
+    Grid::new("worst").num_columns(3).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
+        ui.weak("Layer");
+        ui.weak("Seen").on_hover_text("Share of all that the views see.");
+        ui.weak("Filled").on_hover_text("Share of the layer's hidden part that is filled.");
+        ui.end_row();
+        for hidden in worst.layers.iter().take(WORST) {
+            row(editor, session, worst, hidden, ui, asks);
+        }
+    });
+    let more = worst.layers.len().saturating_sub(WORST);
+    if more > 0 {
+        ui.weak(format!("{} more are seen less.", counted(more as u64, "layer")));
+    }
+}
+
+/// Which views count.
+fn choose(editor: &mut Editor, ui: &mut Ui) {
+    let Some(session) = &editor.session else { return };
+    let (kept, photos) = (count_kept(&session.opened.project), session.photos.len());
+    if kept == 0 && editor.quality.fill.lookouts.is_none() {
+        ui.weak(
+            "Seen from the photos' cameras. Keep views (Ctrl+D) or set keyframes (K), and it goes by those.",
+        );
+        return;
+    }
+    let name = |lookouts: Lookouts| match lookouts {
+        Lookouts::Kept => format!("kept views and keyframes ({kept})"),
+        Lookouts::Photos => format!("the photos' cameras ({photos})"),
+    };
+    let now = editor.lookouts();
+    let mut chosen = now;
+    ComboBox::from_label("Seen from").selected_text(name(now)).width(190.0).show_ui(ui, |ui| {
+        for lookouts in [Lookouts::Kept, Lookouts::Photos] {
+            ui.selectable_value(&mut chosen, lookouts, name(lookouts));
+        }
+    });
+    if chosen != now {
+        editor.quality.fill.lookouts = Some(chosen);
+    }
+    if chosen == Lookouts::Kept && kept == 0 {
+        ui.weak("No view is kept: Ctrl+D keeps one, K makes it a keyframe of the flight.");
+    }
+}
+
+fn row(
+    editor: &Editor,
+    session: &Session,
+    worst: &Worst,
+    hidden: &HiddenLayer,
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
+    let HiddenLayer { photo, layer, .. } = *hidden;
+    let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
+    let Some(it) = stack.and_then(|stack| stack.image_layers.get(layer)) else { return };
+    let this = Selection::Layer { photo, layer };
+    let name = &session.opened.site.photos[photo].name;
+    let text = format!("{} – {name}", it.name);
+    let response = name_cell(ui, editor.selection == this, &text, LAYER);
+    let view = worst.views.get(hidden.view);
+    if response.double_clicked() {
+        asks.extend(view.cloned().map(|view| Ask::LookFrom(Box::new(view))));
+    } else if response.clicked() {
+        asks.push(Ask::Select(this));
+    }
+    if let Some(view) = view {
+        response.on_hover_text(format!("Seen most from {}: a double click goes there.", view.name));
+    }
+    ui.label(format!("{:.2} %", 100.0 * hidden.seen));
+    ui.label(percent(hidden.filled, hidden.hidden));
+    ui.end_row();
+}
