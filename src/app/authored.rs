@@ -10,7 +10,7 @@ use super::selection::Selection;
 use super::session::{Session, survey};
 use crate::document::Project;
 use crate::document::history::{Gesture, Turn};
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::io::project::{read_project, write_project};
 use crate::io::recovery::{forget_unsaved, keep_unsaved};
 use crate::recipe::decide::{self, LayerEdit};
@@ -29,6 +29,8 @@ enum Follows {
     Gains,
     /// Which stacks are up to date, and what is shown.
     Stacks,
+    /// The model, of which other objects are in use.
+    Objects,
     /// Everything: files or the model's place are others.
     Site,
 }
@@ -37,9 +39,8 @@ impl Follows {
     /// Of a change from one project to another.
     fn of(before: &Project, after: &Project) -> Option<Self> {
         let site = |project: &Project| {
-            let Project { photos, cameras, model, world_from_model, masks, objects_off, .. } =
-                project.clone();
-            (photos, cameras, model, world_from_model, masks, objects_off)
+            let Project { photos, cameras, model, world_from_model, masks, .. } = project.clone();
+            (photos, cameras, model, world_from_model, masks)
         };
         // Views and flights change nothing that is made, options of filling nothing until it is filled again.
         let kept = Project {
@@ -55,6 +56,8 @@ impl Follows {
             Some(Self::Gains)
         } else if site(before) != site(after) {
             Some(Self::Site)
+        } else if before.objects_off != after.objects_off {
+            Some(Self::Objects)
         } else {
             Some(Self::Stacks)
         }
@@ -101,12 +104,20 @@ impl Editor {
 
     /// Decides something about layers; where that cannot be, a note says why.
     pub fn decide(&mut self, edit: &LayerEdit) {
-        let Some(session) = &self.session else { return };
-        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref().cloned()).collect();
-        match decide::edited(session.history.present(), edit, &session.opened.site, &stacks) {
+        match self.decided(edit) {
             Ok(project) => self.edit(edit.name(), project, None),
             Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
         }
+    }
+
+    /// The project after a decision about layers.
+    ///
+    /// # Errors
+    /// Why it cannot be.
+    pub(super) fn decided(&self, edit: &LayerEdit) -> Result<Project> {
+        let session = self.session.as_ref().ok_or_else(|| Error::Request("no project is open".into()))?;
+        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref().cloned()).collect();
+        decide::edited(session.history.present(), edit, &session.opened.site, &stacks)
     }
 
     /// Takes the last step back.
@@ -208,6 +219,7 @@ impl Editor {
         match session.due.follows.take() {
             Some(Follows::Gains) => self.follow_colour(),
             Some(Follows::Stacks) => self.look_again(),
+            Some(Follows::Objects) => self.follow_objects(),
             Some(Follows::Site) => self.reopen(),
             None => (),
         }
@@ -327,6 +339,8 @@ mod tests {
         assert_eq!(Follows::of(&before, &after), Some(Follows::Gains));
         after.options.margin += 1;
         assert_eq!(Follows::of(&before, &after), Some(Follows::Stacks));
+        after.objects_off.insert("tower".into());
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Objects));
         after.world_from_model = Similarity { scale: 2.0, ..Similarity::IDENTITY };
         assert_eq!(Follows::of(&before, &after), Some(Follows::Site));
     }

@@ -11,9 +11,11 @@ use super::crash::{self, Crash, crash_ui};
 use super::flat::Flat;
 use super::flight::{Flights, timeline_ui};
 use super::frame_times::FrameTimes;
+use super::inspect::Inspect;
 use super::jobs::Jobs;
 use super::layout::{Layout, Pane, centre_ui};
 use super::leaving::{Leaving, Questions};
+use super::lists::Lists;
 use super::notes::{Note, Notes, Weight};
 use super::opening::{Opening, Wish, opening_ui};
 use super::palette::{Palette, palette_ui};
@@ -29,6 +31,10 @@ use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::layers::fill::FillOptions;
 use crate::recipe::colour::ColourEdit;
+use crate::recipe::decide::LayerEdit;
+use crate::recipe::fill::lookouts::View;
+use crate::recipe::layer_table::Column;
+use crate::scene::FaceId;
 
 /// The key of the settings among what eframe keeps.
 const SETTINGS: &str = "settings";
@@ -47,12 +53,26 @@ pub enum Ask {
     Select(Selection),
     /// Adds an image layer of a photo to the selection, or takes it out.
     Toggle(usize, usize),
+    /// Selects image layers of a photo, the last one first of all.
+    SelectLayers(usize, Vec<usize>),
+    /// Sorts the table of layers by a column.
+    SortLayers(Column),
+    /// Switches an object on or off, by its name.
+    Switch(String, bool),
     /// Names an image layer of a photo.
     Rename(usize, usize, String),
+    /// Decides something about a photo's layers.
+    Decide(Box<LayerEdit>),
+    /// Shows where a face is in a photo, and marks a place in it, in photo pixels.
+    ShowInPhoto(usize, FaceId, Option<[u32; 2]>),
     /// Takes one decision about a photo back, by its number.
     ForgetDecision(String, usize),
     /// Flies into the camera of a photo.
     FlyTo(usize),
+    /// Flies to where a view looks from.
+    LookFrom(Box<View>),
+    /// Looks what paint would be laid over which photos.
+    LookAtPropagation,
     /// Flies to a kept view.
     FlyToView(usize),
     /// Shows the flight at a time, in seconds.
@@ -102,6 +122,10 @@ pub struct Editor {
     pub photo: Option<usize>,
     /// Image layers that are selected beside the one of `selection`: photo and place in its stack.
     pub more_layers: Vec<(usize, usize)>,
+    /// The lists of layers and objects.
+    pub lists: Lists,
+    /// What was found out about the selection.
+    pub inspect: Inspect,
     /// The 3D view.
     pub space: Space,
     /// Kept views and the flight.
@@ -152,6 +176,8 @@ impl Editor {
             selection: Selection::default(),
             photo: None,
             more_layers: Vec::new(),
+            lists: Lists::default(),
+            inspect: Inspect::default(),
             space: Space::default(),
             flights: Flights::default(),
             layout: Layout::kept(storage),
@@ -232,12 +258,19 @@ impl Editor {
             Ask::Run(command) => self.run(command),
             Ask::Select(selection) => self.select(selection),
             Ask::Toggle(photo, layer) => self.toggle_layer(photo, layer),
+            Ask::SelectLayers(photo, layers) => self.select_layers(photo, layers),
+            Ask::SortLayers(column) => self.settings.layer_list.sort_by(column),
+            Ask::Switch(object, on) => self.switch_object(&object, on),
             Ask::Rename(photo, layer, name) => self.rename_layer(photo, layer, &name),
             Ask::ForgetDecision(photo, number) => self.forget_decision(photo, number),
+            Ask::Decide(edit) => self.decide(&edit),
+            Ask::ShowInPhoto(photo, face, at) => self.show_in_photo(photo, face, at),
             Ask::FlyTo(photo) => {
                 self.layout.show(Pane::Space);
                 self.fly_to_photo(photo);
             }
+            Ask::LookFrom(view) => self.look_from(&view),
+            Ask::LookAtPropagation => self.look_at_propagation(),
             Ask::FlyToView(place) => {
                 self.layout.show(Pane::Space);
                 self.fly_to_view(place);
@@ -330,7 +363,7 @@ impl Editor {
         if self.session.is_some() {
             let width = ui.available_width();
             let left =
-                Panel::left("outliner").resizable(true).default_size(270.0).max_size(LEFT_MOST * width);
+                Panel::left("outliner").resizable(true).default_size(290.0).max_size(LEFT_MOST * width);
             left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
             let right =
                 Panel::right("inspector").resizable(true).default_size(300.0).max_size(RIGHT_MOST * width);
@@ -341,6 +374,7 @@ impl Editor {
         }
         let context = ui.ctx().clone();
         self.questions_ui(&context);
+        self.merging_ui(&context);
         self.export_ui(&context);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);

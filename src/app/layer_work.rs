@@ -32,7 +32,14 @@ impl Editor {
             Some(_) => (),
             None => layers.push(layer),
         }
-        self.select(Selection::Layer { photo, layer: layers.pop().unwrap_or(layer) });
+        layers.extend(layers.is_empty().then_some(layer));
+        self.select_layers(photo, layers);
+    }
+
+    /// Selects image layers of a photo; views and inspector show the last of them.
+    pub fn select_layers(&mut self, photo: usize, mut layers: Vec<usize>) {
+        let Some(layer) = layers.pop() else { return };
+        self.select(Selection::Layer { photo, layer });
         self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
     }
 
@@ -72,8 +79,13 @@ impl Editor {
     pub fn merge_layers(&mut self) {
         let (photo, layers) = self.selected_layers();
         let of = layers.iter().flat_map(|layer| self.faces_of(photo, *layer)).collect();
-        if let Some(photo) = self.photo_name(photo) {
-            self.decide(&LayerEdit::Merge { photo, of });
+        let Some(name) = self.photo_name(photo) else { return };
+        let edit = LayerEdit::Merge { photo: name, of };
+        let cost = self.merge_cost(photo, &layers).filter(|cost| cost.is_high() || cost.is_too_large());
+        match cost {
+            // What cannot be is told at once.
+            Some(cost) if self.decided(&edit).is_ok() => self.ask_to_merge(edit, cost),
+            _ => self.decide(&edit),
         }
     }
 

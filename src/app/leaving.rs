@@ -57,7 +57,7 @@ impl Editor {
 
     /// A question waits for an answer: keys and files are for it.
     pub(super) fn asks(&self) -> bool {
-        self.questions.leaving.is_some() || self.questions.recovered.is_some()
+        self.questions.leaving.is_some() || self.questions.recovered.is_some() || self.lists.asks()
     }
 
     /// What was asked about a project that is being closed.

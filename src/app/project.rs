@@ -30,6 +30,7 @@ impl Editor {
         self.selection = Selection::Nothing;
         self.photo = (!session.photos.is_empty()).then_some(0);
         self.flat.forget();
+        self.lists.forget();
         self.pictures = Pictures::default();
         self.pictures.start(&session.folder, &session.opened, &mut self.jobs);
         self.session = Some(session);
@@ -51,6 +52,7 @@ impl Editor {
         self.session = None;
         self.selection = Selection::Nothing;
         self.flat.forget();
+        self.lists.forget();
         self.pictures = Pictures::default();
     }
 

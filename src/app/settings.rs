@@ -5,6 +5,7 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Color32, Context, FontId, TextStyle, Theme, ThemePreference, Visuals};
 use serde::{Deserialize, Serialize};
 
+use super::lists::LayerList;
 use super::panel::side::Tab;
 use super::trip::editing::EditorChoice;
 
@@ -72,6 +73,8 @@ pub struct Settings {
     pub navigation: Navigation,
     /// The panel of notes is shown.
     pub notes_shown: bool,
+    /// How the layers of a photo are listed.
+    pub layer_list: LayerList,
     /// What the right side shows.
     pub side: Tab,
     /// Who opens photos to paint on them.
@@ -88,6 +91,7 @@ impl Default for Settings {
             hints: true,
             navigation: Navigation::Simple,
             notes_shown: false,
+            layer_list: LayerList::default(),
             side: Tab::default(),
             image_editor: EditorChoice::default(),
             recent: Vec::new(),

@@ -222,7 +222,10 @@ mod tests {
     #[test]
     fn origins_are_told_apart() {
         assert_eq!(origin("[exemplar]", 2).0, "invented by example");
-        assert_eq!(origin(&origins::painted_in("a.jpg"), 5), ("paint in a.jpg".into(), Origin::Propagated.colour()));
+        assert_eq!(
+            origin(&origins::painted_in("a.jpg"), 5),
+            ("paint in a.jpg".into(), Origin::Propagated.colour())
+        );
         assert_ne!(origin("a.jpg", 4).1, origin("b.jpg", 5).1);
     }
 }

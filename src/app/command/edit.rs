@@ -8,7 +8,8 @@ use crate::app::jobs::Kind;
 use crate::app::selection::Selection;
 
 /// In the order of their menus.
-pub const COMMANDS: &[&Command] = &[&SAVE, &UNDO, &REDO, &MERGE, &SPLIT, &PIN, &EXCLUDE, &RESET];
+pub const COMMANDS: &[&Command] =
+    &[&SAVE, &UNDO, &REDO, &MERGE, &SPLIT, &PIN, &EXCLUDE, &RESET, &SWITCH_OFF, &ALL_ON];
 
 const SHIFTED: Modifiers = Modifiers::COMMAND.plus(Modifiers::SHIFT);
 
@@ -112,6 +113,36 @@ pub const RESET: Command = Command {
         if decided { Ok(()) } else { Err("nothing was decided about this photo") }
     },
     run: |editor, _| editor.reset_decisions(),
+    ..PLAIN
+};
+
+/// Without this object.
+pub const SWITCH_OFF: Command = Command {
+    name: "Switch object off",
+    tooltip: "Photos, layers and views are made as if the model did not have the selected object.",
+    menu: Menu::Edit,
+    starts_group: true,
+    ready: |editor| editor.selected_object().map(|_| ()).ok_or("select an object or a face"),
+    detail: Some(Editor::selected_object),
+    run: |editor, _| {
+        if let Some(object) = editor.selected_object() {
+            editor.switch_object(&object, false);
+        }
+    },
+    ..PLAIN
+};
+
+/// All objects again.
+pub const ALL_ON: Command = Command {
+    name: "Switch all objects on",
+    tooltip: "Brings back all objects that are switched off.",
+    menu: Menu::Edit,
+    ready: |editor| {
+        let session = editor.session.as_ref().ok_or("open a project first")?;
+        let any = !session.history.present().objects_off.is_empty();
+        if any { Ok(()) } else { Err("no object is switched off") }
+    },
+    run: |editor, _| editor.switch_all_on(),
     ..PLAIN
 };
 

@@ -7,7 +7,8 @@ use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 
 /// In the order of their menus.
-pub const COMMANDS: &[&Command] = &[&BUILD, &BUILD_PHOTO, &FILL, &CHECK, &CHECKED, &STOP];
+pub const COMMANDS: &[&Command] =
+    &[&BUILD, &BUILD_PHOTO, &FILL, &PROPAGATE, &TAKE_OFF, &AS_TABLE, &CHECK, &CHECKED, &STOP];
 
 /// Builds all stacks that are not up to date.
 pub const BUILD: Command = Command {
@@ -40,6 +41,40 @@ pub const FILL: Command = Command {
     menu: Menu::Layers,
     ready: |editor| can_write(editor).and(with_stacks(editor)),
     run: |editor, _| editor.fill(),
+    ..PLAIN
+};
+
+/// Paint of one photo on all.
+pub const PROPAGATE: Command = Command {
+    name: "Lay paint over other photos",
+    tooltip: "Fills hidden parts, and lays what was painted in one photo over what the others show of the same surfaces.",
+    menu: Menu::Layers,
+    ready: |editor| can_write(editor).and(with_stacks(editor)),
+    run: |editor, _| editor.propagate_paint(),
+    ..PLAIN
+};
+
+/// Every photo with its own paint alone.
+pub const TAKE_OFF: Command = Command {
+    name: "Take paint off other photos",
+    tooltip: "Fills hidden parts again without paint of other photos over what a photo shows; all paint stays where it was painted.",
+    menu: Menu::Layers,
+    ready: |editor| {
+        can_write(editor).and(with_stacks(editor))?;
+        if editor.has_propagated() { Ok(()) } else { Err("no paint lies over another photo") }
+    },
+    run: |editor, _| editor.take_propagated_off(),
+    ..PLAIN
+};
+
+/// The list of layers as a table.
+pub const AS_TABLE: Command = Command {
+    name: "Layers as table",
+    tooltip: "Lists the photo's layers with their figures, to be sorted by any of them, or by depth.",
+    menu: Menu::Layers,
+    starts_group: true,
+    on: Some(|editor| editor.settings.layer_list.as_table),
+    run: |editor, _| editor.settings.layer_list.as_table ^= true,
     ..PLAIN
 };
 

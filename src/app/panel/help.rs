@@ -27,6 +27,14 @@ const BLENDER: &[(&str, &str)] = &[
     ("X, held", "flip between photo and view"),
 ];
 
+/// What keys do in the lists of layers and objects.
+const LISTS: &[(&str, &str)] = &[
+    ("Up, Down in a list", "from row to row; with Shift several layers"),
+    ("Right, Left in a list", "open, close a row"),
+    ("Enter in a list", "frame an object or face, show a layer alone"),
+    ("Space in a list", "switch an object off and on"),
+];
+
 /// What the mouse does, what one needs first at the beginning.
 pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] {
     match navigation {
@@ -43,7 +51,7 @@ pub fn help_ui(editor: &mut Editor, context: &Context) {
         ScrollArea::vertical().show(ui, |ui| {
             let mouse = mouse(editor.settings.navigation);
             Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
-                for (keys, what) in mouse {
+                for (keys, what) in mouse.iter().chain(LISTS) {
                     ui.strong(*keys);
                     ui.label(*what);
                     ui.end_row();

@@ -8,7 +8,6 @@ pub mod hint;
 pub mod inspector;
 pub mod menu;
 pub mod notes;
-mod outliner;
 mod paint;
 mod photos;
 pub mod settings;
@@ -20,12 +19,13 @@ use eframe::egui::{Align, Button, Layout, Panel, Response, Ui, vec2};
 
 use super::command::Command;
 use super::editor::{Ask, Editor};
+use super::lists::outliner_ui;
 
 /// Photos above, objects and layers below.
 pub fn left_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let photos = Panel::top("photos").resizable(true).default_size(340.0);
     photos.show(ui, |ui| photos::photos_ui(editor, ui, asks));
-    outliner::outliner_ui(editor, ui, asks);
+    outliner_ui(editor, ui, asks);
 }
 
 /// A command that switches something, as a label that is lit while that is on.

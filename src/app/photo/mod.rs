@@ -15,6 +15,7 @@ use self::drawing::Picked;
 pub use self::drawing::colour_of_depth;
 use self::loading::Loading;
 use self::pointing::Pointed;
+pub use self::reasons::words as reason_words;
 pub use self::tools::scale_ui;
 use super::editor::{Ask, Editor};
 use super::flat::hatch::{Checkerboard, hatch};
@@ -46,6 +47,8 @@ pub struct PhotoPane {
     pointed: Option<Pointed>,
     selected_hidden: Option<SelectedHidden>,
     reasons: reasons::Filter,
+    /// What is to be looked at once the view is on the screen, from corner to corner in photo pixels.
+    sought: Option<[DVec2; 2]>,
     /// A place that was gone to: it is marked, in photo pixels.
     mark: Option<DVec2>,
 }
@@ -64,6 +67,21 @@ impl PhotoPane {
             self.photo = Some(photo);
             self.placement.fit();
             (self.taken_off, self.pointed, self.mark) = (0, None, None);
+        }
+    }
+
+    /// Looks at a part of a photo, from corner to corner in photo pixels; of all of it where that is none. Marks a place.
+    pub fn look_at(&mut self, photo: usize, part: Option<[DVec2; 2]>, mark: Option<DVec2>) {
+        self.turn_to(photo);
+        (self.mark, self.sought) = (mark, part);
+        self.placement.fit();
+    }
+
+    /// Shows what was asked for, now that one knows how large the view is.
+    fn show_sought(&mut self, rect: Rect) {
+        self.rect = Some(rect);
+        if let Some([low, high]) = self.sought.take() {
+            self.placement.show(rect, low, high);
         }
     }
 
@@ -122,7 +140,7 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>
     let Some(bounds) = bounds(editor, photo) else { return };
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
-    editor.flat.photo.rect = Some(rect);
+    editor.flat.photo.show_sought(rect);
     let seen = navigate(&mut editor.flat.photo.placement, ui, &response, rect, bounds);
     loading::load(editor, photo);
     picture(editor, ui, &seen, bounds, photo);

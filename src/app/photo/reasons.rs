@@ -30,7 +30,8 @@ const REASONS: [Reason; 7] = [
     Reason::Degenerate,
 ];
 
-fn words(reason: Reason) -> &'static str {
+/// Why a face has no texture, for people.
+pub fn words(reason: Reason) -> &'static str {
     match reason {
         Reason::Hidden => "hidden",
         Reason::Masked => "masked",

@@ -108,8 +108,8 @@ impl Editor {
     pub fn look_from(&mut self, view: &View) {
         let Some(session) = &self.session else { return };
         let ahead = view.pose.rotation.transpose() * glam::DVec3::Z;
-        let near = session.solid.first(view.pose.center_in_world(), ahead);
-        let near = near.map_or(session.ground.center, |(point, _)| point);
+        let eye = view.pose.center_in_world();
+        let near = session.solid.nearest(eye, ahead).map_or(session.ground.center, |hit| eye + ahead * hit.t);
         let there = Viewpoint::of_camera(&view.camera, &view.pose, near);
         self.layout.show(Pane::Space);
         self.fly_to_viewpoint(there);

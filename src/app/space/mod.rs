@@ -158,7 +158,13 @@ impl Space {
 
     /// The site was read again: photos and faces may be others.
     pub fn forget_site(&mut self) {
-        (self.through, self.hovered, self.travel, self.back) = (None, None, None, None);
+        self.forget_faces();
+        (self.through, self.travel, self.back) = (None, None, None);
+    }
+
+    /// The model is another one: faces may be others.
+    pub fn forget_faces(&mut self) {
+        self.hovered = None;
         self.exploded = Exploded::default();
     }
 

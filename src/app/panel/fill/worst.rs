@@ -59,10 +59,15 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
     };
     let now = editor.lookouts();
     let mut chosen = now;
-    ComboBox::from_label("Seen from").selected_text(name(now)).width(190.0).show_ui(ui, |ui| {
-        for lookouts in [Lookouts::Kept, Lookouts::Photos] {
-            ui.selectable_value(&mut chosen, lookouts, name(lookouts));
-        }
+    ui.horizontal(|ui| {
+        let label = ui.label("Seen from");
+        let list = ComboBox::from_id_salt("seen from").selected_text(name(now)).width(190.0);
+        let list = list.show_ui(ui, |ui| {
+            for lookouts in [Lookouts::Kept, Lookouts::Photos] {
+                ui.selectable_value(&mut chosen, lookouts, name(lookouts));
+            }
+        });
+        list.response.labelled_by(label.id);
     });
     if chosen != now {
         editor.quality.fill.lookouts = Some(chosen);

@@ -1,0 +1,107 @@
+//! What is known of a selected object, face or image layer, and what can be decided about it.
+
+mod layer;
+mod surface;
+
+use std::sync::Arc;
+
+use eframe::egui::{ScrollArea, Ui};
+use glam::DVec2;
+
+pub use self::layer::layer_page;
+pub use self::surface::{face_page, object_page};
+use super::editor::Editor;
+use super::layout::Pane;
+use super::session::Session;
+use crate::document::{Project, Stack};
+use crate::recipe::decide::FaceInPhotos;
+use crate::scene::{FaceId, ObjectId, Photo};
+
+/// Lists on a page are so high at most, in points: what stands below them stays in reach.
+const LIST: f32 = 260.0;
+/// Around a face that is looked at in a photo, as a share of its size.
+const AROUND: f64 = 0.3;
+
+/// What was found out about the selection; found again when stacks or decisions change.
+#[derive(Default)]
+pub struct Inspect {
+    face: Option<(FaceId, Ground, Arc<FaceInPhotos>)>,
+    object: Option<(ObjectId, Ground, Arc<Vec<u32>>)>,
+}
+
+/// What findings are made of.
+#[derive(Clone)]
+struct Ground {
+    stacks: Vec<Option<Arc<Stack>>>,
+    project: Arc<Project>,
+}
+
+impl Ground {
+    fn of(session: &Session) -> Self {
+        let stacks = session.photos.iter().map(|photo| photo.stack.clone()).collect();
+        Self { stacks, project: session.history.present().clone() }
+    }
+
+    fn is_of(&self, session: &Session) -> bool {
+        let same = |a: &Option<Arc<Stack>>, b: &Option<Arc<Stack>>| match (a, b) {
+            (Some(a), Some(b)) => Arc::ptr_eq(a, b),
+            (a, b) => a.is_none() && b.is_none(),
+        };
+        let mut stacks = self.stacks.iter().zip(&session.photos);
+        Arc::ptr_eq(&self.project, session.history.present())
+            && self.stacks.len() == session.photos.len()
+            && stacks.all(|(stack, photo)| same(stack, &photo.stack))
+    }
+}
+
+impl Editor {
+    /// Shows where a face is in a photo; it stays selected.
+    pub fn show_in_photo(&mut self, photo: usize, face: FaceId, at: Option<[u32; 2]>) {
+        let Some(session) = &self.session else { return };
+        let Some(it) = session.opened.site.photos.get(photo) else { return };
+        let mark = at.map(|[x, y]| DVec2::new(f64::from(x), f64::from(y)) + 0.5);
+        let part = part_with(it, session.model().ring_points(face));
+        self.photo = Some(photo);
+        self.layout.show(Pane::Photo);
+        self.flat.photo.look_at(photo, part, mark);
+    }
+}
+
+/// The part of a photo, from corner to corner in its pixels, in which points of the world are, with something around;
+/// none where it has none of them.
+fn part_with(photo: &Photo, points: impl Iterator<Item = glam::DVec3>) -> Option<[DVec2; 2]> {
+    let size = DVec2::new(f64::from(photo.camera.width), f64::from(photo.camera.height));
+    let in_photo = |point| photo.camera.image_from_camera(photo.pose.camera_from_world(point));
+    let (low, high) = points
+        .filter_map(in_photo)
+        .fold((DVec2::INFINITY, DVec2::NEG_INFINITY), |(low, high), px| (low.min(px), high.max(px)));
+    let (low, high) = (low.max(DVec2::ZERO), high.min(size));
+    let margin = AROUND * (high - low).max_element();
+    (low.x < high.x && low.y < high.y).then(|| [low - margin, high + margin])
+}
+
+/// A list of rows of one height of which only those in sight are made.
+fn long_list(ui: &mut Ui, id: &str, count: usize, mut row: impl FnMut(&mut Ui, usize)) {
+    let height = ui.spacing().interact_size.y + 4.0;
+    let area = ScrollArea::vertical().id_salt(id).max_height(LIST).auto_shrink([false, true]);
+    area.show_rows(ui, height, count, |ui, rows| rows.for_each(|place| row(ui, place)));
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn a_photo_is_looked_at_where_the_face_is_and_as_a_whole_where_it_is_not() {
+        let scene = closed_form::two_quads();
+        let photo = scene.photo();
+        let face = scene.model.face_ids().next().unwrap();
+        let [low, high] = part_with(&photo, scene.model.ring_points(face)).unwrap();
+        let middle = scene.model.ring_points(face).sum::<glam::DVec3>() / scene.model.ring(face).len() as f64;
+        let middle = photo.camera.image_from_camera(photo.pose.camera_from_world(middle)).unwrap();
+        assert!(low.cmplt(middle).all() && high.cmpgt(middle).all(), "{low} {middle} {high}");
+        let behind = photo.pose.world_from_camera(-glam::DVec3::Z);
+        assert_eq!(part_with(&photo, [behind; 3].into_iter()), None);
+    }
+}

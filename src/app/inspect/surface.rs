@@ -1,0 +1,246 @@
+//! An object, and a face: what each photo gives it, why another gives it nothing, and to whom it is pinned.
+
+use std::sync::Arc;
+
+use eframe::egui::{Align, Button, Layout, Response, RichText, Role, Ui, WidgetInfo};
+
+use super::{Ground, long_list};
+use crate::app::command::edit;
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::counted;
+use crate::app::panel::inspector::{button, rows, title};
+use crate::app::photo::reason_words;
+use crate::app::selection::Selection;
+use crate::app::session::Session;
+use crate::layers::Faces;
+use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, Given, LayerEdit, face_in_photos, photos_of_faces};
+use crate::recipe::survey::face_named;
+use crate::scene::{FaceId, ObjectId};
+
+/// The page of an object.
+pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let counts = editor.photos_of_object(object);
+    let Some(session) = &editor.session else { return };
+    let model = session.model();
+    let it = model.object(object);
+    title(ui, "Object", &it.name);
+    let mut facts = vec![("Faces", it.faces.len().to_string())];
+    if it.billboard {
+        facts.push(("Billboard", "shown from both sides".into()));
+    }
+    let bare = counts.iter().filter(|count| **count == 0).count() as u64;
+    if session.photos.iter().any(|photo| photo.stack.is_some()) && bare > 0 {
+        facts.push(("Without texture", counted(bare, "face")));
+    }
+    rows(ui, "object", &facts);
+    ui.add_space(6.0);
+    surface_buttons(editor, ui, asks);
+    ui.strong("Faces, and how many photos show them");
+    let warns = ui.visuals().warn_fg_color;
+    long_list(ui, "faces of object", it.faces.len(), |ui, place| {
+        let count = u64::from(counts.get(place).copied().unwrap_or_default());
+        let text =
+            RichText::new(format!("{}: {}", model.face_name(it.faces[place]), counted(count, "photo")));
+        let text = if count == 0 { text.color(warns) } else { text };
+        if ui.add(Button::selectable(false, text).truncate()).clicked() {
+            asks.push(Ask::Select(Selection::Face(it.faces[place])));
+        }
+    });
+}
+
+/// The page of a face.
+pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(found) = editor.photos_of_face(face) else { return };
+    let Some(session) = &editor.session else { return };
+    let model = session.model();
+    title(ui, "Face", &model.face_name(face));
+    let it = model.face(face);
+    let planar = if it.planar { "planar" } else { "not planar: treated by its triangles" };
+    let mut facts = vec![("Corners", model.ring(face).len().to_string()), ("Shape", planar.to_owned())];
+    if let Some(pinned) = found.pinned_to {
+        facts.push(("Pinned to", session.opened.site.photos[pinned].name.clone()));
+    }
+    rows(ui, "face", &facts);
+    ui.horizontal_wrapped(|ui| {
+        let object = model.object(it.object).name.clone();
+        if ui.link(object).on_hover_text("Selects the object.").clicked() {
+            asks.push(Ask::Select(Selection::Object(it.object)));
+        }
+        button(editor, ui, &edit::SWITCH_OFF, asks);
+    });
+    ui.add_space(6.0);
+    ui.strong("In the photos");
+    if session.photos.iter().all(|photo| photo.stack.is_none()) {
+        ui.weak("No photo has layers yet: Layers › Build layers makes them.");
+        return;
+    }
+    for place in in_order(&found) {
+        photo_row(session, face, place, &found, ui, asks);
+    }
+}
+
+/// Photos that give texture come first, then those that were decided about, then the others.
+fn in_order(found: &FaceInPhotos) -> Vec<usize> {
+    let rank = |photo: &FaceInPhoto| match (&photo.given, photo.decided) {
+        (Given::Texture { .. }, _) => 0,
+        (_, Some(_)) => 1,
+        (Given::Nothing(_), None) => 2,
+        (Given::Unknown | Given::NotBuilt, None) => 3,
+    };
+    let mut places: Vec<usize> = (0..found.photos.len()).collect();
+    places.sort_by_key(|place| (rank(&found.photos[*place]), *place));
+    places
+}
+
+/// A photo by name, what may be decided, and in the line below what it gives.
+fn photo_row(
+    session: &Session,
+    face: FaceId,
+    place: usize,
+    found: &FaceInPhotos,
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
+    let photo = &found.photos[place];
+    let name = &session.opened.site.photos[place].name;
+    let at = if let Given::Nothing(why) = &photo.given { why.at } else { None };
+    ui.horizontal(|ui| {
+        ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
+            asks.extend(decisions(session, face, photo, name, ui));
+            ui.with_layout(Layout::left_to_right(Align::Center), |ui| {
+                let text = RichText::new(name).color(ui.visuals().hyperlink_color);
+                let link = ui.add(Button::new(text).truncate().frame(false));
+                if link.on_hover_text("Shows the face in this photo.").clicked() {
+                    asks.push(Ask::ShowInPhoto(place, face, at));
+                }
+            });
+        });
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.add_space(6.0);
+        ui.weak(told(photo, place, found, session));
+        let by = if let Given::Nothing(why) = &photo.given { why.by.as_deref() } else { None };
+        if let Some(by) = by {
+            let front = face_named(session.model(), by).ok();
+            if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
+                asks.extend(front.map(|front| Ask::Select(Selection::Face(front))));
+            }
+        }
+    });
+    ui.add_space(2.0);
+}
+
+/// What a photo gives a face, in words; who hides it follows.
+fn told(photo: &FaceInPhoto, place: usize, found: &FaceInPhotos, session: &Session) -> String {
+    match &photo.given {
+        Given::NotBuilt => "its layers are not built".into(),
+        Given::Unknown => "its layers are of another model: build them again".into(),
+        Given::Nothing(why) if why.by.is_some() => "no texture: hidden behind".into(),
+        Given::Nothing(why) => format!("no texture: {}", reason_words(why.reason)),
+        Given::Texture { image_layers, back } => {
+            let layers = counted(*image_layers as u64, "image layer");
+            let side = if *back { ", of its back" } else { "" };
+            let pinned = match found.pinned_to {
+                Some(to) if to == place => ", pinned to this photo".into(),
+                Some(to) => format!(", but {} goes before it", session.opened.site.photos[to].name),
+                None => String::new(),
+            };
+            format!("textured in {layers}{side}{pinned}")
+        }
+    }
+}
+
+/// Buttons for what may be decided about a face in a photo; what was asked for.
+fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, ui: &mut Ui) -> Option<Ask> {
+    let model = session.model();
+    let of = || {
+        let it = model.face(face);
+        vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
+    };
+    let edit = |edit: fn(String, Vec<Faces>) -> LayerEdit| Ask::Decide(Box::new(edit(name.to_owned(), of())));
+    let free = |photo, of| LayerEdit::Free { photo, of };
+    let gives = matches!(photo.given, Given::Texture { .. });
+    let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
+    if photo.decided == Some("excluded") {
+        let tooltip = "The photo may give the face texture again.";
+        return small(ui, "Allow", &format!("Allow {name}"), tooltip).clicked().then(|| edit(free));
+    }
+    let mut asked = None;
+    if gives {
+        let tooltip = "The photo gives this face no texture.";
+        if small(ui, "Exclude", &format!("Exclude {name}"), tooltip).clicked() {
+            asked = Some(edit(|photo, of| LayerEdit::Exclude { photo, of }));
+        }
+    }
+    if pinned {
+        let tooltip = "The other photos may show the face again, too.";
+        if small(ui, "Unpin", &format!("Unpin {name}"), tooltip).clicked() {
+            asked = Some(edit(free));
+        }
+    } else if gives {
+        let tooltip = "The face shows this photo alone, wherever this one shows it.";
+        if small(ui, "Pin", &format!("Pin to {name}"), tooltip).clicked() {
+            asked = Some(edit(|photo, of| LayerEdit::Pin { photo, of }));
+        }
+    }
+    asked
+}
+
+/// A small button; `name` says for whom it is, which its place says to the eye.
+fn small(ui: &mut Ui, text: &str, name: &str, tooltip: &str) -> Response {
+    let button = ui.small_button(text);
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+    button.on_hover_text(tooltip)
+}
+
+/// What may be decided about an object, and with the photo that was selected last.
+fn surface_buttons(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    button(editor, ui, &edit::SWITCH_OFF, asks);
+    if let Some(photo) = editor.selected_photo_name() {
+        ui.weak(format!("With {photo}:"));
+    }
+    ui.horizontal_wrapped(|ui| {
+        for command in [&edit::PIN, &edit::EXCLUDE] {
+            button(editor, ui, command, asks);
+        }
+    });
+    ui.add_space(6.0);
+}
+
+impl Editor {
+    /// How the photos stand to a face, looked up once.
+    fn photos_of_face(&mut self, face: FaceId) -> Option<Arc<FaceInPhotos>> {
+        let session = self.session.as_ref()?;
+        if let Some((of, ground, found)) = &self.inspect.face
+            && *of == face
+            && ground.is_of(session)
+        {
+            return Some(found.clone());
+        }
+        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
+        let decisions = &session.history.present().decisions;
+        let found = Arc::new(face_in_photos(&session.opened.site, &stacks, decisions, face));
+        self.inspect.face = Some((face, Ground::of(session), found.clone()));
+        Some(found)
+    }
+
+    /// By face of an object how many photos show it, counted once.
+    fn photos_of_object(&mut self, object: ObjectId) -> Arc<Vec<u32>> {
+        let Some(session) = &self.session else { return Arc::default() };
+        if let Some((of, ground, found)) = &self.inspect.object
+            && *of == object
+            && ground.is_of(session)
+        {
+            return found.clone();
+        }
+        let (site, decisions) = (&session.opened.site, &session.history.present().decisions);
+        let stacks = session.photos.iter().zip(&site.photos);
+        let stacks: Vec<_> = stacks
+            .filter_map(|(it, photo)| Some((it.stack.as_deref()?, decisions.of(&photo.name))))
+            .collect();
+        let it = site.model.object(object);
+        let found = Arc::new(photos_of_faces(&stacks, &it.name, it.faces.len()));
+        self.inspect.object = Some((object, Ground::of(session), found.clone()));
+        found
+    }
+}

@@ -1,0 +1,119 @@
+//! The keyboard in the lists: arrows move, open and close; Enter frames or shows; Space switches.
+
+use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
+
+use super::outliner::Outliner;
+use super::rows::Row;
+use crate::app::editor::Ask;
+
+/// Arrows belong to the list as long as it has the focus.
+const ARROWS: EventFilter =
+    EventFilter { horizontal_arrows: true, vertical_arrows: true, tab: false, escape: false };
+
+impl Outliner<'_> {
+    /// Takes in what was pressed; whether the cursor went to another row.
+    pub(super) fn keys(&mut self, ui: &Ui, id: Id, rows: &[Row]) -> bool {
+        if !self.lists.has_focus(ui.ctx()) {
+            return false;
+        }
+        ui.ctx().memory_mut(|memory| memory.set_focus_lock_filter(id, ARROWS));
+        let pressed = |modifiers, key| ui.input_mut(|input| input.count_and_consume_key(modifiers, key) > 0);
+        let here = self.lists.cursor.and_then(|cursor| rows.iter().position(|row| *row == cursor));
+        let (extends, next, before) = (
+            pressed(Modifiers::SHIFT, Key::ArrowDown) as i8 - pressed(Modifiers::SHIFT, Key::ArrowUp) as i8,
+            pressed(Modifiers::NONE, Key::ArrowDown),
+            pressed(Modifiers::NONE, Key::ArrowUp),
+        );
+        let step = extends as isize + isize::from(next) - isize::from(before);
+        let to = if step != 0 {
+            along(rows, here, step > 0)
+        } else if pressed(Modifiers::NONE, Key::ArrowRight) {
+            here.and_then(|here| self.opened(rows, here))
+        } else if pressed(Modifiers::NONE, Key::ArrowLeft) {
+            here.and_then(|here| self.closed(rows, here))
+        } else {
+            None
+        };
+        if let Some(row) = here.map(|here| rows[here]) {
+            if pressed(Modifiers::NONE, Key::Enter) {
+                self.activate(row);
+            }
+            if pressed(Modifiers::NONE, Key::Space) {
+                self.switch(row);
+            }
+        }
+        let Some(to) = to else { return false };
+        self.go(rows, to, extends != 0);
+        true
+    }
+
+    /// Opens a row that is closed; of an open one its first row.
+    fn opened(&mut self, rows: &[Row], here: usize) -> Option<usize> {
+        let row = rows[here];
+        if row.opens() && !self.lists.is_open(row) {
+            self.lists.set_open(row, true);
+            return None;
+        }
+        let to = along(rows, Some(here), true)?;
+        (self.level(rows[to]) > self.level(row)).then_some(to)
+    }
+
+    /// Closes a row that is open; of a closed one the row that it is below.
+    fn closed(&mut self, rows: &[Row], here: usize) -> Option<usize> {
+        let row = rows[here];
+        if row.opens() && self.lists.is_open(row) {
+            self.lists.set_open(row, false);
+            return None;
+        }
+        rows[..here].iter().rposition(|other| other.is_stop() && self.level(*other) < self.level(row))
+    }
+
+    fn level(&self, row: Row) -> usize {
+        row.level(self.editor.settings.layer_list.as_table)
+    }
+
+    /// The cursor goes to a row and selects it, or all layers from the anchor to it.
+    fn go(&mut self, rows: &[Row], to: usize, extends: bool) {
+        let row = rows[to];
+        self.lists.cursor = Some(row);
+        match row {
+            Row::Layer(layer) if extends => self.select_range(rows, layer),
+            Row::Layer(layer) => self.select_layer(layer),
+            _ => self.asks.extend(self.site.selection(row).map(Ask::Select)),
+        }
+    }
+
+    fn switch(&mut self, row: Row) {
+        if let Row::Object(place) | Row::Face(place, _) = row {
+            let name = &self.site.whole.objects[place].name;
+            let off = self.site.session.history.present().objects_off.contains(name);
+            self.asks.push(Ask::Switch(name.clone(), off));
+        }
+    }
+}
+
+/// The next row that the keyboard stops at, or the one before; from nowhere, the first.
+fn along(rows: &[Row], here: Option<usize>, down: bool) -> Option<usize> {
+    match (here, down) {
+        (None, _) => rows.iter().position(|row| row.is_stop()),
+        (Some(here), true) => {
+            rows.iter().skip(here + 1).position(|row| row.is_stop()).map(|more| here + 1 + more)
+        }
+        (Some(here), false) => rows[..here].iter().rposition(|row| row.is_stop()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn arrows_pass_over_what_cannot_be_selected() {
+        let rows = [Row::Layers, Row::Head, Row::Layer(2), Row::Layer(0), Row::Objects, Row::Say("none")];
+        assert_eq!(along(&rows, None, true), Some(0));
+        assert_eq!(along(&rows, Some(0), true), Some(2));
+        assert_eq!(along(&rows, Some(2), false), Some(0));
+        assert_eq!(along(&rows, Some(4), true), None);
+        assert_eq!(along(&rows, Some(0), false), None);
+    }
+}

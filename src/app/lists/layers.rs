@@ -1,0 +1,161 @@
+//! Rows of image layers, and how several are selected.
+
+use eframe::egui::{Align, Button, RichText, Role, Ui, WidgetInfo};
+
+use super::outliner::Outliner;
+use super::row::{Line, Look, text_in};
+use super::rows::Row;
+use super::table::columns;
+use crate::app::command::layers::AS_TABLE;
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::{grouped, percent};
+use crate::app::selection::Selection;
+use crate::document::ImageLayer;
+use crate::recipe::layer_table::{Column, LayerFigures};
+
+/// Sees to it that what the table shows is looked up.
+pub(super) fn want_figures(editor: &mut Editor, width: f32) {
+    let list = editor.settings.layer_list;
+    let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
+    if let Some(photo) = editor.selected_photo().filter(|_| shows_trust) {
+        editor.want_shares(photo);
+    }
+}
+
+impl Editor {
+    /// By layer of the selected photo how far its filling is trusted, 0 to 1, where that is known.
+    pub(super) fn layer_trust(&self) -> Vec<Option<f64>> {
+        let shares = self.selected_photo().and_then(|photo| self.quality.fill.shares.get(&photo)?.found());
+        let trust = |shares: &crate::recipe::fill::shares::LayerShares| {
+            (shares.filled() > 0).then_some(shares.confidence)
+        };
+        shares.map(|shares| shares.iter().map(trust).collect()).unwrap_or_default()
+    }
+}
+
+impl Outliner<'_> {
+    pub(super) fn layers_title(&mut self, ui: &mut Ui) {
+        let Some(photo) = self.site.photo else { return };
+        let count = self.site.stack().map(|stack| format!(" ({})", stack.image_layers.len()));
+        let name = &self.site.session.opened.site.photos[photo].name;
+        let name = format!("Layers of {name}{}", count.unwrap_or_default());
+        let mut line = self.line(ui, Row::Layers, &name);
+        let rect = line.take_right(52.0).shrink2([0.0, 2.0].into());
+        let as_table = self.editor.settings.layer_list.as_table;
+        let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
+        button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
+        if button.on_hover_text(AS_TABLE.tooltip).clicked() {
+            self.asks.push(Ask::Run(&AS_TABLE));
+        }
+        line.text(ui, &name, Look::Strong);
+        self.title_clicked(ui, Row::Layers, &line);
+    }
+
+    pub(super) fn depth(&mut self, ui: &mut Ui, order: u32) {
+        let layers = self.site.stack().map(|stack| &stack.image_layers[..]).unwrap_or_default();
+        let count = layers.iter().filter(|layer| layer.order == order).count();
+        let name = match order {
+            0 => format!("In front ({count})"),
+            order => format!("Behind {order} ({count})"),
+        };
+        let line = self.line(ui, Row::Depth(order), &name);
+        line.text(ui, &name, Look::Plain);
+        self.title_clicked(ui, Row::Depth(order), &line);
+    }
+
+    pub(super) fn layer(&mut self, ui: &mut Ui, place: usize, rows: &[Row]) {
+        let Some(layer) = self.site.stack().and_then(|stack| stack.image_layers.get(place)) else { return };
+        let row = Row::Layer(place);
+        let mut line = self.line(ui, row, &layer.name);
+        let figures = LayerFigures::of(layer);
+        if self.editor.settings.layer_list.as_table {
+            self.cells(ui, &mut line, place, layer);
+        } else if figures.hidden > 0 {
+            let hidden = format!("{} hidden", percent(figures.hidden, figures.used));
+            let weak = ui.visuals().weak_text_color();
+            text_in(ui, line.take_right(92.0), &hidden, weak, Align::Max);
+        }
+        line.text(ui, &layer.name, Look::Plain);
+        self.layer_clicked(ui, place, &line, rows);
+        line.response.on_hover_ui(|ui| told(ui, layer, &figures));
+    }
+
+    fn layer_clicked(&mut self, ui: &Ui, place: usize, line: &Line, rows: &[Row]) {
+        let response = &line.response;
+        if response.double_clicked() {
+            self.activate(Row::Layer(place));
+        } else if response.clicked() {
+            let modifiers = ui.input(|input| input.modifiers);
+            self.take_focus(ui, Row::Layer(place));
+            match (modifiers.shift, modifiers.command) {
+                (true, _) => self.select_range(rows, place),
+                (false, true) => {
+                    let Some(photo) = self.site.photo else { return };
+                    self.lists.anchor = Some((photo, place));
+                    self.asks.push(Ask::Toggle(photo, place));
+                }
+                (false, false) => self.select_layer(place),
+            }
+        }
+    }
+
+    /// Selects one layer; a range begins here.
+    pub(super) fn select_layer(&mut self, layer: usize) {
+        let Some(photo) = self.site.photo else { return };
+        self.lists.anchor = Some((photo, layer));
+        self.asks.push(Ask::Select(Selection::Layer { photo, layer }));
+    }
+
+    /// Selects the layers that are listed from where a range began to this one.
+    pub(super) fn select_range(&mut self, rows: &[Row], to: usize) {
+        let Some(photo) = self.site.photo else { return };
+        let begun = self.lists.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
+        let selected = match self.editor.selection {
+            Selection::Layer { photo: of, layer } if of == photo => Some(layer),
+            _ => None,
+        };
+        let layers: Vec<usize> = rows
+            .iter()
+            .filter_map(|row| if let Row::Layer(layer) = row { Some(*layer) } else { None })
+            .collect();
+        let from = begun.or(selected).unwrap_or(to);
+        self.lists.anchor = Some((photo, from));
+        self.asks.push(Ask::SelectLayers(photo, between(&layers, from, to)));
+    }
+}
+
+/// Those of a list from one to another, both included, the one gone to last; only `to` where `from` is not in it.
+fn between(listed: &[usize], from: usize, to: usize) -> Vec<usize> {
+    let place = |of: usize| listed.iter().position(|layer| *layer == of);
+    let (Some(a), Some(b)) = (place(from), place(to)) else { return vec![to] };
+    let mut range = listed[a.min(b)..=a.max(b)].to_vec();
+    if b < a {
+        range.reverse();
+    }
+    range
+}
+
+/// All of a layer in a few lines.
+fn told(ui: &mut Ui, layer: &ImageLayer, figures: &LayerFigures) {
+    ui.strong(&layer.name);
+    ui.label(format!("{} × {} px, {} texels", layer.rect.w, layer.rect.h, grouped(figures.texels)));
+    let (used, hidden) = (percent(figures.used, figures.texels), percent(figures.hidden, figures.used));
+    ui.label(format!("{used} used, {hidden} of that hidden in the photo"));
+    if figures.hidden > 0 {
+        ui.label(format!("{} of the hidden part filled", percent(figures.filled, figures.hidden)));
+    }
+    ui.weak("A double click shows the layer alone; Ctrl and Shift select several.");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_range_goes_by_what_is_listed_whichever_way_it_is_drawn() {
+        let listed = [4, 2, 9, 1];
+        assert_eq!(between(&listed, 2, 1), [2, 9, 1]);
+        assert_eq!(between(&listed, 1, 2), [1, 9, 2], "the one gone to is last");
+        assert_eq!(between(&listed, 7, 9), [9], "where it began is not listed any more");
+    }
+}

@@ -1,0 +1,112 @@
+//! A merge that would keep much emptiness is told with its figures before it is made.
+
+use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, Ui, vec2};
+
+use crate::app::editor::Editor;
+use crate::app::panel::{grouped, percent};
+use crate::recipe::decide::{LayerEdit, MergeCost};
+
+/// What waits for a yes.
+pub struct Merging {
+    edit: LayerEdit,
+    cost: MergeCost,
+}
+
+impl Editor {
+    /// What the image layer would cost that several of a photo would become; none for fewer than two.
+    pub fn merge_cost(&self, photo: usize, layers: &[usize]) -> Option<MergeCost> {
+        let session = self.session.as_ref()?;
+        let (stack, project) = (session.photos.get(photo)?.stack.as_ref()?, session.history.present());
+        let own = project.decisions.of(&session.opened.site.photos[photo].name).options;
+        MergeCost::of(stack, layers, &own.applied_to(&project.options))
+    }
+
+    /// Asks before a merge is made.
+    pub(in crate::app) fn ask_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
+        self.lists.merging = Some(Merging { edit, cost });
+    }
+
+    /// The question, while it waits.
+    pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
+        let Some(Merging { cost, .. }) = &self.lists.merging else { return };
+        let mut answer = None;
+        let modal = Modal::new(Id::unique("merging")).show(context, |ui| {
+            ui.set_width(420.0);
+            answer = question_ui(ui, cost);
+        });
+        if answer.is_none() && !modal.should_close() {
+            return;
+        }
+        if let Some(Merging { edit, .. }) = self.lists.merging.take().filter(|_| answer == Some(true)) {
+            self.decide(&edit);
+        }
+    }
+}
+
+fn question_ui(ui: &mut Ui, cost: &MergeCost) -> Option<bool> {
+    ui.label(RichText::new(format!("Merge {} layers?", cost.layers)).heading());
+    ui.add_space(4.0);
+    ui.label(told(cost));
+    ui.add_space(6.0);
+    Grid::new("merging").num_columns(3).spacing([18.0, 4.0]).show(ui, |ui| {
+        ui.label("");
+        ui.weak("Texels");
+        ui.weak("Used");
+        ui.end_row();
+        for (name, texels) in [("Now", cost.before), ("Merged", cost.texels)] {
+            ui.label(name);
+            ui.label(grouped(texels));
+            ui.label(percent(cost.used, texels));
+            ui.end_row();
+        }
+    });
+    ui.add_space(10.0);
+    let mut answer = None;
+    ui.horizontal(|ui| {
+        for (text, yes) in [("Merge anyway", true), ("Cancel", false)] {
+            if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
+                answer = Some(yes);
+            }
+        }
+    });
+    answer
+}
+
+fn told(cost: &MergeCost) -> String {
+    let [width, height] = cost.size;
+    let size = format!("One rectangle around all of them is {width} × {height} px");
+    if cost.is_too_large() {
+        let longest = cost.longest;
+        return format!(
+            "{size}, and no layer of this photo may be longer than {longest} px: when the photo is built, what does \
+             not fit stays apart."
+        );
+    }
+    format!(
+        "{size}: {:.1} times the texels that they have now, most of them empty. It would take so much more room in the \
+         image editor and while it is made and filled.",
+        cost.times()
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_question_has_the_figures() {
+        let cost = MergeCost {
+            layers: 2,
+            size: [4096, 2048],
+            texels: 8_388_608,
+            before: 1_048_576,
+            used: 500_000,
+            photo: 6_291_456,
+            longest: 16_384,
+        };
+        let words = told(&cost);
+        assert!(words.contains("4096 × 2048 px: 8.0 times"), "{words}");
+        let words = told(&MergeCost { longest: 2048, ..cost });
+        assert!(words.contains("longer than 2048 px"), "{words}");
+    }
+}

@@ -1,0 +1,117 @@
+//! Rows of objects and their faces.
+
+use eframe::egui::{Button, RichText, Ui};
+
+use super::outliner::Outliner;
+use super::row::{Line, Look, text_in};
+use super::rows::Row;
+use crate::app::command::edit::ALL_ON;
+use crate::app::command::view::FRAME;
+use crate::app::editor::Ask;
+use crate::app::panel::grouped;
+
+impl Outliner<'_> {
+    pub(super) fn objects_title(&mut self, ui: &mut Ui) {
+        let count = self.site.whole.objects.len();
+        let off = self.site.whole.objects.iter().filter(|object| self.is_off(&object.name)).count();
+        let off = if off > 0 { format!(", {off} off") } else { String::new() };
+        let name = format!("Objects ({}{off})", grouped(count as u64));
+        let mut line = self.line(ui, Row::Objects, &name);
+        if !off.is_empty() {
+            let rect = line.take_right(58.0).shrink2([0.0, 2.0].into());
+            let button = ui.put(rect, Button::new(RichText::new("All on").small()));
+            if button.on_hover_text(ALL_ON.tooltip).clicked() {
+                self.asks.push(Ask::Run(&ALL_ON));
+            }
+        }
+        line.text(ui, &name, Look::Strong);
+        self.title_clicked(ui, Row::Objects, &line);
+    }
+
+    /// A click on a title opens or closes what is below it.
+    pub(super) fn title_clicked(&mut self, ui: &Ui, row: Row, line: &Line) {
+        if line.response.clicked() {
+            let open = self.lists.is_open(row);
+            self.lists.set_open(row, !open);
+            self.take_focus(ui, row);
+        }
+    }
+
+    fn is_off(&self, name: &str) -> bool {
+        self.site.session.history.present().objects_off.contains(name)
+    }
+
+    pub(super) fn object(&mut self, ui: &mut Ui, place: usize) {
+        let (row, object) = (Row::Object(place), &self.site.whole.objects[place]);
+        let off = self.is_off(&object.name);
+        let mut line = self.line(ui, row, &object.name);
+        if line.eye(ui, self.id(row), &object.name, !off) {
+            self.lists.cursor = Some(row);
+            self.asks.push(Ask::Switch(object.name.clone(), off));
+        }
+        line.take_right(4.0);
+        let count = line.take_right(40.0);
+        let weak = ui.visuals().weak_text_color();
+        text_in(ui, count, &grouped(object.faces.len() as u64), weak, eframe::egui::Align::Max);
+        line.text(ui, &object.name, if off { Look::Weak } else { Look::Plain });
+        self.surface_clicked(ui, row, &line);
+        line.response.on_hover_ui(|ui| {
+            ui.strong(&object.name);
+            ui.label(match object.faces.len() {
+                1 => "1 face".into(),
+                count => format!("{} faces", grouped(count as u64)),
+            });
+            if object.billboard {
+                ui.label("A flat stand-in, shown from both sides.");
+            }
+            ui.weak(match off {
+                true => "Switched off: it is as if the model did not have it.",
+                false => "A double click frames it.",
+            });
+        });
+    }
+
+    pub(super) fn face(&mut self, ui: &mut Ui, place: usize, index: u32) {
+        let (row, object) = (Row::Face(place, index), &self.site.whole.objects[place].name);
+        let name = format!("{object}[{index}]");
+        let line = self.line(ui, row, &name);
+        line.text(ui, &name, if self.is_off(object) { Look::Weak } else { Look::Plain });
+        self.surface_clicked(ui, row, &line);
+    }
+
+    fn surface_clicked(&mut self, ui: &Ui, row: Row, line: &Line) {
+        if line.response.double_clicked() {
+            self.activate(row);
+        } else if line.response.clicked() {
+            self.take_focus(ui, row);
+            self.asks.extend(self.site.selection(row).map(Ask::Select));
+        }
+    }
+
+    /// What a double click and the Enter key do.
+    pub(super) fn activate(&mut self, row: Row) {
+        match row {
+            Row::Layer(_) => {
+                let show = Ask::Run(&crate::app::command::flat::SHOW_LAYER);
+                self.asks.extend(self.site.selection(row).map(Ask::Select).into_iter().chain([show]));
+            }
+            Row::Object(_) | Row::Face(..) => {
+                if let Some(this) = self.site.selection(row) {
+                    self.asks.extend([Ask::Select(this), Ask::Run(&FRAME)]);
+                }
+            }
+            row if row.opens() => {
+                let open = self.lists.is_open(row);
+                self.lists.set_open(row, !open);
+            }
+            _ => (),
+        }
+    }
+
+    pub(super) fn say(&mut self, ui: &mut Ui, words: &'static str) {
+        let (_, rect) = ui.allocate_space(eframe::egui::vec2(ui.available_width(), super::row::ROW));
+        let room = rect.shrink2([16.0, 0.0].into());
+        let label = eframe::egui::Label::new(RichText::new(words).weak()).truncate();
+        ui.put(room, label);
+    }
+}

@@ -1,0 +1,155 @@
+//! The list as it is drawn: the rows in sight, a field to find names, and what a click on a row does.
+
+use eframe::egui::{Id, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, pos2, vec2};
+
+use super::Lists;
+use super::row::ROW;
+use super::rows::{Row, Site, rows};
+use crate::app::editor::{Ask, Editor};
+use crate::app::selection::Selection;
+
+/// Lists of more rows than this are searched: fewer are seen at a glance.
+const SEARCHED: usize = 12;
+
+/// Draws it.
+pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    super::layers::want_figures(editor, ui.available_width());
+    // The lists change while what they show is looked at.
+    let mut lists = std::mem::take(&mut editor.lists);
+    if let Some(site) = Site::of(editor) {
+        Outliner { editor, site: &site, lists: &mut lists, asks }.ui(ui);
+    }
+    editor.lists = lists;
+}
+
+/// What drawing needs.
+pub(super) struct Outliner<'a> {
+    pub editor: &'a Editor,
+    pub site: &'a Site<'a>,
+    pub lists: &'a mut Lists,
+    pub asks: &'a mut Vec<Ask>,
+}
+
+impl Outliner<'_> {
+    fn ui(&mut self, ui: &mut Ui) {
+        ui.add_space(4.0);
+        self.filter_ui(ui);
+        let follows = self.follow_selection();
+        let rows = rows(self.editor, self.lists, self.site);
+        let id = ui.make_persistent_id("layers and objects");
+        self.lists.id = Some(id);
+        let list = ui.interact(ui.available_rect_before_wrap(), id, Sense::focusable_noninteractive());
+        list.widget_info(|| WidgetInfo::labeled(Role::Tree, true, "Layers and objects"));
+        let goes = self.keys(ui, id, &rows);
+        let sought = self.lists.cursor.filter(|_| follows || goes);
+        ui.spacing_mut().item_spacing.y = 0.0;
+        let area = ScrollArea::vertical().auto_shrink(false);
+        // Another project's list begins at its top.
+        let begun = std::mem::replace(&mut self.lists.begun, true);
+        let area = if begun { area } else { area.vertical_scroll_offset(0.0) };
+        area.show_rows(ui, ROW, rows.len(), |ui, seen| {
+            let top = ui.max_rect().top() - seen.start as f32 * ROW;
+            for place in seen.clone() {
+                self.row(ui, place, &rows);
+            }
+            self.keep_head(ui, top, &rows);
+            if let Some(place) = sought.and_then(|sought| rows.iter().position(|row| *row == sought)) {
+                let at = pos2(ui.max_rect().left(), top + place as f32 * ROW);
+                ui.scroll_to_rect(Rect::from_min_size(at, vec2(1.0, ROW)), None);
+            }
+        });
+    }
+
+    /// While rows of the table are at the top of what is seen, its headings stay there.
+    fn keep_head(&mut self, ui: &mut Ui, top: f32, rows: &[Row]) {
+        let edge = ui.clip_rect().top();
+        let Some(head) = rows.iter().position(|row| *row == Row::Head) else { return };
+        let last = rows.iter().rposition(|row| matches!(row, Row::Layer(_))).unwrap_or(head);
+        let [above, below] = [head, last].map(|place| top + place as f32 * ROW);
+        if above < edge && below > edge {
+            let width = ui.max_rect().width();
+            self.head(ui, Rect::from_min_size(pos2(ui.max_rect().left(), edge), vec2(width, ROW)));
+        }
+    }
+
+    fn filter_ui(&mut self, ui: &mut Ui) {
+        let layers = self.site.stack().map_or(0, |stack| stack.image_layers.len());
+        if layers.max(self.site.whole.objects.len()) <= SEARCHED {
+            self.lists.filter.clear();
+            return;
+        }
+        ui.horizontal(|ui| {
+            let clear = !self.lists.filter.is_empty();
+            let width = ui.available_width() - if clear { 32.0 } else { 4.0 };
+            let field = TextEdit::singleline(&mut self.lists.filter).hint_text("Find by name");
+            let field = ui.add(field.desired_width(width));
+            ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Find by name"));
+            field.on_hover_text("Lists only layers and objects that have these letters in their names.");
+            if clear {
+                let button = ui.small_button("×");
+                button.widget_info(|| WidgetInfo::labeled(Role::Button, true, "List everything again"));
+                if button.clicked() {
+                    self.lists.filter.clear();
+                }
+            }
+        });
+        ui.add_space(2.0);
+    }
+
+    /// What was selected elsewhere is shown here, too; whether something was.
+    fn follow_selection(&mut self) -> bool {
+        let selection = self.editor.selection;
+        if std::mem::replace(&mut self.lists.known, selection) == selection {
+            return false;
+        }
+        let as_table = self.editor.settings.layer_list.as_table;
+        let Some((row, above)) = self.site.row_of(selection, as_table) else { return false };
+        above.into_iter().for_each(|row| self.lists.set_open(row, true));
+        self.lists.cursor = Some(row);
+        true
+    }
+
+    /// Whether a row is selected, alone or with others.
+    pub(super) fn is_selected(&self, row: Row) -> bool {
+        let editor = self.editor;
+        self.site.selection(row).is_some_and(|this| match this {
+            Selection::Layer { photo, layer } => {
+                editor.selection == this || editor.more_layers.contains(&(photo, layer))
+            }
+            _ => editor.selection == this,
+        })
+    }
+
+    fn row(&mut self, ui: &mut Ui, place: usize, rows: &[Row]) {
+        let row = rows[place];
+        match row {
+            Row::Layers => self.layers_title(ui),
+            Row::Head => {
+                let (_, rect) = ui.allocate_space(vec2(ui.available_width(), ROW));
+                // Else they are kept at the top of what is seen.
+                if rect.top() >= ui.clip_rect().top() {
+                    self.head(ui, rect);
+                }
+            }
+            Row::Depth(order) => self.depth(ui, order),
+            Row::Layer(layer) => self.layer(ui, layer, rows),
+            Row::Objects => self.objects_title(ui),
+            Row::Object(object) => self.object(ui, object),
+            Row::Face(object, index) => self.face(ui, object, index),
+            Row::Say(words) => self.say(ui, words),
+        }
+    }
+
+    /// The keyboard goes on from a row that was clicked.
+    pub(super) fn take_focus(&mut self, ui: &Ui, row: Row) {
+        self.lists.cursor = Some(row);
+        if let Some(id) = self.lists.id {
+            ui.ctx().memory_mut(|memory| memory.request_focus(id));
+        }
+    }
+
+    /// The widget of a row.
+    pub(super) fn id(&self, row: Row) -> Id {
+        Id::unique(("row of the lists", row))
+    }
+}

@@ -1,0 +1,112 @@
+//! Objects switched off and on: for photos, layers and views they are as if they were not there.
+
+use std::path::Path;
+
+use crate::app::editor::Editor;
+use crate::app::jobs::Kind;
+use crate::app::notes::{Note, Weight};
+use crate::app::selection::Selection;
+use crate::app::session::{PhotoStatus, survey};
+use crate::document::Project;
+use crate::recipe::objects::{ObjectEdit, edited};
+use crate::recipe::open::Opened;
+use crate::scene::Model;
+
+impl Editor {
+    /// Switches an object off or on, by its name.
+    pub fn switch_object(&mut self, name: &str, on: bool) {
+        match on {
+            true => self.switch_objects(format!("switching on {name}"), ObjectEdit::On(name.to_owned())),
+            false => self.switch_objects(format!("switching off {name}"), ObjectEdit::Off(name.to_owned())),
+        }
+    }
+
+    /// Switches on whatever is off.
+    pub fn switch_all_on(&mut self) {
+        let Some(session) = &self.session else { return };
+        let project =
+            Project { objects_off: Default::default(), ..Project::clone(session.history.present()) };
+        self.edit("switching on all objects", project, None);
+    }
+
+    /// The object that is selected, or that has the selected face.
+    pub fn selected_object(&self) -> Option<String> {
+        let model = self.session.as_ref()?.model();
+        let object = match self.selection {
+            Selection::Object(object) => object,
+            Selection::Face(face) => model.face(face).object,
+            Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
+        };
+        Some(model.object(object).name.clone())
+    }
+
+    fn switch_objects(&mut self, step: String, edit: ObjectEdit) {
+        let Some(session) = &self.session else { return };
+        let project = session.history.present();
+        match edited(&project.objects_off, &[edit], &session.opened.whole) {
+            Ok(off) => self.edit(step, Project { objects_off: off, ..Project::clone(project) }, None),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+    }
+
+    /// Takes the model as objects are switched now, and looks which stacks are of another one.
+    pub(in crate::app) fn follow_objects(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let project = Project::clone(session.history.present());
+        self.jobs.stop_kind(Kind::Survey);
+        self.jobs.start(Kind::Open, "Switching objects", move |task| {
+            let opened = opened.with_objects(project, task)?;
+            let photos = survey(&folder, &opened, task)?;
+            Ok(Box::new(move |editor| editor.take_model(&folder, opened, photos)))
+        });
+    }
+
+    fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) {
+        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
+        let before = session.opened.site.model.clone();
+        session.set_site(opened, photos);
+        self.selection = carried(self.selection, &before, session.model());
+        self.space.forget_faces();
+        self.quality.forget_stacks();
+        self.space.refresh();
+        self.prepare_painter();
+    }
+}
+
+/// The same object or face in another model, by its name; nothing where it has none.
+fn carried(selection: Selection, before: &Model, after: &Model) -> Selection {
+    let of_name = |name: &str| after.objects.iter().position(|object| object.name == name);
+    match selection {
+        Selection::Object(object) => {
+            let place = of_name(&before.object(object).name);
+            place.map_or(Selection::Nothing, |place| Selection::Object(crate::scene::ObjectId(place as u32)))
+        }
+        Selection::Face(face) => {
+            let face = before.face(face);
+            let place = of_name(&before.object(face.object).name);
+            let face = place.and_then(|place| after.objects[place].faces.get(face.index as usize));
+            face.map_or(Selection::Nothing, |face| Selection::Face(*face))
+        }
+        other => other,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::scene::ObjectId;
+    use crate::scene::synthetic::closed_form;
+
+    #[test]
+    fn what_is_selected_is_carried_over_by_its_name_and_lost_with_its_object() {
+        let whole = closed_form::stairs().model;
+        let first = whole.objects[0].name.clone();
+        let part = whole.without(|object| object.name == first);
+        let (object, face) = (Selection::Object(ObjectId(1)), Selection::Face(whole.objects[1].faces[0]));
+        assert_eq!(carried(object, &whole, &part), Selection::Object(ObjectId(0)));
+        assert_eq!(carried(face, &whole, &part), Selection::Face(part.objects[0].faces[0]));
+        assert_eq!(carried(Selection::Object(ObjectId(0)), &whole, &part), Selection::Nothing);
+        assert_eq!(carried(Selection::Photo(3), &whole, &part), Selection::Photo(3));
+    }
+}

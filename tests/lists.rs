@@ -1,0 +1,307 @@
+//! The lists of layers and objects and the pages about them, driven by the names of their widgets, with the software
+//! adapter where there is no other.
+
+mod common;
+#[path = "common/window.rs"]
+#[allow(dead_code)]
+mod window;
+
+use std::path::{Path, PathBuf};
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use quadratura::app::command;
+use quadratura::app::editor::Editor;
+use quadratura::app::selection::Selection;
+use quadratura::document::Stack;
+use quadratura::recipe::fill::lookouts::Lookouts;
+use quadratura::recipe::layer_table::{Column, sorted};
+use window::{copy_of_piazza, project_of, wait};
+
+/// A project of the first photos of the piazza.
+fn project(folder: &Path, photos: usize) -> PathBuf {
+    let (site, project) = (folder.join("site"), folder.join("piazza"));
+    copy_of_piazza(&site, photos);
+    project_of(&site, &project);
+    project
+}
+
+/// The project that is open in an editor.
+macro_rules! session {
+    ($editor:expr) => {
+        $editor.session.as_ref().unwrap()
+    };
+}
+
+/// So many photos tell all that is asked here: two of the church, one of the arcade.
+const PHOTOS: usize = 4;
+
+/// A window with a part of the piazza and the layers of its photos; none where no adapter is.
+fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
+    common::gpu_rasteriser()?;
+    let mut harness = window::window(Some(project(folder, PHOTOS)));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().run(&command::layers::BUILD);
+    wait(&mut harness, "the layers", |editor| all_current(editor) && editor.jobs.is_idle());
+    Some(harness)
+}
+
+fn all_current(editor: &Editor) -> bool {
+    session!(editor).photos.iter().all(|photo| photo.is_current())
+}
+
+fn stack(editor: &Editor) -> &Stack {
+    session!(editor).photos[0].stack.as_deref().unwrap()
+}
+
+fn steps(harness: &mut Harness<'_, Editor>) {
+    (0..3).for_each(|_| harness.step());
+}
+
+fn click(harness: &mut Harness<'_, Editor>, role: Role, name: &str) {
+    harness.get_by_role_and_label(role, name).click();
+    steps(harness);
+}
+
+/// The names of rows in sight, from top to bottom.
+fn rows(harness: &Harness<'_, Editor>) -> Vec<String> {
+    let mut rows: Vec<_> = harness
+        .query_all_by_role(Role::TreeItem)
+        .map(|row| (row.rect().top(), row.accesskit_node().label().unwrap_or_default()))
+        .collect();
+    rows.sort_by(|a, b| a.0.total_cmp(&b.0));
+    rows.into_iter().map(|(_, name)| name).collect()
+}
+
+#[test]
+fn an_object_is_switched_off_by_its_eye_and_comes_back_when_that_is_undone() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    let layers = stack(harness.state()).image_layers.len();
+    click(&mut harness, Role::Button, &format!("Close Layers of 01_church.jpg ({layers})"));
+    let all = session!(harness.state()).opened.whole.objects.len();
+    let listed = rows(&harness);
+    assert_eq!(listed[..2], [format!("Layers of 01_church.jpg ({layers})"), format!("Objects ({all})")]);
+    let (first, second) = (listed[2].clone(), listed[3].clone());
+
+    // What is selected stays, though objects are counted otherwise now.
+    click(&mut harness, Role::TreeItem, &second);
+    assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
+    click(&mut harness, Role::CheckBox, &format!("Use {first}"));
+    assert_eq!(session!(harness.state()).history.undoes(), Some(format!("switching off {first}").as_str()));
+    let used = |editor: &Editor| session!(editor).model().objects.len();
+    wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.jobs.is_idle());
+    assert!(!all_current(harness.state()), "photos that had it have to be built again");
+    assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
+    assert!(rows(&harness).contains(&first), "it stays in the list");
+    harness.get_by_label(&format!("Objects ({all}, 1 off)"));
+
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    wait(&mut harness, "the whole model", |editor| used(editor) == all && editor.jobs.is_idle());
+    wait(&mut harness, "photos as they were", all_current);
+
+    // By its command, and all of them back by one.
+    harness.state_mut().run(&command::edit::SWITCH_OFF);
+    wait(&mut harness, "the model without the other", |editor| used(editor) == all - 1);
+    wait(&mut harness, "quiet", |editor| editor.jobs.is_idle());
+    assert_eq!(harness.state().selection, Selection::Nothing, "what is off cannot be selected");
+    click(&mut harness, Role::Button, "All on");
+    wait(&mut harness, "the whole model again", |editor| used(editor) == all);
+}
+
+#[test]
+fn names_are_found_and_the_keyboard_walks_opens_and_closes() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    harness.get_by_role_and_label(Role::TextInput, "Find by name").click();
+    harness.step();
+    harness.get_by_role_and_label(Role::TextInput, "Find by name").type_text("WINDOWS");
+    steps(&mut harness);
+    let found = rows(&harness);
+    let object = "palazzo_east.windows".to_owned();
+    assert_eq!(found[2..], [object.as_str()], "below the two titles");
+    click(&mut harness, Role::TreeItem, &object);
+    assert_eq!(harness.state().selected_object(), Some(object.clone()));
+
+    for key in [Key::ArrowRight, Key::ArrowDown] {
+        harness.key_press(key);
+        steps(&mut harness);
+    }
+    let face = |editor: &Editor| matches!(editor.selection, Selection::Face(_));
+    assert!(face(harness.state()), "{:?}", harness.state().selection);
+    harness.get_by_role_and_label(Role::TreeItem, &format!("{object}[0]"));
+    for key in [Key::ArrowLeft, Key::ArrowLeft] {
+        harness.key_press(key);
+        steps(&mut harness);
+    }
+    assert!(!face(harness.state()) && harness.state().selected_object() == Some(object.clone()));
+    assert!(!rows(&harness).contains(&format!("{object}[0]")), "it is closed");
+    harness.key_press(Key::Space);
+    steps(&mut harness);
+    assert!(session!(harness.state()).history.present().objects_off.contains(&object));
+}
+
+#[test]
+fn the_table_is_sorted_by_its_headings_and_a_range_goes_by_what_is_listed() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    click(&mut harness, Role::Button, "Layers as table");
+    click(&mut harness, Role::ColumnHeader, "Sort by size");
+    let by_size = |editor: &Editor, falling| sorted(stack(editor), Column::Size, falling, |_| None);
+    let name = |editor: &Editor, layer: usize| stack(editor).image_layers[layer].name.clone();
+    for falling in [true, false] {
+        let expected: Vec<String> =
+            by_size(harness.state(), falling).into_iter().map(|layer| name(harness.state(), layer)).collect();
+        let listed = rows(&harness);
+        assert!(listed.len() > 6 && listed[1..6] == expected[..5], "{listed:?} {expected:?}");
+        if falling {
+            click(&mut harness, Role::ColumnHeader, "Sort by size");
+        }
+    }
+    assert!(!harness.state().settings.layer_list.falling);
+
+    // From one row to another with Shift, and one more with the keyboard; then one less with Ctrl.
+    let order = by_size(harness.state(), false);
+    let once = |layer: &&usize| {
+        let its = name(harness.state(), **layer);
+        order.iter().filter(|other| name(harness.state(), **other) == its).count() == 1
+    };
+    let unlike: Vec<usize> = order[..8].iter().filter(once).copied().collect();
+    let (from, to) = (unlike[0], unlike[2]);
+    let place = |layer: usize| order.iter().position(|other| *other == layer).unwrap();
+    let mut range: Vec<usize> = order[place(from)..=place(to)].to_vec();
+    let names = [from, to].map(|layer| name(harness.state(), layer));
+    click(&mut harness, Role::TreeItem, &names[0]);
+    harness.get_by_role_and_label(Role::TreeItem, &names[1]).click_modifiers(Modifiers::SHIFT);
+    steps(&mut harness);
+    range.sort_unstable();
+    assert_eq!(harness.state().selected_layers(), (0, range.clone()));
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::ArrowDown);
+    steps(&mut harness);
+    range.push(order[place(to) + 1]);
+    range.sort_unstable();
+    assert_eq!(harness.state().selected_layers(), (0, range.clone()));
+    harness.get_by_label(&format!("{} image layers", range.len()));
+    harness.get_by_role_and_label(Role::TreeItem, &names[0]).click_modifiers(Modifiers::COMMAND);
+    steps(&mut harness);
+    range.retain(|layer| *layer != from);
+    assert_eq!(harness.state().selected_layers(), (0, range));
+
+    // Columns without room are in a menu.
+    click(&mut harness, Role::Button, "More columns");
+    click(&mut harness, Role::Button, "Sort by waste");
+    assert_eq!(harness.state().settings.layer_list.column, Column::Waste);
+    harness.get_by_role_and_label(Role::ColumnHeader, "Sort by waste");
+}
+
+/// Two layers that could be merged at a high price.
+fn dear_pair(editor: &Editor) -> Option<[usize; 2]> {
+    let count = stack(editor).image_layers.len();
+    let pairs = (0..count).flat_map(|a| (a + 1..count).map(move |b| [a, b]));
+    pairs.into_iter().find(|pair| editor.merge_cost(0, pair).is_some_and(|cost| cost.is_high()))
+}
+
+#[test]
+fn a_merge_that_keeps_much_emptiness_is_asked_about_with_its_figures() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    let pair = dear_pair(harness.state()).expect("some two layers of the piazza lie far apart");
+    let cost = harness.state().merge_cost(0, &pair).unwrap();
+    harness.state_mut().select_layers(0, pair.to_vec());
+    steps(&mut harness);
+    let ask = |harness: &mut Harness<'_, Editor>| {
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::M);
+        steps(harness);
+    };
+    ask(&mut harness);
+    harness.get_by_label("Merge 2 layers?");
+    let [width, height] = cost.size;
+    harness.get_by_label_contains(&format!("One rectangle around all of them is {width} × {height} px"));
+    click(&mut harness, Role::Button, "Cancel");
+    assert!(!harness.state().is_dirty());
+    ask(&mut harness);
+    click(&mut harness, Role::Button, "Merge anyway");
+    assert!(harness.state().is_dirty());
+    let decisions = &session!(harness.state()).history.present().decisions;
+    assert_eq!(decisions.photos["01_church.jpg"].merge.len(), 1);
+}
+
+#[test]
+fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    let facade = |editor: &Editor| {
+        let model = session!(editor).model();
+        model.objects.iter().find(|object| object.name == "church.facade").unwrap().faces[0]
+    };
+    let face = facade(harness.state());
+    harness.state_mut().select(Selection::Face(face));
+    steps(&mut harness);
+    harness.get_by_role_and_label(Role::TreeItem, "church.facade[0]");
+    let excluded = |editor: &Editor| {
+        session!(editor).history.present().decisions.of("01_church.jpg").excludes("church.facade", 0)
+    };
+    click(&mut harness, Role::Button, "Exclude 01_church.jpg");
+    assert!(excluded(harness.state()));
+    harness.get_by_label("no texture: excluded by hand");
+    click(&mut harness, Role::Button, "Allow 01_church.jpg");
+    assert!(!excluded(harness.state()));
+    click(&mut harness, Role::Button, "Pin to 01_church.jpg");
+    harness.get_by_label_contains("pinned to this photo");
+    click(&mut harness, Role::Button, "Unpin 01_church.jpg");
+    assert!(
+        !harness
+            .state()
+            .session
+            .as_ref()
+            .unwrap()
+            .history
+            .present()
+            .decisions
+            .photos
+            .contains_key("01_church.jpg")
+    );
+
+    // To the photo, with the face still selected.
+    let named = session!(harness.state()).opened.site.photos.iter().position(|p| p.name == "04_arcade.jpg");
+    harness.get_by_role_and_label(Role::Button, "04_arcade.jpg").click();
+    steps(&mut harness);
+    assert_eq!(harness.state().selected_photo(), named);
+    assert_eq!(harness.state().selection, Selection::Face(face));
+    harness.get_by_label("Photo view");
+}
+
+#[test]
+fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_photos_on_request() {
+    let folder = tempfile::tempdir().unwrap();
+    let Some(mut harness) = built(folder.path()) else { return };
+    click(&mut harness, Role::Button, "Fill");
+    let found = |editor: &Editor| editor.quality.fill.worst.found().is_some() && editor.jobs.is_idle();
+    wait(&mut harness, "the worst", found);
+    steps(&mut harness);
+    harness.get_by_label_contains("Seen from the photos' cameras.");
+    let views = |editor: &Editor| editor.quality.fill.worst.found().unwrap().views.len();
+    assert_eq!(views(harness.state()), PHOTOS);
+
+    harness.state_mut().run(&command::flight::KEEP);
+    steps(&mut harness);
+    assert_eq!(harness.state().lookouts(), Lookouts::Kept);
+    wait(&mut harness, "what the kept view sees", |editor| found(editor) && views(editor) == 1);
+    steps(&mut harness);
+    let worst = harness.state().quality.fill.worst.found().unwrap().layers[0].clone();
+    let photo = &session!(harness.state()).opened.site.photos[worst.photo].name;
+    let stack = session!(harness.state()).photos[worst.photo].stack.clone().unwrap();
+    let row = format!("{} – {photo}", stack.image_layers[worst.layer].name);
+    harness.get_all_by_label(&row).next().unwrap().click();
+    steps(&mut harness);
+    assert_eq!(harness.state().selection, Selection::Layer { photo: worst.photo, layer: worst.layer });
+
+    harness.get_by_role_and_label(Role::ComboBox, "Seen from").click();
+    steps(&mut harness);
+    harness.get_by_label(&format!("the photos' cameras ({PHOTOS})")).click();
+    steps(&mut harness);
+    assert_eq!(harness.state().lookouts(), Lookouts::Photos);
+    wait(&mut harness, "what the photos see", |editor| found(editor) && views(editor) == PHOTOS);
+}
