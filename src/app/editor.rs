@@ -44,6 +44,8 @@ const SETTINGS: &str = "settings";
 const LEFT_MOST: f32 = 0.27;
 /// See [`LEFT_MOST`].
 const RIGHT_MOST: f32 = 0.35;
+/// In windows of fewer points across, what a panel holds may be wider than its share.
+const ROOMY: f32 = 1300.0;
 
 /// What a panel wants; done when all panels are drawn.
 pub enum Ask {
@@ -367,7 +369,9 @@ impl Editor {
             left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
             let right =
                 Panel::right("inspector").resizable(true).default_size(300.0).max_size(RIGHT_MOST * width);
-            right.show(ui, |ui| panel::side::side_ui(self, ui, &mut asks));
+            right.show(ui, |ui| {
+                panel::kept_within(ui, width < ROOMY, |ui| panel::side::side_ui(self, ui, &mut asks))
+            });
             CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));

@@ -15,7 +15,7 @@ pub mod side;
 pub mod status;
 pub mod welcome;
 
-use eframe::egui::{Align, Button, Layout, Panel, Response, Ui, vec2};
+use eframe::egui::{Align, Button, Layout, Panel, Response, Ui, UiBuilder, vec2};
 
 use super::command::Command;
 use super::editor::{Ask, Editor};
@@ -26,6 +26,17 @@ pub fn left_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let photos = Panel::top("photos").resizable(true).default_size(340.0);
     photos.show(ui, |ui| photos::photos_ui(editor, ui, asks));
     outliner_ui(editor, ui, asks);
+}
+
+/// Draws contents; `held`: what is wider than the panel ends at its border. Else the panel grows with what it holds,
+/// and one on the right that may not grow any more is pushed out of the window by it.
+pub fn kept_within(ui: &mut Ui, held: bool, contents: impl FnOnce(&mut Ui)) {
+    if !held {
+        return contents(ui);
+    }
+    let rect = ui.available_rect_before_wrap();
+    contents(&mut ui.new_child(UiBuilder::new().max_rect(rect)));
+    ui.advance_cursor_after_rect(rect);
 }
 
 /// A command that switches something, as a label that is lit while that is on.
