@@ -133,6 +133,20 @@ fn what_is_missing_for_a_project_is_said_where_it_belongs_and_nothing_is_made() 
 }
 
 #[test]
+fn what_is_exported_again_while_the_assistant_is_open_is_looked_at_again() {
+    let folder = tempfile::tempdir().unwrap();
+    let site = site(folder.path(), false);
+    let model = fs::read(site.join("piazza.obj")).unwrap();
+    let mut harness = window(None);
+    drop_on(&mut harness, &site);
+    appears(&mut harness, "faces");
+    fs::write(site.join("piazza.obj"), "v 0 0 0\n").unwrap();
+    appears(&mut harness, "no faces among 1 vertices");
+    fs::write(site.join("piazza.obj"), model).unwrap();
+    appears(&mut harness, "77 objects");
+}
+
+#[test]
 fn a_site_that_moved_is_found_again_and_project_json_is_told() {
     let folder = tempfile::tempdir().unwrap();
     let site = site(folder.path(), false);
