@@ -19,7 +19,7 @@ use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::io::lock::ProjectLock;
 use quadratura::io::project::read_project;
-use window::{appears, command, project_of, site_of_piazza, wait, window};
+use window::{appears, command, is_there, press, project_of, site_of_piazza, wait, window};
 
 fn piazza(folder: &Path) -> PathBuf {
     let project = folder.join("piazza");
@@ -154,6 +154,10 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
         harness.state_mut().select(Selection::Layer { photo: 0, layer: 0 });
         harness.state_mut().toggle_layer(0, other);
         command(&mut harness, "Merge layers");
+        // One that keeps much emptiness is asked about first.
+        if is_there(&harness, "Merge anyway") {
+            press(&mut harness, "Merge anyway");
+        }
         if harness.state().is_dirty() {
             merged = true;
             break;

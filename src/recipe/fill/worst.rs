@@ -212,7 +212,7 @@ mod tests {
         let layer = &stacks[worst.photo].unwrap().image_layers[worst.layer];
         assert!(layer.name.contains("far") && worst.seen > 0.0 && worst.hidden > 0, "{found:?}");
         assert!(found.windows(2).all(|pair| pair[0].seen >= pair[1].seen));
-        assert_eq!((worst.photo, worst.view), (0, 1), "the photo aside sees what the first one hides");
+        assert_eq!(worst.view, 1 - worst.photo, "what one photo hides the other one shows");
     }
 
     #[test]
