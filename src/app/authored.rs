@@ -39,11 +39,12 @@ impl Follows {
     /// Of a change from one project to another.
     fn of(before: &Project, after: &Project) -> Option<Self> {
         let site = |project: &Project| {
-            let Project { photos, cameras, model, world_from_model, masks, .. } = project.clone();
-            (photos, cameras, model, world_from_model, masks)
+            let Project { photos, cameras, model, world_from_model, .. } = project.clone();
+            (photos, cameras, model, world_from_model)
         };
-        // Views and flights change nothing that is made, options of filling nothing until it is filled again.
+        // Views and flights change nothing that is made, masks and options of filling nothing until it is made again.
         let kept = Project {
+            masks: after.masks.clone(),
             views: after.views.clone(),
             flight: after.flight.clone(),
             fill: after.fill.clone(),
@@ -68,6 +69,8 @@ impl Follows {
 #[derive(Debug, Default)]
 pub struct Due {
     follows: Option<Follows>,
+    /// Photos have other masks: their stacks stay, and may be out of date.
+    looks: bool,
     keeps: bool,
     edited_s: f64,
     /// Held by whoever writes or forgets what is not saved: else it could be written after a save.
@@ -75,13 +78,15 @@ pub struct Due {
 }
 
 impl Editor {
-    /// Masks that came home with paint, or went with it, are on disk already: the project in the window has them, too.
+    /// Masks that came home with paint, or went with it, are on disk already: the project in the window has them, too,
+    /// beside what was drawn and is not saved.
     pub(super) fn take_masks(&mut self) {
         let Some(session) = &self.session else { return };
         let Ok(saved) = read_project(&session.folder) else { return };
         let present = session.history.present();
-        if present.masks != saved.masks {
-            let project = Project { masks: saved.masks, ..Project::clone(present) };
+        let masks = present.masks.with_layers_of(&saved.masks);
+        if present.masks != masks {
+            let project = Project { masks, ..Project::clone(present) };
             self.edit("masks that came home", project, None);
         }
     }
@@ -160,7 +165,7 @@ impl Editor {
 
     /// Something is not saved.
     pub fn is_dirty(&self) -> bool {
-        self.session.as_ref().is_some_and(|session| session.history.is_dirty())
+        self.session.as_ref().is_some_and(|session| session.history.is_dirty()) || !self.masking.is_kept()
     }
 
     /// Saves the project; whether it is saved now.
@@ -213,15 +218,19 @@ impl Editor {
         // A job that writes goes by the project that it began with.
         let busy =
             [Kind::Build, Kind::Fill, Kind::Import, Kind::Open].into_iter().any(|kind| self.jobs.runs(kind));
-        if session.due.follows.is_none() || rests_s < FOLLOWS_AFTER_S || busy {
+        if rests_s < FOLLOWS_AFTER_S || busy {
             return;
         }
-        match session.due.follows.take() {
+        let (follows, looks) = (session.due.follows.take(), std::mem::take(&mut session.due.looks));
+        match follows {
             Some(Follows::Gains) => self.follow_colour(),
-            Some(Follows::Stacks) => self.look_again(),
-            Some(Follows::Objects) => self.follow_objects(),
-            Some(Follows::Site) => self.reopen(),
+            Some(Follows::Stacks) => return self.look_again(),
+            Some(Follows::Objects) => return self.follow_objects(),
+            Some(Follows::Site) => return self.reopen(),
             None => (),
+        }
+        if looks {
+            self.look_at_states();
         }
     }
 
@@ -258,6 +267,17 @@ impl Editor {
         self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
             let photos = survey(&folder, &opened, task)?;
             Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new())))
+        });
+    }
+
+    /// Looks which stacks are up to date, where the stacks themselves are those that are shown.
+    fn look_at_states(&mut self) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        self.jobs.stop_kind(Kind::Survey);
+        self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
+            let photos = survey(&folder, &opened, task)?;
+            Ok(Box::new(move |editor| editor.states_seen(&folder, photos)))
         });
     }
 
@@ -309,13 +329,20 @@ impl Session {
         if *present == *before {
             return;
         }
-        let follows = Follows::of(before, &present);
+        let follows = Follows::of(before, &present).max(self.brings_back(before, &present));
+        self.due.looks |= before.masks != present.masks;
         self.due.follows = self.due.follows.max(follows);
         self.due.keeps = true;
         self.due.edited_s = now_s;
         if follows != Some(Follows::Site) {
-            self.opened = Arc::new(self.opened.with_project(Project::clone(&present)));
+            self.opened = Arc::new(self.opened.with_project(&self.folder, Project::clone(&present)));
         }
+    }
+
+    /// A photo that is left out for a mask that cannot be used may come back with another one.
+    fn brings_back(&self, before: &Project, after: &Project) -> Option<Follows> {
+        let mut left_out = self.opened.left_out.iter().map(|(photo, _)| photo);
+        left_out.any(|photo| before.masks.of(photo) != after.masks.of(photo)).then_some(Follows::Site)
     }
 }
 
@@ -337,6 +364,9 @@ mod tests {
         assert_eq!(Follows::of(&before, &after), None);
         after.colour.reference = Some("a.jpg".into());
         assert_eq!(Follows::of(&before, &after), Some(Follows::Gains));
+        after.masks =
+            serde_json::from_str(r#"{"a.jpg":[{"from":"drawn","file":"a/1.png","pixels":3}]}"#).unwrap();
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Gains), "no stack is another one for a mask");
         after.options.margin += 1;
         assert_eq!(Follows::of(&before, &after), Some(Follows::Stacks));
         after.objects_off.insert("tower".into());

@@ -13,9 +13,12 @@ use super::flight::{Flights, timeline_ui};
 use super::frame_times::FrameTimes;
 use super::inspect::Inspect;
 use super::jobs::Jobs;
+use super::layer_work::OptionsEdit;
 use super::layout::{Layout, Pane, centre_ui};
 use super::leaving::{Leaving, Questions};
 use super::lists::Lists;
+use super::masking::Masking;
+use super::masking::keeping::Work;
 use super::notes::{Note, Notes, Weight};
 use super::opening::{Opening, Wish, opening_ui};
 use super::palette::{Palette, palette_ui};
@@ -29,6 +32,7 @@ use super::space::Space;
 use super::trip::Trip;
 use crate::document::Project;
 use crate::document::history::Gesture;
+use crate::geometry::PixelRect;
 use crate::layers::fill::FillOptions;
 use crate::recipe::colour::ColourEdit;
 use crate::recipe::decide::LayerEdit;
@@ -98,6 +102,23 @@ pub enum Ask {
     },
     /// Decides how hidden parts are filled.
     Fill(FillOptions),
+    /// Changes masks: what is undone, and what is done.
+    Mask(String, Work),
+    /// Masks what is suggested, by numbers.
+    Accept(Vec<u32>),
+    /// Forgets what is suggested, by numbers.
+    Dismiss(Vec<u32>),
+    /// Masks of objects have this margin from now on, in pixels.
+    Margin(u32),
+    /// Shows a place of the selected photo, in its pixels.
+    Show(PixelRect),
+    /// Decides about options of layers.
+    Options {
+        /// Of all photos, or of one.
+        edit: OptionsEdit,
+        /// The gesture has not ended.
+        goes_on: bool,
+    },
     /// Asks one job to stop.
     Stop(super::jobs::JobId),
     /// Forgets a project that was opened once.
@@ -144,6 +165,8 @@ pub struct Editor {
     pub help_shown: bool,
     /// The settings are shown.
     pub settings_shown: bool,
+    /// The options of layers are shown.
+    pub layer_options_shown: bool,
     /// Dialogs around opening and making projects.
     pub opening: Opening,
     /// Questions before a project is left, or after it was opened.
@@ -154,6 +177,8 @@ pub struct Editor {
     pub trip: Trip,
     /// Fillings and colour.
     pub quality: Quality,
+    /// Masks of photos.
+    pub masking: Masking,
     /// What is known from comparing cameras, photos and model.
     pub checks: Checks,
     /// The program made a mistake, and somebody has to be told.
@@ -188,11 +213,13 @@ impl Editor {
             palette: Palette::default(),
             help_shown: false,
             settings_shown: false,
+            layer_options_shown: false,
             opening: Opening::default(),
             questions: Questions::default(),
             frame_times: FrameTimes::default(),
             trip: Trip::default(),
             quality: Quality::default(),
+            masking: Masking::default(),
             checks: Checks::default(),
             crash: None,
             context: context.clone(),
@@ -253,6 +280,7 @@ impl Editor {
         self.fly_on();
         self.take_home();
         self.check_again();
+        self.keep_masks();
     }
 
     fn grant(&mut self, ask: Ask) {
@@ -285,6 +313,12 @@ impl Editor {
             Ask::Export => self.export_chosen(),
             Ask::Colour { edits, goes_on } => self.edit_colour(&edits, goes_on),
             Ask::Fill(options) => self.edit_fill(options),
+            Ask::Mask(name, work) => self.mask(name, work),
+            Ask::Accept(numbers) => self.accept_suggestions(&numbers),
+            Ask::Dismiss(numbers) => self.dismiss_suggestions(&numbers),
+            Ask::Margin(margin_px) => self.masking.margin_px = margin_px,
+            Ask::Show(rect) => self.show_in_photo(rect),
+            Ask::Options { edit, goes_on } => self.edit_options(&edit, goes_on),
             Ask::Stop(job) => self.jobs.stop(job),
             Ask::Opening(wish) => self.grant_opening(wish),
             Ask::Mend(mend) => self.mend(mend),
@@ -382,6 +416,7 @@ impl Editor {
         self.export_ui(&context);
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);
+        panel::layer_options::layer_options_ui(self, &context, &mut asks);
         panel::hint::hint_ui(self, &context, &mut asks);
         check_ui(self, &context, &mut asks);
         opening_ui(self, &context, &mut asks);

@@ -55,6 +55,10 @@ pub enum Kind {
     Look,
     /// Makes what the flat views show.
     FlatView,
+    /// Writes masks.
+    Mask,
+    /// Looks for what stands in one photo alone.
+    Suggest,
     /// Looks through a folder for photos, cameras and a model.
     Search,
     /// Looks at the paths of a dialog.
@@ -75,6 +79,7 @@ impl Kind {
                 | Self::Keep
                 | Self::Preview
                 | Self::Look
+                | Self::Mask
                 | Self::Search
                 | Self::Paths
                 | Self::Lock

@@ -1,10 +1,31 @@
 //! Decisions about layers, as the selection means them.
 
 use super::editor::Editor;
+use super::notes::{Note, Weight};
 use super::selection::Selection;
 use super::session::PhotoStatus;
-use crate::layers::Faces;
-use crate::recipe::decide::{LayerEdit, faces_of_layer};
+use crate::document::Project;
+use crate::document::decisions::PhotoOptions;
+use crate::document::history::Gesture;
+use crate::error::Error;
+use crate::layers::{Faces, Options};
+use crate::recipe::decide::{self, LayerEdit, faces_of_layer};
+
+/// One drag of a number after the other: each ends its own.
+const OPTIONS: Gesture = Gesture(0x0b_71_05);
+
+/// Other options of layers.
+pub enum OptionsEdit {
+    /// Those of the project, which hold for photos without their own.
+    Project(Options),
+    /// A photo's own, by its name.
+    Photo(String, PhotoOptions),
+}
+
+/// What is wrong with the project's options, or with one photo's.
+pub fn problem_of_options(project: &Project) -> Option<String> {
+    project.options.problem().or_else(|| project.decisions.problem(&project.options))
+}
 
 impl Editor {
     /// The photo whose image layers are selected, and their places in its stack: the one that is selected, and those
@@ -64,6 +85,35 @@ impl Editor {
             };
         }
         self.more_layers = more;
+    }
+
+    /// Decides about options of layers. `goes_on`: the gesture has not ended; all of it is one step.
+    pub fn edit_options(&mut self, edit: &OptionsEdit, goes_on: bool) {
+        let Some(session) = &self.session else { return };
+        let (name, project) = match edit {
+            OptionsEdit::Project(options) => {
+                let project =
+                    Project { options: options.clone(), ..Project::clone(session.history.present()) };
+                ("options of layers".to_owned(), Ok(project))
+            }
+            OptionsEdit::Photo(photo, options) => {
+                let edit = LayerEdit::Options { photo: photo.clone(), options: *options };
+                // No stack is asked whether a number can be.
+                (edit.name(), decide::edited(session.history.present(), &edit, &session.opened.site, &[]))
+            }
+        };
+        // Of each photo, too: a wider margin may be too wide for the smallest side that one has.
+        let project = project.and_then(|project| match problem_of_options(&project) {
+            Some(problem) => Err(Error::Request(problem)),
+            None => Ok(project),
+        });
+        match project {
+            Ok(project) => self.edit(name, project, Some(OPTIONS)),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+        if !goes_on {
+            self.end_gesture();
+        }
     }
 
     fn photo_name(&self, photo: usize) -> Option<String> {

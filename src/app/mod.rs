@@ -19,6 +19,7 @@ mod layer_work;
 mod layout;
 mod leaving;
 mod lists;
+mod masking;
 pub mod notes;
 mod opening;
 mod painter;

@@ -3,12 +3,13 @@
 use super::check::Checks;
 use super::editor::Editor;
 use super::jobs::Kind;
+use super::masking::Masking;
 use super::notes::{Note, Weight};
 use super::painter::Painter;
 use super::pictures::Pictures;
 use super::quality::Quality;
 use super::selection::Selection;
-use super::session::{Session, survey};
+use super::session::{PhotoStatus, Session, survey};
 use super::space::Space;
 use crate::error::Error;
 use crate::gpu::{Gpu, GpuRasteriser};
@@ -31,6 +32,7 @@ impl Editor {
         self.photo = (!session.photos.is_empty()).then_some(0);
         self.flat.forget();
         self.lists.forget();
+        self.masking = Masking::default();
         self.pictures = Pictures::default();
         self.pictures.start(&session.folder, &session.opened, &mut self.jobs);
         self.session = Some(session);
@@ -53,6 +55,7 @@ impl Editor {
         self.selection = Selection::Nothing;
         self.flat.forget();
         self.lists.forget();
+        self.masking = Masking::default();
         self.pictures = Pictures::default();
     }
 
@@ -170,10 +173,23 @@ impl Editor {
         });
     }
 
+    /// Photos were looked at: where their stacks are those that are shown, only their states are others.
+    pub(super) fn states_seen(&mut self, folder: &std::path::Path, photos: Vec<PhotoStatus>) {
+        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
+        let same = session.photos.len() == photos.len()
+            && session.photos.iter().zip(&photos).all(|(known, seen)| known.stack == seen.stack);
+        if !same {
+            return self.stacks_changed(folder, photos, Vec::new());
+        }
+        for (known, seen) in session.photos.iter_mut().zip(photos) {
+            (known.word, known.problem) = (seen.word, seen.problem);
+        }
+    }
+
     pub(super) fn stacks_changed(
         &mut self,
         folder: &std::path::Path,
-        photos: Vec<super::session::PhotoStatus>,
+        photos: Vec<PhotoStatus>,
         notes: Vec<Note>,
     ) {
         notes.into_iter().for_each(|note| self.tell(note));

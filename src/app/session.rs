@@ -156,7 +156,7 @@ impl Session {
         // What was decided while it was read is decided.
         let present = Project::clone(self.history.present());
         self.incomplete = !opened.problems.is_empty();
-        self.opened = Arc::new(opened.with_project(present));
+        self.opened = Arc::new(opened.with_project(&self.folder, present));
         self.photos = photos;
         self.painter = None;
     }

@@ -127,6 +127,18 @@ impl Masks {
         self.0.remove(photo);
     }
 
+    /// These, but with the layers of edited files that `other` has: what came home with paint, or went with it, without
+    /// what else was decided meanwhile.
+    pub fn with_layers_of(&self, other: &Self) -> Self {
+        let is_layer = |mask: &Mask| matches!(mask.from, MaskFrom::Layer(_));
+        let mut masks = Self::default();
+        let own = self.photos().map(|(photo, of)| (photo, of, false));
+        for (photo, of, layers) in own.chain(other.photos().map(|(photo, of)| (photo, of, true))) {
+            of.iter().filter(|mask| is_layer(mask) == layers).for_each(|mask| masks.put(photo, mask.clone()));
+        }
+        masks
+    }
+
     /// The files that are named.
     pub fn files(&self) -> BTreeSet<&str> {
         self.0.values().flatten().map(|mask| mask.file.as_str()).collect()
@@ -183,6 +195,20 @@ mod tests {
         assert_eq!(masks.remove("a.jpg", &tractor(1)), None);
         masks.remove("a.jpg", &MaskFrom::Drawn);
         assert!(masks.is_empty());
+    }
+
+    #[test]
+    fn masks_come_home_with_paint_and_what_was_drawn_meanwhile_stays() {
+        let layer = |file: &str| mask(MaskFrom::Layer("9@a.psd".into()), file);
+        let (mut mine, mut saved) = (Masks::default(), Masks::default());
+        mine.put("a.jpg", mask(MaskFrom::Drawn, "new"));
+        mine.put("a.jpg", layer("old layer"));
+        saved.put("a.jpg", mask(MaskFrom::Drawn, "old"));
+        saved.put("b.jpg", layer("new layer"));
+        let mut expected = Masks::default();
+        expected.put("a.jpg", mask(MaskFrom::Drawn, "new"));
+        expected.put("b.jpg", layer("new layer"));
+        assert_eq!(mine.with_layers_of(&saved), expected);
     }
 
     #[test]

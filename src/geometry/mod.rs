@@ -4,6 +4,8 @@ pub mod axes;
 pub mod bvh;
 pub mod camera;
 pub mod clip;
+pub mod drawn;
+pub mod grid;
 pub mod lens;
 pub mod lens_range;
 pub mod plane;

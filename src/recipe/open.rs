@@ -71,12 +71,14 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
 }
 
 impl Opened {
-    /// The same site with another project: one that differs in nothing that the site is made of (files, place of
-    /// the model).
-    pub fn with_project(&self, project: Project) -> Self {
+    /// The same site with another project, which is in `folder`: one that differs in nothing that the site is made of
+    /// (files, place of the model), but for the masks of its photos.
+    pub fn with_project(&self, folder: &Path, project: Project) -> Self {
+        let mut site = self.site.clone();
+        attach(folder, &project.masks, &mut site.photos);
         Self {
             project,
-            site: self.site.clone(),
+            site,
             whole: self.whole.clone(),
             points: self.points.clone(),
             problems: self.problems.clone(),

@@ -156,6 +156,9 @@ fn history(
     if editor.jobs.runs(Kind::Import) {
         return Err("wait until the import has ended");
     }
+    if !editor.masking.is_kept() {
+        return Err("wait a moment: a mask is being kept");
+    }
     if ready(&session.history) { Ok(()) } else { Err(why_not) }
 }
 

@@ -8,7 +8,7 @@ use crate::app::jobs::Kind;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] =
-    &[&BUILD, &BUILD_PHOTO, &FILL, &PROPAGATE, &TAKE_OFF, &AS_TABLE, &CHECK, &CHECKED, &STOP];
+    &[&BUILD, &BUILD_PHOTO, &FILL, &PROPAGATE, &TAKE_OFF, &OPTIONS, &AS_TABLE, &CHECK, &CHECKED, &STOP];
 
 /// Builds all stacks that are not up to date.
 pub const BUILD: Command = Command {
@@ -75,6 +75,17 @@ pub const AS_TABLE: Command = Command {
     starts_group: true,
     on: Some(|editor| editor.settings.layer_list.as_table),
     run: |editor, _| editor.settings.layer_list.as_table ^= true,
+    ..PLAIN
+};
+
+/// The project's options of the method.
+pub const OPTIONS: Command = Command {
+    name: "Options of layers…",
+    tooltip: "Shows how layers are made: when a surface counts as hidden, and how large image layers are.",
+    menu: Menu::Layers,
+    ready: with_project,
+    on: Some(|editor| editor.layer_options_shown),
+    run: |editor, _| editor.layer_options_shown ^= true,
     ..PLAIN
 };
 

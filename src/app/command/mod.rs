@@ -6,6 +6,7 @@ pub mod file;
 pub mod flat;
 pub mod flight;
 pub mod layers;
+pub mod mask;
 pub mod paint;
 pub mod view;
 
@@ -28,14 +29,24 @@ pub enum Menu {
     View,
     /// The photo and its layers, flat.
     Photo,
+    /// What of photos must not be used.
+    Mask,
     /// The window.
     Window,
 }
 
 impl Menu {
     /// All of them.
-    pub const ALL: [Self; 7] =
-        [Self::File, Self::Edit, Self::Layers, Self::Paint, Self::View, Self::Photo, Self::Window];
+    pub const ALL: [Self; 8] = [
+        Self::File,
+        Self::Edit,
+        Self::Layers,
+        Self::Paint,
+        Self::View,
+        Self::Photo,
+        Self::Mask,
+        Self::Window,
+    ];
 
     /// As the menu bar has it.
     pub fn name(self) -> &'static str {
@@ -46,6 +57,7 @@ impl Menu {
             Self::Paint => "Paint",
             Self::View => "View",
             Self::Photo => "Photo",
+            Self::Mask => "Mask",
             Self::Window => "Window",
         }
     }
@@ -91,7 +103,7 @@ pub const PLAIN: Command = Command {
 
 /// All commands, in the order of their menus.
 pub fn all() -> impl Iterator<Item = &'static Command> {
-    const TABLES: [&[&Command]; 7] = [
+    const TABLES: [&[&Command]; 8] = [
         file::COMMANDS,
         edit::COMMANDS,
         layers::COMMANDS,
@@ -99,6 +111,7 @@ pub fn all() -> impl Iterator<Item = &'static Command> {
         view::COMMANDS,
         flight::COMMANDS,
         flat::COMMANDS,
+        mask::COMMANDS,
     ];
     TABLES.into_iter().flatten().copied()
 }

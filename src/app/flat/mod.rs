@@ -8,7 +8,7 @@ pub mod tiled;
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use eframe::egui::{Color32, Rect, Response, Ui};
+use eframe::egui::{Color32, PointerButton, Rect, Response, Ui};
 
 use self::placement::{Placement, Seen};
 use super::layer::LayerPane;
@@ -87,32 +87,43 @@ pub fn background(ui: &Ui) -> Color32 {
     if ui.visuals().dark_mode { Color32::from_gray(28) } else { Color32::from_gray(190) }
 }
 
+/// What the left button does in a flat view.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum LeftButton {
+    /// It moves the picture, as the others do.
+    Moves,
+    /// It belongs to a tool, and so does the wheel with Ctrl.
+    Draws,
+}
+
 /// Moves a picture as mouse and wheel say, and says how it lies then: a drag moves, the wheel comes nearer to what is
 /// under the pointer, a double click goes to the pixels' own size and back.
 pub fn navigate(
     placement: &mut Placement,
     ui: &Ui,
     response: &Response,
-    rect: Rect,
-    bounds: PixelRect,
+    (rect, bounds): (Rect, PixelRect),
+    left: LeftButton,
 ) -> Seen {
     let density = ui.ctx().pixels_per_point();
     placement.settle(bounds, rect);
     if response.drag_started() || response.clicked() {
         response.request_focus();
     }
-    if response.dragged() {
+    let draws = left == LeftButton::Draws;
+    if response.dragged() && !(draws && response.dragged_by(PointerButton::Primary)) {
         placement.pan(response.drag_delta());
     }
     let pointer = ui.input(|input| input.pointer.hover_pos()).filter(|_| response.contains_pointer());
     if let Some(pointer) = pointer {
         let (scrolled, pinched) =
             ui.input(|input| (f64::from(input.smooth_scroll_delta().y), f64::from(input.zoom_delta())));
+        let pinched = if draws && ui.input(|input| input.modifiers.command) { 1.0 } else { pinched };
         let factor = ZOOM_PER_POINT.powf(scrolled) * pinched;
         if factor != 1.0 {
             placement.zoom(rect, pointer, factor);
         }
-        if response.double_clicked() {
+        if response.double_clicked() && !draws {
             match placement.is_fitted() {
                 true => placement.show_pixels(rect, pointer, density),
                 false => placement.fit(),

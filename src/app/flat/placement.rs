@@ -4,6 +4,7 @@ use eframe::egui::{Pos2, Rect, Vec2, pos2, vec2};
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
+use crate::geometry::grid::Grid;
 
 /// Pixels are shown at most so large, in points: single ones are seen long before.
 const LARGEST: f64 = 64.0;
@@ -136,6 +137,37 @@ impl Seen {
         Rect::from_min_max(corner(rect.x, rect.y), corner(rect.right(), rect.bottom()))
     }
 
+    /// The place of the picture under one of the screen.
+    pub fn place(&self, at: Pos2) -> DVec2 {
+        let from = at - self.origin;
+        DVec2::new(f64::from(from.x), f64::from(from.y)) / self.scale
+    }
+
+    /// The screen's pixels in the view, as a grid over the picture.
+    pub fn grid(&self) -> Grid {
+        let first = self.first_cell();
+        let origin = self.origin.to_vec2() * self.density - first;
+        let size = (self.rect.max.to_vec2() * self.density).ceil() - first;
+        let cells = |points: f32| points.max(0.0) as u32;
+        Grid {
+            origin: DVec2::new(f64::from(origin.x), f64::from(origin.y)),
+            scale: self.magnification(),
+            size: [cells(size.x), cells(size.y)],
+        }
+    }
+
+    /// Where cells of [`Self::grid`] are on the screen.
+    pub fn on_screen(&self, cells: PixelRect) -> Rect {
+        let corner = |x: i32, y: i32| (self.first_cell() + vec2(x as f32, y as f32)) / self.density;
+        let (min, max) = (corner(cells.x, cells.y), corner(cells.right(), cells.bottom()));
+        Rect::from_min_max(min.to_pos2(), max.to_pos2())
+    }
+
+    /// The pixel of the screen in the view's top left corner.
+    fn first_cell(&self) -> Vec2 {
+        (self.rect.min.to_vec2() * self.density).floor()
+    }
+
     /// The pixel under a place of the screen.
     pub fn pixel(&self, at: Pos2) -> (i32, i32) {
         let from = at - self.origin;
@@ -189,6 +221,28 @@ mod tests {
         assert_eq!(placement.seen(VIEW, 2.0).pixel(at + vec2(10.0, -5.0)), after);
         placement.zoom(VIEW, at, 1e9);
         assert_eq!(placement.seen(VIEW, 1.0).scale, LARGEST);
+    }
+
+    #[test]
+    fn cells_of_the_screen_lie_over_the_pixels_that_they_show() {
+        for (density, zoom) in [(1.0, 0.3), (1.5, 4.0)] {
+            let mut placement = Placement::default();
+            placement.settle(BOUNDS, VIEW);
+            placement.show_pixels(VIEW, VIEW.center(), density);
+            placement.zoom(VIEW, pos2(222.0, 333.0), zoom);
+            let seen = placement.seen(VIEW, density);
+            let grid = seen.grid();
+            assert!(seen.on_screen(grid.whole()).contains_rect(VIEW));
+            let block = PixelRect { x: 1500, y: 1000, w: 40, h: 30 };
+            let cells = grid.cells(&crate::geometry::Spans::of_pixels(block, |_, _| true)).bounds();
+            let (shown, exact) = (seen.on_screen(cells), seen.rect_of(block).intersect(VIEW));
+            // To a pixel of the screen, or of the picture where those are larger.
+            let near = (1.0 / density).max(1.01 * zoom as f32 / density);
+            let distance = (shown.min - exact.min).length().max((shown.max - exact.max).length());
+            assert!(distance <= 1.5 * near, "{shown:?} {exact:?}");
+            let place = seen.place(seen.at(DVec2::new(1512.5, 1007.25)));
+            assert!(place.distance(DVec2::new(1512.5, 1007.25)) < 1e-3, "{place}");
+        }
     }
 
     #[test]

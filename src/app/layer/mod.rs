@@ -10,7 +10,7 @@ use super::flat::hatch::{Checkerboard, hatch};
 use super::flat::placement::{Placement, Seen};
 use super::flat::slot::{Slot, Wish};
 use super::flat::tiled::{Tiled, levels_of};
-use super::flat::{Version, background, navigate};
+use super::flat::{LeftButton, Version, background, navigate};
 use super::selection::Selection;
 use crate::document::ImageLayer;
 use crate::geometry::PixelRect;
@@ -135,7 +135,8 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     editor.flat.layer.rect = Some(rect);
-    let seen = navigate(&mut editor.flat.layer.placement, ui, &response, rect, layer.rect);
+    let placed = (rect, layer.rect);
+    let seen = navigate(&mut editor.flat.layer.placement, ui, &response, placed, LeftButton::Moves);
     editor.flat.layer.pixel = response.hover_pos().map(|at| seen.pixel(at));
     load(editor, key);
     draw(editor, ui, &seen, key, layer.rect);

@@ -2,7 +2,7 @@
 
 use eframe::egui::{Grid, RichText, ScrollArea, Ui};
 
-use super::{grouped, percent};
+use super::{grouped, layer_options, masks, percent};
 use crate::app::command::{layers, paint, view};
 use crate::app::editor::{Ask, Editor};
 use crate::app::inspect::{face_page, layer_page, object_page};
@@ -20,7 +20,10 @@ pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         Selection::Nothing | Selection::Photo(_) => {
             let Some(session) = &editor.session else { return };
             match editor.selection {
-                Selection::Photo(photo) => photo_ui(editor, session, photo, ui, asks),
+                Selection::Photo(photo) => {
+                    photo_ui(editor, session, photo, ui, asks);
+                    masks::masks_ui(editor, photo, ui, asks);
+                }
                 _ => nothing(session, ui),
             }
         }
@@ -119,6 +122,8 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
         }
     });
     decisions(session, &photo.name, ui, asks);
+    ui.add_space(8.0);
+    layer_options::photo_options_ui(session, &photo.name, ui, asks);
 }
 
 fn ratio(part: u64, all: u64) -> f64 {

@@ -43,8 +43,9 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     let status = &session.photos[place];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
     let selected = editor.photo == Some(place);
+    let changes = Changes::of(editor, session, &photo.name);
     response.widget_info(|| {
-        let label = format!("{}, {}", photo.name, status.word);
+        let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));
         eframe::egui::WidgetInfo::selected(eframe::egui::Role::Button, true, selected, label)
     });
     let visuals = ui.visuals();
@@ -66,14 +67,14 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     let text = Rect::from_min_max(rect.min + vec2(PICTURE.x + 12.0, 3.0), rect.max - vec2(4.0, 3.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
     ui.add(eframe::egui::Label::new(RichText::new(&photo.name).strong()).truncate().selectable(false));
-    state(&mut ui, status);
+    state(&mut ui, status, changes);
     details(&mut ui, status);
     if response.double_clicked() {
         asks.push(Ask::FlyTo(place));
     } else if response.clicked() {
         asks.push(Ask::Select(Selection::Photo(place)));
     }
-    response.on_hover_text("Click selects, double-click flies into its camera.");
+    response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
 
 /// The largest rectangle of this proportion in the middle of another.
@@ -82,16 +83,66 @@ fn fitted(rect: Rect, size: Vec2) -> Rect {
     Rect::from_center_size(rect.center(), size * scale)
 }
 
-fn state(ui: &mut Ui, status: &PhotoStatus) {
-    let (text, color) = match status.word {
-        "current" => ("built", good(ui.visuals())),
-        "stale" => ("stale: changed since it was built", ui.visuals().warn_fg_color),
-        "broken" => ("broken", ui.visuals().error_fg_color),
-        _ => ("not built", ui.visuals().weak_text_color()),
+/// What somebody did to a photo.
+#[derive(Clone, Copy)]
+struct Changes {
+    painted: bool,
+    masked: bool,
+}
+
+impl Changes {
+    fn of(editor: &Editor, session: &Session, photo: &str) -> Self {
+        let masked = !session.history.present().masks.of(photo).is_empty();
+        Self { painted: editor.trip.painted.contains(photo), masked }
+    }
+
+    /// Each behind `between`; empty where nothing was done.
+    fn words(self, between: &str) -> String {
+        let words = [(self.painted, "painted"), (self.masked, "masked")];
+        words.iter().filter(|(is, _)| *is).map(|(_, word)| format!("{between}{word}")).collect()
+    }
+}
+
+/// A sign and a word for a state, and what it means.
+fn meaning(word: &str) -> (&'static str, &'static str, &'static str) {
+    match word {
+        "current" => ("✔", "built", "Its layers are up to date."),
+        "stale" => (
+            "⟳",
+            "stale",
+            "Its layers are from before the last change of the photo, its masks or its options: build it again.",
+        ),
+        "broken" => ("⚠", "broken", "Its layers cannot be read: build it again."),
+        _ => ("○", "not built", "It has no layers yet: build it."),
+    }
+}
+
+fn state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
+    let colour = match status.word {
+        "current" => good(ui.visuals()),
+        "stale" => ui.visuals().warn_fg_color,
+        "broken" => ui.visuals().error_fg_color,
+        _ => ui.visuals().weak_text_color(),
     };
-    let label =
-        eframe::egui::Label::new(RichText::new(text).color(color).small()).truncate().selectable(false);
-    ui.add(label);
+    let (sign, word, _) = meaning(status.word);
+    let text = format!("{sign} {word}{}", changes.words(" · "));
+    let text = RichText::new(text).color(colour).small();
+    ui.add(eframe::egui::Label::new(text).truncate().selectable(false));
+}
+
+fn tooltip(ui: &mut Ui, name: &str, status: &PhotoStatus, changes: Changes) {
+    ui.strong(name);
+    ui.label(meaning(status.word).2);
+    if let Some(problem) = &status.problem {
+        ui.colored_label(ui.visuals().error_fg_color, problem);
+    }
+    if changes.painted {
+        ui.label("Somebody painted on it in an image editor.");
+    }
+    if changes.masked {
+        ui.label("Parts of it are masked: they are not used.");
+    }
+    ui.weak("Click selects, double-click flies into its camera.");
 }
 
 fn details(ui: &mut Ui, status: &PhotoStatus) {

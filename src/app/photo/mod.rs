@@ -17,16 +17,24 @@ use self::loading::Loading;
 use self::pointing::Pointed;
 pub use self::reasons::words as reason_words;
 pub use self::tools::scale_ui;
+use super::command::{Command, layers};
 use super::editor::{Ask, Editor};
 use super::flat::hatch::{Checkerboard, hatch};
 use super::flat::placement::{Placement, Seen};
-use super::flat::{Version, background, navigate};
+use super::flat::{LeftButton, Version, background, navigate};
+use super::layout::Pane;
+use super::masking::drawing::masks_ui;
+use super::masking::hand::{draws, hand_ui};
+use super::masking::strip::strip_ui;
+use super::panel::inspector::button;
 use super::selection::Selection;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
 
 /// A list beside the photo takes less than half of a view that is so wide, in points.
 const WIDE: f32 = 700.0;
+/// From the view's lower edge to the top of a line over the photo, in points.
+const OVER: f32 = 64.0;
 /// Height of the lines below the photo, in points.
 const STATUS: f32 = 50.0;
 
@@ -120,7 +128,10 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return;
     };
     editor.flat.photo.turn_to(photo);
-    Panel::top("photo tools").show(ui, |ui| tools::tools_ui(editor, ui, photo, asks));
+    Panel::top("photo tools").show(ui, |ui| {
+        tools::tools_ui(editor, ui, photo, asks);
+        strip_ui(editor, ui, asks);
+    });
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(editor, ui));
     if editor.flat.photo.reasons_shown {
@@ -141,10 +152,13 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     editor.flat.photo.show_sought(rect);
-    let seen = navigate(&mut editor.flat.photo.placement, ui, &response, rect, bounds);
+    let left = if draws(editor, ui) { LeftButton::Draws } else { LeftButton::Moves };
+    let seen = navigate(&mut editor.flat.photo.placement, ui, &response, (rect, bounds), left);
     loading::load(editor, photo);
+    hand_ui(editor, ui, &response, &seen, (photo, bounds), asks);
     picture(editor, ui, &seen, bounds, photo);
     drawing::drawing_ui(editor, ui, &seen, photo);
+    masks_ui(editor, ui, &seen, photo);
     pointing::point(editor, &response, &seen, photo, asks);
     hint(editor, ui, rect, photo, asks);
 }
@@ -197,28 +211,57 @@ fn update_selected_hidden(editor: &mut Editor, photo: usize) {
     });
 }
 
-/// What to do where a photo has no layers yet.
-fn hint(editor: &Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
-    let session = editor.session.as_ref();
-    if session.is_none_or(|session| session.photos[photo].stack.is_some()) {
+/// What was found that might be masked; else what to do where a photo has no layers yet, or older ones than what was
+/// decided or masked.
+fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
+    // While a stroke goes on nothing is in its way.
+    if ui.input(|input| input.pointer.primary_down()) && draws(editor, ui) {
         return;
     }
-    let low = rect.center_bottom() - eframe::egui::vec2(190.0, 64.0);
-    let area = Rect::from_min_size(Pos2::new(low.x.max(rect.left()), low.y), eframe::egui::vec2(380.0, 52.0));
-    ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
-        Frame::popup(ui.style()).show(ui, |ui| {
-            ui.horizontal(|ui| {
-                ui.label("This photo has no layers yet.");
-                let build = &super::command::layers::BUILD_PHOTO;
-                let ready = (build.ready)(editor);
-                let button = ui.add_enabled(ready.is_ok(), eframe::egui::Button::new(build.name));
-                let button = button.on_hover_text(build.tooltip);
-                if button.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-                    asks.push(Ask::Run(build));
-                }
-            });
+    if let Some(outcome) = editor.masking.suggested.outcome.clone() {
+        let read = over(ui, rect, |ui| {
+            ui.label(outcome);
+            ui.button("OK").on_hover_text("Hides this line.").clicked()
         });
+        if read {
+            editor.masking.suggested.outcome = None;
+        }
+        return;
+    }
+    let Some(session) = &editor.session else { return };
+    let status = &session.photos[photo];
+    let text = match status.word {
+        "stale" => "This photo’s layers are from before the last change.",
+        _ if status.stack.is_none() => "This photo has no layers yet.",
+        _ => return,
+    };
+    let others = session.photos.iter().filter(|photo| !photo.is_current()).count() > 1;
+    let commands: &[&'static Command] = match others && status.stack.is_some() {
+        true => &[&layers::BUILD_PHOTO, &layers::BUILD],
+        false => &[&layers::BUILD_PHOTO],
+    };
+    over(ui, rect, |ui| {
+        ui.label(text);
+        commands.iter().for_each(|command| button(editor, ui, command, asks));
     });
+}
+
+/// A line over the photo, in the middle below.
+fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+    // As wide as it was in the frame before: only then is it known.
+    let id = ui.scope_id().with("over the photo");
+    let width = ui.data(|data| data.get_temp::<f32>(id)).unwrap_or(0.0);
+    let left = (rect.center().x - width / 2.0).max(rect.left());
+    let area = Rect::from_min_max(Pos2::new(left, rect.bottom() - OVER), rect.max);
+    let drawn = ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
+        Frame::popup(ui.style()).show(ui, |ui| ui.horizontal(contents).inner)
+    });
+    let framed = drawn.inner.response.rect.width();
+    if framed != width {
+        ui.data_mut(|data| data.insert_temp(id, framed));
+        ui.ctx().request_repaint();
+    }
+    drawn.inner.inner
 }
 
 /// A list of rows of which only those in sight are made.
@@ -229,6 +272,18 @@ fn long_list(ui: &mut Ui, height: f32, count: usize, mut row: impl FnMut(&mut Ui
 }
 
 impl Editor {
+    /// Shows a rectangle of the photo, with as much again around it.
+    pub(super) fn show_in_photo(&mut self, rect: PixelRect) {
+        self.layout.show(Pane::Photo);
+        let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
+        let (low, high) = (corner(rect.x, rect.y), corner(rect.right(), rect.bottom()));
+        let around = DVec2::splat((high - low).max_element());
+        let pane = &mut self.flat.photo;
+        if let Some(view) = pane.rect {
+            pane.placement.show(view, low - around, high + around);
+        }
+    }
+
     /// Shows the selection as large as the photo's view has room for; whether the photo has it.
     pub fn frame_in_photo(&mut self) -> bool {
         let Some(photo) = self.selected_photo() else { return false };

@@ -6,6 +6,7 @@ use super::drawing::face_of;
 use crate::app::editor::{Ask, Editor};
 use crate::app::flat::Version;
 use crate::app::flat::placement::Seen;
+use crate::app::masking::strip::hint;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
 use crate::recipe::peel::{Hit, PhotoLayers, Shape};
@@ -30,12 +31,17 @@ impl Pointed {
 pub fn point(editor: &mut Editor, response: &Response, seen: &Seen, photo: usize, asks: &mut Vec<Ask>) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let pointed = hovered.and_then(|at| pointed(editor, seen.pixel(at), photo));
+    let suggestion = pointed.as_ref().and_then(|pointed| editor.suggestion_at(photo, pointed.pixel));
     editor.flat.photo.pointed = pointed;
+    // What a tool draws with selects nothing.
+    let free = editor.masking.tool.is_none();
+    editor.masking.suggested.pointed = suggestion.filter(|_| free);
     let Some(session) = &editor.session else { return };
-    if !response.clicked() {
-        return;
+    match suggestion {
+        _ if !free || !response.clicked() => (),
+        Some(number) => asks.push(Ask::Accept(vec![number])),
+        None => select(editor, session, photo, asks),
     }
-    select(editor, session, photo, asks);
 }
 
 fn pointed(editor: &Editor, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
@@ -81,7 +87,16 @@ fn next(now: Selection, photo: usize, shape: &Shape, session: &Session) -> Selec
 
 /// The lines below the photo: pixel, colour, and what is there. Always as high, else the photo would move.
 pub fn status_ui(editor: &Editor, ui: &mut Ui) {
+    if let Some(number) = editor.masking.suggested.pointed {
+        ui.strong(format!("Suggestion {number}: only this photo shows it."));
+        ui.weak("A click masks it; the list beside the photo has it, too, to be masked or dismissed.");
+        return;
+    }
     let Some(pointed) = &editor.flat.photo.pointed else {
+        if let Some(hint) = hint(editor, ui) {
+            ui.weak(hint);
+            return;
+        }
         ui.weak("Point at the photo to see what is there.");
         ui.weak("A click selects the image layer, one more its object, one more its face.");
         return;
@@ -110,7 +125,9 @@ pub fn status_ui(editor: &Editor, ui: &mut Ui) {
             }
         }
     });
-    if let (Some(layers), Some(front)) = (&layers, front) {
+    if let Some(hint) = hint(editor, ui) {
+        ui.add(Label::new(RichText::new(hint).weak()).truncate());
+    } else if let (Some(layers), Some(front)) = (&layers, front) {
         order(ui, layers, front, &pointed.hits[1..]);
     }
 }

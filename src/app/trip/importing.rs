@@ -15,6 +15,7 @@ use crate::app::painter::Change;
 use crate::app::panel::{counted, grouped, side::Tab};
 use crate::app::pictures::image;
 use crate::document::paint::PaintImport;
+use crate::io::paint_store::PaintStore;
 use crate::projection::Picture;
 use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
 use crate::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
@@ -229,16 +230,17 @@ impl Editor {
         self.paint_changed(import.photos.into_iter().collect());
     }
 
-    /// Reads which imports can be taken back.
+    /// Reads which imports can be taken back, and which photos have paint.
     pub(super) fn read_history(&mut self) {
         let Some(session) = &self.session else { return };
         let folder = session.folder.clone();
         self.jobs.start(Kind::Look, "Reading the imports", move |_: &Task| {
-            let imports = history(&folder)?;
+            let book = PaintStore::new(&folder).read()?;
+            let painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
             Ok(Box::new(move |editor| {
                 let same = editor.session.as_ref().is_some_and(|session| session.folder == folder);
                 if same {
-                    editor.trip.history = imports;
+                    (editor.trip.history, editor.trip.painted) = (book.imports, painted);
                 }
             }))
         });

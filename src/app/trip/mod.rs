@@ -6,6 +6,7 @@ pub mod exporting;
 pub mod importing;
 mod watching;
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
@@ -26,6 +27,8 @@ pub struct Trip {
     pub report: Option<Report>,
     /// Imports that can be taken back, oldest first.
     pub history: Vec<PaintImport>,
+    /// Photos that have paint.
+    pub painted: BTreeSet<String>,
     /// What is to be imported is being chosen.
     pub import: Option<ImportDialog>,
     /// How to export is being chosen.

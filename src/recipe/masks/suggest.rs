@@ -154,10 +154,28 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     }
     let wanted = suggestions.list.iter().filter(|s| numbers.is_empty() || numbers.contains(&s.number));
     let edit = |suggestion: &Suggestion| {
-        let masked = read_mask(&suggestion_folder(project).join(&suggestion.mask), suggestion.size)?;
+        let masked = pixels(project, suggestion)?;
         Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskFrom::Suggested, masked })
     };
     wanted.map(edit).collect()
+}
+
+/// What a suggestion would mask, in pixels of its photo.
+///
+/// # Errors
+/// As [`read_mask`].
+pub fn pixels(project: &Path, suggestion: &Suggestion) -> Result<Spans> {
+    read_mask(&suggestion_folder(project).join(&suggestion.mask), suggestion.size)
+}
+
+/// Forgets suggestions that somebody has looked at and that are nothing; the others keep their numbers.
+///
+/// # Errors
+/// As [`suggestions`]; [`Error::Io`] when the list cannot be written.
+pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
+    let mut kept = suggestions(project)?;
+    kept.list.retain(|suggestion| !numbers.contains(&suggestion.number));
+    write_atomically(suggestion_folder(project).join(FILE), &to_json(&kept))
 }
 
 /// A suspect in pixels of its photo.
@@ -368,5 +386,8 @@ mod tests {
         assert_eq!((pixels(&[]), pixels(&[2])), (vec![1, 2], vec![2]));
         let told = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
         assert!(told.contains('7') && told.contains('8'), "{told}");
+        dismiss(project.path(), &[1]).unwrap();
+        assert_eq!(pixels(&[]), [2], "the others stay, with their numbers");
+        assert_eq!(super::suggestions(project.path()).unwrap().list[0].number, 2);
     }
 }

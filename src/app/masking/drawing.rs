@@ -1,0 +1,157 @@
+//! Masks over the photo: a translucent colour with a clear edge, as cells of the screen; the stroke that goes on;
+//! suggestions as outlines with their numbers.
+
+use std::sync::Arc;
+
+use eframe::egui::{Align2, Color32, FontId, Mesh, Painter, Shape, Stroke, Ui, vec2};
+use glam::DVec2;
+
+use super::suggesting::Shown;
+use super::{Masking, Tool};
+use crate::app::editor::Editor;
+use crate::app::flat::placement::Seen;
+use crate::geometry::Spans;
+use crate::geometry::grid::{Grid, boxes, rim};
+
+/// What is masked: a colour that is seldom seen on facades.
+const MASKED: Color32 = Color32::from_rgb(0xff, 0x28, 0xc8);
+/// How much of it lies over the photo: what is below must still be known.
+const OPACITY: f32 = 0.4;
+/// Of edges, in points.
+const EDGE: f32 = 1.6;
+/// What is suggested.
+const SUGGESTED: Color32 = Color32::from_rgb(0x30, 0xe0, 0xff);
+/// A stroke that takes away.
+const UNCOVERS: Color32 = Color32::from_rgb(0xff, 0xff, 0xff);
+
+/// What was drawn last, which is drawn again while nothing changes.
+#[derive(Default)]
+pub struct Overlay {
+    masked: Option<Masked>,
+    outlines: Option<Outlines>,
+}
+
+struct Masked {
+    grid: Grid,
+    pixels: Arc<Spans>,
+    cells: Spans,
+    mesh: Arc<Mesh>,
+}
+
+struct Outlines {
+    grid: Grid,
+    of: Vec<(u32, bool)>,
+    mesh: Arc<Mesh>,
+}
+
+/// Draws all of it over the photo, and starts to read what is not known yet.
+pub fn masks_ui(editor: &mut Editor, ui: &Ui, seen: &Seen, photo: usize) {
+    editor.want_masks(photo);
+    editor.want_suggestions();
+    let painter = ui.painter_at(seen.rect);
+    if editor.masking.shown
+        && let Some(pixels) = editor.covered(photo)
+    {
+        masked(&mut editor.masking, &painter, seen, pixels);
+    }
+    suggested(editor, &painter, seen, photo);
+    if let (Some(tool), Some(size)) = (editor.masking.tool, editor.selected_photo_size()) {
+        line(&editor.masking, &painter, seen);
+        if tool == Tool::Brush {
+            let radius = (editor.masking.radius_px(size) * seen.scale) as f32;
+            circle(ui, &painter, seen, radius);
+        }
+    }
+}
+
+fn masked(masking: &mut Masking, painter: &Painter, seen: &Seen, pixels: Arc<Spans>) {
+    let grid = seen.grid();
+    let known = masking.overlay.masked.take().filter(|m| m.grid == grid && Arc::ptr_eq(&m.pixels, &pixels));
+    let known = known.unwrap_or_else(|| {
+        let cells = grid.cells(&pixels);
+        let mesh = Arc::new(mesh_of(&cells, &grid, seen, MASKED.gamma_multiply(OPACITY), MASKED));
+        Masked { grid, pixels, cells, mesh }
+    });
+    let stroke = masking.stroke.as_ref().filter(|stroke| stroke.tool == Tool::Brush);
+    let mesh = match stroke.map(|stroke| (stroke.uncovers, grid.cells(&stroke.pixels))) {
+        None => known.mesh.clone(),
+        Some((uncovers, drawn)) => {
+            let cells = if uncovers { known.cells.minus(&drawn) } else { known.cells.union(&drawn) };
+            Arc::new(mesh_of(&cells, &grid, seen, MASKED.gamma_multiply(OPACITY), MASKED))
+        }
+    };
+    painter.add(Shape::Mesh(mesh));
+    masking.overlay.masked = Some(known);
+}
+
+/// Cells in a colour, with an edge of another.
+fn mesh_of(cells: &Spans, grid: &Grid, seen: &Seen, fill: Color32, edge: Color32) -> Mesh {
+    let width = (EDGE * seen.density).round().max(1.0) as i32;
+    let rim = rim(cells, width, grid.whole());
+    let mut mesh = Mesh::default();
+    for (set, colour) in [(cells.minus(&rim), fill), (rim, edge)] {
+        if colour != Color32::TRANSPARENT {
+            boxes(&set).into_iter().for_each(|cells| mesh.add_colored_rect(seen.on_screen(cells), colour));
+        }
+    }
+    mesh
+}
+
+/// The way of a lasso, and back to where it began.
+fn line(masking: &Masking, painter: &Painter, seen: &Seen) {
+    let Some(stroke) = masking.stroke.as_ref().filter(|stroke| stroke.tool == Tool::Lasso) else { return };
+    let points: Vec<_> = stroke.line.iter().map(|place| seen.at(*place)).collect();
+    let colour = if stroke.uncovers { UNCOVERS } else { MASKED };
+    let back = points.last().into_iter().chain(points.first()).copied().collect();
+    painter.line(points.clone(), Stroke::new(3.5, Color32::from_black_alpha(140)));
+    painter.add(Shape::line(points, Stroke::new(1.8, colour)));
+    painter.extend(Shape::dashed_line(
+        &Vec::<_>::from_iter::<Vec<_>>(back),
+        Stroke::new(1.2, colour),
+        5.0,
+        4.0,
+    ));
+}
+
+/// How large the brush is.
+fn circle(ui: &Ui, painter: &Painter, seen: &Seen, radius: f32) {
+    let pointer = ui.input(|input| input.pointer.hover_pos());
+    if let Some(at) = pointer.filter(|at| seen.rect.contains(*at)) {
+        painter.circle_stroke(at, radius, Stroke::new(2.5, Color32::from_black_alpha(130)));
+        painter.circle_stroke(at, radius, Stroke::new(1.2, Color32::WHITE));
+    }
+}
+
+fn suggested(editor: &mut Editor, painter: &Painter, seen: &Seen, photo: usize) {
+    let open = editor.suggestions_of(photo);
+    if !editor.masking.suggested.shown || open.is_empty() {
+        return;
+    }
+    let grid = seen.grid();
+    let pointed = editor.masking.suggested.pointed;
+    let of: Vec<(u32, bool)> =
+        open.iter().map(|shown| (shown.it.number, pointed == Some(shown.it.number))).collect();
+    let known = editor.masking.overlay.outlines.take().filter(|o| o.grid == grid && o.of == of);
+    let known = known.unwrap_or_else(|| {
+        let mut mesh = Mesh::default();
+        for (shown, (_, pointed)) in open.iter().zip(&of) {
+            let fill = if *pointed { SUGGESTED.gamma_multiply(OPACITY) } else { Color32::TRANSPARENT };
+            mesh.append(mesh_of(&grid.cells(&shown.masked), &grid, seen, fill, SUGGESTED));
+        }
+        Outlines { grid, of, mesh: Arc::new(mesh) }
+    });
+    painter.add(Shape::Mesh(known.mesh.clone()));
+    editor.masking.overlay.outlines = Some(known);
+    open.iter().for_each(|shown| number(painter, seen, shown));
+}
+
+/// Its number, and how sure it is, above what is suggested.
+fn number(painter: &Painter, seen: &Seen, shown: &Shown) {
+    let corner = DVec2::new(f64::from(shown.it.rect.x), f64::from(shown.it.rect.y));
+    let text = format!("{} · {}", shown.it.number, shown.confidence());
+    let galley = painter.layout_no_wrap(text, FontId::proportional(13.0), Color32::BLACK);
+    let at = seen.at(corner) - vec2(0.0, 4.0);
+    let back = Align2::LEFT_BOTTOM.anchor_size(at, galley.size()).expand2(vec2(4.0, 1.0));
+    painter.rect_filled(back, 3.0, SUGGESTED);
+    painter.galley(back.shrink2(vec2(4.0, 1.0)).min, galley, Color32::BLACK);
+}

@@ -1,0 +1,158 @@
+//! Strokes of brush and lasso in the photo: what mouse and keys say while a tool is in use.
+
+use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Response, Ui};
+use glam::DVec2;
+use std::sync::Arc;
+
+use super::keeping::Work;
+use super::{Masking, Tool};
+use crate::app::editor::{Ask, Editor};
+use crate::app::flat::placement::Seen;
+use crate::document::masks::MaskFrom;
+use crate::geometry::drawn::{brushed, enclosed};
+use crate::geometry::{PixelRect, Spans};
+use crate::recipe::masks::MaskEdit;
+
+/// Places of a lasso are at least so far apart, in points of the screen: what is nearer is no form.
+const NEAR: f32 = 1.5;
+
+/// A stroke that goes on.
+pub struct Stroke {
+    /// The photo that it began in.
+    pub photo: usize,
+    /// With what it is drawn.
+    pub tool: Tool,
+    /// It takes masks away.
+    pub uncovers: bool,
+    /// Of the brush, in pixels of the photo.
+    radius_px: f64,
+    /// The way of the pointer, in pixels of the photo.
+    pub line: Vec<DVec2>,
+    /// What the brush has covered; the lasso's is known at the end.
+    pub pixels: Spans,
+    last: Pos2,
+}
+
+impl Stroke {
+    fn go_to(&mut self, at: Pos2, seen: &Seen, within: PixelRect) {
+        if at.distance(self.last) < NEAR && !self.line.is_empty() {
+            return;
+        }
+        let place = seen.place(at);
+        if self.tool == Tool::Brush {
+            let from = self.line.last().copied();
+            let way: Vec<DVec2> = from.into_iter().chain([place]).collect();
+            self.pixels = self.pixels.union(&brushed(&way, self.radius_px, within));
+        }
+        self.line.push(place);
+        self.last = at;
+    }
+
+    fn drawn(&self, within: PixelRect) -> Spans {
+        match self.tool {
+            Tool::Brush => self.pixels.clone(),
+            Tool::Lasso => enclosed(&self.line, within),
+        }
+    }
+}
+
+/// Whether the left button draws now; else it moves the photo, as ever. Other buttons move it always.
+pub fn draws(editor: &Editor, ui: &Ui) -> bool {
+    editor.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
+}
+
+/// Takes in what mouse and keys draw; a stroke that ends becomes an edit.
+pub fn hand_ui(
+    editor: &mut Editor,
+    ui: &Ui,
+    response: &Response,
+    seen: &Seen,
+    (photo, within): (usize, PixelRect),
+    asks: &mut Vec<Ask>,
+) {
+    let Some(tool) = editor.masking.tool else { return };
+    if escaped(ui) {
+        // The stroke first, and then the tool.
+        if editor.masking.stroke.take().is_none() {
+            editor.masking.tool = None;
+        }
+        return;
+    }
+    if response.hovered() {
+        ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
+        resize(&mut editor.masking, ui, [within.w, within.h]);
+        // So that Space moves the photo, and plays no flight.
+        if ui.memory(|memory| memory.focused().is_none()) {
+            response.request_focus();
+        }
+    }
+    editor.masking.stroke = editor.masking.stroke.take().filter(|stroke| stroke.photo == photo);
+    let may_begin = draws(editor, ui) && (response.hovered() || response.is_pointer_button_down_on());
+    for event in ui.input(|input| input.events.clone()) {
+        match event {
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
+                if may_begin && seen.rect.contains(pos) =>
+            {
+                response.request_focus();
+                let mut stroke = begun(&editor.masking, tool, modifiers, (photo, within), pos);
+                stroke.go_to(pos, seen, within);
+                editor.masking.stroke = Some(stroke);
+            }
+            Event::PointerMoved(at) => {
+                if let Some(stroke) = &mut editor.masking.stroke {
+                    stroke.go_to(at, seen, within);
+                }
+            }
+            Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
+                if let Some(mut stroke) = editor.masking.stroke.take() {
+                    stroke.go_to(pos, seen, within);
+                    asks.extend(edit(editor, &stroke, within));
+                }
+            }
+            _ => (),
+        }
+    }
+}
+
+/// Escape was pressed, and no dialog waits for it.
+fn escaped(ui: &Ui) -> bool {
+    let asks = ui.memory(|memory| memory.top_modal_layer().is_some());
+    !asks && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
+}
+
+/// Ctrl and the wheel make the brush larger.
+fn resize(masking: &mut Masking, ui: &Ui, size: [u32; 2]) {
+    let factor = ui.input(|input| if input.modifiers.command { input.zoom_delta() } else { 1.0 });
+    if factor != 1.0 {
+        masking.resize(f64::from(factor), size);
+    }
+}
+
+/// Held keys turn what the stroke does round.
+fn begun(
+    masking: &Masking,
+    tool: Tool,
+    held: Modifiers,
+    (photo, within): (usize, PixelRect),
+    last: Pos2,
+) -> Stroke {
+    let uncovers = masking.uncovers ^ (held.command || held.alt);
+    let radius_px = masking.radius_px([within.w, within.h]);
+    Stroke { photo, tool, uncovers, radius_px, line: Vec::new(), pixels: Spans::default(), last }
+}
+
+fn edit(editor: &Editor, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
+    let pixels = stroke.drawn(within);
+    let photo = editor.session.as_ref()?.opened.site.photos[stroke.photo].name.clone();
+    let tool = stroke.tool.name();
+    let (name, edit) = match stroke.uncovers {
+        true => {
+            (format!("uncovering of {photo} by {tool}"), MaskEdit::Uncover { photo, pixels: pixels.clone() })
+        }
+        false => {
+            let name = format!("mask of {photo} by {tool}");
+            (name, MaskEdit::Add { photo, from: MaskFrom::Drawn, masked: pixels.clone() })
+        }
+    };
+    (!pixels.is_empty()).then(|| Ask::Mask(name, Work::Edits(Arc::new(vec![edit]))))
+}

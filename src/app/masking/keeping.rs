@@ -1,0 +1,201 @@
+//! Strokes and other edits of masks that wait to be written: one after the other, each a step of the history.
+
+use std::collections::VecDeque;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use crate::app::editor::Editor;
+use crate::app::jobs::{JobId, Kind};
+use crate::app::notes::{Note, Weight};
+use crate::document::{Masks, Project};
+use crate::error::Result;
+use crate::geometry::Spans;
+use crate::io::mask_store::MaskStore;
+use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
+use crate::recipe::masks::{MaskEdit, edited};
+use crate::recipe::named::place_of_photo;
+use crate::recipe::open::{Opened, whole_model};
+use crate::task::Task;
+
+/// What waits.
+#[derive(Default)]
+pub struct Keeping {
+    queue: VecDeque<Waiting>,
+    working: Option<JobId>,
+}
+
+/// One step.
+#[derive(Clone)]
+pub struct Waiting {
+    /// What is undone.
+    pub name: String,
+    /// What is done.
+    pub work: Work,
+}
+
+/// What becomes of masks.
+#[derive(Clone)]
+pub enum Work {
+    /// These edits.
+    Edits(Arc<Vec<MaskEdit>>),
+    /// What a photo shows of an object is masked, with a margin.
+    Object {
+        /// The photo's name.
+        photo: String,
+        /// The object's.
+        object: String,
+        /// In pixels of the photo.
+        margin_px: u32,
+    },
+}
+
+impl Keeping {
+    /// Nothing waits.
+    pub fn is_empty(&self) -> bool {
+        self.queue.is_empty()
+    }
+
+    /// What will be masked of a photo, of which `masked` is by now.
+    pub fn applied_to(&self, masked: Spans, photo: &str) -> Spans {
+        let edits = self.queue.iter().flat_map(|waiting| match &waiting.work {
+            Work::Edits(edits) => edits.as_slice(),
+            Work::Object { .. } => &[],
+        });
+        edits.fold(masked, |masked, edit| match edit {
+            MaskEdit::Put { photo: of, masked: more, .. } | MaskEdit::Add { photo: of, masked: more, .. }
+                if of == photo =>
+            {
+                masked.union(more)
+            }
+            MaskEdit::Uncover { photo: of, pixels } if of == photo => masked.minus(pixels),
+            MaskEdit::Clear { photo: of } if of == photo => Spans::default(),
+            // What is left without one mask is known when the others were looked at.
+            _ => masked,
+        })
+    }
+}
+
+/// What the work came to: the masks, and the pixels of those that are new.
+struct Kept {
+    masks: Masks,
+    read: Vec<(String, Spans)>,
+}
+
+impl Editor {
+    /// Changes masks: a step of the history, `name` is what is undone.
+    pub fn mask(&mut self, name: String, work: Work) {
+        self.masking.keeping.queue.push_back(Waiting { name, work });
+        self.masking.known.revision += 1;
+        self.keep_masks();
+    }
+
+    /// Goes on with what waits. A job that died has told why, and what it was to keep is gone.
+    pub(in crate::app) fn keep_masks(&mut self) {
+        if let Some(job) = self.masking.keeping.working {
+            if self.jobs.is_running(job) {
+                return;
+            }
+            self.masking.keeping.working = None;
+            self.masking.keeping.queue.pop_front();
+            self.masking.known.revision += 1;
+        }
+        let (Some(session), Some(waiting)) = (&self.session, self.masking.keeping.queue.front()) else {
+            return;
+        };
+        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+        let (base, work) = (session.history.present().masks.clone(), waiting.work.clone());
+        let job = self.jobs.start(Kind::Mask, "Keeping a mask", move |task| {
+            let made = kept(&folder, &opened, &base, &work, task);
+            drop(lock);
+            Ok(Box::new(move |editor| editor.mask_kept(&folder, &base, made)))
+        });
+        self.masking.keeping.working = Some(job);
+    }
+
+    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<Kept>) {
+        self.masking.keeping.working = None;
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else { return };
+        let present = session.history.present().clone();
+        // Where something else has changed masks meanwhile, this is made again, of what holds now.
+        if present.masks == *base
+            && let Some(waiting) = self.masking.keeping.queue.pop_front()
+        {
+            match made {
+                Ok(Kept { masks, .. }) if masks == *base => {
+                    self.masking.known.revision += 1;
+                    if let Work::Object { photo, object, .. } = waiting.work {
+                        self.tell(Note::new(
+                            Weight::Info,
+                            format!("{photo} shows nothing of {object} that is not masked"),
+                        ));
+                    }
+                }
+                Ok(Kept { masks, read }) => {
+                    self.masking.known.add(read, &masks);
+                    self.edit(waiting.name, Project { masks, ..Project::clone(&present) }, None);
+                }
+                Err(error) => {
+                    self.masking.known.revision += 1;
+                    self.tell(Note::new(Weight::Problem, format!("The mask was not kept: {error}")));
+                }
+            }
+        }
+        self.keep_masks();
+    }
+}
+
+/// Writes the new masks, and reads them as they are now.
+fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &Work, task: &Task) -> Result<Kept> {
+    let masks = match work {
+        Work::Edits(edits) => edited(folder, base, edits, &opened.site)?,
+        Work::Object { photo, object, margin_px } => {
+            let edit = object_edit(folder, opened, photo, object, *margin_px, task)?;
+            edited(folder, base, &[edit], &opened.site)?
+        }
+    };
+    let (store, before) = (MaskStore::new(folder), base.files());
+    let mut read = Vec::new();
+    for photo in &opened.site.photos {
+        let size = [photo.camera.width, photo.camera.height];
+        for mask in masks.of(&photo.name).iter().filter(|mask| !before.contains(mask.file.as_str())) {
+            read.push((mask.file.clone(), store.read(&mask.file, size)?));
+        }
+    }
+    Ok(Kept { masks, read })
+}
+
+/// Of the whole model: an object that is switched off can be masked, too.
+fn object_edit(
+    folder: &Path,
+    opened: &Opened,
+    photo: &str,
+    object: &str,
+    margin_px: u32,
+    task: &Task,
+) -> Result<MaskEdit> {
+    let model = whole_model(folder, &opened.project, task)?;
+    let photo = &opened.site.photos[place_of_photo(&opened.site, photo)?];
+    let objects = objects_named(&model, object)?;
+    let masked = object_pixels(photo, &model, &objects, margin_px, opened.project.options.tolerance);
+    Ok(MaskEdit::Put { photo: photo.name.clone(), from: from_object(object, margin_px), masked })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::document::masks::MaskFrom;
+    use crate::geometry::PixelRect;
+
+    #[test]
+    fn what_waits_is_shown_as_if_it_were_done_in_its_photo_alone() {
+        let block = |x: i32, w: u32| Spans::of_pixels(PixelRect { x, y: 0, w, h: 1 }, |_, _| true);
+        let add = |photo: &str, masked| MaskEdit::Add { photo: photo.into(), from: MaskFrom::Drawn, masked };
+        let uncover = MaskEdit::Uncover { photo: "a".into(), pixels: block(2, 2) };
+        let edits = vec![add("a", block(0, 9)), add("b", block(20, 5)), uncover];
+        let waiting = Waiting { name: String::new(), work: Work::Edits(Arc::new(edits)) };
+        let keeping = Keeping { queue: VecDeque::from([waiting]), working: None };
+        assert_eq!(keeping.applied_to(block(30, 1), "a").count(), 1 + 9 - 2);
+        assert_eq!(keeping.applied_to(block(30, 1), "b").count(), 1 + 5);
+        assert_eq!(keeping.applied_to(block(30, 1), "c").count(), 1);
+    }
+}

@@ -1,0 +1,105 @@
+//! The pixels of masks that were read: files of masks never change, so what was read of one holds for ever.
+
+use std::collections::BTreeMap;
+use std::sync::Arc;
+
+use crate::app::editor::Editor;
+use crate::app::jobs::{JobId, Kind};
+use crate::app::notes::{Note, Weight};
+use crate::document::Masks;
+use crate::document::masks::Mask;
+use crate::geometry::Spans;
+use crate::io::mask_store::MaskStore;
+
+/// So many files are kept in memory before those that no mask is made of are given up: a few hundred kilobytes each.
+const MOST: usize = 200;
+
+/// What was read.
+#[derive(Default)]
+pub struct Known {
+    by_file: BTreeMap<String, Arc<Spans>>,
+    reading: Option<JobId>,
+    covered: Option<Covered>,
+    /// Another one whenever something else is known or waits to be kept.
+    pub revision: u64,
+}
+
+/// All that is masked of a photo.
+struct Covered {
+    photo: String,
+    files: Vec<String>,
+    revision: u64,
+    pixels: Arc<Spans>,
+}
+
+impl Known {
+    /// Takes in what was read. One that could not be read is known to be empty: why is told once.
+    pub fn add(&mut self, read: impl IntoIterator<Item = (String, Spans)>, masks: &Masks) {
+        self.by_file.extend(read.into_iter().map(|(file, pixels)| (file, Arc::new(pixels))));
+        if self.by_file.len() > MOST {
+            let named = masks.files();
+            self.by_file.retain(|file, _| named.contains(file.as_str()));
+        }
+        self.revision += 1;
+    }
+
+    fn missing(&self, masks: &[Mask]) -> Vec<String> {
+        let files = masks.iter().map(|mask| &mask.file);
+        files.filter(|file| !self.by_file.contains_key(*file)).cloned().collect()
+    }
+}
+
+impl Editor {
+    /// What is masked of a photo as far as it is known, with what waits to be kept.
+    pub(super) fn covered(&mut self, photo: usize) -> Option<Arc<Spans>> {
+        let session = self.session.as_ref()?;
+        let photo = &session.opened.site.photos.get(photo)?.name;
+        let masks = session.history.present().masks.of(photo);
+        let masking = &mut self.masking;
+        let known = &mut masking.known;
+        let files: Vec<String> = masks.iter().map(|mask| mask.file.clone()).collect();
+        let same = |c: &&Covered| c.photo == *photo && c.files == files && c.revision == known.revision;
+        if let Some(covered) = known.covered.as_ref().filter(same) {
+            return Some(covered.pixels.clone());
+        }
+        let of_files = files.iter().filter_map(|file| known.by_file.get(file));
+        let of_files = of_files.fold(Spans::default(), |all, pixels| all.union(pixels));
+        let pixels = Arc::new(masking.keeping.applied_to(of_files, photo));
+        let covered =
+            Covered { photo: photo.clone(), files, revision: known.revision, pixels: pixels.clone() };
+        known.covered = Some(covered);
+        Some(pixels)
+    }
+
+    /// Starts to read what is not known of a photo's masks.
+    pub(super) fn want_masks(&mut self, photo: usize) {
+        let Some(session) = &self.session else { return };
+        let (folder, photo) = (session.folder.clone(), &session.opened.site.photos[photo]);
+        let missing = self.masking.known.missing(session.history.present().masks.of(&photo.name));
+        let reads = self.masking.known.reading.is_some_and(|job| self.jobs.is_running(job));
+        if missing.is_empty() || reads {
+            return;
+        }
+        let size = [photo.camera.width, photo.camera.height];
+        let job = self.jobs.start(Kind::FlatView, "Reading masks", move |task| {
+            let store = MaskStore::new(&folder);
+            let (mut read, mut told) = (Vec::new(), Vec::new());
+            for file in missing {
+                task.go_on()?;
+                let pixels = store.read(&file, size).unwrap_or_else(|error| {
+                    told.push(Note::new(Weight::Problem, error.to_string()));
+                    Spans::default()
+                });
+                read.push((file, pixels));
+            }
+            Ok(Box::new(move |editor| editor.masks_read(&folder, read, told)))
+        });
+        self.masking.known.reading = Some(job);
+    }
+
+    fn masks_read(&mut self, folder: &std::path::Path, read: Vec<(String, Spans)>, told: Vec<Note>) {
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
+        self.masking.known.add(read, &session.history.present().masks);
+        told.into_iter().for_each(|note| self.tell(note));
+    }
+}

@@ -1,0 +1,76 @@
+//! The row of tools that draw masks, above the photo.
+
+use eframe::egui::{Slider, SliderClamping, Ui};
+
+use super::{RADII_PX, Tool};
+use crate::app::command::{Command, keys_text, mask};
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::inspector::button;
+
+/// Of the brush's slider, in points: the row has room for all of it in a window of usual size.
+const SLIDER: f32 = 60.0;
+
+/// Draws it.
+pub fn strip_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
+        for (command, text) in [(&mask::BRUSH, "Brush"), (&mask::LASSO, "Lasso")] {
+            toggle(editor, ui, command, text, asks);
+        }
+        toggle(editor, ui, &mask::UNCOVER, "Uncover", asks);
+        // Always there, so that the photo does not move when a tool is taken up.
+        let brush = editor.masking.tool == Some(Tool::Brush);
+        ui.add_enabled_ui(brush, |ui| radius(editor, ui));
+        ui.separator();
+        toggle(editor, ui, &mask::SHOW, "Show masks", asks);
+        if editor.masking.suggested.count() > 0 {
+            toggle(editor, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
+        } else {
+            button(editor, ui, &mask::LOOK, asks);
+        }
+    });
+}
+
+/// A command that switches, by a shorter text: the row says what it is about.
+fn toggle(editor: &Editor, ui: &mut Ui, command: &'static Command, text: &str, asks: &mut Vec<Ask>) {
+    let on = command.on.is_some_and(|on| on(editor));
+    let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
+    let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
+    if ui.selectable_label(on, text).on_hover_text(tooltip).clicked() {
+        asks.push(Ask::Run(command));
+    }
+}
+
+fn radius(editor: &mut Editor, ui: &mut Ui) {
+    let Some(size) = editor.selected_photo_size() else { return };
+    let before = editor.masking.radius_px(size);
+    let mut radius = before;
+    ui.spacing_mut().slider_width = SLIDER;
+    let slider = Slider::new(&mut radius, RADII_PX)
+        .logarithmic(true)
+        .clamping(SliderClamping::Always)
+        .suffix(" px")
+        .custom_formatter(|value, _| format!("{value:.1}"))
+        .text("size");
+    let larger = mask::LARGER.keys.first().map(|keys| keys_text(ui.ctx(), keys)).unwrap_or_default();
+    let smaller = mask::SMALLER.keys.first().map(|keys| keys_text(ui.ctx(), keys)).unwrap_or_default();
+    ui.add(slider).on_hover_text(format!(
+        "How large the brush is, in pixels of the photo: also Ctrl and the wheel, {larger} and {smaller}."
+    ));
+    if radius != before {
+        editor.masking.resize(radius / before, size);
+    }
+}
+
+/// What the mouse does now, while a tool is in use.
+pub fn hint(editor: &Editor, ui: &Ui) -> Option<String> {
+    let way = match editor.masking.tool? {
+        Tool::Lasso => "A line around something",
+        Tool::Brush => "A drag",
+    };
+    let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
+    let does = if editor.masking.uncovers ^ held { "uncovers" } else { "masks" };
+    Some(format!(
+        "{way} {does}, with Ctrl the other way round. Space or the middle button moves the photo, Esc ends."
+    ))
+}

@@ -1,0 +1,239 @@
+//! What stands in one photo alone: looked for by a job, shown with numbers, masked by a click.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::app::editor::Editor;
+use crate::app::jobs::{JobId, Kind};
+use crate::app::layout::Pane;
+use crate::app::masking::keeping::Work;
+use crate::app::notes::{Note, Weight};
+use crate::document::masks::MaskFrom;
+use crate::error::Result;
+use crate::geometry::Spans;
+use crate::recipe::budget::default_memory;
+use crate::recipe::masks::MaskEdit;
+use crate::recipe::masks::suggest::{Suggestion, dismiss, pixels, suggest, suggestions};
+use crate::task::Task;
+
+/// Above these average differences, natural logarithms of light, a thing is very likely and likely none of the
+/// photo's surfaces: half as bright again as it should be, and by a factor of 1.8.
+const VERY_LIKELY: f64 = 0.9;
+const LIKELY: f64 = 0.6;
+
+/// What was found.
+pub struct Suggested {
+    /// It is drawn over photos.
+    pub shown: bool,
+    /// The one under the pointer.
+    pub pointed: Option<u32>,
+    /// What was found last, in words, until somebody has read it.
+    pub outcome: Option<String>,
+    list: Arc<Vec<Shown>>,
+    /// That of earlier runs was looked for.
+    read: bool,
+    looking: Option<JobId>,
+    open: Option<Open>,
+}
+
+impl Default for Suggested {
+    fn default() -> Self {
+        Self {
+            shown: true,
+            pointed: None,
+            outcome: None,
+            list: Arc::default(),
+            read: false,
+            looking: None,
+            open: None,
+        }
+    }
+}
+
+/// One of them.
+#[derive(Clone)]
+pub struct Shown {
+    /// What is known of it.
+    pub it: Suggestion,
+    /// What would be masked.
+    pub masked: Arc<Spans>,
+}
+
+impl Shown {
+    /// How far one may believe it.
+    pub fn confidence(&self) -> &'static str {
+        match self.it.score {
+            score if score >= VERY_LIKELY => "very likely",
+            score if score >= LIKELY => "likely",
+            _ => "perhaps",
+        }
+    }
+
+    fn edit(&self) -> MaskEdit {
+        let masked = Spans::clone(&self.masked);
+        MaskEdit::Add { photo: self.it.photo.clone(), from: MaskFrom::Suggested, masked }
+    }
+}
+
+/// Those of a photo that are not masked yet.
+struct Open {
+    photo: usize,
+    list: Arc<Vec<Shown>>,
+    covered: Arc<Spans>,
+    shown: Arc<Vec<Shown>>,
+}
+
+impl Suggested {
+    /// How many there are in all photos, masked or not.
+    pub fn count(&self) -> usize {
+        self.list.len()
+    }
+
+    fn put(&mut self, list: Vec<Shown>) {
+        (self.list, self.open, self.pointed) = (Arc::new(list), None, None);
+    }
+}
+
+impl Editor {
+    /// Suggestions for a photo that are not masked: one that was masked comes back when that is undone.
+    pub fn suggestions_of(&mut self, photo: usize) -> Arc<Vec<Shown>> {
+        let Some(covered) = self.covered(photo) else { return Arc::default() };
+        let list = self.masking.suggested.list.clone();
+        let same = |open: &&Open| {
+            open.photo == photo && Arc::ptr_eq(&open.list, &list) && Arc::ptr_eq(&open.covered, &covered)
+        };
+        if let Some(open) = self.masking.suggested.open.as_ref().filter(same) {
+            return open.shown.clone();
+        }
+        let Some(session) = &self.session else { return Arc::default() };
+        let name = &session.opened.site.photos[photo].name;
+        let is_open = |shown: &&Shown| shown.it.photo == *name && !shown.masked.minus(&covered).is_empty();
+        let shown: Arc<Vec<Shown>> = Arc::new(list.iter().filter(is_open).cloned().collect());
+        self.masking.suggested.open = Some(Open { photo, list, covered, shown: shown.clone() });
+        shown
+    }
+
+    /// The suggestion at a pixel of a photo.
+    pub fn suggestion_at(&mut self, photo: usize, (x, y): (i32, i32)) -> Option<u32> {
+        if !self.masking.suggested.shown {
+            return None;
+        }
+        let open = self.suggestions_of(photo);
+        // The smallest: what lies within another one can be reached, too.
+        let at = open.iter().filter(|shown| shown.masked.holds(x, y));
+        at.min_by_key(|shown| shown.it.pixels).map(|shown| shown.it.number)
+    }
+
+    /// Looks for what stands in these photos alone, or in any where none is named.
+    pub fn look_for_strangers(&mut self, photos: Vec<String>) {
+        let Some(session) = &self.session else { return };
+        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let job = self.jobs.start(Kind::Suggest, "Looking for what only one photo shows", move |task| {
+            let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
+            let list = shown(&folder, found.list, task)?;
+            Ok(Box::new(move |editor| editor.strangers_found(&folder, list)))
+        });
+        self.masking.suggested.looking = Some(job);
+        self.layout.show(Pane::Photo);
+    }
+
+    fn strangers_found(&mut self, folder: &Path, list: Vec<Shown>) {
+        if self.session.as_ref().is_none_or(|session| session.folder != folder) {
+            return;
+        }
+        let mut photos: Vec<&str> = list.iter().map(|shown| shown.it.photo.as_str()).collect();
+        photos.sort_unstable();
+        photos.dedup();
+        let text = match list.len() {
+            0 => "Nothing was found that the other photos do not show, too.".to_owned(),
+            1 => format!("One thing is in {} alone. A click on it masks it.", photos[0]),
+            many => format!(
+                "{many} things are in one photo alone, {}. A click on one masks it.",
+                in_short(&photos)
+            ),
+        };
+        self.masking.suggested.put(list);
+        self.masking.suggested.shown = true;
+        self.masking.suggested.outcome = Some(text.clone());
+        self.tell(Note::new(Weight::Info, text));
+    }
+
+    /// Reads what was suggested in earlier runs, once.
+    pub(in crate::app) fn want_suggestions(&mut self) {
+        let Some(session) = &self.session else { return };
+        if std::mem::replace(&mut self.masking.suggested.read, true) {
+            return;
+        }
+        let folder = session.folder.clone();
+        self.jobs.start(Kind::Look, "Reading suggestions", move |task| {
+            // None yet, or of a program that wrote them otherwise: they can be looked for again.
+            let list = suggestions(&folder).and_then(|found| shown(&folder, found.list, task));
+            Ok(Box::new(move |editor| {
+                let same = editor.session.as_ref().is_some_and(|session| session.folder == folder);
+                if let (Ok(list), true) = (list, same && editor.masking.suggested.looking.is_none()) {
+                    editor.masking.suggested.put(list);
+                }
+            }))
+        });
+    }
+
+    /// Masks suggestions by their numbers: one step.
+    pub fn accept_suggestions(&mut self, numbers: &[u32]) {
+        let list = self.masking.suggested.list.clone();
+        let meant: Vec<&Shown> = list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
+        let name = match meant[..] {
+            [] => return,
+            [one] => format!("mask of {} by suggestion {}", one.it.photo, one.it.number),
+            _ => format!("mask by {} suggestions", meant.len()),
+        };
+        self.mask(name, Work::Edits(Arc::new(meant.into_iter().map(Shown::edit).collect())));
+    }
+
+    /// The numbers of the suggestions for the selected photo that are not masked.
+    pub fn open_suggestions(&self) -> Vec<u32> {
+        let photo = self.selected_photo_name();
+        let of_photo = |shown: &&Shown| Some(&shown.it.photo) == photo.as_ref();
+        // Of the view where it is known, else all: what is masked already is masked again, which changes nothing.
+        match self.masking.suggested.open.as_ref().filter(|open| Some(open.photo) == self.selected_photo()) {
+            Some(open) => open.shown.iter().map(|shown| shown.it.number).collect(),
+            None => {
+                self.masking.suggested.list.iter().filter(of_photo).map(|shown| shown.it.number).collect()
+            }
+        }
+    }
+
+    /// The numbers of all suggestions.
+    pub fn all_suggestions(&self) -> Vec<u32> {
+        self.masking.suggested.list.iter().map(|shown| shown.it.number).collect()
+    }
+
+    /// These were looked at and are nothing.
+    pub fn dismiss_suggestions(&mut self, numbers: &[u32]) {
+        let Some(session) = &self.session else { return };
+        let list = self.masking.suggested.list.iter();
+        let rest = list.filter(|shown| !numbers.contains(&shown.it.number)).cloned().collect();
+        let dismissed = dismiss(&session.folder, numbers);
+        self.masking.suggested.put(rest);
+        if let Err(error) = dismissed {
+            self.tell(Note::new(Weight::Warning, error.to_string()));
+        }
+    }
+}
+
+/// Some of many photos.
+fn in_short(photos: &[&str]) -> String {
+    match photos {
+        [one] => format!("in {one}"),
+        [one, other] => format!("in {one} and {other}"),
+        [one, rest @ ..] => format!("in {one} and {} other photos", rest.len()),
+        [] => String::new(),
+    }
+}
+
+fn shown(folder: &Path, list: Vec<Suggestion>, task: &Task) -> Result<Vec<Shown>> {
+    let read = |it: Suggestion| {
+        task.go_on()?;
+        Ok(Shown { masked: Arc::new(pixels(folder, &it)?), it })
+    };
+    list.into_iter().map(read).collect()
+}

@@ -1,0 +1,236 @@
+//! How layers are made: the project's options in a window, and a photo's own beside what is known of it.
+
+use eframe::egui::{
+    Align2, Button, CollapsingHeader, Context, DragValue, Response, Slider, SliderClamping, Ui, Window,
+};
+
+use crate::app::command::layers;
+use crate::app::editor::{Ask, Editor};
+use crate::app::layer_work::OptionsEdit;
+use crate::app::session::Session;
+use crate::document::decisions::PhotoOptions;
+use crate::layers::{BoxShape, Options};
+
+/// A number that sliders change.
+struct Number {
+    name: &'static str,
+    tooltip: &'static str,
+    range: std::ops::RangeInclusive<f64>,
+    decimals: usize,
+    suffix: &'static str,
+}
+
+/// In percent of the distance; the range is that of [`Options::problem`].
+const TOLERANCE: Number = Number {
+    name: "Depth tolerance",
+    tooltip: "A surface hides another one that is farther away by more than this share of the distance. Make it larger \
+              where surfaces that lie close to each other hide each other by mistake.",
+    range: 0.001..=9.9,
+    decimals: 3,
+    suffix: " %",
+};
+const SUPPORT: Number = Number {
+    name: "Contact",
+    tooltip: "Where surfaces hide each other in a circle, an overlap of at most so many pixels counts as touching and \
+              is forgiven; a larger one is cut.",
+    range: 0.0..=1000.0,
+    decimals: 0,
+    suffix: " px",
+};
+const MARGIN: Number = Number {
+    name: "Margin",
+    tooltip: "Pixels that an image layer has around its surfaces on every side.",
+    range: 0.0..=256.0,
+    decimals: 0,
+    suffix: " px",
+};
+
+/// A slider with its name; what it says when it was moved, and whether the gesture goes on.
+fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
+    let mut moved = value;
+    let slider = Slider::new(&mut moved, of.range.clone())
+        .logarithmic(true)
+        // Below, nothing is told apart: else 1 px would be far to the right.
+        .smallest_positive(0.1_f64.powi(of.decimals as i32))
+        .clamping(SliderClamping::Always)
+        .max_decimals(of.decimals)
+        .suffix(of.suffix)
+        .text(of.name);
+    let response = ui.add(slider).on_hover_text(of.tooltip);
+    wanted(&response, moved, asks)
+}
+
+fn wanted(response: &Response, moved: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
+    if response.drag_stopped() && !response.changed() {
+        asks.push(Ask::EndGesture);
+    }
+    response.changed().then(|| (moved, response.dragged() && !response.drag_stopped()))
+}
+
+/// Those of a photo, each as the project has it or its own.
+pub fn photo_options_ui(session: &Session, photo: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let project = session.history.present();
+    let own = project.decisions.photos.get(photo).map(|decided| decided.options).unwrap_or_default();
+    let title = if own.is_default() { "Layer options: as the project" } else { "Layer options: its own" };
+    CollapsingHeader::new(title).id_salt("photo options").show(ui, |ui| {
+        let all = own.applied_to(&project.options);
+        let mut rows = Rows { photo, ui, asks };
+        rows.row(&TOLERANCE, (percent(all.tolerance), own.tolerance.is_some()), |value| PhotoOptions {
+            tolerance: value.map(share),
+            ..own
+        });
+        rows.row(&SUPPORT, (all.min_support.into(), own.min_support.is_some()), |value| PhotoOptions {
+            min_support: value.map(whole),
+            ..own
+        });
+        rows.row(&MARGIN, (all.margin.into(), own.margin.is_some()), |value| PhotoOptions {
+            margin: value.map(whole),
+            ..own
+        });
+        if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
+            asks.push(Ask::Run(&layers::OPTIONS));
+        }
+    });
+}
+
+struct Rows<'a> {
+    photo: &'a str,
+    ui: &'a mut Ui,
+    asks: &'a mut Vec<Ask>,
+}
+
+impl Rows<'_> {
+    /// A number; a photo's own one with a way back to the project's.
+    fn row(&mut self, of: &Number, (value, is_own): (f64, bool), with: impl Fn(Option<f64>) -> PhotoOptions) {
+        let Self { photo, ui, asks } = self;
+        let edit = |options| OptionsEdit::Photo((*photo).to_owned(), options);
+        if let Some((moved, goes_on)) = number(ui, of, value, asks) {
+            asks.push(Ask::Options { edit: edit(with(Some(moved))), goes_on });
+        }
+        ui.horizontal(|ui| {
+            ui.add_space(12.0);
+            if !is_own {
+                ui.weak("as the project has it");
+                return;
+            }
+            let back = ui.add(Button::new("As the project").small());
+            let label = format!("{} as the project", of.name);
+            back.widget_info(|| {
+                eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Button, true, label.clone())
+            });
+            if back.on_hover_text("Takes the photo’s own number back.").clicked() {
+                asks.push(Ask::Options { edit: edit(with(None)), goes_on: false });
+            }
+        });
+    }
+}
+
+/// Shows the project's options when they are wanted.
+pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
+    let Some(session) = &editor.session else { return };
+    let mut open = editor.layer_options_shown;
+    let window = Window::new("Options of layers").open(&mut open).resizable(false).collapsible(false);
+    let middle = context.content_rect().center();
+    window.default_width(430.0).pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
+        ui.label(
+            "They hold for every photo that has none of its own; layers are made anew when they are built.",
+        );
+        ui.add_space(6.0);
+        let options = &session.history.present().options;
+        numbers(options, ui, asks);
+        shape(options, ui, asks);
+        ui.add_space(6.0);
+        let usual = Options { method: options.method, ..Options::default() };
+        ui.horizontal(|ui| {
+            let reset = ui.add_enabled(*options != usual, Button::new("Usual options"));
+            if reset.on_hover_text("Puts all of them back to what they are in a new project.").clicked() {
+                asks.push(Ask::Options { edit: OptionsEdit::Project(usual), goes_on: false });
+            }
+            super::inspector::button(editor, ui, &layers::BUILD, asks);
+        });
+    });
+    editor.layer_options_shown = open;
+}
+
+fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let ask = |moved: Option<(f64, bool)>, with: &dyn Fn(f64) -> Options, asks: &mut Vec<Ask>| {
+        if let Some((value, goes_on)) = moved {
+            asks.push(Ask::Options { edit: OptionsEdit::Project(with(value)), goes_on });
+        }
+    };
+    let moved = number(ui, &TOLERANCE, percent(options.tolerance), asks);
+    ask(moved, &|value| Options { tolerance: share(value), ..options.clone() }, asks);
+    let moved = number(ui, &SUPPORT, options.min_support.into(), asks);
+    ask(moved, &|value| Options { min_support: whole(value), ..options.clone() }, asks);
+    let moved = number(ui, &MARGIN, options.margin.into(), asks);
+    ask(moved, &|value| Options { margin: whole(value), ..options.clone() }, asks);
+    let moved = largest_side(options, ui, asks);
+    ask(moved, &|value| Options { largest_side: whole(value), ..options.clone() }, asks);
+}
+
+/// A smaller image layer is none that an artist wants.
+const LEAST_SIDE: f64 = 512.0;
+/// Image editors open no larger picture.
+const MOST_SIDE: f64 = 300_000.0;
+
+fn largest_side(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
+    let mut side = f64::from(options.largest_side);
+    ui.horizontal(|ui| {
+        let value = DragValue::new(&mut side).range(LEAST_SIDE..=MOST_SIDE).speed(64.0).suffix(" px");
+        let field = ui.add(value.fixed_decimals(0));
+        let label = ui.label("Longest side of an image layer");
+        let tooltip = "A surface that needs a larger image layer gets several, side by side.";
+        let field = field.labelled_by(label.id).on_hover_text(tooltip);
+        wanted(&field, side, asks)
+    })
+    .inner
+}
+
+fn shape(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let mut wanted = options.clone();
+    ui.horizontal(|ui| {
+        ui.label("Sides of image layers");
+        ui.radio_value(&mut wanted.boxes, BoxShape::PowerOfTwo, "powers of two")
+            .on_hover_text("64, 128, 256 … pixels: every program and device takes such pictures.");
+        ui.radio_value(&mut wanted.boxes, BoxShape::Exact, "as large as needed")
+            .on_hover_text("Image layers are as small as they can be.");
+    });
+    ui.checkbox(&mut wanted.published, "Share an image layer at the same depth only").on_hover_text(
+        "Surfaces share an image layer only with those that are hidden by as many others; image layers are more then.",
+    );
+    if wanted != *options {
+        asks.push(Ask::Options { edit: OptionsEdit::Project(wanted), goes_on: false });
+    }
+}
+
+fn percent(share: f32) -> f64 {
+    // As people wrote it: a float's own digits would be seen.
+    (f64::from(share) * 1e7).round() / 1e5
+}
+
+fn share(percent: f64) -> f32 {
+    (percent / 100.0) as f32
+}
+
+fn whole(value: f64) -> u32 {
+    value.round().max(0.0) as u32
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sliders_reach_nothing_that_the_method_refuses() {
+        for value in [TOLERANCE.range.start(), TOLERANCE.range.end()] {
+            let options = Options { tolerance: share(*value), ..Options::default() };
+            assert_eq!(options.problem(), None, "{value} %");
+        }
+        for side in [LEAST_SIDE, MOST_SIDE] {
+            let options = Options { largest_side: whole(side), ..Options::default() };
+            assert_eq!(options.problem(), None, "{side}");
+        }
+        assert_eq!(percent(Options::default().tolerance), 0.01);
+        assert_eq!(share(percent(0.02)), 0.02);
+    }
+}

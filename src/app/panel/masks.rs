@@ -1,0 +1,119 @@
+//! What is masked of a photo and by whom, and what is suggested, beside what is known of the photo.
+
+use eframe::egui::{DragValue, RichText, Ui};
+
+use super::inspector::button;
+use super::{counted, percent};
+use crate::app::command::mask;
+use crate::app::editor::{Ask, Editor};
+use crate::app::masking::keeping::Work;
+use crate::document::masks::{Mask, MaskFrom};
+use crate::recipe::masks::MaskEdit;
+
+/// Margins around objects, in pixels: the command line's.
+const MOST_MARGIN: u32 = 4096;
+
+/// Draws it.
+pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    editor.want_suggestions();
+    let open = editor.suggestions_of(photo);
+    let Some(session) = &editor.session else { return };
+    let it = &session.opened.site.photos[photo];
+    let all = u64::from(it.camera.width) * u64::from(it.camera.height);
+    let masks = session.history.present().masks.of(&it.name);
+    ui.add_space(8.0);
+    ui.strong("Masks");
+    for of_one in masks {
+        row(&it.name, of_one, all, ui, asks);
+    }
+    if masks.is_empty() {
+        ui.weak("Nothing is masked: all of the photo may be used.");
+    }
+    ui.horizontal_wrapped(|ui| {
+        for command in [&mask::BRUSH, &mask::LASSO, &mask::LOOK] {
+            button(editor, ui, command, asks);
+        }
+    });
+    if open.is_empty() {
+        return;
+    }
+    ui.add_space(6.0);
+    ui.strong("Suggestions")
+        .on_hover_text("Only this photo shows what is outlined: people, cars, and the like.");
+    for shown in open.iter() {
+        ui.horizontal_wrapped(|ui| {
+            let number = shown.it.number;
+            let small = |ui: &mut Ui, text: &str, tooltip: &str| {
+                let button = ui.small_button(text).on_hover_text(tooltip);
+                let label = format!("{text} suggestion {number}");
+                button.widget_info(|| {
+                    eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Button, true, label.clone())
+                });
+                button.clicked()
+            };
+            if small(ui, "Mask", "Masks what is outlined.") {
+                asks.push(Ask::Accept(vec![number]));
+            }
+            if small(ui, "Dismiss", "It is nothing: it is not shown any more.") {
+                asks.push(Ask::Dismiss(vec![number]));
+            }
+            let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
+            let link = ui.link(RichText::new(text));
+            let tooltip = format!(
+                "Goes to it. {}; on average {:.1} times as bright or as dark as other photos have it.",
+                counted(shown.it.pixels, "pixel"),
+                shown.it.score.exp()
+            );
+            if link.on_hover_text(tooltip).clicked() {
+                asks.push(Ask::Show(shown.it.rect));
+            }
+        });
+    }
+    ui.horizontal_wrapped(|ui| {
+        for command in [&mask::ACCEPT, &mask::DISMISS] {
+            button(editor, ui, command, asks);
+        }
+    });
+}
+
+fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        let words = in_words(&of_one.from);
+        let remove = ui.small_button("Remove").on_hover_text("Takes this mask away.");
+        let label = format!("Remove mask {words}");
+        remove.widget_info(|| {
+            eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Button, true, label.clone())
+        });
+        if remove.clicked() {
+            let edit = MaskEdit::Remove { photo: photo.to_owned(), from: of_one.from.clone() };
+            let name = format!("removal of mask {words} of {photo}");
+            asks.push(Ask::Mask(name, Work::Edits(vec![edit].into())));
+        }
+        ui.label(format!("{words}: {} of the photo", percent(of_one.pixels, all)))
+            .on_hover_text(counted(of_one.pixels, "pixel"));
+    });
+}
+
+/// Who made it, as people here know it.
+fn in_words(from: &MaskFrom) -> String {
+    match from {
+        MaskFrom::Drawn => "drawn by hand".into(),
+        MaskFrom::Suggested => "from suggestions".into(),
+        other => other.words(),
+    }
+}
+
+/// Masks what the selected photo shows of the selected object.
+pub fn object_mask_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| {
+        button(editor, ui, &mask::OBJECT, asks);
+        let mut margin = editor.masking.margin_px;
+        let value = DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px");
+        let field = ui.add(value);
+        let label = ui.label("margin");
+        let tooltip = "Around the object: models are wrong by a few pixels.";
+        if field.labelled_by(label.id).on_hover_text(tooltip).changed() {
+            asks.push(Ask::Margin(margin));
+        }
+    });
+}
