@@ -233,7 +233,8 @@ mod tests {
             let seen = placement.seen(VIEW, density);
             let grid = seen.grid();
             assert!(seen.on_screen(grid.whole()).contains_rect(VIEW));
-            let block = PixelRect { x: 1500, y: 1000, w: 40, h: 30 };
+            let (x, y) = seen.pixel(VIEW.center());
+            let block = PixelRect { x: x - 10, y: y - 20, w: 40, h: 30 };
             let cells = grid.cells(&crate::geometry::Spans::of_pixels(block, |_, _| true)).bounds();
             let (shown, exact) = (seen.on_screen(cells), seen.rect_of(block).intersect(VIEW));
             // To a pixel of the screen, or of the picture where those are larger.

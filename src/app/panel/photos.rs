@@ -1,6 +1,8 @@
 //! The photos: small pictures with their names and states.
 
-use eframe::egui::{Image, Rect, RichText, ScrollArea, Sense, Ui, UiBuilder, Vec2, vec2};
+use eframe::egui::{
+    Color32, Image, Rect, RichText, ScrollArea, Sense, Stroke, Ui, UiBuilder, Vec2, pos2, vec2,
+};
 
 use super::percent;
 use crate::app::command::layers::BUILD;
@@ -13,6 +15,9 @@ use crate::app::settings::good;
 const ROW: f32 = 62.0;
 /// Of its picture.
 const PICTURE: Vec2 = vec2(84.0, 56.0);
+
+/// A side of the sign of a state, in points.
+const SIGN: f32 = 10.0;
 
 /// Draws the list.
 pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -103,17 +108,16 @@ impl Changes {
     }
 }
 
-/// A sign and a word for a state, and what it means.
-fn meaning(word: &str) -> (&'static str, &'static str, &'static str) {
+/// A word for a state, and what it means.
+fn meaning(word: &str) -> (&'static str, &'static str) {
     match word {
-        "current" => ("✔", "built", "Its layers are up to date."),
+        "current" => ("built", "Its layers are up to date."),
         "stale" => (
-            "⟳",
             "stale",
-            "Its layers are from before the last change of the photo, its masks or its options: build it again.",
+            "Its layers are from before the last change of masks, options or model: build it again.",
         ),
-        "broken" => ("⚠", "broken", "Its layers cannot be read: build it again."),
-        _ => ("○", "not built", "It has no layers yet: build it."),
+        "broken" => ("broken", "Its layers cannot be read: build it again."),
+        _ => ("not built", "It has no layers yet: build it."),
     }
 }
 
@@ -124,15 +128,40 @@ fn state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
         "broken" => ui.visuals().error_fg_color,
         _ => ui.visuals().weak_text_color(),
     };
-    let (sign, word, _) = meaning(status.word);
-    let text = format!("{sign} {word}{}", changes.words(" · "));
+    let text = format!("{}{}", meaning(status.word).0, changes.words(" · "));
     let text = RichText::new(text).color(colour).small();
-    ui.add(eframe::egui::Label::new(text).truncate().selectable(false));
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = 5.0;
+        let (rect, _) = ui.allocate_exact_size(Vec2::splat(SIGN), Sense::hover());
+        sign(ui, rect, status.word, colour);
+        ui.add(eframe::egui::Label::new(text).truncate().selectable(false));
+    });
+}
+
+/// A sign that is known without its colour: full, half, crossed out or empty.
+fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
+    let (painter, middle, radius) = (ui.painter(), rect.center(), rect.width() / 2.0 - 1.0);
+    let stroke = Stroke::new(1.4, colour);
+    match word {
+        "current" => painter.circle_filled(middle, radius, colour),
+        "stale" => {
+            let half = Rect::from_min_max(pos2(rect.left(), middle.y), rect.max);
+            painter.with_clip_rect(half).circle_filled(middle, radius, colour);
+            painter.circle_stroke(middle, radius, stroke)
+        }
+        "broken" => {
+            let corner = vec2(radius, radius);
+            painter.line_segment([middle - corner, middle + corner], stroke);
+            let corner = vec2(radius, -radius);
+            painter.line_segment([middle - corner, middle + corner], stroke)
+        }
+        _ => painter.circle_stroke(middle, radius, stroke),
+    };
 }
 
 fn tooltip(ui: &mut Ui, name: &str, status: &PhotoStatus, changes: Changes) {
     ui.strong(name);
-    ui.label(meaning(status.word).2);
+    ui.label(meaning(status.word).1);
     if let Some(problem) = &status.problem {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }
