@@ -3,6 +3,7 @@
 
 #[allow(dead_code)]
 mod common;
+#[allow(dead_code)]
 #[path = "common/window.rs"]
 mod window;
 
@@ -18,28 +19,20 @@ use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::document::masks::MaskFrom;
-use quadratura::geometry::{Similarity, Spans};
+use quadratura::geometry::Spans;
 use quadratura::io::mask_store::MaskStore;
 use quadratura::io::project::read_project;
-use quadratura::layers::Options;
-use quadratura::recipe::create::{NewProject, create_project};
-use quadratura::task::Task;
-use window::{piazza, wait, window};
+use window::{copy_of_piazza, project_of, wait, window};
 
 /// Of the piazza's photos that are drawn on, in pixels.
 const SIZE: [f32; 2] = [2160.0, 1440.0];
 const CHURCH: &str = "01_church.jpg";
 
-fn project(folder: &Path, photos: PathBuf) -> PathBuf {
-    let new = NewProject {
-        photos,
-        cameras: piazza().join("sparse"),
-        model: piazza().join("piazza.obj"),
-        world_from_model: Similarity::IDENTITY,
-        options: Options::default(),
-    };
-    let project = folder.join("project");
-    create_project(&project, &new, &Task::silent()).unwrap();
+/// A project of the piazza's first photos.
+fn project(folder: &Path, photos: usize) -> PathBuf {
+    let (site, project) = (folder.join("site"), folder.join("project"));
+    copy_of_piazza(&site, photos);
+    project_of(&site, &project);
     project
 }
 
@@ -112,7 +105,7 @@ fn undoes(editor: &Editor) -> Option<&str> {
 #[test]
 fn strokes_on_the_photo_make_masks_that_are_undone_done_again_and_saved() {
     let folder = tempfile::tempdir().unwrap();
-    let project = project(folder.path(), piazza().join("photos"));
+    let project = project(folder.path(), 3);
     let mut harness = opened(&project);
 
     // By brush: what a disc covers on its way.
@@ -168,7 +161,7 @@ fn strokes_on_the_photo_make_masks_that_are_undone_done_again_and_saved() {
 #[test]
 fn a_stroke_is_given_up_by_escape_and_the_photo_moves_while_a_tool_is_in_use() {
     let folder = tempfile::tempdir().unwrap();
-    let project = project(folder.path(), piazza().join("photos"));
+    let project = project(folder.path(), 3);
     let mut harness = opened(&project);
     harness.key_press(Key::B);
     steps(&mut harness, 2);
@@ -235,7 +228,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
         return;
     }
     let folder = tempfile::tempdir().unwrap();
-    let project = project(folder.path(), piazza().join("photos"));
+    let project = project(folder.path(), 3);
     let mut harness = opened(&project);
     harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
     let is = |word: &'static str| {
@@ -288,26 +281,24 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     wait(&mut harness, "a photo as it was", is("current"));
 }
 
-/// The piazza's photos, with somebody in a dark coat in the first.
+/// The piazza with somebody in a dark coat in the first photo, who stands before the facade.
 fn with_a_stranger(folder: &Path) -> PathBuf {
-    let photos = folder.join("photos");
-    std::fs::create_dir(&photos).unwrap();
-    for file in std::fs::read_dir(piazza().join("photos")).unwrap().map(|entry| entry.unwrap().path()) {
-        std::fs::copy(&file, photos.join(file.file_name().unwrap())).unwrap();
-    }
-    let mut photo = image::open(photos.join(CHURCH)).unwrap().to_rgb8();
+    let (site, project) = (folder.join("site"), folder.join("project"));
+    copy_of_piazza(&site, 9);
+    let file = site.join("photos").join(CHURCH);
+    let mut photo = image::open(&file).unwrap().to_rgb8();
     for (x, y) in (1155..1205).flat_map(|x| (910..1120).map(move |y| (x, y))) {
         photo.put_pixel(x, y, Rgb([40, 60, 110]));
     }
-    photo.save(photos.join(CHURCH)).unwrap();
-    photos
+    photo.save(&file).unwrap();
+    project_of(&site, &project);
+    project
 }
 
 #[test]
 fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button() {
     let folder = tempfile::tempdir().unwrap();
-    let photos = with_a_stranger(folder.path());
-    let project = project(folder.path(), photos);
+    let project = with_a_stranger(folder.path());
     let mut harness = opened(&project);
     harness.get_all_by_label("Look for people and cars").next().unwrap().click();
     harness.step();
