@@ -33,7 +33,7 @@ impl Grid {
             }
             runs.retain(|run| !run.is_empty());
             runs.sort_unstable_by_key(|run| run.start);
-            out.extend(runs.drain(..));
+            out.append(&mut runs);
         })
     }
 

@@ -92,6 +92,11 @@ impl Masking {
         self.shown |= self.tool.is_some();
     }
 
+    /// A stroke goes on.
+    pub fn is_drawing(&self) -> bool {
+        self.stroke.is_some()
+    }
+
     /// Nothing waits to be kept.
     pub fn is_kept(&self) -> bool {
         self.keeping.is_empty()

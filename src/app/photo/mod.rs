@@ -215,7 +215,7 @@ fn update_selected_hidden(editor: &mut Editor, photo: usize) {
 /// decided or masked.
 fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
     // While a stroke goes on nothing is in its way.
-    if ui.input(|input| input.pointer.primary_down()) && draws(editor, ui) {
+    if editor.masking.is_drawing() {
         return;
     }
     if let Some(outcome) = editor.masking.suggested.outcome.clone() {
