@@ -317,7 +317,7 @@ impl Editor {
             Ask::Accept(numbers) => self.accept_suggestions(&numbers),
             Ask::Dismiss(numbers) => self.dismiss_suggestions(&numbers),
             Ask::Margin(margin_px) => self.masking.margin_px = margin_px,
-            Ask::Show(rect) => self.show_in_photo(rect),
+            Ask::Show(rect) => self.show_rect(rect),
             Ask::Options { edit, goes_on } => self.edit_options(&edit, goes_on),
             Ask::Stop(job) => self.jobs.stop(job),
             Ask::Opening(wish) => self.grant_opening(wish),

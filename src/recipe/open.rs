@@ -91,10 +91,11 @@ impl Opened {
     ///
     /// # Errors
     /// [`Error::Request`] when nothing would be left of the model.
-    pub fn with_objects(&self, project: Project, task: &Task) -> Result<Self> {
+    pub fn with_objects(&self, folder: &Path, project: Project, task: &Task) -> Result<Self> {
         let model = working_model(&self.whole, &project, task)?;
-        let site = Site { photos: self.site.photos.clone(), model };
-        Ok(Self { site, ..self.with_project(project) })
+        let mut opened = self.with_project(folder, project);
+        opened.site.model = model;
+        Ok(opened)
     }
 
     /// The photos that `names` ask for: [`photos_named`].

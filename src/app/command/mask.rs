@@ -8,7 +8,6 @@ use crate::app::jobs::Kind;
 use crate::app::layout::Pane;
 use crate::app::masking::keeping::Work;
 use crate::app::masking::{STEP, Tool};
-use crate::app::selection::Selection;
 use crate::recipe::masks::MaskEdit;
 
 /// In the order of their menus.
@@ -226,17 +225,6 @@ impl Editor {
         if let Some(size) = self.selected_photo_size() {
             self.masking.resize(factor, size);
         }
-    }
-
-    /// The name of the object that is selected, or of the one of the face.
-    pub fn selected_object(&self) -> Option<String> {
-        let model = self.session.as_ref()?.model();
-        let object = match self.selection {
-            Selection::Object(object) => object,
-            Selection::Face(face) => model.face(face).object,
-            Selection::Nothing | Selection::Photo(_) | Selection::Layer { .. } => return None,
-        };
-        Some(model.object(object).name.clone())
     }
 
     fn mask_object(&mut self) {

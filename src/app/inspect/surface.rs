@@ -9,6 +9,7 @@ use crate::app::command::edit;
 use crate::app::editor::{Ask, Editor};
 use crate::app::panel::counted;
 use crate::app::panel::inspector::{button, rows, title};
+use crate::app::panel::masks::object_mask_ui;
 use crate::app::photo::reason_words;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
@@ -204,6 +205,7 @@ fn surface_buttons(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             button(editor, ui, command, asks);
         }
     });
+    object_mask_ui(editor, ui, asks);
     ui.add_space(6.0);
 }
 

@@ -7,7 +7,7 @@ pub mod help;
 pub mod hint;
 pub mod inspector;
 pub mod layer_options;
-mod masks;
+pub mod masks;
 pub mod menu;
 pub mod notes;
 mod paint;

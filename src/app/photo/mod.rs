@@ -273,7 +273,7 @@ fn long_list(ui: &mut Ui, height: f32, count: usize, mut row: impl FnMut(&mut Ui
 
 impl Editor {
     /// Shows a rectangle of the photo, with as much again around it.
-    pub(super) fn show_in_photo(&mut self, rect: PixelRect) {
+    pub(super) fn show_rect(&mut self, rect: PixelRect) {
         self.layout.show(Pane::Photo);
         let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
         let (low, high) = (corner(rect.x, rect.y), corner(rect.right(), rect.bottom()));
