@@ -102,7 +102,11 @@ fn found(typed: &str) -> Vec<&'static Command> {
     found.into_iter().map(|(_, command)| command).collect()
 }
 
-/// Smaller is better; none where a word is missing. Letters of a word may be scattered, as in `bl` for *Build layers*.
+/// So many letters tell what is looked for; fewer are in every sentence.
+const TELLING: usize = 4;
+
+/// Smaller is better; none where a word is missing. Letters of a word may be scattered, as in `bl` for *Build layers*;
+/// what the name does not have the tooltip may: people have other words for the same.
 fn rank(command: &Command, words: &[&str]) -> Option<u32> {
     let name = command.name.to_lowercase();
     words.iter().try_fold(0, |sum, word| {
@@ -113,7 +117,9 @@ fn rank(command: &Command, words: &[&str]) -> Option<u32> {
         } else if name.contains(word) {
             2
         } else {
-            scattered(&name, word).then_some(3)?
+            let tooltip = || command.tooltip.to_lowercase();
+            let in_tooltip = || word.len() >= TELLING && tooltip().contains(word);
+            scattered(&name, word).then_some(3).or_else(|| in_tooltip().then_some(4))?
         };
         Some(sum + rank)
     })
@@ -127,6 +133,11 @@ fn scattered(name: &str, word: &str) -> bool {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_word_of_the_tooltip_finds_a_command_too() {
+        assert_eq!(found("exploded").first().map(|command| command.name), Some("Layers pulled apart"));
+    }
 
     #[test]
     fn every_command_is_found_by_its_name_and_by_its_first_letters() {

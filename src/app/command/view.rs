@@ -150,7 +150,7 @@ pub const LEGEND: Command = Command {
 /// Layers pulled apart.
 pub const EXPLODED: Command = Command {
     name: "Layers pulled apart",
-    tooltip: "Shows the selected photo's image layers as sheets in space, one behind the other.",
+    tooltip: "Shows the selected photo's image layers as sheets in space, one behind the other: an exploded view.",
     keys: &[plain(Key::L)],
     starts_group: true,
     ready: with_layers,

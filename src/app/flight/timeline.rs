@@ -9,6 +9,7 @@ use super::ask_edit;
 use crate::app::command;
 use crate::app::editor::{Ask, Editor};
 use crate::app::panel::inspector::button;
+use crate::app::panel::named;
 use crate::document::camera_path::PathSpeed;
 use crate::document::history::Gesture;
 use crate::document::{CameraPath, Project};
@@ -103,11 +104,13 @@ fn controls(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn film(ui: &mut Ui, path: &mut CameraPath) {
-    ComboBox::from_id_salt("speed").selected_text(speed_name(path.speed)).width(120.0).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("speed").selected_text(speed_name(path.speed)).width(120.0);
+    let combo = combo.show_ui(ui, |ui| {
         for speed in [PathSpeed::Timed, PathSpeed::Constant, PathSpeed::Eased] {
             ui.selectable_value(&mut path.speed, speed, speed_name(speed));
         }
     });
+    named(&combo.response, "Speed of the flight");
     ui.add(DragValue::new(&mut path.fps).range(1.0..=120.0).suffix(" frames a second"));
     let mut size = path.size;
     ui.add(DragValue::new(&mut size[0]).range(16..=7680).suffix(" px wide"));

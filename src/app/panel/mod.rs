@@ -56,6 +56,11 @@ pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
     ui.add(button).on_hover_text(format!("{}{keys}: {}", command.name, command.tooltip)).clicked()
 }
 
+/// What a widget without a text of its own beside it is called, for those who hear the window.
+pub fn named(response: &Response, name: &str) {
+    response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
+}
+
 /// `12 345 678` with thin groups, as people read numbers.
 pub fn grouped(number: u64) -> String {
     let digits = number.to_string();

@@ -5,6 +5,7 @@ use glam::DVec2;
 
 use super::long_list;
 use crate::app::editor::{Ask, Editor};
+use crate::app::panel::named;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
 use crate::document::stack::{Reason, Untextured};
@@ -82,12 +83,14 @@ fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[Untextured]) {
         format!("{name} ({})", count(reason))
     };
     let width = ui.available_width() - 16.0;
-    ComboBox::from_id_salt("reason").selected_text(text(filter.0)).width(width).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("reason").selected_text(text(filter.0)).width(width);
+    let combo = combo.show_ui(ui, |ui| {
         ui.selectable_value(&mut filter.0, None, text(None));
         for reason in REASONS.into_iter().filter(|reason| count(Some(*reason)) > 0) {
             ui.selectable_value(&mut filter.0, Some(reason), text(Some(reason)));
         }
     });
+    named(&combo.response, "Reason");
 }
 
 fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {

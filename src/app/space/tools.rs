@@ -6,7 +6,7 @@ use super::{exploded, legend};
 use crate::app::command;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
-use crate::app::panel::toggle_ui;
+use crate::app::panel::{named, toggle_ui};
 use crate::projection::{Blend, Mode};
 
 /// Draws it.
@@ -50,11 +50,13 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 fn top(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     shown(editor, ui, asks);
     let mode = &mut editor.space.look.blend;
-    ComboBox::from_id_salt("blending").selected_text(mode_name(mode.mode)).show_ui(ui, |ui| {
+    let combo = ComboBox::from_id_salt("blending").selected_text(mode_name(mode.mode));
+    let combo = combo.show_ui(ui, |ui| {
         for other in Mode::ALL {
             ui.selectable_value(&mut mode.mode, other, mode_name(other)).on_hover_text(mode_tooltip(other));
         }
     });
+    named(&combo.response, "How photos are mixed");
     ui.add(Slider::new(&mut mode.photos, 1..=Blend::MOST).text("photos"))
         .on_hover_text("At most so many photos share a place.");
     let mut relief = !editor.space.look.flat;
@@ -71,7 +73,7 @@ fn shown(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(editor)));
     let text = now.map_or("", |command| command.name);
     let combo = ComboBox::from_id_salt("shown").selected_text(text).width(110.0);
-    combo.show_ui(ui, |ui| {
+    let combo = combo.show_ui(ui, |ui| {
         for &command in views {
             let on = command.on.is_some_and(|on| on(editor));
             if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
@@ -79,6 +81,7 @@ fn shown(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             }
         }
     });
+    named(&combo.response, "What is shown");
 }
 
 /// How far a photo's layers are pulled apart.

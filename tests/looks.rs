@@ -1,0 +1,120 @@
+//! How the window looks, against pictures that were looked at and found good; and what it is to those who hear it.
+//!
+//! Where the look has changed on purpose: `UPDATE_SNAPSHOTS=1 cargo test --release --test looks` makes the pictures in
+//! tests/snapshots anew; look at them before they are kept.
+
+#[allow(dead_code)]
+mod common;
+#[allow(dead_code)]
+#[path = "common/window.rs"]
+mod window;
+
+use eframe::egui::Context;
+use eframe::egui::accesskit::Role;
+use egui_kittest::kittest::{NodeT, Queryable};
+use egui_kittest::{Harness, SnapshotOptions};
+use quadratura::app::editor::Editor;
+use quadratura::app::settings::Colours;
+use window::{command, press, project_of, site_of_piazza, wait};
+
+/// Adapters round differently: single pixels at edges of letters, of which a window has some 10,000. A button that has
+/// gone, or text in another place, changes more than these.
+const PIXELS_THAT_MAY_DIFFER: usize = 60;
+
+fn compare(harness: &mut Harness<'_, Editor>, name: &str) {
+    let options = SnapshotOptions::new().max_failed_pixels(PIXELS_THAT_MAY_DIFFER);
+    harness.snapshot_options(name, &options);
+}
+
+fn in_colours(harness: &mut Harness<'_, Editor>, colours: Colours) {
+    let editor = harness.state_mut();
+    editor.settings.colours = colours;
+    let context: Context = editor.context.clone();
+    editor.settings.apply_to(&context);
+    (0..3).for_each(|_| harness.step());
+}
+
+/// What can be clicked, moved or written in, and has no name.
+fn nameless(harness: &Harness<'_, Editor>) -> Vec<String> {
+    let with_names = [
+        Role::Button,
+        Role::CheckBox,
+        Role::RadioButton,
+        Role::ComboBox,
+        Role::Slider,
+        Role::SpinButton,
+        Role::TextInput,
+        Role::MultilineTextInput,
+        Role::Tab,
+        Role::TreeItem,
+    ];
+    let root = harness.root();
+    let nodes = root.children_recursive().map(|node| node.accesskit_node());
+    let wanting = nodes.filter(|node| with_names.contains(&node.role()) && !node.is_hidden());
+    let wanting = wanting.filter(|node| node.label().is_none_or(|label| label.trim().is_empty()));
+    wanting.map(|node| format!("{:?} {:?} at {:?}", node.role(), node.value(), node.raw_bounds())).collect()
+}
+
+/// Clicks a tab of the right side; menus and switches may have the same name.
+fn to_side(harness: &mut Harness<'_, Editor>, name: &str) {
+    let named = harness.query_all_by_label(name);
+    let rightmost = named.max_by(|a, b| a.rect().left().total_cmp(&b.rect().left()));
+    rightmost.unwrap().click();
+    (0..3).for_each(|_| harness.step());
+}
+
+#[test]
+fn the_first_window_in_dark_and_in_light() {
+    // Letters and widgets are drawn by the adapter: without one nothing can be compared.
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let mut harness = window::window(None);
+    in_colours(&mut harness, Colours::Dark);
+    compare(&mut harness, "first_dark");
+    in_colours(&mut harness, Colours::Light);
+    compare(&mut harness, "first_light");
+}
+
+#[test]
+fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_names() {
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let project = folder.path().join("piazza");
+    project_of(&site_of_piazza(), &project);
+    let mut harness = window::window(Some(project));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    press(&mut harness, "Build layers");
+    wait(&mut harness, "the layers", |editor| {
+        let session = editor.session.as_ref().unwrap();
+        let built = session.photos.iter().all(|photo| photo.is_current());
+        built && session.painter.is_some() && editor.jobs.is_idle()
+    });
+    assert_eq!(nameless(&harness), Vec::<String>::new(), "the 3D view");
+    for side in ["Fill", "Colour", "Paint", "Selection"] {
+        to_side(&mut harness, side);
+        wait(&mut harness, "the panel", |editor| editor.jobs.is_idle());
+        assert_eq!(nameless(&harness), Vec::<String>::new(), "{side}");
+    }
+    for name in ["Views and flight", "Layers pulled apart", "Layers pulled apart"] {
+        command(&mut harness, name);
+        wait(&mut harness, name, |editor| editor.jobs.is_idle());
+        assert_eq!(nameless(&harness), Vec::<String>::new(), "{name}");
+    }
+    command(&mut harness, "Views and flight");
+
+    harness.get_by_label_contains("02_from_southwest.jpg, ").click();
+    harness.step();
+    command(&mut harness, "Show photo");
+    for _ in 0..2 {
+        command(&mut harness, "Take one layer off");
+    }
+    // Nobody's adapter is anybody else's.
+    harness.state_mut().session.as_mut().unwrap().painter.as_mut().unwrap().adapter = "the adapter".into();
+    wait(&mut harness, "the photo", |editor| editor.jobs.is_idle());
+    (0..3).for_each(|_| harness.step());
+    assert_eq!(nameless(&harness), Vec::<String>::new(), "the photo view");
+    compare(&mut harness, "photo");
+}
