@@ -8,7 +8,7 @@ mod window;
 use std::path::{Path, PathBuf};
 
 use eframe::egui::accesskit::Role;
-use eframe::egui::{Key, Pos2};
+use eframe::egui::{Key, Modifiers, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
 use quadratura::app::command::{self, view};
@@ -66,7 +66,7 @@ fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_pic
     harness.step();
     harness.step();
     assert!(!harness.state().space.look.without_backs);
-    harness.key_press(Key::B);
+    harness.key_press_modifiers(Modifiers::SHIFT, Key::B);
     harness.step();
     harness.step();
     assert!(harness.state().space.look.without_backs);
@@ -81,7 +81,7 @@ fn layers_are_pulled_apart_named_selected_and_put_together_again() {
     let folder = tempfile::tempdir().unwrap();
     let Some((mut harness, _)) = built(folder.path()) else { return };
     let before = harness.state().space.viewpoint;
-    harness.key_press(Key::L);
+    harness.key_press(Key::V);
     wait(&mut harness, "the sheets", |editor| editor.space.exploded.is_complete());
     wait(&mut harness, "their places", |editor| {
         let exploded = &editor.space.exploded;

@@ -151,7 +151,7 @@ pub const LEGEND: Command = Command {
 pub const EXPLODED: Command = Command {
     name: "Layers pulled apart",
     tooltip: "Shows the selected photo's image layers as sheets in space, one behind the other: an exploded view.",
-    keys: &[plain(Key::L)],
+    keys: &[plain(Key::V)],
     starts_group: true,
     ready: with_layers,
     on: Some(|editor| editor.space.exploded.is_on()),
@@ -195,7 +195,7 @@ pub const CAMERAS: Command = Command {
 pub const BACKS: Command = Command {
     name: "Backs",
     tooltip: "Draws the backs of faces too, which no photo shows; without them one looks into courtyards from outside.",
-    keys: &[plain(Key::B)],
+    keys: &[shift(Key::B)],
     on: Some(|editor| !editor.space.look.without_backs),
     run: |editor, _| editor.space.look.without_backs ^= true,
     ..VIEW
