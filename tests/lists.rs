@@ -16,6 +16,13 @@ use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::document::Stack;
+use quadratura::document::paint::{PaintEntry, PaintedView, Patch};
+use quadratura::document::stack::SpreadPaint;
+use quadratura::geometry::PixelRect;
+use quadratura::io::layer_reader::read_layer;
+use quadratura::io::paint_store::PaintStore;
+use quadratura::io::stack_store::StackStore;
+use quadratura::layers::fill::{FillOptions, Invent};
 use quadratura::recipe::fill::lookouts::Lookouts;
 use quadratura::recipe::layer_table::{Column, sorted};
 use window::{copy_of_piazza, project_of, wait};
@@ -304,4 +311,85 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     steps(&mut harness);
     assert_eq!(harness.state().lookouts(), Lookouts::Photos);
     wait(&mut harness, "what the photos see", |editor| found(editor) && views(editor) == PHOTOS);
+}
+
+/// Paints on the facade of the church in the first photo, as an import would.
+fn paint_facade(folder: &Path) {
+    let photo = "01_church.jpg";
+    let stacks = StackStore::new(folder);
+    let stack = stacks.current(photo).unwrap().unwrap();
+    let layer = stack.image_layers.iter().find(|layer| layer.name.contains("church.facade")).unwrap();
+    let texels = read_layer(&stacks.folder(photo).join(&layer.file), layer.rect, layer.rect).unwrap();
+    let shown = texels.chunks_exact(4).enumerate().filter(|(_, texel)| texel[3] > 0).map(|(at, _)| at as u32);
+    let at = |at: u32| (layer.rect.x + (at % layer.rect.w) as i32, layer.rect.y + (at / layer.rect.w) as i32);
+    let magenta = [65535, 0, 65535, 65535];
+    // In the middle, where the layer holds nothing else.
+    let shown: Vec<u32> = shown.collect();
+    let middle = &shown[shown.len() / 2..][..3000];
+    let painted: Vec<_> = middle.iter().map(|it| at(*it)).map(|(x, y)| (x, y, magenta)).collect();
+    let outline =
+        stack.surfaces.iter().find(|surface| surface.object == "church.facade").unwrap().outline.clone();
+    let store = PaintStore::new(folder);
+    let mut book = store.read().unwrap();
+    let mut entry = PaintEntry {
+        photo: photo.into(),
+        object: "church.facade".into(),
+        face: 0,
+        triangle: None,
+        beyond: false,
+        layer: layer.id.clone(),
+        document: "key@file.psd".into(),
+        import: book.next_import(),
+        view: "view".into(),
+        outline,
+        file: String::new(),
+        rect: PixelRect { x: 0, y: 0, w: 0, h: 0 },
+        pixels: 0,
+    };
+    store.add(&mut entry, &Patch::of_pixels(&painted)).unwrap();
+    book.views.insert("view".into(), PaintedView { photo: stack.photo, camera: stack.camera });
+    book.entries.push(entry);
+    book.tidy();
+    store.commit(&book).unwrap();
+}
+
+#[test]
+fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
+    if common::gpu_rasteriser().is_none() {
+        return;
+    }
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = window::window(Some(project(folder.path(), 2)));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().run(&command::layers::BUILD);
+    wait(&mut harness, "the layers", |editor| all_current(editor) && editor.jobs.is_idle());
+    // The quick way of filling is enough.
+    harness.state_mut().edit_fill(FillOptions { invent: Invent::Diffusion, ..FillOptions::default() });
+    paint_facade(&folder.path().join("piazza"));
+    click(&mut harness, Role::Button, "Fill");
+    wait(&mut harness, "who has painted", |editor| editor.quality.fill.painters.found().is_some());
+    steps(&mut harness);
+    let off = harness.state();
+    assert_eq!((command::layers::TAKE_OFF.ready)(off), Err("no paint lies over another photo"));
+    harness.get_by_role_and_label(Role::CheckBox, "paint of 01_church.jpg");
+    let spread = |editor: &Editor| -> Vec<SpreadPaint> {
+        let fills = session!(editor).photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
+        fills.flat_map(|fill| fill.spread.clone()).collect()
+    };
+    click(&mut harness, Role::Button, "Lay paint over other photos");
+    assert_eq!(session!(harness.state()).opened.project.fill.propagate, ["*"]);
+    wait(&mut harness, "the fillings", |editor| !spread(editor).is_empty() && editor.jobs.is_idle());
+    assert!(spread(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
+    let laid: u64 = spread(harness.state()).iter().map(|paint| paint.texels).sum();
+    assert!(laid > 500, "{laid}");
+    steps(&mut harness);
+    harness.get_by_label_contains(" lie over ");
+    harness.get_all_by_label_contains("church.facade[0] in ").next().unwrap().click();
+    steps(&mut harness);
+    assert!(matches!(harness.state().selection, Selection::Face(_)), "{:?}", harness.state().selection);
+    harness.get_by_label("Photo view");
+
+    harness.state_mut().run(&command::layers::TAKE_OFF);
+    wait(&mut harness, "no paint elsewhere", |editor| spread(editor).is_empty() && editor.jobs.is_idle());
+    assert!(session!(harness.state()).opened.project.fill.propagate.is_empty());
 }
