@@ -215,9 +215,9 @@ impl Editor {
             self.context.request_repaint_after_secs(KEPT_AFTER_S as f32);
         }
         let Some(session) = &mut self.session else { return };
-        // A job that writes goes by the project that it began with.
-        let busy =
-            [Kind::Build, Kind::Fill, Kind::Import, Kind::Open].into_iter().any(|kind| self.jobs.runs(kind));
+        // A job that writes goes by the project that it began with, and a film is drawn by the 3D view's renderer.
+        let busy = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open, Kind::Render];
+        let busy = busy.into_iter().any(|kind| self.jobs.runs(kind));
         if rests_s < FOLLOWS_AFTER_S || busy {
             return;
         }
@@ -237,6 +237,7 @@ impl Editor {
     /// Keeps what is not saved at once: the program may be about to end.
     pub(super) fn keep_now(&mut self) {
         let dirty = |session: &&mut Session| session.history.is_dirty();
+        self.jobs.stop_kind(Kind::Keep);
         let Some(session) = self.session.as_mut().filter(dirty) else { return };
         session.due.keeps = false;
         let _keeping = session.due.keeping.lock().unwrap_or_else(PoisonError::into_inner);
@@ -250,6 +251,7 @@ impl Editor {
         let (folder, project, dirty) =
             (session.folder.clone(), session.history.present().clone(), session.history.is_dirty());
         let keeping = session.due.keeping.clone();
+        self.jobs.stop_kind(Kind::Keep);
         self.jobs.start(Kind::Keep, "Keeping what is not saved", move |task| {
             let _keeping = keeping.lock().unwrap_or_else(PoisonError::into_inner);
             // Saved or forgotten meanwhile.

@@ -110,8 +110,8 @@ pub enum Ask {
     Dismiss(Vec<u32>),
     /// Masks of objects have this margin from now on, in pixels.
     Margin(u32),
-    /// Shows a place of the selected photo, in its pixels.
-    Show(PixelRect),
+    /// Shows a place of a photo, in its pixels.
+    Show(usize, PixelRect),
     /// Decides about options of layers.
     Options {
         /// Of all photos, or of one.
@@ -317,7 +317,7 @@ impl Editor {
             Ask::Accept(numbers) => self.accept_suggestions(&numbers),
             Ask::Dismiss(numbers) => self.dismiss_suggestions(&numbers),
             Ask::Margin(margin_px) => self.masking.margin_px = margin_px,
-            Ask::Show(rect) => self.show_rect(rect),
+            Ask::Show(photo, rect) => self.show_rect(photo, rect),
             Ask::Options { edit, goes_on } => self.edit_options(&edit, goes_on),
             Ask::Stop(job) => self.jobs.stop(job),
             Ask::Opening(wish) => self.grant_opening(wish),

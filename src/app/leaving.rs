@@ -29,6 +29,8 @@ pub struct Questions {
     recovered: Option<Recovered>,
     /// What is not saved is to be forgotten when the project is left.
     discards: bool,
+    /// All is to be saved, once masks that wait are written.
+    saves: bool,
     /// It was said that nothing is to be asked any more.
     quits: bool,
 }
@@ -108,20 +110,27 @@ impl Editor {
             ui.add_space(10.0);
             ui.horizontal(|ui| {
                 answer = choice(ui, &["Save", "Do not save", "Cancel"]);
+                if self.questions.saves {
+                    ui.spinner();
+                    ui.label("Keeping masks…");
+                }
             });
         });
         match (answer, modal.should_close()) {
-            (Some("Save"), _) => {
-                if self.save_project() {
-                    self.go();
-                }
-            }
+            (Some("Save"), _) => self.questions.saves = true,
             (Some("Do not save"), _) => {
                 self.questions.discards = true;
                 self.go();
             }
-            (Some(_), _) | (None, true) => self.questions.leaving = None,
+            (Some(_), _) | (None, true) => (self.questions.leaving, self.questions.saves) = (None, false),
             (None, false) => (),
+        }
+        // What was drawn last is a decision, too.
+        if self.questions.saves && self.masking.is_kept() {
+            self.questions.saves = false;
+            if self.save_project() {
+                self.go();
+            }
         }
     }
 

@@ -1,5 +1,7 @@
 //! Projects shown, closed, built and filled: jobs, and what becomes of the editor when they end.
 
+use std::sync::Arc;
+
 use super::check::Checks;
 use super::editor::Editor;
 use super::jobs::Kind;
@@ -67,6 +69,7 @@ impl Editor {
         }
         let (folder, opened, context) =
             (session.folder.clone(), session.opened.clone(), self.context.clone());
+        let model = opened.site.model.clone();
         self.jobs.stop_kind(Kind::Preview);
         self.space.trouble = None;
         self.jobs.start(Kind::Preview, "Preparing the 3D view", move |task| {
@@ -84,6 +87,8 @@ impl Editor {
                     return;
                 };
                 match made {
+                    // Objects were switched meanwhile: another one is on its way.
+                    Ok(_) if !Arc::ptr_eq(&model, &session.opened.site.model) => (),
                     Ok(painter) => {
                         session.solid = painter.surface.clone();
                         session.painter = Some(painter);

@@ -11,6 +11,7 @@ use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::{read_project, write_project};
+use crate::io::recovery::find_unsaved;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{Found, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
@@ -104,8 +105,11 @@ fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<Mas
 
 fn keep(args: &MaskArgs, project: &Project) -> Result<()> {
     write_project(&args.project, project)?;
-    // Where the history of imports cannot be read, nobody knows which files it needs.
-    PaintStore::new(&args.project).read().map_or(Ok(()), |paint| tidy(&args.project, &project.masks, &paint))
+    // Where the history of imports cannot be read, or what a window had not saved, nobody knows which files they need.
+    let unsaved = find_unsaved(&args.project, project);
+    let (Ok(paint), Ok(unsaved)) = (PaintStore::new(&args.project).read(), unsaved) else { return Ok(()) };
+    let unsaved = unsaved.map(|found| found.project.masks);
+    tidy(&args.project, &[Some(&project.masks), unsaved.as_ref()], &paint)
 }
 
 fn changed_photos(before: &Masks, after: &Masks) -> Vec<String> {

@@ -83,13 +83,16 @@ impl TakenDocuments {
         self.list.contains_key(&self.name_of(document))
     }
 
-    /// A document was taken as it was by then.
+    /// A document was taken as it was by then. One that has changed meanwhile stays unknown: what it holds now was not
+    /// taken.
     ///
     /// # Errors
-    /// [`Error::Io`] when it cannot be read any more: it stays unknown.
+    /// [`Error::Io`] when it cannot be read any more: it stays unknown, too.
     pub fn take(&mut self, document: &Path, stamp: &Stamp) -> Result<()> {
         let taken = TakenDocument { stamp: stamp.token(document), content: stamp.content(document)? };
-        self.list.insert(self.name_of(document), taken);
+        if Stamp::of(document) == *stamp {
+            self.list.insert(self.name_of(document), taken);
+        }
         Ok(())
     }
 

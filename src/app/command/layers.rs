@@ -125,7 +125,8 @@ pub const STOP: Command = Command {
 /// A project is open and no other job writes to its stacks.
 fn can_write(editor: &Editor) -> Result<(), WhyNot> {
     with_project(editor)?;
-    let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Export, Kind::Open];
+    // A film is drawn by the 3D view's renderer, which new layers replace.
+    let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Export, Kind::Open, Kind::Render];
     match writes.into_iter().any(|kind| editor.jobs.runs(kind)) {
         true => Err("wait until the job that runs has ended, or stop it"),
         false => Ok(()),

@@ -53,11 +53,6 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
         self.made.iter_mut().rev().find(|(key, _)| wanted(key)).map(|(_, value)| value)
     }
 
-    /// The one made or used last.
-    pub fn last(&self) -> Option<&V> {
-        self.made.last().map(|(_, value)| value)
-    }
-
     /// Something is being made.
     pub fn is_busy(&self) -> bool {
         self.asked.is_some()

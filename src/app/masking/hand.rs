@@ -91,7 +91,9 @@ pub fn hand_ui(
     for event in ui.input(|input| input.events.clone()) {
         match event {
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
-                if may_begin && seen.rect.contains(pos) =>
+                if may_begin
+                    && seen.rect.contains(pos)
+                    && !editor.flat.photo.line.is_some_and(|line| line.contains(pos)) =>
             {
                 response.request_focus();
                 let mut stroke = begun(&editor.masking, tool, modifiers, (photo, within), pos);

@@ -113,8 +113,8 @@ impl Editor {
     }
 
     fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<Kept>) {
-        self.masking.keeping.working = None;
         let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else { return };
+        self.masking.keeping.working = None;
         let present = session.history.present().clone();
         // Where something else has changed masks meanwhile, this is made again, of what holds now.
         if present.masks == *base

@@ -80,20 +80,17 @@ fn selected(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut 
     ui.label(RichText::new(&photo.photo).strong());
     ui.add_enabled_ui(report.even, |ui| {
         exposure(photo, ui, "Brighter by", asks);
-        Grid::new("channels").num_columns(2).show(ui, |ui| {
-            for (channel, name) in ["Red", "Green", "Blue"].into_iter().enumerate() {
-                ui.label(name);
-                let mut stops = photo.stops;
-                let slider = Slider::new(&mut stops[channel], -STOPS..=STOPS)
-                    .clamping(eframe::egui::SliderClamping::Never)
-                    .step_by(0.01)
-                    .fixed_decimals(2)
-                    .suffix(" stops");
-                let response = ui.add(slider);
-                drag(&response, photo, stops, asks);
-                ui.end_row();
-            }
-        });
+        for (channel, name) in ["Red", "Green", "Blue"].into_iter().enumerate() {
+            let mut stops = photo.stops;
+            let slider = Slider::new(&mut stops[channel], -STOPS..=STOPS)
+                .clamping(eframe::egui::SliderClamping::Never)
+                .step_by(0.01)
+                .fixed_decimals(2)
+                .suffix(" stops")
+                .text(name);
+            let response = ui.add(slider);
+            drag(&response, photo, stops, asks);
+        }
     });
     ui.label(origin(photo));
     ui.horizontal_wrapped(|ui| {

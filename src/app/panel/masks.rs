@@ -65,7 +65,7 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
                 shown.it.score.exp()
             );
             if link.on_hover_text(tooltip).clicked() {
-                asks.push(Ask::Show(shown.it.rect));
+                asks.push(Ask::Show(photo, shown.it.rect));
             }
         });
     }

@@ -59,6 +59,8 @@ pub struct PhotoPane {
     sought: Option<[DVec2; 2]>,
     /// A place that was gone to: it is marked, in photo pixels.
     mark: Option<DVec2>,
+    /// What lies over the photo to be clicked, as it was drawn last: no stroke begins there.
+    pub(super) line: Option<Rect>,
 }
 
 /// What the photo does not show of the selection.
@@ -214,15 +216,17 @@ fn update_selected_hidden(editor: &mut Editor, photo: usize) {
 /// What was found that might be masked; else what to do where a photo has no layers yet, or older ones than what was
 /// decided or masked.
 fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
+    editor.flat.photo.line = None;
     // While a stroke goes on nothing is in its way.
     if editor.masking.is_drawing() {
         return;
     }
     if let Some(outcome) = editor.masking.suggested.outcome.clone() {
-        let read = over(ui, rect, |ui| {
+        let (read, line) = over(ui, rect, |ui| {
             ui.label(outcome);
             ui.button("OK").on_hover_text("Hides this line.").clicked()
         });
+        editor.flat.photo.line = Some(line);
         if read {
             editor.masking.suggested.outcome = None;
         }
@@ -240,14 +244,15 @@ fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut V
         true => &[&layers::BUILD_PHOTO, &layers::BUILD],
         false => &[&layers::BUILD_PHOTO],
     };
-    over(ui, rect, |ui| {
+    let ((), line) = over(ui, rect, |ui| {
         ui.label(text);
         commands.iter().for_each(|command| button(editor, ui, command, asks));
     });
+    editor.flat.photo.line = Some(line);
 }
 
-/// A line over the photo, in the middle below.
-fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
+/// A line over the photo, in the middle below, and where it is.
+fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> (R, Rect) {
     // As wide as it was in the frame before: only then is it known.
     let id = ui.scope_id().with("over the photo");
     let width = ui.data(|data| data.get_temp::<f32>(id)).unwrap_or(0.0);
@@ -256,12 +261,13 @@ fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> R {
     let drawn = ui.scope_builder(UiBuilder::new().max_rect(area), |ui| {
         Frame::popup(ui.style()).show(ui, |ui| ui.horizontal(contents).inner)
     });
-    let framed = drawn.inner.response.rect.width();
+    let line = drawn.inner.response.rect;
+    let framed = line.width();
     if framed != width {
         ui.data_mut(|data| data.insert_temp(id, framed));
         ui.ctx().request_repaint();
     }
-    drawn.inner.inner
+    (drawn.inner.inner, line)
 }
 
 /// A list of rows of which only those in sight are made.
@@ -273,15 +279,12 @@ fn long_list(ui: &mut Ui, height: f32, count: usize, mut row: impl FnMut(&mut Ui
 
 impl Editor {
     /// Shows a rectangle of the photo, with as much again around it.
-    pub(super) fn show_rect(&mut self, rect: PixelRect) {
+    pub(super) fn show_rect(&mut self, photo: usize, rect: PixelRect) {
         self.layout.show(Pane::Photo);
         let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
         let (low, high) = (corner(rect.x, rect.y), corner(rect.right(), rect.bottom()));
         let around = DVec2::splat((high - low).max_element());
-        let pane = &mut self.flat.photo;
-        if let Some(view) = pane.rect {
-            pane.placement.show(view, low - around, high + around);
-        }
+        self.flat.photo.look_at(photo, Some([low - around, high + around]), None);
     }
 
     /// Shows the selection as large as the photo's view has room for; whether the photo has it.

@@ -74,11 +74,6 @@ impl Exploded {
     pub fn now_apart(&self) -> f32 {
         self.now_apart
     }
-
-    /// The sheets are there to be seen, all of them.
-    pub fn is_complete(&self) -> bool {
-        self.made.last().is_some_and(|sheets| sheets.textures.len() == sheets.pictures.len())
-    }
 }
 
 impl Editor {
@@ -110,6 +105,17 @@ impl Editor {
         self.fly_to_viewpoint(there);
     }
 
+    /// The sheets of the photo's stack as it is now.
+    fn sheets(&self) -> Option<&Sheets> {
+        let exploded = &self.space.exploded;
+        exploded.made.get(&Version::of(self.session.as_ref()?, exploded.photo?)?)
+    }
+
+    /// The sheets are there to be seen, all of them.
+    pub fn sheets_are_complete(&self) -> bool {
+        self.sheets().is_some_and(|sheets| sheets.textures.len() == sheets.pictures.len())
+    }
+
     /// The stack of the photo that commands on a photo mean.
     pub fn selected_stack(&self) -> Option<&Stack> {
         self.session.as_ref()?.photos.get(self.selected_photo()?)?.stack.as_deref()
@@ -128,7 +134,7 @@ impl Editor {
     pub fn sheet_along(&self, ray: DVec3) -> Option<(DVec3, usize)> {
         let exploded = &self.space.exploded;
         let stand = self.stand(exploded.now_apart)?;
-        let (sheets, eye) = (exploded.made.last()?, self.space.viewpoint.position());
+        let (sheets, eye) = (self.sheets()?, self.space.viewpoint.position());
         let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
         stand.from_behind(&orders, eye).into_iter().rev().find_map(|place| {
             let sheet = &sheets.pictures[place];
@@ -213,7 +219,7 @@ fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mu
 fn draw(editor: &Editor, ui: &Ui, rect: Rect) {
     let exploded = &editor.space.exploded;
     let Some(stand) = editor.stand(exploded.now_apart) else { return };
-    let Some(sheets) = exploded.made.last() else { return };
+    let Some(sheets) = editor.sheets() else { return };
     let canvas = Canvas { painter: ui.painter_at(rect), rect, view: editor.space.viewpoint, stand };
     let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
     let weak = ui.visuals().weak_text_color();

@@ -159,13 +159,13 @@ impl Space {
     /// The site was read again: photos and faces may be others.
     pub fn forget_site(&mut self) {
         self.forget_faces();
+        self.exploded = Exploded::default();
         (self.through, self.travel, self.back) = (None, None, None);
     }
 
     /// The model is another one: faces may be others.
     pub fn forget_faces(&mut self) {
-        self.hovered = None;
-        self.exploded = Exploded::default();
+        (self.hovered, self.exploded.hovered) = (None, None);
     }
 
     /// The photo one looks through.

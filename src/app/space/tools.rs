@@ -92,7 +92,7 @@ fn pulled_apart(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
         "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
     );
-    if !editor.space.exploded.is_complete() {
+    if !editor.sheets_are_complete() {
         ui.spinner();
     }
     let back = ui.button("Put together").on_hover_text("Goes back to the 3D view.");

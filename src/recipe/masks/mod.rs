@@ -155,14 +155,15 @@ fn whole(photo: &Photo) -> Spans {
     Spans::of_rows(0..height as i32, |_, out| out.push(0..width as i32))
 }
 
-/// Clears away the files of masks that neither `masks` nor an import that can be taken back names. Not while
-/// somebody may still want to undo an edit.
+/// Clears away the files of masks that none of `masks` names (the project's, and those that a window had not saved when
+/// it ended) nor an import that can be taken back. Not while somebody may still want to undo an edit.
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn tidy(folder: &Path, masks: &Masks, paint: &PaintBook) -> Result<()> {
+pub fn tidy(folder: &Path, masks: &[Option<&Masks>], paint: &PaintBook) -> Result<()> {
     let replaced = paint.imports.iter().flat_map(|import| &import.masks).filter_map(|m| m.before.as_ref());
-    let files = masks.files().into_iter().chain(replaced.map(|mask| mask.file.as_str()));
+    let files =
+        masks.iter().flatten().flat_map(|masks| masks.files()).chain(replaced.map(|mask| mask.file.as_str()));
     let named: BTreeSet<String> = files.map(str::to_owned).collect();
     MaskStore::new(folder).tidy(&named)
 }
@@ -251,7 +252,13 @@ mod tests {
             std::fs::read_dir(folder.unwrap().path()).unwrap().count()
         };
         assert_eq!(files(&bench), 2, "who undoes it needs the old one");
-        tidy(bench.folder.path(), &bench.masks, &PaintBook::default()).unwrap();
+        let drawn = bench.masks.clone();
+        bench.after(put(5));
+        let tidied =
+            |masks: &[Option<&Masks>]| tidy(bench.folder.path(), masks, &PaintBook::default()).unwrap();
+        tidied(&[Some(&bench.masks), Some(&drawn)]);
+        assert_eq!(files(&bench), 2, "what a window had not saved when it ended stays");
+        tidied(&[Some(&bench.masks), None]);
         assert_eq!(files(&bench), 1);
     }
 }
