@@ -108,7 +108,9 @@ fn is_shown(editor: &Editor) -> bool {
 }
 
 fn look_through(harness: &mut Harness<'_, Editor>) {
-    press(harness, "01_church.jpg, current");
+    harness.get_by_label_contains("01_church.jpg, current").click();
+    harness.step();
+    harness.step();
     command(harness, "Look through the photo");
     wait(harness, "the photo's view", |editor| editor.space.through() == Some(0));
 }
