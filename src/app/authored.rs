@@ -18,7 +18,12 @@ use crate::recipe::open::open_site;
 
 /// What was edited is kept for the case of a crash when nothing has been edited for so long, in seconds: a slider
 /// that is being dragged is not written at every step.
-const KEPT_AFTER_S: f64 = 1.0;
+const KEPT_AFTER_S: f64 = 0.4;
+/// And at the latest so long after the first edit that is not kept, in seconds: somebody who works without a rest loses
+/// no more than that.
+const KEPT_AT_LATEST_S: f64 = 2.0;
+/// Where it could not be kept, it is tried again after so long, in seconds: a disk was full, and may not be any more.
+const KEPT_AGAIN_S: f64 = 5.0;
 /// What follows from an edit is done when nothing has been edited for so long, in seconds.
 const FOLLOWS_AFTER_S: f64 = 0.3;
 
@@ -73,6 +78,10 @@ pub struct Due {
     looks: bool,
     keeps: bool,
     edited_s: f64,
+    /// When the first edit was made that is not kept.
+    unkept_s: f64,
+    /// It is not kept before: the last try failed.
+    not_before_s: f64,
     /// Held by whoever writes or forgets what is not saved: else it could be written after a save.
     keeping: Arc<Mutex<()>>,
 }
@@ -207,11 +216,13 @@ impl Editor {
     pub(super) fn follow(&mut self) {
         let now_s = self.now_s();
         let Some(session) = &mut self.session else { return };
-        let rests_s = now_s - session.due.edited_s;
-        if session.due.keeps && rests_s >= KEPT_AFTER_S {
-            session.due.keeps = false;
+        let due = &mut session.due;
+        let rests_s = now_s - due.edited_s;
+        let is_time = rests_s >= KEPT_AFTER_S || now_s - due.unkept_s >= KEPT_AT_LATEST_S;
+        if due.keeps && is_time && now_s >= due.not_before_s {
+            due.keeps = false;
             self.keep();
-        } else if session.due.keeps {
+        } else if due.keeps {
             self.context.request_repaint_after_secs(KEPT_AFTER_S as f32);
         }
         let Some(session) = &mut self.session else { return };
@@ -256,8 +267,8 @@ impl Editor {
             let _keeping = keeping.lock().unwrap_or_else(PoisonError::into_inner);
             // Saved or forgotten meanwhile.
             task.go_on()?;
-            kept(&folder, &project, dirty)?;
-            Ok(Box::new(|_| ()))
+            let kept = kept(&folder, &project, dirty);
+            Ok(Box::new(move |editor| kept.unwrap_or_else(|error| editor.not_kept(&folder, &error))))
         });
     }
 
@@ -272,6 +283,17 @@ impl Editor {
         });
     }
 
+    fn not_kept(&mut self, folder: &Path, error: &Error) {
+        let now_s = self.now_s();
+        if let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) {
+            (session.due.keeps, session.due.not_before_s) = (true, now_s + KEPT_AGAIN_S);
+        }
+        let text = format!(
+            "What is not saved could not be kept for the case of a crash; it is tried again: {error}"
+        );
+        self.tell(Note::new(Weight::Problem, text));
+    }
+
     /// Looks which stacks are up to date, where the stacks themselves are those that are shown.
     fn look_at_states(&mut self) {
         let Some(session) = &self.session else { return };
@@ -284,7 +306,7 @@ impl Editor {
     }
 
     /// Reads the site again, as the project says it is now.
-    fn reopen(&mut self) {
+    pub(super) fn reopen(&mut self) {
         let Some(session) = &self.session else { return };
         let (folder, project) = (session.folder.clone(), session.history.present().clone());
         self.jobs.stop_kind(Kind::Survey);
@@ -334,6 +356,9 @@ impl Session {
         let follows = Follows::of(before, &present).max(self.brings_back(before, &present));
         self.due.looks |= before.masks != present.masks;
         self.due.follows = self.due.follows.max(follows);
+        if !self.due.keeps {
+            self.due.unkept_s = now_s;
+        }
         self.due.keeps = true;
         self.due.edited_s = now_s;
         if follows != Some(Follows::Site) {

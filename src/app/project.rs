@@ -8,6 +8,7 @@ use super::jobs::Kind;
 use super::masking::Masking;
 use super::notes::{Note, Weight};
 use super::painter::Painter;
+use super::panel::counted;
 use super::pictures::Pictures;
 use super::quality::Quality;
 use super::selection::Selection;
@@ -136,7 +137,8 @@ impl Editor {
             let made = built.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
             let current = built.iter().filter(|photo| photo.up_to_date).count();
             if !stopped {
-                let text = format!("Layers built: {made} photos; {current} were up to date");
+                let text =
+                    format!("Layers built: {}; {current} were up to date", counted(made as u64, "photo"));
                 notes.push(Note::new(Weight::Info, text));
                 // Gains and relief can be made later, too.
                 if let Err(error) = preview::prepare(&folder, &opened, task) {
@@ -170,7 +172,10 @@ impl Editor {
                 failed.map(|(photo, error)| Note::about(Weight::Problem, photo, error.to_string())).collect();
             let made = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
             match ending.is_empty() {
-                true => notes.push(Note::new(Weight::Info, format!("Hidden parts filled: {made} photos"))),
+                true => notes.push(Note::new(
+                    Weight::Info,
+                    format!("Hidden parts filled: {}", counted(made as u64, "photo")),
+                )),
                 false => notes.extend(ending),
             }
             let photos = survey(&folder, &opened, &Task::silent())?;

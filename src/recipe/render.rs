@@ -164,6 +164,7 @@ fn started(film: &FilmOptions, views: &[View]) -> Result<Film> {
             views[0].name, other.name
         )));
     }
+    make_folder(film.file.parent().unwrap_or(&film.file))?;
     Film::create(&film.file, Reel { width, height, fps: film.fps, frames: views.len() as u32 })
 }
 
@@ -272,7 +273,7 @@ mod tests {
     fn rendered(views: &[View], broken: Option<u8>, film: bool) -> (tempfile::TempDir, Result<RenderReport>) {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
-        let file = folder.path().join("film.apng");
+        let file = folder.path().join("films/film.apng");
         let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
         let options = RenderOptions { out, film };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
@@ -287,7 +288,7 @@ mod tests {
         assert!((report.done[0].textured - 0.2).abs() < 1e-12);
         let second = image::open(folder.path().join("out/b.png")).unwrap().to_rgba8();
         assert_eq!((second.dimensions(), second.get_pixel(0, 0).0), ((8, 6), [2, 2, 2, 51]));
-        assert_eq!(report.film, Some(folder.path().join("film.apng")));
+        assert_eq!(report.film, Some(folder.path().join("films/film.apng")));
         let first = image::open(report.film.unwrap()).unwrap().to_rgb8();
         assert_eq!(first.get_pixel(0, 0).0, [80; 3], "a fifth of 1 over four fifths of 100");
     }
@@ -299,7 +300,7 @@ mod tests {
         assert_eq!(report.done.len(), 2);
         let failed: Vec<_> = report.failed.iter().map(|(name, _)| name.as_str()).collect();
         assert_eq!(failed, ["b", "film"]);
-        assert!(!folder.path().join("film.apng").exists() && folder.path().join("out/c.png").exists());
+        assert!(!folder.path().join("films/film.apng").exists() && folder.path().join("out/c.png").exists());
     }
 
     #[test]

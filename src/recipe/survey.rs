@@ -17,7 +17,7 @@ pub enum StackState {
     Stale(Stack),
     /// There is none.
     Missing,
-    /// It cannot be read.
+    /// It cannot be read, or its photo cannot.
     Broken(Error),
 }
 
@@ -55,18 +55,22 @@ impl<'a> Survey<'a> {
         Self { store, inputs }
     }
 
-    /// The state of the stack of `photo`.
+    /// The state of the stack of `photo`; broken where the photo cannot be read any more, so that the others go on.
     ///
     /// # Errors
-    /// [`Error::Io`] when the photo cannot be read.
+    /// [`Error::Cancelled`] alone.
     pub fn state(&self, photo: &Photo) -> Result<StackState> {
         let stack = match self.store.current(&photo.name) {
             Ok(Some(stack)) => stack,
             Ok(None) => return Ok(StackState::Missing),
             Err(error) => return Ok(StackState::Broken(error)),
         };
-        let current = stack.inputs == self.inputs.hash(photo)?;
-        Ok(if current { StackState::Current(stack) } else { StackState::Stale(stack) })
+        match self.inputs.hash(photo) {
+            Ok(inputs) if inputs == stack.inputs => Ok(StackState::Current(stack)),
+            Ok(_) => Ok(StackState::Stale(stack)),
+            Err(Error::Cancelled) => Err(Error::Cancelled),
+            Err(error) => Ok(StackState::Broken(error)),
+        }
     }
 }
 

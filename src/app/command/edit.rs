@@ -34,9 +34,17 @@ pub const UNDO: Command = Command {
     tooltip: "Takes the last step back.",
     keys: &[ctrl(Key::Z)],
     menu: Menu::Edit,
-    ready: |editor| history(editor, |history| history.undoes().is_some(), "there is nothing to undo"),
+    ready: |editor| match editor.masking.is_drawing() {
+        true => Ok(()),
+        false => history(editor, |history| history.undoes().is_some(), "there is nothing to undo"),
+    },
     detail: Some(|editor| Some(editor.session.as_ref()?.history.undoes()?.to_owned())),
-    run: |editor, _| editor.undo(),
+    // In the middle of a stroke that is the last step.
+    run: |editor, _| {
+        if !editor.masking.give_up() {
+            editor.undo();
+        }
+    },
     ..PLAIN
 };
 

@@ -10,8 +10,21 @@ use crate::app::settings::Colours;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] = &[
-    &NEW, &OPEN, &CLOSE, &MISSING, &SETTINGS, &QUIT, &PALETTE, &NOTES, &DARK, &LARGER, &SMALLER, &USUAL,
-    &LAYOUT, &KEYS,
+    &NEW,
+    &OPEN,
+    &CLOSE,
+    &READ_AGAIN,
+    &MISSING,
+    &SETTINGS,
+    &QUIT,
+    &PALETTE,
+    &NOTES,
+    &DARK,
+    &LARGER,
+    &SMALLER,
+    &USUAL,
+    &LAYOUT,
+    &KEYS,
 ];
 
 /// The assistant for new projects.
@@ -49,6 +62,19 @@ pub const QUIT: Command = Command {
     keys: &[ctrl(Key::Q)],
     starts_group: true,
     run: |editor, _| editor.leave(Leaving::Quit),
+    ..PLAIN
+};
+
+/// What has changed on disk while the project was open.
+pub const READ_AGAIN: Command = Command {
+    name: "Read files again",
+    tooltip: "Reads photos, cameras and model again, as they are on disk now; decisions stay.",
+    keys: &[plain(Key::F5)],
+    ready: |editor| match editor.jobs.is_idle() {
+        true => with_project(editor),
+        false => Err("wait until the job that runs has ended, or stop it"),
+    },
+    run: |editor, _| editor.reopen(),
     ..PLAIN
 };
 

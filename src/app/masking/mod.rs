@@ -97,6 +97,11 @@ impl Masking {
         self.stroke.is_some()
     }
 
+    /// Gives the stroke up that goes on; whether there was one.
+    pub fn give_up(&mut self) -> bool {
+        self.stroke.take().is_some()
+    }
+
     /// Nothing waits to be kept.
     pub fn is_kept(&self) -> bool {
         self.keeping.is_empty()

@@ -1,6 +1,6 @@
 //! The photos' exposures, to be decided: seen in the 3D view while a slider is dragged.
 
-use eframe::egui::{DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
+use eframe::egui::{Button, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
 use super::name_cell;
 use crate::app::editor::{Ask, Editor};
@@ -66,9 +66,9 @@ fn switches(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<
     switch(colour.vignetting, "Take out dark corners", corners, ColourEdit::Vignetting);
     let haze = "Light that was added everywhere in a photo, as by haze, is estimated and taken out.";
     switch(colour.offset, "Take out haze", haze, ColourEdit::Offset);
-    if !colour.is_default()
-        && ui.button("Reset all").on_hover_text("Takes back all decisions about colour.").clicked()
-    {
+    // Always there: what is below must not move while it is dragged.
+    let reset = ui.add_enabled(!colour.is_default(), Button::new("Reset all"));
+    if reset.on_hover_text("Takes back all decisions about colour.").clicked() {
         decide(asks, ColourEdit::Reset);
     }
 }

@@ -66,5 +66,5 @@ pub fn help_ui(editor: &mut Editor, context: &Context) {
             });
         });
     });
-    editor.help_shown = open;
+    editor.help_shown = open && !super::escaped(context);
 }

@@ -20,6 +20,12 @@ pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
     ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
         editor.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
+        // Whatever was looked at: what is new is seen.
+        let (id, count) = (ui.scope_id().with("notes"), editor.notes.list().len());
+        let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, 0), count));
+        if count > before {
+            ui.scroll_to_cursor(Some(Align::BOTTOM));
+        }
         jobs(editor, ui, asks);
         if editor.notes.list().is_empty() && editor.jobs.is_idle() {
             ui.weak("Nothing to say. What goes wrong, and what was done, is told here.");

@@ -18,7 +18,7 @@ pub fn settings_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) 
             editor.settings.apply_to(context);
         }
     });
-    editor.settings_shown = open;
+    editor.settings_shown = open && !super::escaped(context);
 }
 
 fn contents(settings: &mut Settings, ui: &mut Ui, asks: &mut Vec<Ask>) {

@@ -221,7 +221,9 @@ fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut V
     if editor.masking.is_drawing() {
         return;
     }
-    if let Some(outcome) = editor.masking.suggested.outcome.clone() {
+    // What was asked for last is told last; layers that are out of date stay so.
+    let is_stale = editor.session.as_ref().is_some_and(|session| session.photos[photo].word == "stale");
+    if let Some(outcome) = editor.masking.suggested.outcome.clone().filter(|_| !is_stale) {
         let (read, line) = over(ui, rect, |ui| {
             ui.label(outcome);
             ui.button("OK").on_hover_text("Hides this line.").clicked()

@@ -9,6 +9,9 @@ use crate::app::jobs::Kind;
 use crate::app::panel::{named, toggle_ui};
 use crate::projection::{Blend, Mode};
 
+/// Height of the bar of the photo one looks through, with its distance from what is above it, in points.
+const PHOTO_BAR: f32 = 48.0;
+
 /// Draws it.
 pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
@@ -24,6 +27,9 @@ pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, rect: Rect, asks: &mut Vec<Ask
     });
     if legend::is_shown(editor) {
         // One of another size is another one: it is placed by its size.
+        // Above the photo's bar, which lies below in the middle.
+        let lower = if editor.space.through().is_some() { PHOTO_BAR } else { 0.0 };
+        let rect = rect.with_max_y(rect.bottom() - lower);
         over(ui, id.with(("legend", editor.space.look.shown)), rect, Align2::LEFT_BOTTOM, |ui| {
             legend::legend_ui(editor, ui, asks)
         });
