@@ -179,7 +179,7 @@ fn details(ui: &mut Ui, status: &PhotoStatus) {
     let layers = stack.image_layers.len();
     let text = match status.hidden() {
         Some((hidden, filled)) if filled > 0 => {
-            format!("{layers} layers, {} of hidden filled", percent(filled, hidden))
+            format!("{layers} layers, {} filled", percent(filled, hidden))
         }
         Some((hidden, _)) => format!("{layers} layers, {} hidden", percent(hidden, stack.texels_used)),
         None => String::new(),
