@@ -127,10 +127,10 @@ impl Space {
         Self { through: Some(0), ..Self::at(session.viewpoint_of(0)) }
     }
 
-    /// Pictures that are shown are of another state of the project: new ones are asked for.
+    /// The picture that is shown is of another state of the project: a new one is asked for. Until it is there the old
+    /// one is better than none.
     pub fn refresh(&mut self) {
         self.asked = None;
-        self.shown = None;
     }
 
     /// Shows what is seen from a viewpoint, at once.
@@ -159,13 +159,16 @@ impl Space {
     /// The site was read again: photos and faces may be others.
     pub fn forget_site(&mut self) {
         self.forget_faces();
-        self.exploded = Exploded::default();
+        (self.shown, self.exploded) = (None, Exploded::default());
         (self.through, self.travel, self.back) = (None, None, None);
     }
 
     /// The model is another one: faces may be others.
     pub fn forget_faces(&mut self) {
         (self.hovered, self.exploded.hovered) = (None, None);
+        if let Some(shown) = &mut self.shown {
+            shown.faces.clear();
+        }
     }
 
     /// The photo one looks through.

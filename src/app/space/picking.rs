@@ -3,7 +3,7 @@
 use eframe::egui::{Rect, Response, Ui, Vec2};
 use glam::DVec3;
 
-use super::px_of;
+use super::{Picture, px_of};
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
 use crate::app::session::Session;
@@ -36,7 +36,9 @@ fn face_at(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<FaceId> {
     let space = &editor.space;
     let session = editor.session.as_ref()?;
     let px = px_of(offset, ui.ctx().pixels_per_point());
-    let shown = space.shown.as_ref().filter(|shown| shown.request.shot.pose == space.viewpoint.pose);
+    let is_this =
+        |shown: &&Picture| shown.request.shot.pose == space.viewpoint.pose && !shown.faces.is_empty();
+    let shown = space.shown.as_ref().filter(is_this);
     if let Some(shown) = shown {
         let camera = &shown.request.shot.camera;
         let place = |px: f64, of: u32, all: u32| ((px / f64::from(all) * f64::from(of)) as u32).min(of - 1);
