@@ -10,7 +10,7 @@ use crate::layers::{Faces, Options, Wishes};
 pub const LONGEST_NAME: usize = 120;
 
 /// Decisions by the photos' names. They name faces, so that they hold again for every stack that is
-/// made; those that find nothing to hold for now are kept.
+/// made; those that a stack has nothing for are kept.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Decisions {
