@@ -7,6 +7,7 @@ mod common;
 mod window;
 
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
@@ -250,8 +251,15 @@ fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() 
     let excluded = |editor: &Editor| {
         session!(editor).history.present().decisions.of("01_church.jpg").excludes("church.facade", 0)
     };
+    let drawn_by = |editor: &Editor| session!(editor).painter.as_ref().map(|painter| painter.surface.clone());
+    let painter = drawn_by(harness.state()).unwrap();
     click(&mut harness, Role::Button, "Exclude 01_church.jpg");
     assert!(excluded(harness.state()));
+    wait(&mut harness, "the view after the decision", |editor| {
+        !session!(editor).photos.is_empty() && !Arc::ptr_eq(&session!(editor).solid, &painter)
+    });
+    let same = drawn_by(harness.state()).is_some_and(|now| Arc::ptr_eq(&now, &painter));
+    assert!(same, "no decision needs another renderer before something is built");
     harness.get_by_label("no texture: excluded by hand");
     click(&mut harness, Role::Button, "Allow 01_church.jpg");
     assert!(!excluded(harness.state()));

@@ -130,7 +130,7 @@ impl Editor {
     /// Why it cannot be.
     pub(super) fn decided(&self, edit: &LayerEdit) -> Result<Project> {
         let session = self.session.as_ref().ok_or_else(|| Error::Request("no project is open".into()))?;
-        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref().cloned()).collect();
+        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         decide::edited(session.history.present(), edit, &session.opened.site, &stacks)
     }
 
@@ -275,10 +275,11 @@ impl Editor {
     /// Looks which stacks are up to date.
     fn look_again(&mut self) {
         let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let (folder, opened, known) =
+            (session.folder.clone(), session.opened.clone(), session.photos.clone());
         self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
-            let photos = survey(&folder, &opened, task)?;
+            let photos = survey(&folder, &opened, &known, task)?;
             Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new())))
         });
     }
@@ -297,10 +298,11 @@ impl Editor {
     /// Looks which stacks are up to date, where the stacks themselves are those that are shown.
     fn look_at_states(&mut self) {
         let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
+        let (folder, opened, known) =
+            (session.folder.clone(), session.opened.clone(), session.photos.clone());
         self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
-            let photos = survey(&folder, &opened, task)?;
+            let photos = survey(&folder, &opened, &known, task)?;
             Ok(Box::new(move |editor| editor.states_seen(&folder, photos)))
         });
     }
@@ -312,7 +314,7 @@ impl Editor {
         self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Open, "Reading the site again", move |task| {
             let opened = open_site(&folder, Project::clone(&project), task)?;
-            let photos = survey(&folder, &opened, task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
             let count = photos.len();
             Ok(Box::new(move |editor| {
                 let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) else {

@@ -339,7 +339,9 @@ impl Editor {
 }
 
 impl eframe::App for Editor {
-    fn logic(&mut self, context: &Context, _: &mut Frame) {
+    fn logic(&mut self, context: &Context, frame: &mut Frame) {
+        // What it says is of the frame before.
+        self.frame_times.begin(frame.info().cpu_usage, !self.jobs.is_idle());
         let work = || {
             self.take_in(context);
             // Each in its turn: one may open a dialog, which the next ones belong to.
@@ -357,16 +359,14 @@ impl eframe::App for Editor {
         }
     }
 
-    fn ui(&mut self, ui: &mut Ui, frame: &mut Frame) {
-        // Of the frame before.
-        let since_last = frame.info().cpu_usage;
-        self.frame_times.add(since_last, !self.jobs.is_idle());
+    fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
         if self.crash.is_some() {
             crash_ui(self, ui);
         } else if let Err(crash) = crash::guarded(|| self.draw(ui)) {
             self.crash = Some(crash);
             ui.ctx().request_repaint();
         }
+        self.frame_times.end(!self.jobs.is_idle());
     }
 
     fn save(&mut self, storage: &mut dyn Storage) {

@@ -1,6 +1,6 @@
 //! What the window's frames take of the processor: when nothing else is going on, and beside jobs.
 
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use serde::Serialize;
 
@@ -16,8 +16,14 @@ pub struct FrameTimes(Arc<Mutex<Kept>>);
 struct Kept {
     /// What the window's thread had used of the processor when the last frame began, in seconds.
     used_s: Option<f64>,
-    idle: Counts,
-    while_jobs_ran: Counts,
+    idle: Counted,
+    while_jobs_ran: Counted,
+}
+
+#[derive(Debug, Default)]
+struct Counted {
+    own: Counts,
+    whole: Counts,
 }
 
 /// How many frames fell into each class.
@@ -33,39 +39,72 @@ pub struct FrameReport {
     pub while_jobs_ran: Frames,
 }
 
-/// What some frames took of the processor, in milliseconds of the window's own thread: drawing, laying out, handing over to
-/// the driver; not waiting for the screen, and not what other threads do meanwhile.
+/// What some frames took of the processor, on the window's own thread; not waiting for the screen, and not what other
+/// threads do meanwhile.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
 pub struct Frames {
     /// How many there were.
     pub frames: u32,
+    /// Of this program: taking in what threads made, doing what was asked for, and laying out panels and views.
+    pub own: Spent,
+    /// All of the frame: also cutting shapes into triangles, handing them and new pictures over to the driver, and what
+    /// that does to show the frame. A driver in software copies all of it through the window system.
+    pub whole: Spent,
+}
+
+/// Milliseconds that frames took, to a tenth.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Spent {
     /// Half of them took no longer.
-    pub median_ms: f32,
+    pub median_ms: f64,
     /// 95 of 100 took no longer.
-    pub most_ms: f32,
+    pub most_ms: f64,
     /// The longest one.
-    pub longest_ms: f32,
+    pub longest_ms: f64,
 }
 
 impl FrameTimes {
     /// A frame begins: the one before took what the thread has used since that began. Where the system does not tell,
     /// `drawn_s` says how long its drawing took by the clock.
-    pub fn add(&self, drawn_s: Option<f32>, jobs_run: bool) {
+    pub fn begin(&self, drawn_s: Option<f32>, jobs_run: bool) {
         let used_s = used_by_thread();
-        let mut kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let mut kept = self.kept();
         let before = std::mem::replace(&mut kept.used_s, used_s);
         let spent_s = match (before, used_s) {
             (Some(before), Some(now)) => Some(now - before),
             _ => drawn_s.map(f64::from),
         };
-        let counts = if jobs_run { &mut kept.while_jobs_ran } else { &mut kept.idle };
-        spent_s.into_iter().for_each(|spent_s| counts.add(spent_s));
+        spent_s.into_iter().for_each(|spent_s| kept.counted(jobs_run).whole.add(spent_s));
+    }
+
+    /// All that this program has to do for the frame is done.
+    pub fn end(&self, jobs_run: bool) {
+        let mut kept = self.kept();
+        if let (Some(began), Some(now)) = (kept.used_s, used_by_thread()) {
+            kept.counted(jobs_run).own.add(now - began);
+        }
     }
 
     /// All of them until now.
     pub fn report(&self) -> FrameReport {
-        let kept = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let kept = self.kept();
         FrameReport { idle: kept.idle.frames(), while_jobs_ran: kept.while_jobs_ran.frames() }
+    }
+
+    fn kept(&self) -> MutexGuard<'_, Kept> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+impl Kept {
+    fn counted(&mut self, jobs_run: bool) -> &mut Counted {
+        if jobs_run { &mut self.while_jobs_ran } else { &mut self.idle }
+    }
+}
+
+impl Counted {
+    fn frames(&self) -> Frames {
+        Frames { frames: self.whole.count(), own: self.own.spent(), whole: self.whole.spent() }
     }
 }
 
@@ -90,8 +129,12 @@ impl Counts {
         self.0[class] += 1;
     }
 
-    fn frames(&self) -> Frames {
-        let frames: u32 = self.0.iter().sum();
+    fn count(&self) -> u32 {
+        self.0.iter().sum()
+    }
+
+    fn spent(&self) -> Spent {
+        let frames = self.count();
         // The upper end of the class in which so many of 100 frames have passed.
         let within = |percent: u64| {
             let wanted = (u64::from(frames) * percent).div_ceil(100);
@@ -100,9 +143,9 @@ impl Counts {
                 passed += u64::from(*count);
                 passed >= wanted && wanted > 0
             });
-            class.map_or(0.0, |class| ((class + 1) as f64 * 1000.0 / CLASSES_PER_S) as f32)
+            class.map_or(0.0, |class| (class + 1) as f64 / (CLASSES_PER_S / 1000.0))
         };
-        Frames { frames, median_ms: within(50), most_ms: within(95), longest_ms: within(100) }
+        Spent { median_ms: within(50), most_ms: within(95), longest_ms: within(100) }
     }
 }
 
@@ -113,13 +156,13 @@ mod tests {
     #[test]
     fn half_and_most_and_all_of_the_frames_are_told() {
         let mut counts = Counts::default();
-        assert_eq!(counts.frames(), Frames::default());
+        assert_eq!((counts.count(), counts.spent()), (0, Spent::default()));
         (0..90).for_each(|_| counts.add(0.001));
         (0..9).for_each(|_| counts.add(0.006));
         counts.add(3600.0);
-        let told = counts.frames();
-        assert_eq!(told.frames, 100);
-        let near = |ms: f32, expected: f32| (ms - expected).abs() < 0.11;
+        assert_eq!(counts.count(), 100);
+        let told = counts.spent();
+        let near = |ms: f64, expected: f64| (ms - expected).abs() < 0.11;
         assert!(near(told.median_ms, 1.1) && near(told.most_ms, 6.1), "{told:?}");
         assert!(near(told.longest_ms, 2000.0), "what is longer than all classes counts as the last");
     }
@@ -127,10 +170,15 @@ mod tests {
     #[test]
     fn frames_beside_jobs_are_counted_by_themselves() {
         let times = FrameTimes::default();
-        times.add(Some(0.001), false);
-        times.add(Some(0.001), true);
-        times.add(Some(0.001), true);
+        for jobs_run in [false, true, true] {
+            times.begin(Some(0.001), jobs_run);
+            times.end(jobs_run);
+        }
         let report = times.report();
-        assert_eq!((report.idle.frames, report.while_jobs_ran.frames), (1, 2));
+        if used_by_thread().is_some() {
+            // The first one is whole when the second begins.
+            assert_eq!((report.idle.frames, report.while_jobs_ran.frames), (1, 2));
+            assert!(report.while_jobs_ran.own.longest_ms > 0.0);
+        }
     }
 }

@@ -7,7 +7,7 @@ use super::editor::Editor;
 use super::jobs::Kind;
 use super::masking::Masking;
 use super::notes::{Note, Weight};
-use super::painter::Painter;
+use super::painter::{Change, Painter};
 use super::panel::counted;
 use super::pictures::Pictures;
 use super::quality::Quality;
@@ -90,8 +90,10 @@ impl Editor {
                 match made {
                     // Objects were switched meanwhile: another one is on its way.
                     Ok(_) if !Arc::ptr_eq(&model, &session.opened.site.model) => (),
-                    Ok(painter) => {
+                    Ok(mut painter) => {
                         session.solid = painter.surface.clone();
+                        // What was decided while it was made is decided.
+                        painter.change(Change::Decisions(session.opened.clone()));
                         session.painter = Some(painter);
                         editor.space.refresh();
                     }
@@ -105,6 +107,7 @@ impl Editor {
     pub fn build(&mut self, photos: Vec<String>) {
         let Some(session) = &self.session else { return };
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+        let known = session.photos.clone();
         self.jobs.start(Kind::Build, "Building layers", move |task| {
             // Held to the end, also where the project is closed meanwhile.
             let _lock = lock;
@@ -145,7 +148,7 @@ impl Editor {
                     notes.extend(ended("Preparing the view", &error));
                 }
             }
-            let photos = survey(&folder, &opened, &Task::silent())?;
+            let photos = survey(&folder, &opened, &known, &Task::silent())?;
             Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, notes)))
         });
     }
@@ -154,6 +157,7 @@ impl Editor {
     pub fn fill(&mut self) {
         let Some(session) = &self.session else { return };
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+        let known = session.photos.clone();
         self.jobs.start(Kind::Fill, "Filling hidden parts", move |task| {
             // Held to the end, also where the project is closed meanwhile.
             let _lock = lock;
@@ -178,7 +182,7 @@ impl Editor {
                 )),
                 false => notes.extend(ending),
             }
-            let photos = survey(&folder, &opened, &Task::silent())?;
+            let photos = survey(&folder, &opened, &known, &Task::silent())?;
             Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, notes)))
         });
     }
@@ -187,12 +191,12 @@ impl Editor {
     pub(super) fn states_seen(&mut self, folder: &std::path::Path, photos: Vec<PhotoStatus>) {
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
         let same = session.photos.len() == photos.len()
-            && session.photos.iter().zip(&photos).all(|(known, seen)| known.stack == seen.stack);
+            && session.photos.iter().zip(&photos).all(|(known, seen)| seen.is_drawn_like(known));
         if !same {
             return self.stacks_changed(folder, photos, Vec::new());
         }
         for (known, seen) in session.photos.iter_mut().zip(photos) {
-            (known.word, known.problem) = (seen.word, seen.problem);
+            *known = seen;
         }
     }
 
@@ -209,9 +213,31 @@ impl Editor {
             return;
         }
         let before = std::mem::replace(&mut session.photos, photos);
+        let same = before.iter().zip(&session.photos).all(|(before, now)| now.is_drawn_like(before));
         self.keep_selection(&before);
-        self.quality.forget_stacks();
-        self.prepare_painter();
+        if same {
+            // Who serves what is decided otherwise; what was compared for colour is the same.
+            self.quality.fill.forget_stacks();
+            self.redecide();
+        } else {
+            self.quality.forget_stacks();
+            self.prepare_painter();
+        }
+    }
+
+    /// Photos serve faces as it is decided by now, from the stacks that there are: no new renderer is needed for it. One
+    /// that is being made takes it over when it is done.
+    fn redecide(&mut self) {
+        let Some(session) = &mut self.session else { return };
+        match &mut session.painter {
+            Some(painter) => {
+                painter.change(Change::Decisions(session.opened.clone()));
+                self.space.redraw();
+            }
+            // What is in its way was told; `Restart 3D view` tries again.
+            None if self.jobs.runs(Kind::Preview) || self.space.trouble.is_some() => (),
+            None => self.prepare_painter(),
+        }
     }
 }
 

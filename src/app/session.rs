@@ -71,6 +71,23 @@ impl PhotoStatus {
         }
     }
 
+    /// The same; a stack that was known before is that one.
+    fn with_known(mut self, known: Option<&Self>) -> Self {
+        if let Some(known) = known.filter(|known| known.stack == self.stack) {
+            self.stack = known.stack.clone();
+        }
+        self
+    }
+
+    /// Its stack shows what that of another state of it does: names of layers are drawn nowhere.
+    pub fn is_drawn_like(&self, other: &Self) -> bool {
+        match (&self.stack, &other.stack) {
+            (Some(one), Some(other)) => Arc::ptr_eq(one, other) || one.differs_in_names_only(other),
+            (None, None) => true,
+            _ => false,
+        }
+    }
+
     /// Built of the project as it is.
     pub fn is_current(&self) -> bool {
         self.word == "current"
@@ -86,11 +103,16 @@ impl PhotoStatus {
     }
 }
 
-/// The states of all photos of a project.
+/// The states of all photos of a project. Stacks that are `known` are not held twice.
 ///
 /// # Errors
 /// [`crate::Error::Io`] when a photo cannot be read; [`crate::Error::Cancelled`].
-pub fn survey(folder: &Path, opened: &Opened, task: &Task) -> Result<Vec<PhotoStatus>> {
+pub fn survey(
+    folder: &Path,
+    opened: &Opened,
+    known: &[PhotoStatus],
+    task: &Task,
+) -> Result<Vec<PhotoStatus>> {
     let store = StackStore::new(folder);
     let survey = Survey::new(opened, &store);
     let photos = &opened.site.photos;
@@ -101,7 +123,7 @@ pub fn survey(folder: &Path, opened: &Opened, task: &Task) -> Result<Vec<PhotoSt
             // A name holds at once, whatever is in the file until it is written again.
             rename(stack, &opened.project.decisions.of(&photo.name).names);
         }
-        Ok(PhotoStatus::of(state))
+        Ok(PhotoStatus::of(state).with_known(known.get(done as usize)))
     };
     (0u64..).zip(photos).map(status).collect()
 }
@@ -130,7 +152,7 @@ impl Session {
     }
 
     fn with(lock: ProjectLock, folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
-        let photos = survey(folder, &opened, task)?;
+        let photos = survey(folder, &opened, &[], task)?;
         let history = History::new(opened.project.clone());
         let model = &opened.site.model;
         Ok(Self {

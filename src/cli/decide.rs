@@ -28,8 +28,9 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     let mut opened = open_site(&args.project, project, task)?;
     let stacks = stacks(&args.project, &opened);
     let mut decided = opened.project.clone();
+    let present: Vec<_> = stacks.iter().map(Option::as_ref).collect();
     for edit in edits(args, &opened, &stacks)? {
-        decided = edited(&decided, &edit, &opened.site, &stacks)?;
+        decided = edited(&decided, &edit, &opened.site, &present)?;
     }
     let changed = decided != opened.project;
     if changed {

@@ -70,6 +70,18 @@ impl Stack {
         self.inputs.split('-').next().unwrap_or_default()
     }
 
+    /// Another stack is the same but for the names of its layers.
+    pub fn differs_in_names_only(&self, other: &Self) -> bool {
+        if self.image_layers.len() != other.image_layers.len() {
+            return false;
+        }
+        let mut renamed = self.clone();
+        for (layer, other) in renamed.image_layers.iter_mut().zip(&other.image_layers) {
+            (layer.name, layer.own_name) = (other.name.clone(), other.own_name.clone());
+        }
+        renamed == *other
+    }
+
     /// The first image layer that cannot be, as place and finding: one of elements that are not there, or
     /// with a side of no pixels or of more than textures may have. Whoever reads a file asks; all else
     /// takes it for granted.

@@ -11,12 +11,13 @@ use super::relief::SiteRelief;
 use super::sheets::SheetFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
-use crate::document::Stack;
+use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Loaded, Renderer, Sliced, TextureOptions, TileStore};
 use crate::io::stack_store::StackStore;
 use crate::projection::surface::Surface;
 use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown};
+use crate::scene::Site;
 use crate::task::Task;
 
 /// How a project is shown.
@@ -147,6 +148,16 @@ impl Preview {
         self.files = files;
         self.renderer.set_origins(None)?;
         self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
+    }
+
+    /// Lets photos serve faces as it is decided by now: which of them serve a face no more, and which one serves it alone.
+    /// Stacks stay as they are, and so do their texels on the device: other decisions need a build before they change
+    /// any. The model is the one that this was opened with.
+    ///
+    /// # Errors
+    /// [`Error::Gpu`].
+    pub fn redecide(&mut self, site: &Site, decisions: &Decisions) -> Result<()> {
+        self.renderer.set_sources(Arc::new(sources(site, &self.files.stacks(), decisions)))
     }
 
     /// Shows photos with other gains from now on.

@@ -125,6 +125,11 @@ impl SheetFiles {
         Ok((repainted, changed))
     }
 
+    /// The stacks that paint is laid on, in the site's order.
+    pub fn stacks(&self) -> Vec<Option<Arc<Stack>>> {
+        self.painted.iter().map(|painted| painted.as_ref().map(|painted| painted.stack.clone())).collect()
+    }
+
     /// What of the paint cannot be shown, and what to do about it.
     pub fn problems(&self) -> Vec<String> {
         let paint = self.painted.iter().flatten().map(|painted| &painted.paint);

@@ -1,5 +1,6 @@
 //! From stacks to what serves which face: `document::Stack` becomes `projection::Sources`.
 
+use std::borrow::Borrow;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -23,7 +24,7 @@ const SAME_PLACE: f64 = 1e-9;
 
 /// The sources of a site; photos without a stack (`None`) serve nothing. Stacks in the site's order. What was
 /// decided says which photos serve a face no more, and which one serves it alone.
-pub fn sources(site: &Site, stacks: &[Option<Stack>], decisions: &Decisions) -> Sources {
+pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &Decisions) -> Sources {
     let pinned = pinned_faces(site, decisions);
     let faces = FaceIndex::new(&site.model);
     let mut sources = Sources::default();
@@ -33,7 +34,7 @@ pub fn sources(site: &Site, stacks: &[Option<Stack>], decisions: &Decisions) -> 
         sources.photos.push(Projector { name, camera, pose });
         if let Some(stack) = stack {
             let decided = &decisions.of(&photo.name);
-            let (model, pinned) = (&site.model, &pinned);
+            let (model, pinned, stack) = (&site.model, &pinned, stack.borrow());
             let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
             reader.read(&mut sources.sheets, &mut servers);
         }

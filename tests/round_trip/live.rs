@@ -1,6 +1,8 @@
-//! The live view shows what was painted without being opened anew.
+//! The live view shows what was painted and decided without being opened anew.
 
+use quadratura::document::Project;
 use quadratura::gpu::Gpu;
+use quadratura::layers::Faces;
 use quadratura::projection::{Picture, Renders, Shot};
 use quadratura::recipe::import::take_back;
 use quadratura::recipe::open::{Opened, open};
@@ -8,7 +10,8 @@ use quadratura::recipe::preview::{self, Preview, PreviewOptions};
 use quadratura::task::Task;
 
 use super::paper::Paper;
-use super::{RED, SOFT, Studio};
+use super::site::Site;
+use super::{RED, SOFT, Studio, gpu_rasteriser};
 
 fn preview(studio: &Studio, opened: &Opened) -> Preview {
     let (gpu, task) = (Gpu::headless().unwrap(), Task::silent());
@@ -46,5 +49,37 @@ fn paint_that_comes_home_and_is_taken_back_shows_in_a_view_that_stays_open() {
 
     take_back(&studio.site.project()).unwrap();
     live.renew_paint(&photos, &task).unwrap();
+    assert!(picture(&mut live, &opened) == before, "as it was");
+}
+
+#[test]
+fn what_is_decided_about_faces_and_photos_shows_in_a_view_that_stays_open() {
+    if gpu_rasteriser().is_none() {
+        return;
+    }
+    let studio = Studio { site: Site::with_photos(&["left.png", "right.png"], 160, 120, 1), format: "psd" };
+    studio.site.make_project();
+    studio.site.run("build project -q").success();
+    let project = studio.site.project();
+    let opened = open(&project, &Task::silent()).unwrap();
+    let mut live = preview(&studio, &opened);
+    let before = picture(&mut live, &opened);
+
+    let object = opened.site.model.objects[0].name.clone();
+    let of = vec![Faces { object, faces: Vec::new() }];
+    let mut pictures = vec![before.clone()];
+    for pinned in [false, true] {
+        let mut decided = opened.project.decisions.of("left.png");
+        (if pinned { &mut decided.pin } else { &mut decided.exclude }).clone_from(&of);
+        let mut after = Project::clone(&opened.project);
+        after.decisions.set("left.png", decided);
+        let after = opened.with_project(&project, after);
+        live.redecide(&after.site, &after.project.decisions).unwrap();
+        let shown = picture(&mut live, &opened);
+        assert!(shown == picture(&mut preview(&studio, &after), &opened), "as if it had been opened now");
+        pictures.push(shown);
+    }
+    assert!(pictures[1] != pictures[0], "the other photo alone serves what the first one does not");
+    live.redecide(&opened.site, &opened.project.decisions).unwrap();
     assert!(picture(&mut live, &opened) == before, "as it was");
 }

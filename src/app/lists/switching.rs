@@ -57,7 +57,7 @@ impl Editor {
         self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Open, "Switching objects", move |task| {
             let opened = opened.with_objects(&folder, project, task)?;
-            let photos = survey(&folder, &opened, task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
             Ok(Box::new(move |editor| editor.take_model(&folder, opened, photos)))
         });
     }

@@ -21,6 +21,7 @@ use self::orders::{Bench, Order};
 use crate::error::{Error, Result};
 use crate::projection::surface::Surface;
 use crate::projection::{Gains, Picture, Renders, Shot};
+use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
 use crate::scene::Model;
 use crate::task::Task;
@@ -38,12 +39,14 @@ pub struct Request {
 }
 
 /// What all pictures show from now on that were not asked for before: nothing is opened anew for it.
-#[derive(Debug, Clone)]
+#[derive(Clone)]
 pub enum Change {
     /// The paint that photos of these names have by now.
     Paint(Vec<String>),
     /// The photos' gains.
     Gains(Gains),
+    /// What is decided about photos and faces, of the same model and stacks.
+    Decisions(Arc<Opened>),
 }
 
 /// A picture that was drawn.
@@ -54,6 +57,8 @@ pub struct Painted {
     pub image: ColorImage,
     /// The nearest face at each pixel: 1 + its id, 0 for none.
     pub faces: Vec<u32>,
+    /// The model as rays meet it, and as it was drawn.
+    pub surface: Arc<Surface>,
     /// What it took.
     pub spent: Duration,
 }
@@ -139,8 +144,11 @@ impl Painter {
     /// All pictures that are asked for from now on show a change.
     pub fn change(&mut self, change: Change) {
         let mut slot = self.shared.slot();
-        if let Change::Gains(_) = change {
-            slot.changes.retain(|other| !matches!(other, Change::Gains(_)));
+        // Of these the last word holds.
+        match change {
+            Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
+            Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
+            Change::Paint(_) => (),
         }
         slot.changes.push(change);
         self.shared.wake.notify_one();
@@ -190,6 +198,10 @@ struct Drawing {
 impl Drawing {
     fn run(mut self, shared: &Shared) {
         while let Some(Work { changes, request }) = next(shared, &mut self.bench) {
+            if !changes.is_empty() {
+                // A picture is of one state of the project.
+                self.bench.begin_anew();
+            }
             let changed = changes.into_iter().try_for_each(|change| self.change(change));
             match request {
                 Some((request, stop)) => {
@@ -225,6 +237,10 @@ impl Drawing {
                 let renew = || preview.renew_paint(&photos, task).map(drop);
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
+            Change::Decisions(opened) => {
+                let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
+                catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
+            }
         };
         match changed {
             Err(Error::Gpu(said)) => Err(Error::Gpu(said)),
@@ -247,7 +263,7 @@ impl Drawing {
         let faces = self.preview.faces(&request.shot, task)?;
         let shades = shades(&self.model, request.shot.viewpoint());
         let image = composed(&picture, &faces, &shades, request.background);
-        Ok(Painted { request, image, faces, spent: start.elapsed() })
+        Ok(Painted { request, image, faces, surface: self.preview.surface(), spent: start.elapsed() })
     }
 }
 

@@ -69,6 +69,11 @@ impl Bench {
         }
     }
 
+    /// What is drawn of the order that is begun is of another state of the project: it is drawn from its beginning.
+    pub fn begin_anew(&mut self) {
+        self.sliced = None;
+    }
+
     /// Draws one slice of what was ordered; whoever ordered gets the picture when it is whole, or why there is none.
     pub fn work(&mut self, preview: &mut Preview) {
         let Some(order) = &self.order else { return };

@@ -99,10 +99,6 @@ impl Editor {
     /// Decisions about colour were undone or done again.
     pub(in crate::app) fn follow_colour(&mut self) {
         self.show_exposure();
-        if self.quality.colour.estimate.is_none() {
-            // Nobody has looked at colour yet: a new view asks for all that it needs.
-            return self.prepare_painter();
-        }
         self.want_estimate();
         self.show_gains();
     }

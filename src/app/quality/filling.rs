@@ -95,11 +95,12 @@ impl Editor {
         }
         let (opened, up) = (session.opened.clone(), session.ground.up);
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
+        let ticket = desk.worst.ticket();
         let job = self.jobs.start(Kind::Look, "Looking for hidden parts", move |task| {
             let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
             let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
             let layers = worst_first(&opened.site, &stacks, &views, task)?;
-            Ok(Box::new(move |editor| editor.quality.fill.worst.find(Worst { layers, views })))
+            Ok(Box::new(move |editor| editor.quality.fill.worst.find(&ticket, Worst { layers, views })))
         });
         self.quality.fill.worst.is_sought_by(job);
     }
@@ -123,9 +124,12 @@ impl Editor {
             return;
         }
         let (folder, name) = (session.folder.clone(), session.opened.site.photos[photo].name.clone());
+        let ticket = lookup.ticket();
         let job = self.jobs.start(Kind::Look, format!("Looking at fillings of {name}"), move |task| {
             let shares = layer_shares(&folder, &name, task)?;
-            Ok(Box::new(move |editor| editor.quality.fill.shares.entry(photo).or_default().find(shares)))
+            Ok(Box::new(move |editor| {
+                editor.quality.fill.shares.entry(photo).or_default().find(&ticket, shares);
+            }))
         });
         lookup.is_sought_by(job);
     }
@@ -135,10 +139,10 @@ impl Editor {
         let Some(session) = self.session.as_ref().filter(|_| self.quality.fill.painters.is_due()) else {
             return;
         };
-        let folder = session.folder.clone();
+        let (folder, ticket) = (session.folder.clone(), self.quality.fill.painters.ticket());
         let job = self.jobs.start(Kind::Look, "Looking for paint", move |_| {
             let painters = painters(&folder)?;
-            Ok(Box::new(move |editor| editor.quality.fill.painters.find(painters)))
+            Ok(Box::new(move |editor| editor.quality.fill.painters.find(&ticket, painters)))
         });
         self.quality.fill.painters.is_sought_by(job);
     }
@@ -150,6 +154,7 @@ impl Editor {
         let decided = &opened.project.fill;
         let options = if decided.propagate.is_empty() { with_all(decided, true) } else { decided.clone() };
         self.quality.fill.offered = Lookup::default();
+        let ticket = self.quality.fill.offered.ticket();
         let job = self.jobs.start(Kind::Look, "Looking where paint would go", move |task| {
             let (photos, memory) = (Vec::new(), default_memory());
             let request = FillRequest { options: options.clone(), photos, memory, force: false };
@@ -159,7 +164,7 @@ impl Editor {
             let spread =
                 spread.flat_map(|(photo, all)| all.into_iter().map(move |paint| SpreadOn { photo, paint }));
             let spread = most_disputed_first(spread.collect());
-            Ok(Box::new(move |editor| editor.quality.fill.offered.find((options, spread))))
+            Ok(Box::new(move |editor| editor.quality.fill.offered.find(&ticket, (options, spread))))
         });
         self.quality.fill.offered.is_sought_by(job);
     }

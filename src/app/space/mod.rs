@@ -238,9 +238,14 @@ pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 
 /// Takes in the newest picture.
 fn receive(editor: &mut Editor, ui: &Ui) {
-    let Some(painter) = editor.session.as_mut().and_then(|session| session.painter.as_mut()) else { return };
+    let Some(session) = &mut editor.session else { return };
+    let Some(painter) = &mut session.painter else { return };
     match painter.receive() {
-        Some(Ok(painted)) => editor.space.show(painted, ui),
+        Some(Ok(painted)) => {
+            // Rays meet what is shown.
+            session.solid = painted.surface.clone();
+            editor.space.show(painted, ui);
+        }
         Some(Err(error)) => editor.space_failed(&error),
         None => (),
     }
@@ -248,7 +253,7 @@ fn receive(editor: &mut Editor, ui: &Ui) {
 
 impl Space {
     fn show(&mut self, painted: Painted, ui: &Ui) {
-        let Painted { request, image, faces, spent } = painted;
+        let Painted { request, image, faces, spent, .. } = painted;
         self.pace.learn(&request.shot, spent);
         match &mut self.shown {
             Some(shown) => {

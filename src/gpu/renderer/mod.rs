@@ -154,6 +154,22 @@ impl Renderer {
         Ok(())
     }
 
+    /// Faces are served otherwise from now on, from the same photos and sheets.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`]; all stays as it was.
+    pub fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
+        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
+        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
+        self.surfaces = self.gpu.guarded("preparing the renderer", || {
+            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
+        })?;
+        self.surface = surface.into();
+        self.pins = sources.servers.iter().any(|server| server.pinned);
+        self.sources = sources;
+        Ok(())
+    }
+
     /// Shows photos with other gains from now on.
     pub fn set_gains(&mut self, gains: Gains) {
         self.gains = gains;

@@ -99,7 +99,7 @@ fn in_short(of: &[Faces]) -> String {
 /// # Errors
 /// [`Error::Request`] with what is in the way and what would do: a photo, object or face that is not there,
 /// a face that the photo does not show, elements that hide each other, decisions that contradict it.
-pub fn edited(project: &Project, edit: &LayerEdit, site: &Site, stacks: &[Option<Stack>]) -> Result<Project> {
+pub fn edited(project: &Project, edit: &LayerEdit, site: &Site, stacks: &[Option<&Stack>]) -> Result<Project> {
     let mut project = project.clone();
     let Some(photo) = edit.photo() else {
         project.decisions = Default::default();
@@ -107,7 +107,7 @@ pub fn edited(project: &Project, edit: &LayerEdit, site: &Site, stacks: &[Option
     };
     let photo = whole_name(photo, edit, &project, site)?;
     let place = site.photos.iter().position(|known| known.name == photo);
-    let stack = place.and_then(|place| stacks.get(place)?.as_ref());
+    let stack = place.and_then(|place| *stacks.get(place)?);
     let mut ground = Ground { project: &mut project, photo: &photo, model: &site.model, stack };
     ground.apply(edit)?;
     match project.decisions.problem(&project.options) {

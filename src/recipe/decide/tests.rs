@@ -48,8 +48,8 @@ fn whole(names: &[&str]) -> Vec<Faces> {
 fn all(edits: &[LayerEdit]) -> Result<Project> {
     let site = site();
     edits.iter().try_fold(project(), |project, edit| {
-        let stacks = [Some(stack(&site, &project)), None];
-        edited(&project, edit, &site, &stacks)
+        let stack = stack(&site, &project);
+        edited(&project, edit, &site, &[Some(&stack), None])
     })
 }
 
