@@ -80,13 +80,13 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
     }
 }
 
-/// Photos that give texture come first, then those that were decided about, then the others.
+/// Photos that give texture or were decided about come first, then the others: whoever excludes one photo after the other
+/// finds the rows where they were.
 fn in_order(found: &FaceInPhotos) -> Vec<usize> {
     let rank = |photo: &FaceInPhoto| match (&photo.given, photo.decided) {
-        (Given::Texture { .. }, _) => 0,
-        (_, Some(_)) => 1,
-        (Given::Nothing(_), None) => 2,
-        (Given::Unknown | Given::NotBuilt, None) => 3,
+        (Given::Texture { .. }, _) | (_, Some(_)) => 0,
+        (Given::Nothing(_), None) => 1,
+        (Given::Unknown | Given::NotBuilt, None) => 2,
     };
     let mut places: Vec<usize> = (0..found.photos.len()).collect();
     places.sort_by_key(|place| (rank(&found.photos[*place]), *place));
