@@ -13,10 +13,10 @@ use crate::geometry::PixelRect;
 use crate::projection::Picture;
 use crate::projection::reduced::halves;
 
-/// The side of a tile, in pixels: every device has textures so large, and one is made in about a millisecond.
+/// The side of a tile, in pixels: every device has textures so large, and one is made in a fraction of a millisecond.
 const SIDE: u32 = 512;
 /// So many tiles are made in a frame at most; the others show a smaller picture until it is their turn.
-const MOST_A_FRAME: usize = 6;
+const MOST_A_FRAME: usize = 4;
 /// Beyond so many tiles those that are not seen are given up: 200 megabytes.
 const MOST_KEPT: usize = 200;
 /// Pixels are told apart when they are magnified, and averaged when they are not.
@@ -104,19 +104,7 @@ impl Tiled {
     fn make(&mut self, place: Place, context: &Context) {
         let (level, column, row) = place;
         let picture = &self.levels[level];
-        let (width, height) = tile_size(picture, column, row);
-        // One pixel of the neighbours all around, else filtering would show where tiles meet.
-        let pixel = |x: u32, y: u32| {
-            let inside =
-                |tile: u32, at: u32, size: u32| (tile * SIDE + at).saturating_sub(1).min(size - 1) as usize;
-            let (x, y) = (inside(column, x, picture.width), inside(row, y, picture.height));
-            let at = 4 * (y * picture.width as usize + x);
-            let [r, g, b, a] = picture.rgba[at..at + 4].try_into().unwrap_or_default();
-            Color32::from_rgba_unmultiplied(r, g, b, a)
-        };
-        let pixels = (0..height + 2).flat_map(|y| (0..width + 2).map(move |x| (x, y)));
-        let pixels = pixels.map(|(x, y)| pixel(x, y)).collect();
-        let image = ColorImage::new([width as usize + 2, height as usize + 2], pixels);
+        let image = tile(picture, column, row);
         let name = format!("tile {column}, {row} of level {level}");
         self.tiles.insert(place, context.load_texture(name, image, FILTER));
     }
@@ -147,6 +135,31 @@ impl Tiled {
         let uv = |place: DVec2| pos2((place.x as f32 + 1.0) / size.x, (place.y as f32 + 1.0) / size.y);
         painter.image(texture.id(), area, Rect::from_min_max(uv(from), uv(to)), Color32::WHITE);
     }
+}
+
+/// The pixels of a tile and one of its neighbours all around, else filtering would show where tiles meet.
+fn tile(picture: &Picture, column: u32, row: u32) -> ColorImage {
+    let (width, height) = tile_size(picture, column, row);
+    let from_to = |tile: u32, side: u32, size: u32| {
+        let first = tile * SIDE;
+        (first.saturating_sub(1) as usize, (first + side).min(size - 1) as usize)
+    };
+    let (left, right) = from_to(column, width, picture.width);
+    let (top, bottom) = from_to(row, height, picture.height);
+    let first = [column, row].map(|tile| (tile * SIDE) as usize);
+    let all = picture.rgba.as_chunks::<4>().0;
+    let mut pixels = Vec::with_capacity((width as usize + 2) * (height as usize + 2));
+    for y in [top].into_iter().chain(first[1]..first[1] + height as usize).chain([bottom]) {
+        let line = &all[y * picture.width as usize..][..picture.width as usize];
+        pixels.push(colour(line[left]));
+        pixels.extend(line[first[0]..][..width as usize].iter().map(|rgba| colour(*rgba)));
+        pixels.push(colour(line[right]));
+    }
+    ColorImage::new([width as usize + 2, height as usize + 2], pixels)
+}
+
+fn colour([r, g, b, a]: [u8; 4]) -> Color32 {
+    Color32::from_rgba_unmultiplied(r, g, b, a)
 }
 
 /// Columns and rows of a tile without its border.
@@ -184,6 +197,23 @@ mod tests {
     }
 
     #[test]
+    fn a_tile_has_a_pixel_of_its_neighbours_all_around_and_its_own_at_the_pictures_border() {
+        let rgba = (0..1030u32 * 520).flat_map(|at| [(at % 1030 % 251) as u8, (at / 1030 % 241) as u8, 7, 255]);
+        let picture = Picture { width: 1030, height: 520, rgba: rgba.collect() };
+        for (column, row) in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1)] {
+            let image = tile(&picture, column, row);
+            let (width, height) = tile_size(&picture, column, row);
+            assert_eq!(image.size, [width as usize + 2, height as usize + 2]);
+            for (x, y) in (0..height + 2).flat_map(|y| (0..width + 2).map(move |x| (x, y))) {
+                let inside = |tile: u32, at: u32, size: u32| (tile * SIDE + at).saturating_sub(1).min(size - 1);
+                let (px, py) = (inside(column, x, 1030), inside(row, y, 520));
+                let expected = Color32::from_rgb((px % 251) as u8, (py % 241) as u8, 7);
+                assert_eq!(image[(x as usize, y as usize)], expected, "{x}, {y} of {column}, {row}");
+            }
+        }
+    }
+
+    #[test]
     fn a_picture_is_drawn_from_what_is_there_and_finer_in_the_next_frames() {
         let mut tiled = tiled(3000, 2000);
         let context = Context::default();
@@ -193,13 +223,14 @@ mod tests {
         placement.settle(bounds, view);
         placement.show_pixels(view, view.center(), 1.0);
         let seen = placement.seen(view, 1.0);
-        let counts: Vec<usize> = (0..5)
+        let counts: Vec<usize> = (0..7)
             .map(|_| {
                 let painter = context.layer_painter(eframe::egui::LayerId::background());
                 tiled.draw(&painter.with_clip_rect(view), &seen, (0, 0));
                 tiled.tiles.keys().filter(|place| place.0 == 0).count()
             })
             .collect();
-        assert_eq!(counts, [6, 12, 18, 24, 24]);
+        assert_eq!(counts[..3], [4, 8, 12]);
+        assert_eq!(counts[6..], [24]);
     }
 }

@@ -1,5 +1,7 @@
 //! Faces that the photo gives no texture, each with the reason: a click goes to the face.
 
+use std::sync::Arc;
+
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
 
@@ -8,6 +10,7 @@ use crate::app::editor::{Ask, Editor};
 use crate::app::panel::named;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
+use crate::document::Stack;
 use crate::document::stack::{Reason, Untextured};
 use crate::recipe::decide::excluded;
 use crate::recipe::survey::face_named;
@@ -44,26 +47,28 @@ pub fn words(reason: Reason) -> &'static str {
     }
 }
 
-/// Faces without texture from a photo: as its stack says, and as was decided. None before it is built.
-pub fn faces(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
-    let stack = session.photos.get(photo)?.stack.as_ref()?;
+/// What a photo's stack says of faces without texture, and those that were excluded since. None before it is built.
+fn told(session: &Session, photo: usize) -> Option<(Arc<Stack>, Vec<Untextured>)> {
+    let stack = session.photos.get(photo)?.stack.clone()?;
     let decided = session.history.present().decisions.of(&session.opened.site.photos[photo].name);
-    Some(stack.untextured.iter().cloned().chain(excluded(stack, &decided)).collect())
+    let excluded = excluded(&stack, &decided);
+    Some((stack, excluded))
 }
 
 /// Draws the list.
 pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
-    let Some(faces) = editor.session.as_ref().and_then(|session| faces(session, photo)) else {
+    let Some((stack, excluded)) = editor.session.as_ref().and_then(|session| told(session, photo)) else {
         ui.weak("Known when the photo's layers are built.");
         return;
     };
+    let faces: Vec<&Untextured> = stack.untextured.iter().chain(&excluded).collect();
     let filter = &mut editor.flat.photo.reasons;
     choose(ui, filter, &faces);
     let wanted = filter.0;
-    let listed: Vec<&Untextured> =
-        faces.iter().filter(|face| wanted.is_none_or(|reason| face.reason == reason)).collect();
+    let is_wanted = |face: &&Untextured| wanted.is_none_or(|reason| face.reason == reason);
+    let listed: Vec<&Untextured> = faces.into_iter().filter(is_wanted).collect();
     if listed.is_empty() {
         ui.weak(match wanted {
             None => "None: this photo textures every face.",
@@ -74,7 +79,7 @@ pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec
     long_list(ui, ROW, listed.len(), |ui, place| row(editor, ui, listed[place], asks));
 }
 
-fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[Untextured]) {
+fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
     let count = |reason: Option<Reason>| {
         faces.iter().filter(|face| reason.is_none_or(|reason| face.reason == reason)).count()
     };

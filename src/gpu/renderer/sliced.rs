@@ -33,11 +33,11 @@ impl Sliced {
         (self.rgba.len() / (4 * self.shot.camera.width as usize)) as u32
     }
 
-    /// The camera's rows from `row` on, as a shot of its own.
-    fn band(&self) -> Shot {
+    /// The camera's next rows, as a shot of its own: whole rows of cells, so that each cell is that of the whole picture.
+    fn band(&self, cell_px: u32) -> Shot {
         let (row, mut shot) = (self.row(), self.shot.clone());
         let px = (WANTED_S / self.per_px_s).max(LEAST_PX);
-        let rows = (px / f64::from(shot.camera.width)).ceil() as u32;
+        let rows = ((px / f64::from(shot.camera.width)).ceil() as u32).next_multiple_of(cell_px);
         shot.camera.height = rows.clamp(1, self.shot.camera.height - row);
         shot.camera.cy -= f64::from(row);
         shot
@@ -72,8 +72,8 @@ impl Renderer {
     /// # Errors
     /// Those of [`crate::projection::Renders::picture`].
     pub fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
-        let (start, band) = (Instant::now(), sliced.band());
         let side_px = self.cell_px(&sliced.shot);
+        let (start, band) = (Instant::now(), sliced.band(side_px));
         let drawn = self.drawn(&band, side_px, Some(&sliced.factors), task)?;
         let px = f64::from(band.camera.width) * f64::from(band.camera.height);
         sliced.per_px_s = start.elapsed().as_secs_f64() / px;
