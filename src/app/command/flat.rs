@@ -125,7 +125,14 @@ switch!(
     [R],
     false
 );
-switch!(FILLING, filling, "Filling", "Shows what fills hidden parts.", [], false);
+switch!(
+    FILLING,
+    filling,
+    "Filling",
+    "Shows what fills hidden parts, and paint of other photos that lies over this one.",
+    [],
+    false
+);
 switch!(PAINT, paint, "Paint", "Shows what was painted.", [], false);
 
 /// Why faces have no texture from the photo.

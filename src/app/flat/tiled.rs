@@ -198,14 +198,16 @@ mod tests {
 
     #[test]
     fn a_tile_has_a_pixel_of_its_neighbours_all_around_and_its_own_at_the_pictures_border() {
-        let rgba = (0..1030u32 * 520).flat_map(|at| [(at % 1030 % 251) as u8, (at / 1030 % 241) as u8, 7, 255]);
+        let rgba =
+            (0..1030u32 * 520).flat_map(|at| [(at % 1030 % 251) as u8, (at / 1030 % 241) as u8, 7, 255]);
         let picture = Picture { width: 1030, height: 520, rgba: rgba.collect() };
         for (column, row) in [(0, 0), (1, 0), (2, 0), (1, 1), (2, 1)] {
             let image = tile(&picture, column, row);
             let (width, height) = tile_size(&picture, column, row);
             assert_eq!(image.size, [width as usize + 2, height as usize + 2]);
             for (x, y) in (0..height + 2).flat_map(|y| (0..width + 2).map(move |x| (x, y))) {
-                let inside = |tile: u32, at: u32, size: u32| (tile * SIDE + at).saturating_sub(1).min(size - 1);
+                let inside =
+                    |tile: u32, at: u32, size: u32| (tile * SIDE + at).saturating_sub(1).min(size - 1);
                 let (px, py) = (inside(column, x, 1030), inside(row, y, 520));
                 let expected = Color32::from_rgb((px % 251) as u8, (py % 241) as u8, 7);
                 assert_eq!(image[(x as usize, y as usize)], expected, "{x}, {y} of {column}, {row}");

@@ -1,6 +1,6 @@
 //! A picture of the view, or a film of the flight, ordered of the view's painter by a job.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use eframe::egui::{Button, Context, DragValue, Id, Modal, RichText, TextEdit, Ui, vec2};
 
@@ -24,6 +24,28 @@ pub struct Export {
     size: [u32; 2],
 }
 
+impl Export {
+    /// The file that is made.
+    fn file(&self) -> PathBuf {
+        let name = if self.film { self.name.clone() } else { format!("{}.png", self.name) };
+        Path::new(&self.folder).join(name)
+    }
+}
+
+/// The name that was thought of, with a number where a file in the folder has it already.
+fn free_name(folder: &Path, export: &Export) -> String {
+    let wanted = Path::new(&export.name);
+    let stem = wanted.file_stem().unwrap_or_default().to_string_lossy();
+    let ending = wanted.extension().map(|it| format!(".{}", it.to_string_lossy())).unwrap_or_default();
+    let name = |number: u32| match number {
+        1 => export.name.clone(),
+        number => format!("{stem}-{number}{ending}"),
+    };
+    let of = |name: String| Export { folder: folder.display().to_string(), name, ..export.clone() };
+    let is_free = |name: &String| !of(name.clone()).file().exists();
+    (1..).map(name).find(is_free).unwrap_or_else(|| export.name.clone())
+}
+
 impl Editor {
     /// Asks how a picture of the view is to be.
     pub fn ask_still(&mut self) {
@@ -42,8 +64,9 @@ impl Editor {
 
     fn ask_export(&mut self, export: Export) {
         let Some(session) = &self.session else { return };
-        let folder = session.folder.join("pictures").display().to_string();
-        self.flights.export = Some(Export { folder, ..export });
+        let folder = session.folder.join("pictures");
+        let name = free_name(&folder, &export);
+        self.flights.export = Some(Export { folder: folder.display().to_string(), name, ..export });
     }
 
     pub(in crate::app) fn export_ui(&mut self, context: &Context) {
@@ -117,11 +140,21 @@ fn questions(ui: &mut Ui, export: &mut Export) -> Option<bool> {
         ui.add(DragValue::new(&mut export.size[0]).range(16..=16_384).suffix(" px wide"));
         ui.add(DragValue::new(&mut export.size[1]).range(16..=16_384).suffix(" px high"));
     });
-    ui.weak("Nothing that somebody made or changed is overwritten.");
+    let is_video = export.film && !export.name.to_lowercase().ends_with(".apng");
+    if is_video && export.size.iter().any(|side| side % 2 == 1) {
+        let [width, height] = export.size.map(|side| side & !1);
+        ui.weak(format!("A film in this format has even sides: {width} × {height} px."));
+    }
+    let is_there = !export.name.trim().is_empty() && export.file().exists();
+    if is_there {
+        let text = format!("{} is there already. Another name keeps both.", export.file().display());
+        ui.colored_label(ui.visuals().warn_fg_color, text);
+    }
     ui.add_space(10.0);
     ui.horizontal(|ui| {
         let ready = !export.folder.trim().is_empty() && !export.name.trim().is_empty();
-        let make = Button::new(RichText::new("Make").strong()).min_size(vec2(96.0, 28.0));
+        let word = if is_there { "Replace it" } else { "Make" };
+        let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
         if ui.add_enabled(ready, make).clicked() {
             return Some(true);
         }
@@ -143,4 +176,26 @@ fn told(report: &RenderReport) -> Vec<Note> {
         notes.push(Note::new(Weight::Info, format!("{} pictures made", report.done.len())));
     }
     notes
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_name_that_a_file_has_is_not_proposed_again() {
+        let folder = tempfile::tempdir().unwrap();
+        let [still, film] = [(false, "view"), (true, "flight.mp4")].map(|(film, name)| Export {
+            film,
+            folder: String::new(),
+            name: name.into(),
+            size: [64, 64],
+        });
+        let names = || [&still, &film].map(|export| free_name(folder.path(), export));
+        assert_eq!(names(), ["view", "flight.mp4"]);
+        for file in ["view.png", "view-2.png", "flight.mp4"] {
+            std::fs::write(folder.path().join(file), "made").unwrap();
+        }
+        assert_eq!(names(), ["view-3", "flight-2.mp4"]);
+    }
 }

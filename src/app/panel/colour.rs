@@ -128,7 +128,9 @@ fn exposure(photo: &PhotoColour, ui: &mut Ui, text: &str, asks: &mut Vec<Ask>) {
 /// What a slider or number came to: while it is dragged it is only shown.
 fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Vec<Ask>) {
     let ends = response.drag_stopped() || response.lost_focus();
-    let changed = response.changed();
+    // Sliders round what they show, also where nobody moved them.
+    let moved = stops.iter().zip(photo.stops).any(|(now, before)| (now - before).abs() > NOTHING);
+    let changed = response.changed() && moved;
     // A drag that moved something has fixed it.
     if changed || (response.drag_stopped() && photo.fixed) {
         let goes_on = response.dragged() && !ends;

@@ -101,8 +101,10 @@ impl Loading {
 
     /// Whether the picture is another one than the photo itself.
     fn is_peeled(&self, (version, peeling): &PeelKey) -> bool {
-        let painted = || self.layers.get(version).is_some_and(|layers| layers.is_painted());
-        peeling.taken_off > 0 || (peeling.paint && painted())
+        let is_other = |layers: &Arc<PhotoLayers>| {
+            (peeling.paint && layers.is_painted()) || (peeling.filling && layers.is_spread_on())
+        };
+        peeling.taken_off > 0 || self.layers.get(version).is_some_and(is_other)
     }
 
     /// The colour that is shown at a pixel.

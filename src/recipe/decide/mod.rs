@@ -99,7 +99,12 @@ fn in_short(of: &[Faces]) -> String {
 /// # Errors
 /// [`Error::Request`] with what is in the way and what would do: a photo, object or face that is not there,
 /// a face that the photo does not show, elements that hide each other, decisions that contradict it.
-pub fn edited(project: &Project, edit: &LayerEdit, site: &Site, stacks: &[Option<&Stack>]) -> Result<Project> {
+pub fn edited(
+    project: &Project,
+    edit: &LayerEdit,
+    site: &Site,
+    stacks: &[Option<&Stack>],
+) -> Result<Project> {
     let mut project = project.clone();
     let Some(photo) = edit.photo() else {
         project.decisions = Default::default();

@@ -28,6 +28,8 @@ pub enum Texel {
     Photo,
     /// What fills it: sRGB and alpha, not premultiplied.
     Filling([u8; 4]),
+    /// Paint of another photo, laid over what this one shows: sRGB and alpha, not premultiplied.
+    Spread([u8; 4]),
     /// Paint, or paint over filling.
     Paint([u8; 4]),
 }
@@ -40,6 +42,8 @@ pub struct Content {
     flags: Vec<u8>,
     /// Opaque where the layer is filled; empty where it has no filling at all.
     filling: Vec<[u8; 4]>,
+    /// Paint of other photos, as opaque as it is laid; empty where there is none at all.
+    spread: Vec<[u8; 4]>,
     paint: Patch,
 }
 
@@ -53,7 +57,8 @@ impl Content {
         let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
         let rect = image_layer.needed_rect.intersection(&image_layer.rect).intersection(&photo);
         if rect.is_empty() {
-            return Ok(Self { rect, flags: Vec::new(), filling: Vec::new(), paint: Patch::of_pixels(&[]) });
+            let (filling, spread) = (Vec::new(), Vec::new());
+            return Ok(Self { rect, flags: Vec::new(), filling, spread, paint: Patch::of_pixels(&[]) });
         }
         let texels = read_layer(&folder.join(&image_layer.file), image_layer.rect, rect)?;
         let needed = read_mask(&folder.join(&image_layer.needed_file), image_layer.rect, rect)?;
@@ -62,11 +67,14 @@ impl Content {
             if *needed > 0 { COVERED | visible } else { 0 }
         };
         let flags = texels.as_chunks::<4>().0.iter().zip(&needed).map(flag).collect();
-        let filling = match &image_layer.fill {
-            Some(fill) => read_layer(&folder.join(&fill.filled_file), image_layer.rect, rect)?,
-            None => Vec::new(),
+        let read = |file: Option<&String>| match file {
+            Some(file) => Ok(read_layer(&folder.join(file), image_layer.rect, rect)?.as_chunks().0.to_vec()),
+            None => Ok(Vec::new()),
         };
-        Ok(Self { rect, flags, filling: filling.as_chunks().0.to_vec(), paint: paint.on(stack, layer)? })
+        let fill = image_layer.fill.as_ref();
+        let filling = read(fill.map(|fill| &fill.filled_file))?;
+        let spread = read(fill.and_then(|fill| fill.spread_file.as_ref()))?;
+        Ok(Self { rect, flags, filling, spread, paint: paint.on(stack, layer)? })
     }
 
     /// What it has at a pixel of the photo, with or without filling and paint.
@@ -89,6 +97,11 @@ impl Content {
         !self.paint.is_empty()
     }
 
+    /// Paint of other photos lies on it.
+    pub fn is_spread_on(&self) -> bool {
+        self.spread.iter().any(|colour| colour[3] > 0)
+    }
+
     /// Whether a surface is there that the photo does not show.
     pub fn is_hidden(&self, x: i32, y: i32) -> bool {
         self.index(x, y).is_some_and(|at| self.flags[at] == COVERED)
@@ -100,8 +113,10 @@ impl Content {
     }
 
     fn without_paint(&self, at: usize, filling: bool) -> Texel {
+        let spread = self.spread.get(at).filter(|colour| filling && colour[3] > 0);
         match (self.flags[at], self.filling.get(at)) {
             (0, _) => Texel::Nothing,
+            _ if spread.is_some() => spread.map_or(Texel::Nothing, |colour| Texel::Spread(*colour)),
             (flags, _) if flags & VISIBLE != 0 => Texel::Photo,
             (_, Some(&colour)) if filling && colour[3] > 0 => Texel::Filling(colour),
             _ => Texel::Hidden,
@@ -112,5 +127,28 @@ impl Content {
         let PixelRect { x: left, y: top, w, .. } = self.rect;
         let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
         inside.then(|| (y - top) as usize * w as usize + (x - left) as usize)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn paint_of_other_photos_lies_over_the_photo_and_below_its_own_paint() {
+        let red = [65535, 0, 0, 65535];
+        let content = Content {
+            rect: PixelRect { x: 5, y: 0, w: 4, h: 1 },
+            flags: vec![COVERED | VISIBLE, COVERED | VISIBLE, COVERED | VISIBLE, COVERED],
+            filling: vec![[0; 4], [0; 4], [0; 4], [9, 9, 9, 255]],
+            spread: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
+            paint: Patch::of_pixels(&[(7, 0, red)]),
+        };
+        let row = |filling| [5, 6, 7, 8].map(|x| content.texel(x, 0, filling, true));
+        let painted = Texel::Paint([255, 0, 0, 255]);
+        let (spread, filled) = (Texel::Spread([1, 2, 3, 255]), Texel::Filling([9, 9, 9, 255]));
+        assert_eq!(row(true), [Texel::Photo, spread, painted, filled]);
+        assert_eq!(row(false), [Texel::Photo, Texel::Photo, painted, Texel::Hidden]);
+        assert!(content.is_spread_on());
     }
 }

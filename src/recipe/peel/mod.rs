@@ -35,7 +35,7 @@ const AROUND: f32 = 0.3;
 pub struct Peeling {
     /// So many visibility layers are gone, from the front.
     pub taken_off: u32,
-    /// What fills hidden parts is shown.
+    /// What fills hidden parts is shown, and paint of other photos, which filling lays over this one.
     pub filling: bool,
     /// Paint is shown.
     pub paint: bool,
@@ -73,6 +73,7 @@ pub struct PhotoLayers {
     /// model.
     order: Vec<usize>,
     painted: bool,
+    spread_on: bool,
 }
 
 /// A photo's own pixels: sRGB as the file has them, in 8 bits, with its valid area as alpha.
@@ -105,15 +106,21 @@ impl PhotoLayers {
             .map(|layer| task.go_on().and_then(|()| Content::read(&folder, stack, &paint, layer)))
             .collect::<Result<Vec<_>>>()?;
         let painted = contents.iter().any(Content::is_painted);
+        let spread_on = contents.iter().any(Content::is_spread_on);
         let mut order: Vec<usize> = (0..shapes.len()).collect();
         order.sort_by_key(|&at| (std::cmp::Reverse(shapes[at].depth), shapes[at].place));
         let (camera, _) = camera_of(&stack.photo, &stack.camera);
-        Ok(Self { shapes, camera, contents, order, painted })
+        Ok(Self { shapes, camera, contents, order, painted, spread_on })
     }
 
     /// Somebody painted on one of them.
     pub fn is_painted(&self) -> bool {
         self.painted
+    }
+
+    /// Paint of other photos lies on one of them.
+    pub fn is_spread_on(&self) -> bool {
+        self.spread_on
     }
 
     /// Visibility layers.
@@ -212,10 +219,14 @@ impl Canvas {
                     Texel::Hidden if peeling.taken_off == 0 => continue,
                     Texel::Hidden => pixel.copy_from_slice(&HIDDEN),
                     Texel::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
+                    Texel::Spread(colour) => {
+                        pixel.copy_from_slice(&photo.rgba[at..at + 4]);
+                        lay_over(colour, pixel);
+                    }
                     Texel::Filling(colour) | Texel::Paint(colour) => lay_over(colour, pixel),
                 }
                 self.hidden.put(x, y, texel == Texel::Hidden);
-                self.shown.put(x, y, texel == Texel::Photo);
+                self.shown.put(x, y, matches!(texel, Texel::Photo | Texel::Spread(_)));
             }
         }
     }
