@@ -111,6 +111,18 @@ fn a_new_version_replaces_the_old_one_and_leaves_nothing_of_it() {
 }
 
 #[test]
+fn a_former_version_can_stay_for_whoever_shows_it_until_it_is_cleared_away() {
+    let (_folder, store) = project();
+    let store = store.keeping_former();
+    let former = commit(&store, &["a", "b"], "old").stack;
+    let current = commit(&store, &["b", "c"], "new").stack;
+    assert!(file_of(&store, &former, 0).is_file(), "it is still shown");
+    assert_eq!(store.current(PHOTO).unwrap().as_ref(), Some(&current));
+    assert!(store.clear_former().unwrap().is_empty(), "nobody changed anything");
+    assert!(!file_of(&store, &former, 0).exists() && file_of(&store, &current, 0).is_file());
+}
+
+#[test]
 fn building_the_same_again_gives_the_same_bytes() {
     let (folder, store) = project();
     commit(&store, &["left", "right"], "one");

@@ -149,7 +149,13 @@ impl Editor {
         let Some(session) = &mut self.session else { return };
         let before = session.history.present().clone();
         match turn(&mut session.history) {
-            Some(Turn::Project) => session.present_changed(&before, now_s),
+            Some(Turn::Project) => {
+                session.present_changed(&before, now_s);
+                if session.history.present().fill != before.fill {
+                    // It goes by what was taken back.
+                    self.jobs.stop_kind(Kind::Fill);
+                }
+            }
             Some(Turn::TakeBack(number)) => self.take_back_import(number),
             Some(Turn::ImportAgain(number, files)) => self.import_again(number, files),
             None => (),

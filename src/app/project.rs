@@ -96,6 +96,7 @@ impl Editor {
                         painter.change(Change::Decisions(session.opened.clone()));
                         session.painter = Some(painter);
                         editor.space.refresh();
+                        editor.clear_former();
                     }
                     Err(error) => editor.space_failed(&error),
                 }
@@ -103,15 +104,37 @@ impl Editor {
         });
     }
 
+    /// Clears layers away that no view shows any more, now that views show those that took their place.
+    fn clear_former(&mut self) {
+        let writes = [Kind::Build, Kind::Fill, Kind::Import];
+        let writes = writes.into_iter().any(|kind| self.jobs.runs(kind));
+        let Some(session) = self.session.as_mut().filter(|session| session.has_former && !writes) else {
+            return;
+        };
+        session.has_former = false;
+        let (store, lock) = (StackStore::new(&session.folder), session.lock.clone());
+        // It counts as building: nobody may write stacks beside it.
+        self.jobs.start(Kind::Build, "Clearing former layers away", move |_| {
+            let _lock = lock;
+            let kept = store.clear_former()?;
+            Ok(Box::new(move |editor| {
+                let told =
+                    |file: &std::path::PathBuf| format!("Changed by hand, so it is now {}", file.display());
+                kept.iter().for_each(|file| editor.tell(Note::new(Weight::Warning, told(file))));
+            }))
+        });
+    }
+
     /// Builds the stacks of these photos, or of all.
     pub fn build(&mut self, photos: Vec<String>) {
-        let Some(session) = &self.session else { return };
+        let Some(session) = &mut self.session else { return };
+        session.has_former = true;
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
         let known = session.photos.clone();
         self.jobs.start(Kind::Build, "Building layers", move |task| {
             // Held to the end, also where the project is closed meanwhile.
             let _lock = lock;
-            let store = StackStore::new(&folder);
+            let store = StackStore::new(&folder).keeping_former();
             store.clean()?;
             let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
             let options = BuildOptions {
@@ -155,7 +178,8 @@ impl Editor {
 
     /// Fills what photos do not show.
     pub fn fill(&mut self) {
-        let Some(session) = &self.session else { return };
+        let Some(session) = &mut self.session else { return };
+        session.has_former = true;
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
         let known = session.photos.clone();
         self.jobs.start(Kind::Fill, "Filling hidden parts", move |task| {
@@ -166,6 +190,7 @@ impl Editor {
                 photos: Vec::new(),
                 memory: default_memory(),
                 force: false,
+                keep_former: true,
             };
             let (filled, ending) = match fill(&folder, &opened, &request, task) {
                 Ok(filled) => (filled, Vec::new()),

@@ -38,6 +38,8 @@ pub struct Session {
     pub edges: Edges,
     /// Who draws novel views; none while that is being prepared, or where there is no adapter.
     pub painter: Option<Painter>,
+    /// Versions of stacks may lie about that views showed until others took their place.
+    pub has_former: bool,
     /// Something of the site was missing when it was read.
     pub incomplete: bool,
     /// What was decided, and every step that led to it.
@@ -160,6 +162,7 @@ impl Session {
             ground: Ground::of(&model.vertices, up(&opened.site.photos)),
             solid: Arc::new(Surface::of(model)),
             edges: Edges::of(model),
+            has_former: false,
             incomplete: !opened.problems.is_empty(),
             opened: Arc::new(opened),
             photos,

@@ -29,6 +29,7 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
         photos: args.photos.names.clone(),
         memory: args.memory.or_default(),
         force: args.force,
+        keep_former: false,
     };
     let fill = if args.dry_run { tell } else { fill };
     let filled = fill(&args.project, &opened, &request, task)?;

@@ -46,6 +46,7 @@ pub const LITTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 #[derive(Debug, Clone)]
 pub struct StackStore {
     project: PathBuf,
+    keeps_former: bool,
 }
 
 /// What became of a commit.
@@ -60,7 +61,13 @@ pub struct Committed {
 impl StackStore {
     /// The stacks of the project in the folder `project`.
     pub fn new(project: impl Into<PathBuf>) -> Self {
-        Self { project: project.into() }
+        Self { project: project.into(), keeps_former: false }
+    }
+
+    /// Former versions of stacks stay until somebody says [`Self::clear_former`] or [`Self::clean`]: a view shows them, and
+    /// reads their files as it needs them.
+    pub fn keeping_former(self) -> Self {
+        Self { keeps_former: true, ..self }
     }
 
     /// The folder of a photo's stack; the files that the stack names are relative to it.
@@ -198,6 +205,15 @@ impl StackStore {
                 remove_leftovers(&folder)?;
             }
         }
+        self.clear_former()
+    }
+
+    /// Clears versions of stacks away that are no longer current; nobody may write a stack meanwhile. Returns where in
+    /// `inbox/` files are now that somebody had changed.
+    ///
+    /// # Errors
+    /// [`Error::Io`] when something cannot be removed.
+    pub fn clear_former(&self) -> Result<Vec<PathBuf>> {
         let mut kept = Vec::new();
         for photo in self.photos()? {
             if let Some(current) = self.current_version(&photo) {
@@ -274,7 +290,9 @@ impl StackWriter {
 
         let mut kept = self.put_in_place(&version, &record)?;
         kept.extend(self.replace_stack_file(&text)?);
-        kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
+        if !self.store.keeps_former {
+            kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
+        }
         let place = self.home().join(version);
         Stamps::of(&record, &place).write(&self.store.stamps_file(&self.photo));
         Ok(Committed { stack, kept })

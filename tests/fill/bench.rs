@@ -149,8 +149,13 @@ impl Bench {
         options: &FillOptions,
         photos: &[String],
     ) -> quadratura::Result<Vec<FilledPhoto>> {
-        let request =
-            FillRequest { options: options.clone(), photos: photos.to_vec(), memory: 1 << 30, force: false };
+        let request = FillRequest {
+            options: options.clone(),
+            photos: photos.to_vec(),
+            memory: 1 << 30,
+            force: false,
+            keep_former: false,
+        };
         let filled = fill(self.folder.path(), &self.opened(), &request, &Task::silent())?;
         assert!(filled.iter().all(|filled| filled.stack.is_ok()), "{filled:?}");
         Ok(filled)

@@ -282,8 +282,13 @@ fn a_dry_run_tells_the_same_and_writes_nothing() {
     paint_scrawl(&bench, 0, BESIDE, clean);
     let (folder, opened) = (bench.folder.path(), bench.opened());
     let before = bench.files();
-    let request =
-        FillRequest { options: propagating(&["0.png"]), photos: vec![], memory: 1 << 30, force: false };
+    let request = FillRequest {
+        options: propagating(&["0.png"]),
+        photos: vec![],
+        memory: 1 << 30,
+        force: false,
+        keep_former: false,
+    };
     let dry = tell(folder, &opened, &request, &Task::silent()).unwrap();
     assert!(bench.files() == before && stack_of(&bench, 1).fill.is_none());
     let wet = fill(folder, &opened, &request, &Task::silent()).unwrap();

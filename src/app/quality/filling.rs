@@ -157,7 +157,8 @@ impl Editor {
         let ticket = self.quality.fill.offered.ticket();
         let job = self.jobs.start(Kind::Look, "Looking where paint would go", move |task| {
             let (photos, memory) = (Vec::new(), default_memory());
-            let request = FillRequest { options: options.clone(), photos, memory, force: false };
+            let request =
+                FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
             let told = tell(&folder, &opened, &request, task)?;
             let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
             let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));

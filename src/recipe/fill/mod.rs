@@ -49,6 +49,8 @@ pub struct FillRequest {
     pub memory: u64,
     /// Also photos whose filling is up to date.
     pub force: bool,
+    /// Former versions of stacks stay, as [`StackStore::keeping_former`] has it.
+    pub keep_former: bool,
 }
 
 /// What is done with what is found.
@@ -137,6 +139,7 @@ fn fill_or_tell(
     check_painters(&site.photos, &request.options)?;
     let photos = photos_named(site, &request.photos)?;
     let store = StackStore::new(folder);
+    let store = if request.keep_former { store.keeping_former() } else { store };
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
