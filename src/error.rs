@@ -1,5 +1,6 @@
 //! Errors say whose fault it was, and what to do about it.
 
+use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
 /// The result of everything in this crate that can fail.
@@ -21,7 +22,7 @@ pub enum Error {
         remedy: String,
     },
     /// The operating system refused.
-    #[error("{}: could not {doing}: {source}", path.display())]
+    #[error("{}: could not {doing}: {source}{}", path.display(), remedy(source))]
     Io {
         /// The file or folder.
         path: PathBuf,
@@ -72,10 +73,36 @@ impl Error {
     }
 }
 
+/// What helps against what the system says most often.
+fn remedy(source: &std::io::Error) -> &'static str {
+    match source.kind() {
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
+            "; free some space on that disk, then do it again"
+        }
+        ErrorKind::ReadOnlyFilesystem => "; nothing can be written on that disk: use a copy in another place",
+        ErrorKind::PermissionDenied => "; give yourself the right to do that, or use a copy in another place",
+        _ => "",
+    }
+}
+
 fn lines(errors: &[Error]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
 fn at(place: &str) -> String {
     if place.is_empty() { String::new() } else { format!(", {place}") }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_disk_that_is_full_or_may_not_be_written_to_is_told_with_what_helps() {
+        let told = |kind: ErrorKind| Error::io("a.png", "write it")(kind.into()).to_string();
+        assert!(told(ErrorKind::StorageFull).ends_with("free some space on that disk, then do it again"));
+        assert!(told(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
+        assert!(told(ErrorKind::PermissionDenied).contains("give yourself the right"));
+        assert_eq!(told(ErrorKind::NotFound), "a.png: could not write it: entity not found");
+    }
 }

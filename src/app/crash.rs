@@ -28,6 +28,18 @@ pub struct Crash {
     pub report: Option<PathBuf>,
 }
 
+impl Crash {
+    /// It was in what talks to the display: that ends so when the display is gone.
+    pub fn is_of_display(&self) -> bool {
+        is_of_display(&self.said)
+    }
+}
+
+/// Whether a text names a source of what talks to the display.
+pub fn is_of_display(text: &str) -> bool {
+    ["winit-", "x11rb-", "wayland-"].iter().any(|package| text.contains(package))
+}
+
 /// From now on every panic leaves a report in the folder of the settings.
 pub fn watch() {
     let before = std::panic::take_hook();
@@ -85,7 +97,8 @@ pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
             ui.label(RichText::new("The program made a mistake").size(26.0).strong());
             ui.add_space(8.0);
             ui.label("Your project is whole: every file of it is written at once or not at all.");
-            ui.label("Jobs that run go on. What was being drawn is gone, and nothing else.");
+            ui.label("Jobs that run go on. Decisions that are not saved are kept, and offered when it is opened again.");
+            ui.label("What was being drawn is gone, and nothing else.");
             ui.add_space(12.0);
             ui.monospace(&crash.said);
             if let Some(report) = &crash.report {
@@ -103,6 +116,12 @@ pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
 }
 
 impl Editor {
+    /// Shows what went wrong, instead of the editor; what is not saved is on disk before anybody reads that.
+    pub(super) fn crashed(&mut self, crash: Crash) {
+        self.crash = Some(crash);
+        self.keep_now();
+    }
+
     /// Begins anew from what is on disk: what is in memory may be half of something.
     fn go_on_after_crash(&mut self) {
         self.crash = None;

@@ -13,13 +13,14 @@ use super::flight::{Flights, timeline_ui};
 use super::frame_times::FrameTimes;
 use super::inspect::Inspect;
 use super::jobs::Jobs;
+use super::keeper::Ending;
 use super::layer_work::OptionsEdit;
 use super::layout::{Layout, Pane, centre_ui};
 use super::leaving::{Leaving, Questions};
 use super::lists::Lists;
 use super::masking::Masking;
 use super::masking::keeping::Work;
-use super::notes::{Note, Notes, Weight};
+use super::notes::{Note, Notes, Remedy, Weight};
 use super::opening::{Opening, Wish, opening_ui};
 use super::palette::{Palette, palette_ui};
 use super::panel;
@@ -119,6 +120,8 @@ pub enum Ask {
         /// The gesture has not ended.
         goes_on: bool,
     },
+    /// What helps against what a note tells.
+    Remedy(Box<Remedy>),
     /// Asks one job to stop.
     Stop(super::jobs::JobId),
     /// Forgets a project that was opened once.
@@ -183,6 +186,8 @@ pub struct Editor {
     pub checks: Checks,
     /// The program made a mistake, and somebody has to be told.
     pub crash: Option<Crash>,
+    /// Who ends the window from outside.
+    pub ending: Ending,
     /// To be woken by threads.
     pub context: Context,
 }
@@ -222,6 +227,7 @@ impl Editor {
             masking: Masking::default(),
             checks: Checks::default(),
             crash: None,
+            ending: Ending::default(),
             context: context.clone(),
         };
         if let Some(project) = project {
@@ -232,7 +238,8 @@ impl Editor {
 
     /// Says something.
     pub fn tell(&mut self, note: Note) {
-        if note.weight == Weight::Problem {
+        // What helps is to be seen, too.
+        if note.weight == Weight::Problem || !note.remedies.is_empty() {
             self.settings.notes_shown = true;
         }
         self.notes.add(note);
@@ -319,6 +326,7 @@ impl Editor {
             Ask::Margin(margin_px) => self.masking.margin_px = margin_px,
             Ask::Show(photo, rect) => self.show_rect(photo, rect),
             Ask::Options { edit, goes_on } => self.edit_options(&edit, goes_on),
+            Ask::Remedy(remedy) => self.remedy(*remedy),
             Ask::Stop(job) => self.jobs.stop(job),
             Ask::Opening(wish) => self.grant_opening(wish),
             Ask::Mend(mend) => self.mend(mend),
@@ -355,7 +363,7 @@ impl eframe::App for Editor {
             }
         };
         if let Err(crash) = crash::guarded(work) {
-            self.crash = Some(crash);
+            self.crashed(crash);
         }
     }
 
@@ -363,7 +371,7 @@ impl eframe::App for Editor {
         if self.crash.is_some() {
             crash_ui(self, ui);
         } else if let Err(crash) = crash::guarded(|| self.draw(ui)) {
-            self.crash = Some(crash);
+            self.crashed(crash);
             ui.ctx().request_repaint();
         }
         self.frame_times.end(!self.jobs.is_idle());
@@ -375,11 +383,7 @@ impl eframe::App for Editor {
     }
 
     fn on_exit(&mut self) {
-        // Nobody was asked then.
-        if self.crash.is_some() {
-            self.keep_now();
-        }
-        self.jobs.stop_all();
+        self.end();
     }
 }
 

@@ -194,6 +194,12 @@ impl Jobs {
         of_kind.for_each(|job| job.stop.store(true, Ordering::Relaxed));
     }
 
+    /// Asks all to stop that are not of this kind.
+    pub fn stop_all_but(&self, kind: Kind) {
+        let others = self.running.values().filter(|job| job.kind != kind);
+        others.for_each(|job| job.stop.store(true, Ordering::Relaxed));
+    }
+
     /// Asks all to stop.
     pub fn stop_all(&self) {
         self.running.values().for_each(|job| job.stop.store(true, Ordering::Relaxed));

@@ -84,7 +84,9 @@ impl Editor {
                 None => Selection::Photo(photo),
             };
         }
+        let anchor = self.lists.anchor().and_then(|(photo, layer)| Some((photo, found(photo, layer)?)));
         self.more_layers = more;
+        self.lists.set_anchor(anchor);
     }
 
     /// Decides about options of layers. `goes_on`: the gesture has not ended; all of it is one step.

@@ -8,6 +8,14 @@ use super::editor::Editor;
 use super::notes::{Note, Weight};
 use crate::io::recovery::Recovered;
 
+/// What becomes of what is not saved.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Answer {
+    Save,
+    Discard,
+    Stay,
+}
+
 /// Where one is going.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Leaving {
@@ -31,6 +39,8 @@ pub struct Questions {
     discards: bool,
     /// All is to be saved, once masks that wait are written.
     saves: bool,
+    /// Why it could not be saved, when somebody wanted to save and leave.
+    failed: Option<String>,
     /// It was said that nothing is to be asked any more.
     quits: bool,
 }
@@ -75,6 +85,9 @@ impl Editor {
 
     /// The window's own button asks, too.
     pub(super) fn take_close_request(&mut self, context: &Context) {
+        if self.ending.is_asked() && !self.questions.quits {
+            return self.quit();
+        }
         let asked = context.input(|input| input.viewport().close_requested());
         let ends = self.is_dirty() || self.jobs.writing().next().is_some();
         // After a fault no question is shown that could be answered; what is not saved is kept.
@@ -86,6 +99,8 @@ impl Editor {
 
     /// Something was found that was not saved when the program ended last.
     pub(super) fn offer_recovery(&mut self, recovered: Recovered) {
+        // Until it is answered it stays on disk as it is, whatever is done meanwhile.
+        self.session.iter().for_each(|session| session.keeper.hold(true));
         self.questions.recovered = Some(recovered);
     }
 
@@ -98,43 +113,72 @@ impl Editor {
     }
 
     fn ask_leaving(&mut self, context: &Context) {
-        let name = self.session.as_ref().map(super::session::Session::name).unwrap_or_default();
-        let mut answer = None;
-        let modal = Modal::new(Id::unique("leaving")).show(context, |ui| {
-            ui.set_width(400.0);
-            ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
-            ui.add_space(4.0);
-            ui.label(
-                "Layers, fillings and paint are on disk already. Decisions that are not saved would be lost.",
-            );
-            ui.add_space(10.0);
-            ui.horizontal(|ui| {
-                answer = choice(ui, &["Save", "Do not save", "Cancel"]);
-                if self.questions.saves {
-                    ui.spinner();
-                    ui.label("Keeping masks…");
-                }
-            });
-        });
-        match (answer, modal.should_close()) {
-            (Some("Save"), _) => self.questions.saves = true,
-            (Some("Do not save"), _) => {
+        let modal = Modal::new(Id::unique("leaving")).show(context, |ui| self.leaving_ui(ui));
+        match (modal.inner, modal.should_close()) {
+            (Some(Answer::Save), _) => self.questions.saves = true,
+            (Some(Answer::Discard), _) => {
                 self.questions.discards = true;
                 self.go();
             }
-            (Some(_), _) | (None, true) => (self.questions.leaving, self.questions.saves) = (None, false),
+            (Some(Answer::Stay), _) | (None, true) => self.stay(),
             (None, false) => (),
         }
         // What was drawn last is a decision, too.
         if self.questions.saves && self.masking.is_kept() {
             self.questions.saves = false;
-            if self.save_project() {
-                self.go();
+            match self.save() {
+                Ok(()) => self.go(),
+                Err(error) => self.questions.failed = Some(error.to_string()),
             }
         }
     }
 
+    /// Asks what becomes of what is not saved, and says why it could not be saved.
+    fn leaving_ui(&self, ui: &mut Ui) -> Option<Answer> {
+        let name = self.session.as_ref().map(super::session::Session::name).unwrap_or_default();
+        ui.set_width(440.0);
+        let answers = match &self.questions.failed {
+            None => {
+                ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
+                ui.add_space(4.0);
+                ui.label(
+                    "Layers, fillings and paint are on disk already. Decisions that are not saved would be lost.",
+                );
+                [("Save", Answer::Save), ("Do not save", Answer::Discard), ("Cancel", Answer::Stay)]
+            }
+            Some(failed) => {
+                ui.label(RichText::new(format!("{name} could not be saved")).heading());
+                ui.add_space(4.0);
+                ui.colored_label(ui.visuals().error_fg_color, failed);
+                ui.label(
+                    "What is on disk is as it was. Your decisions are in this window only: mend that, and try again.",
+                );
+                [
+                    ("Try again", Answer::Save),
+                    ("Leave without saving", Answer::Discard),
+                    ("Stay here", Answer::Stay),
+                ]
+            }
+        };
+        ui.add_space(10.0);
+        ui.horizontal(|ui| {
+            let names = answers.map(|(name, _)| name);
+            let chosen = choice(ui, &names);
+            if self.questions.saves {
+                ui.spinner();
+                ui.label("Keeping masks…");
+            }
+            answers.into_iter().find(|(name, _)| chosen == Some(*name)).map(|(_, answer)| answer)
+        })
+        .inner
+    }
+
+    fn stay(&mut self) {
+        (self.questions.leaving, self.questions.saves, self.questions.failed) = (None, false, None);
+    }
+
     fn go(&mut self) {
+        self.questions.failed = None;
         if let Some(leaving) = self.questions.leaving.take() {
             self.leave_writers(leaving);
         }
@@ -165,6 +209,7 @@ impl Editor {
         });
         let Some(answer) = answer else { return };
         let Some(recovered) = self.questions.recovered.take() else { return };
+        self.session.iter().for_each(|session| session.keeper.hold(false));
         if answer == "Take them back" {
             self.edit("recovery", recovered.project, None);
         } else {
@@ -187,7 +232,7 @@ fn choice(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
 }
 
 /// `5 minutes ago,`, in a sentence.
-fn ago(passed: std::time::Duration) -> String {
+pub(super) fn ago(passed: std::time::Duration) -> String {
     match passed.as_secs() / 60 {
         0 => "a moment ago,".into(),
         1 => "a minute ago,".into(),

@@ -7,13 +7,14 @@
 mod authored;
 mod check;
 pub mod command;
-mod crash;
+pub mod crash;
 pub mod editor;
 mod flat;
 mod flight;
 pub mod frame_times;
 mod inspect;
 pub mod jobs;
+mod keeper;
 mod layer;
 mod layer_work;
 mod layout;
@@ -29,6 +30,7 @@ mod photo;
 mod pictures;
 mod project;
 mod quality;
+mod saving;
 pub mod selection;
 mod session;
 pub mod settings;
@@ -43,16 +45,19 @@ use eframe::egui::ViewportBuilder;
 use self::crash::Crash;
 use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
+pub use self::keeper::Ending;
 use crate::error::{Error, Result};
 
 /// The name that the system knows the window by; settings are kept under it.
 const APP_ID: &str = "quadratura";
 
-/// Opens the window, with a project or without; returns what its frames took when it is closed.
+/// Opens the window, with a project or without; returns what its frames took when it is closed. `ending` ends it from
+/// outside.
 ///
 /// # Errors
-/// [`Error::Request`] when there is no display or no adapter that draws on it.
-pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
+/// [`Error::Request`] when there is no display or no adapter that draws on it, or the display is gone;
+/// [`Error::Cancelled`] where it was ended from outside.
+pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     refuse_no_display()?;
     let times = FrameTimes::default();
     let frame_times = times.clone();
@@ -63,20 +68,27 @@ pub fn run(project: Option<PathBuf>) -> Result<FrameReport> {
         .with_min_inner_size([720.0, 480.0])
         .with_drag_and_drop(true);
     let options = NativeOptions { viewport, ..NativeOptions::default() };
+    let outside = ending.clone();
     let start = |creation: &eframe::CreationContext<'_>| {
-        let editor = Editor::new(&creation.egui_ctx, creation.storage, project);
-        let editor = Editor { frame_times, ..editor };
+        let mut editor = Editor::new(&creation.egui_ctx, creation.storage, project);
+        outside.wakes(&creation.egui_ctx);
+        (editor.frame_times, editor.ending) = (frame_times, outside);
         Ok(Box::new(editor) as Box<dyn eframe::App>)
     };
     crash::watch();
     let mut ended = Ok(());
     let fault = crash::guarded(|| ended = eframe::run_native(APP_ID, options, Box::new(start)));
-    fault.map_err(|crash| Error::Request(told(&crash)))?;
+    // The window is gone by now, however it went, and what was not saved is kept.
+    if ending.is_asked() {
+        return Err(Error::Cancelled);
+    }
+    fault.map_err(|crash| Error::Request(told(&crash, &ending)))?;
     ended.map(|()| times.report()).map_err(|error| {
         Error::Request(format!(
             "the window could not be opened: {error}; where no driver draws on the display, a software one will do \
              (on Debian and Ubuntu the package mesa-vulkan-drivers, which `sh examples/setup.sh` installs); every other \
-             command of the program works without a window"
+             command of the program works without a window{}",
+            kept(&ending)
         ))
     })
 }
@@ -94,12 +106,29 @@ fn refuse_no_display() -> Result<()> {
 }
 
 /// A fault outside of what the editor draws, such as in the system's own window.
-fn told(crash: &Crash) -> String {
+fn told(crash: &Crash, ending: &Ending) -> String {
+    let kept = kept(ending);
+    if crash.is_of_display() {
+        return format!(
+            "the display is gone, or refused something, and the window with it ({}); your project is whole, every file \
+             of it is written at once or not at all{kept}",
+            crash.said
+        );
+    }
     let report = crash.report.as_ref();
     let report = report.map_or(String::new(), |path| format!("; a report is in {}", path.display()));
     format!(
         "the window ended by a fault of the program: {}; your project is whole, every file of it is written at once or \
-         not at all{report}",
+         not at all{report}{kept}",
         crash.said
     )
+}
+
+/// Where to find what was not saved.
+fn kept(ending: &Ending) -> String {
+    let folder = ending.left_behind();
+    folder.map_or(String::new(), |folder| {
+        let folder = folder.display();
+        format!("; what you had not saved is kept: `quadratura edit {folder}` offers to take it back")
+    })
 }

@@ -2,7 +2,11 @@
 
 use std::time::SystemTime;
 
+use super::command::Command;
+use super::command::words::in_window;
+use crate::document::masks::MaskChange;
 use crate::error::Error;
+use crate::recipe::open::Unmasked;
 
 /// How much a note matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -13,6 +17,17 @@ pub enum Weight {
     Warning,
     /// Something failed.
     Problem,
+}
+
+/// What helps, by a click on the note.
+#[derive(Debug, Clone, PartialEq)]
+pub enum Remedy {
+    /// This command.
+    Run(&'static Command),
+    /// Another mask in the place of one that cannot be used, or none.
+    SetMask(MaskChange),
+    /// A file is chosen for a mask of a photo that cannot be used.
+    ChooseMask(Box<Unmasked>),
 }
 
 /// One thing said.
@@ -28,6 +43,8 @@ pub struct Note {
     pub at: SystemTime,
     /// How often the same was said in a row.
     pub times: u32,
+    /// What helps, in a few words each.
+    pub remedies: Vec<(String, Remedy)>,
 }
 
 impl Note {
@@ -38,7 +55,26 @@ impl Note {
 
     /// About one photo, file or object.
     pub fn about(weight: Weight, subject: impl Into<String>, text: impl Into<String>) -> Self {
-        Self { weight, subject: subject.into(), text: text.into(), at: SystemTime::now(), times: 1 }
+        Self {
+            weight,
+            subject: subject.into(),
+            text: text.into(),
+            at: SystemTime::now(),
+            times: 1,
+            remedies: Vec::new(),
+        }
+    }
+
+    /// The same, with a click that helps.
+    pub fn with(mut self, words: impl Into<String>, remedy: Remedy) -> Self {
+        self.remedies.push((words.into(), remedy));
+        self
+    }
+
+    /// The same, with more to say.
+    pub fn and(mut self, more: &str) -> Self {
+        self.text.push_str(more);
+        self
     }
 
     /// What went wrong while `doing`: one note for each thing that did.
@@ -64,10 +100,11 @@ pub struct Notes {
 impl Notes {
     /// One more; the same as the last one is only counted.
     pub fn add(&mut self, note: Note) {
+        let note = Note { text: in_window(&note.text), ..note };
         if let Some(last) = self.list.last_mut().filter(|l| l.text == note.text && l.subject == note.subject)
         {
             last.times += 1;
-            last.at = note.at;
+            (last.at, last.remedies) = (note.at, note.remedies);
             return;
         }
         self.list.push(note);

@@ -6,7 +6,9 @@ use super::check::Checks;
 use super::editor::Editor;
 use super::jobs::Kind;
 use super::masking::Masking;
+use super::masking::repairing::damaged_masks;
 use super::notes::{Note, Weight};
+use super::opening::changed;
 use super::painter::{Change, Painter};
 use super::panel::counted;
 use super::pictures::Pictures;
@@ -21,15 +23,13 @@ use crate::recipe::budget::default_memory;
 use crate::recipe::build::{BuildOptions, build};
 use crate::recipe::fill::{FillRequest, fill};
 use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::site_stamp::SiteStamp;
 use crate::task::Task;
 
 impl Editor {
     /// Shows a project that was opened.
     pub(super) fn opened(&mut self, session: Session) {
         self.settings.remember(&session.folder);
-        for problem in session.opened.problems.iter() {
-            self.notes.add(Note::new(Weight::Problem, problem.to_string()));
-        }
         self.space = Space::of(&session);
         self.selection = Selection::Nothing;
         self.photo = (!session.photos.is_empty()).then_some(0);
@@ -38,10 +38,12 @@ impl Editor {
         self.masking = Masking::default();
         self.pictures = Pictures::default();
         self.pictures.start(&session.folder, &session.opened, &mut self.jobs);
+        self.ending.keeps(&session.keeper);
         self.session = Some(session);
         self.prepare_painter();
         self.begin_trip();
         self.show_exposure();
+        self.tell_problems();
         self.welcome_session();
     }
 
@@ -128,12 +130,23 @@ impl Editor {
     /// Builds the stacks of these photos, or of all.
     pub fn build(&mut self, photos: Vec<String>) {
         let Some(session) = &mut self.session else { return };
+        // What was to follow from the last decisions was stopped: it is not built without them.
+        if session.is_behind() {
+            return self.reopen(Some(photos));
+        }
         session.has_former = true;
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-        let known = session.photos.clone();
+        let (seen, known) = (session.seen.clone(), session.photos.clone());
         self.jobs.start(Kind::Build, "Building layers", move |task| {
             // Held to the end, also where the project is closed meanwhile.
             let _lock = lock;
+            let changes = seen.changes(&SiteStamp::of(&folder, &opened.project));
+            if !changes.is_empty() {
+                return Ok(Box::new(move |editor| {
+                    editor.tell(changed(&changes).and(" It is read again before it is built."));
+                    editor.reopen(Some(photos));
+                }));
+            }
             let store = StackStore::new(&folder).keeping_former();
             store.clean()?;
             let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
@@ -171,8 +184,13 @@ impl Editor {
                     notes.extend(ended("Preparing the view", &error));
                 }
             }
+            let failed = built.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
+            let damaged = damaged_masks(&opened, failed);
             let photos = survey(&folder, &opened, &known, &Task::silent())?;
-            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, notes)))
+            Ok(Box::new(move |editor| {
+                editor.stacks_changed(&folder, photos, notes);
+                editor.tell_masks(damaged, "is not built");
+            }))
         });
     }
 
@@ -207,8 +225,13 @@ impl Editor {
                 )),
                 false => notes.extend(ending),
             }
+            let failed = filled.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
+            let damaged = damaged_masks(&opened, failed);
             let photos = survey(&folder, &opened, &known, &Task::silent())?;
-            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, notes)))
+            Ok(Box::new(move |editor| {
+                editor.stacks_changed(&folder, photos, notes);
+                editor.tell_masks(damaged, "is not filled");
+            }))
         });
     }
 

@@ -2,25 +2,34 @@
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
+use std::time::Duration;
 
 use glam::DVec2;
 
 use super::authored::Due;
+use super::command::words::in_window;
+use super::keeper::Keeper;
 use super::painter::Painter;
 use crate::document::history::History;
 use crate::document::{Project, Stack};
-use crate::error::Result;
+use crate::error::{Error, Result};
+use crate::io::atomic::remove_old_leftovers;
 use crate::io::lock::ProjectLock;
+use crate::io::project::read_project;
 use crate::io::recovery::{Recovered, find_unsaved};
 use crate::io::stack_store::StackStore;
 use crate::projection::navigation::{Ground, Viewpoint};
 use crate::projection::surface::Surface;
 use crate::recipe::layer_names::rename;
-use crate::recipe::open::{Opened, open};
+use crate::recipe::open::{Opened, open_site};
+use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
 use crate::scene::{Edges, Model};
 use crate::task::Task;
+
+/// A film that is being made gets a frame every few seconds: what has had none for so long was killed.
+const FILM_RESTS: Duration = Duration::from_secs(60);
 
 /// A project with its lock, which nobody else has until this is dropped.
 pub struct Session {
@@ -40,6 +49,8 @@ pub struct Session {
     pub painter: Option<Painter>,
     /// Versions of stacks may lie about that views showed until others took their place.
     pub has_former: bool,
+    /// The site's files as they were when it was read.
+    pub seen: SiteStamp,
     /// Something of the site was missing when it was read.
     pub incomplete: bool,
     /// What was decided, and every step that led to it.
@@ -48,6 +59,8 @@ pub struct Session {
     pub due: Due,
     /// Held by jobs that write what must not be left half done, too.
     pub lock: Arc<ProjectLock>,
+    /// Keeps what is not saved.
+    pub keeper: Arc<Keeper>,
 }
 
 /// What is known of one photo.
@@ -69,7 +82,9 @@ impl PhotoStatus {
                 Self { word, stack: Some(Arc::new(stack)), problem: None }
             }
             StackState::Missing => Self { word, stack: None, problem: None },
-            StackState::Broken(error) => Self { word, stack: None, problem: Some(error.to_string()) },
+            StackState::Broken(error) => {
+                Self { word, stack: None, problem: Some(in_window(&error.to_string())) }
+            }
         }
     }
 
@@ -88,6 +103,12 @@ impl PhotoStatus {
             (None, None) => true,
             _ => false,
         }
+    }
+
+    /// With what is damaged of its stack's files: the others are shown.
+    fn with(self, damage: Option<Error>) -> Self {
+        let Some(damage) = damage.filter(|_| self.problem.is_none()) else { return self };
+        Self { word: "broken", problem: Some(in_window(&damage.to_string())), ..self }
     }
 
     /// Built of the project as it is.
@@ -125,7 +146,8 @@ pub fn survey(
             // A name holds at once, whatever is in the file until it is written again.
             rename(stack, &opened.project.decisions.of(&photo.name).names);
         }
-        Ok(PhotoStatus::of(state).with_known(known.get(done as usize)))
+        let status = PhotoStatus::of(state).with_known(known.get(done as usize));
+        Ok(status.with(store.damage(&photo.name)))
     };
     (0u64..).zip(photos).map(status).collect()
 }
@@ -134,15 +156,24 @@ impl Session {
     /// Opens the project in `folder` for writing; beside it what was not saved when the program ended last.
     ///
     /// # Errors
-    /// Those of [`open`]; [`crate::Error::Request`] when another program writes to it.
+    /// Those of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
     pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<Recovered>)> {
         let lock = ProjectLock::take(folder)?;
-        let opened = open(folder, task)?;
+        let project = read_project(folder)?;
+        let pictures = folder.join("pictures");
+        if pictures.is_dir()
+            && let Err(error) = remove_old_leftovers(&pictures, FILM_RESTS)
+        {
+            task.note(error.to_string());
+        }
+        // Before anything of it is read: what is changed meanwhile is noticed.
+        let seen = SiteStamp::of(folder, &project);
+        let opened = open_site(folder, project, task)?;
         let recovered = find_unsaved(folder, &opened.project).unwrap_or_else(|error| {
             task.note(format!("what was not saved last time cannot be read: {error}"));
             None
         });
-        Ok((Self::with(lock, folder, opened, task)?, recovered))
+        Ok((Self::with(lock, folder, opened, seen, task)?, recovered))
     }
 
     /// The same for a project that was read already.
@@ -150,26 +181,30 @@ impl Session {
     /// # Errors
     /// [`crate::Error::Request`] when another program writes to it; those of [`survey`].
     pub fn of(folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
-        Self::with(ProjectLock::take(folder)?, folder, opened, task)
+        let seen = SiteStamp::of(folder, &opened.project);
+        Self::with(ProjectLock::take(folder)?, folder, opened, seen, task)
     }
 
-    fn with(lock: ProjectLock, folder: &Path, opened: Opened, task: &Task) -> Result<Self> {
+    fn with(lock: ProjectLock, folder: &Path, opened: Opened, seen: SiteStamp, task: &Task) -> Result<Self> {
         let photos = survey(folder, &opened, &[], task)?;
         let history = History::new(opened.project.clone());
         let model = &opened.site.model;
+        let lock = Arc::new(lock);
         Ok(Self {
             folder: folder.to_path_buf(),
             ground: Ground::of(&model.vertices, up(&opened.site.photos)),
             solid: Arc::new(Surface::of(model)),
             edges: Edges::of(model),
             has_former: false,
+            seen,
             incomplete: !opened.problems.is_empty(),
             opened: Arc::new(opened),
             photos,
             painter: None,
             history,
             due: Due::default(),
-            lock: Arc::new(lock),
+            keeper: Arc::new(Keeper::new(folder, lock.clone())),
+            lock,
         })
     }
 

@@ -5,8 +5,8 @@ use serde_json::{Value, json};
 use super::Outcome;
 use super::args::{DecideArgs, OwnOption};
 use super::table::Table;
-use crate::document::Stack;
 use crate::document::decisions::PhotoOptions;
+use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::{read_project, write_project};
@@ -33,11 +33,29 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
         decided = edited(&decided, &edit, &opened.site, &present)?;
     }
     let changed = decided != opened.project;
+    let next = match changed {
+        false => "",
+        true if builds_the_same(&opened.project, &decided) => {
+            "it holds from the next view on; nothing is to be built\n"
+        }
+        true => "`quadratura build` makes what this changes\n",
+    };
     if changed {
         write_project(&args.project, &decided)?;
         opened.project = decided;
     }
-    Ok(outcome(args, &opened, &stacks, changed))
+    Ok(outcome(args, &opened, &stacks, changed, next))
+}
+
+/// Exclusions and pins hold where views are drawn: stacks are the same without them.
+fn builds_the_same(before: &Project, after: &Project) -> bool {
+    let built = |project: &Project| {
+        let mut photos = project.decisions.photos.clone();
+        photos.values_mut().for_each(|of| (of.exclude, of.pin) = Default::default());
+        photos.retain(|_, of| *of != PhotoDecisions::default());
+        photos
+    };
+    built(before) == built(after)
 }
 
 /// A broken stack is as good as none here.
@@ -130,7 +148,13 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
     Ok(Some(LayerEdit::Options { photo: typed.to_owned(), options }))
 }
 
-fn outcome(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>], changed: bool) -> Outcome {
+fn outcome(
+    args: &DecideArgs,
+    opened: &Opened,
+    stacks: &[Option<Stack>],
+    changed: bool,
+    next: &str,
+) -> Outcome {
     let asked: Vec<&str> = args
         .photos
         .iter()
@@ -161,8 +185,7 @@ fn outcome(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>], changed
     let unmet: Vec<String> =
         unmet.filter_map(|note| Some(format!("not met: {}\n", note.as_str()?))).collect();
     let gone_text: Vec<String> = gone.iter().map(|gone| format!("kept: {gone}\n")).collect();
-    let build = if changed { "`quadratura build` makes what this changes\n" } else { "" };
-    let text = format!("{text}{}{}{build}", unmet.concat(), gone_text.concat());
+    let text = format!("{text}{}{}{next}", unmet.concat(), gone_text.concat());
     let json = json!({ "photos": rows, "changed": changed, "gone": gone, "problems": problems });
     Outcome { text, json, problems }
 }

@@ -2,6 +2,8 @@
 
 use std::panic::PanicHookInfo;
 
+use crate::app::crash::is_of_display;
+
 /// Replaces the message of a panic by one that tells the user what to do. With `RUST_BACKTRACE` set
 /// the usual one follows.
 pub fn install_message() {
@@ -16,6 +18,9 @@ pub fn install_message() {
 
 fn message(panic: &PanicHookInfo<'_>) -> String {
     let place = panic.location().map_or_else(|| "an unknown place".into(), ToString::to_string);
+    if is_of_display(&place) {
+        return format!("\nThe window's display is gone, or refused something ({place}).");
+    }
     format!(
         "\nThis is a fault in quadratura, not in your files: {}\n\
          It happened at {place} (version {}, {}). Your project is whole: what was not finished was not saved.\n\

@@ -14,7 +14,7 @@ use crate::io::documents::documents;
 use crate::io::lock::ProjectLock;
 use crate::io::project::{below, read_project};
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
-use crate::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
+use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
 use crate::recipe::watch::{WatchOptions, project_lock, watch};
 use crate::task::Task;
 
@@ -28,7 +28,7 @@ pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     if args.undo {
         return Ok(told_undone(&args.project, &take_back(&args.project)?));
     }
-    let imported = import(&args.project, &args.files, options, &Recall::default(), task)?;
+    let imported = import_once(&args.project, &args.files, options, task)?;
     Ok(report(&imported, args.dry_run))
 }
 

@@ -62,6 +62,8 @@ fn about_photos(
         }
         if let StackState::Broken(error) = &state {
             problems.push(format!("{}: {error}", photo.name));
+        } else if let Some(damage) = store.damage(&photo.name) {
+            problems.push(format!("{}: {damage}", photo.name));
         }
     }
     let model = &opened.site.model;

@@ -109,7 +109,7 @@ fn prepare(global: &Global, command: &Command, task: &Task) -> Result<()> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
     }
-    // In a window jobs are stopped one by one, and Ctrl-C in the terminal ends it as any other.
+    // In a window jobs are stopped one by one; a signal ends it.
     if matches!(command, Command::Edit(_)) { Ok(()) } else { stop_on_ctrl_c(task) }
 }
 
@@ -159,7 +159,8 @@ fn conclude(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> Exit
 }
 
 fn complain(text: &str) {
-    eprintln!("{} {text}", paint(ERROR, "error:"));
+    // A terminal that was closed cannot be told.
+    let _ = writeln!(std::io::stderr(), "{} {text}", paint(ERROR, "error:"));
 }
 
 fn as_json(mut result: Value, reporter: &Reporter) -> String {

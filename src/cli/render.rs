@@ -34,7 +34,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     let size = size(args.size, args.scale).unwrap_or(usual);
     let views = opened.views(&Asked { source: args.source(), size, fps: args.fps }, task)?;
     write_path(args, &views)?;
-    let options = RenderOptions { out: args.out.clone(), film: film(args, &views) };
+    let options = RenderOptions { out: args.out.clone(), film: film(args, &views), film_alone: false };
     let (report, of_layers) = match args.show.shown() {
         Some(shown) => draw_shots(args, shown, &opened, &views, &options, task)?,
         None => (draw_exploded(args, &opened, &views, &options, task)?, Vec::new()),

@@ -6,6 +6,8 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::Project;
+use super::masks::{Mask, MaskChange, MaskFrom};
+use super::paint::ImportedMask;
 
 /// So many steps can be undone.
 pub const MOST_STEPS: usize = 1000;
@@ -41,8 +43,8 @@ struct Step {
 enum Change {
     /// The project before it and after it.
     Project { before: Arc<Project>, after: Arc<Project> },
-    /// Paint came home, of these files. Its number changes when it is imported again.
-    Import { number: u32, files: Vec<PathBuf> },
+    /// Paint came home, of these files, and masks with it. Its number changes when it is imported again.
+    Import { number: u32, files: Vec<PathBuf>, masks: Vec<MaskChange> },
 }
 
 /// What undoing or doing again came to, and what is left to do for whoever asked.
@@ -50,7 +52,7 @@ enum Change {
 pub enum Turn {
     /// [`History::present`] is another project.
     Project,
-    /// Take the import with this number back. [`crate::document::paint::PaintBook::take_back`] takes the last
+    /// Take the import with this number back, and tell [`History::took_back`]. [`crate::document::paint::PaintBook::take_back`] takes the last
     /// one: where that is another, or none is left, this cannot be done, and [`History::forget_import`] says so.
     TakeBack(u32),
     /// Import these files again, as they are by now, and tell the new number with
@@ -100,20 +102,68 @@ impl History {
         self.gesture = None;
     }
 
-    /// Makes a step of an import that was made: it is on disk already, and nothing of the project
-    /// changed.
-    pub fn imported(&mut self, name: impl Into<String>, number: u32, files: Vec<PathBuf>) {
-        self.push(Step { name: name.into(), change: Change::Import { number, files } });
+    /// Makes a step of an import that was made. It is on disk already, and of the project nothing changed but the masks
+    /// that came with it, there, too.
+    pub fn imported(
+        &mut self,
+        name: impl Into<String>,
+        number: u32,
+        files: Vec<PathBuf>,
+        masks: Vec<MaskChange>,
+    ) {
+        self.set_masks(masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
+        self.push(Step { name: name.into(), change: Change::Import { number, files, masks } });
         self.gesture = None;
     }
 
-    /// Tells the number that an import has which was done again, in place of its old one.
-    pub fn imported_again(&mut self, old: u32, new: u32) {
+    /// Tells the number that an import has which was done again, in place of its old one, and the masks that came.
+    pub fn imported_again(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
+        self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
         for step in &mut self.steps {
-            if let Change::Import { number, .. } = &mut step.change
+            if let Change::Import { number, masks, .. } = &mut step.change
                 && *number == old
             {
-                *number = new;
+                (*number, *masks) = (new, came);
+                return;
+            }
+        }
+    }
+
+    /// An import was taken back, and on disk there is again what stood in the places of its masks. Where it is no step
+    /// that can be done again, its masks are in no step any more.
+    pub fn took_back(&mut self, import: u32, masks: &[ImportedMask]) {
+        let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
+        self.set_masks(put_back.clone());
+        let is_it = |step: &Step| matches!(step.change, Change::Import { number, .. } if number == import);
+        if !self.steps.iter().any(is_it) && !masks.is_empty() {
+            self.rewrite(|project| with_masks(project, put_back.clone()));
+        }
+    }
+
+    /// Masks of the present and of what is on disk.
+    fn set_masks<'a>(&mut self, masks: impl ExactSizeIterator<Item = NewMask<'a>> + Clone) {
+        if masks.len() > 0 {
+            self.present = with_masks(&self.present, masks.clone());
+            self.saved = with_masks(&self.saved, masks);
+            self.gesture = None;
+        }
+    }
+
+    /// Makes other projects of all that can be undone or done again.
+    fn rewrite(&mut self, change: impl Fn(&Arc<Project>) -> Arc<Project>) {
+        // One after the other has the same project as before and after: it stays one.
+        let mut last: Option<(Arc<Project>, Arc<Project>)> = None;
+        let mut changed = |project: &mut Arc<Project>| {
+            let known =
+                last.as_ref().filter(|(old, _)| Arc::ptr_eq(old, project)).map(|(_, new)| new.clone());
+            let new = known.unwrap_or_else(|| change(project));
+            let old = std::mem::replace(project, new.clone());
+            last = Some((old, new));
+        };
+        for step in &mut self.steps {
+            if let Change::Project { before, after } = &mut step.change {
+                changed(before);
+                changed(after);
             }
         }
     }
@@ -172,8 +222,13 @@ impl History {
                 self.present = after.clone();
                 Turn::Project
             }
-            Change::Import { number, files } => Turn::ImportAgain(*number, files.clone()),
+            Change::Import { number, files, .. } => Turn::ImportAgain(*number, files.clone()),
         })
+    }
+
+    /// The project as it is on disk, as far as anybody here knows.
+    pub fn on_disk(&self) -> &Project {
+        &self.saved
     }
 
     /// Remembers that the present project is on disk.
@@ -190,164 +245,18 @@ impl History {
     }
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::geometry::Similarity;
-    use crate::layers::Options;
-    use crate::scene::synthetic::Dice;
+/// What stands in a place of a mask: photo, maker, and the mask or nothing.
+type NewMask<'a> = (&'a String, &'a MaskFrom, &'a Option<Mask>);
 
-    fn project(margin: u32) -> Project {
-        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
-        let project: Project = serde_json::from_str(text).unwrap();
-        assert_eq!(project.world_from_model, Similarity::IDENTITY);
-        Project { options: Options { margin, ..Options::default() }, ..project }
-    }
-
-    /// The names of all steps, oldest first, and how many of them lie in the past.
-    fn names(history: &History) -> (Vec<&str>, usize) {
-        let names = history.steps.iter().map(|step| step.name.as_str()).collect();
-        (names, history.steps.len() - history.undone)
-    }
-
-    fn margin(history: &History) -> u32 {
-        history.present().options.margin
-    }
-
-    #[test]
-    fn steps_are_undone_and_done_again_by_name() {
-        let mut history = History::new(project(1));
-        assert_eq!((history.undo(), history.redo()), (None, None));
-        history.edit("merge of 3 layers", project(2), None);
-        history.edit("split", project(3), None);
-        assert_eq!(history.undoes(), Some("split"));
-        assert_eq!(history.undo(), Some(Turn::Project));
-        assert_eq!((history.undoes(), history.redoes()), (Some("merge of 3 layers"), Some("split")));
-        assert_eq!(margin(&history), 2);
-        history.undo();
-        assert_eq!((margin(&history), history.undoes()), (1, None));
-        assert_eq!(names(&history), (vec!["merge of 3 layers", "split"], 0));
-        history.redo();
-        history.redo();
-        assert_eq!((margin(&history), history.redo()), (3, None));
-    }
-
-    #[test]
-    fn what_is_done_after_an_undo_takes_the_place_of_what_was_undone() {
-        let mut history = History::new(project(1));
-        history.edit("a", project(2), None);
-        history.edit("b", project(3), None);
-        history.undo();
-        history.edit("c", project(4), None);
-        assert_eq!((history.redo(), names(&history)), (None, (vec!["a", "c"], 2)));
-    }
-
-    #[test]
-    fn a_gesture_is_one_step_and_one_that_ends_where_it_began_is_none() {
-        let mut history = History::new(project(1));
-        (2..50).for_each(|m| history.edit("margin", project(m), Some(Gesture(1))));
-        assert_eq!(names(&history).0.len(), 1);
-        history.edit("margin", project(50), Some(Gesture(2)));
-        assert_eq!(names(&history).0.len(), 2, "another gesture is another step");
-        history.undo();
-        history.edit("margin", project(60), Some(Gesture(2)));
-        assert_eq!(names(&history).0.len(), 2, "an undo ends a gesture");
-        history.undo();
-        history.undo();
-        assert_eq!(margin(&history), 1);
-        [2, 3, 1].into_iter().for_each(|m| history.edit("margin", project(m), Some(Gesture(3))));
-        assert!(history.undoes().is_none() && !history.is_dirty());
-        history.edit("margin", project(1), None);
-        assert!(history.undoes().is_none(), "what changes nothing is no step");
-        history.edit("margin", project(7), Some(Gesture(4)));
-        history.end_gesture();
-        history.edit("margin", project(8), Some(Gesture(4)));
-        assert_eq!(names(&history).0.len(), 2);
-    }
-
-    #[test]
-    fn it_is_known_whether_the_present_is_saved_before_and_after_the_save() {
-        let mut history = History::new(project(1));
-        assert!(!history.is_dirty());
-        history.edit("a", project(2), Some(Gesture(1)));
-        assert!(history.is_dirty());
-        history.saved();
-        assert!(!history.is_dirty());
-        history.edit("a", project(3), Some(Gesture(1)));
-        assert_eq!(names(&history).0.len(), 2, "what was saved stays a place to go back to");
-        history.undo();
-        assert!(!history.is_dirty());
-        history.undo();
-        assert!(history.is_dirty(), "undone past the save");
-        history.edit("b", project(4), None);
-        assert!(history.is_dirty());
-        history.edit("c", project(2), None);
-        assert!(!history.is_dirty(), "the same content by another way");
-    }
-
-    #[test]
-    fn imports_are_steps_that_say_what_is_to_be_done() {
-        let mut history = History::new(project(1));
-        history.edit("a", project(2), None);
-        let files = vec![PathBuf::from("wall.psd")];
-        history.imported("import of wall.psd", 7, files.clone());
-        assert!(history.is_dirty() && history.undoes() == Some("import of wall.psd"));
-        assert_eq!(history.undo(), Some(Turn::TakeBack(7)));
-        assert_eq!(margin(&history), 2);
-        assert_eq!(history.undo(), Some(Turn::Project));
-        assert_eq!(
-            (history.redo(), history.redo()),
-            (Some(Turn::Project), Some(Turn::ImportAgain(7, files)))
-        );
-        history.imported_again(7, 9);
-        assert_eq!(history.undo(), Some(Turn::TakeBack(9)));
-        history.forget_import(9);
-        assert_eq!((history.redo(), history.undoes()), (None, Some("a")));
-    }
-
-    #[test]
-    fn a_thousand_steps_can_be_undone_and_no_more() {
-        let mut history = History::new(project(0));
-        (1..=1200).for_each(|m| history.edit(m.to_string(), project(m), None));
-        let mut undone = 0;
-        while history.undo().is_some() {
-            undone += 1;
-        }
-        assert_eq!((undone, margin(&history)), (MOST_STEPS, 200));
-        while history.redo().is_some() {}
-        assert_eq!(margin(&history), 1200);
-    }
-
-    /// Against a list of states and a place in it.
-    #[test]
-    fn any_mixture_of_edits_undo_redo_and_saves_is_that_of_a_plain_list() {
-        let mut dice = Dice::new(31);
-        for _ in 0..50 {
-            let (mut history, mut list, mut at, mut saved) = (History::new(project(0)), vec![0], 0, 0);
-            for number in 1..200 {
-                match dice.whole(0, 9) {
-                    0..=3 => {
-                        history.edit("edit", project(number), None);
-                        list.truncate(at + 1);
-                        list.push(number);
-                        at += 1;
-                    }
-                    4..=6 => {
-                        assert_eq!(history.undo().is_some(), at > 0);
-                        at = at.saturating_sub(1);
-                    }
-                    7..=8 => {
-                        assert_eq!(history.redo().is_some(), at + 1 < list.len());
-                        at = (at + 1).min(list.len() - 1);
-                    }
-                    _ => {
-                        history.saved();
-                        saved = list[at];
-                    }
-                }
-                assert_eq!(margin(&history), list[at]);
-                assert_eq!(history.is_dirty(), list[at] != saved);
-            }
-        }
+/// The project with these masks; the same one, where it has them.
+fn with_masks<'a>(project: &Arc<Project>, masks: impl Iterator<Item = NewMask<'a>>) -> Arc<Project> {
+    let mut changed = project.masks.clone();
+    masks.for_each(|(photo, from, mask)| changed.set(photo, from, mask.clone()));
+    match changed == project.masks {
+        true => project.clone(),
+        false => Arc::new(Project { masks: changed, ..Project::clone(project) }),
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -22,6 +22,19 @@ pub struct Mask {
     pub pixels: u64,
 }
 
+/// What an import did to one mask.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct MaskChange {
+    /// The photo.
+    pub photo: String,
+    /// Whose mask it is.
+    pub from: MaskFrom,
+    /// As it was; none where there was nothing.
+    pub before: Option<Mask>,
+    /// As it is; none where nothing is left.
+    pub after: Option<Mask>,
+}
+
 /// Who made a mask. The order is that of lists.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
@@ -127,14 +140,23 @@ impl Masks {
         self.0.remove(photo);
     }
 
-    /// These, but with the layers of edited files that `other` has: what came home with paint, or went with it, without
-    /// what else was decided meanwhile.
-    pub fn with_layers_of(&self, other: &Self) -> Self {
-        let is_layer = |mask: &Mask| matches!(mask.from, MaskFrom::Layer(_));
-        let mut masks = Self::default();
-        let own = self.photos().map(|(photo, of)| (photo, of, false));
-        for (photo, of, layers) in own.chain(other.photos().map(|(photo, of)| (photo, of, true))) {
-            of.iter().filter(|mask| is_layer(mask) == layers).for_each(|mask| masks.put(photo, mask.clone()));
+    /// Puts a mask in its maker's place, or takes away what is there.
+    pub fn set(&mut self, photo: &str, from: &MaskFrom, mask: Option<Mask>) {
+        match mask {
+            Some(mask) => self.put(photo, mask),
+            None => drop(self.remove(photo, from)),
+        }
+    }
+
+    /// These, with what somebody else made of `known` meanwhile: of masks that are otherwise in `now`, those.
+    pub fn with_news(&self, known: &Self, now: &Self) -> Self {
+        let mut masks = self.clone();
+        let of_both = [known, now].into_iter().flat_map(Self::photos);
+        for (photo, mask) in of_both.flat_map(|(photo, of)| of.iter().map(move |mask| (photo, mask))) {
+            let is_now = now.find(photo, &mask.from);
+            if known.find(photo, &mask.from) != is_now {
+                masks.set(photo, &mask.from, is_now.cloned());
+            }
         }
         masks
     }
@@ -198,17 +220,20 @@ mod tests {
     }
 
     #[test]
-    fn masks_come_home_with_paint_and_what_was_drawn_meanwhile_stays() {
+    fn what_somebody_else_made_meanwhile_is_taken_and_nothing_else() {
         let layer = |file: &str| mask(MaskFrom::Layer("9@a.psd".into()), file);
-        let (mut mine, mut saved) = (Masks::default(), Masks::default());
-        mine.put("a.jpg", mask(MaskFrom::Drawn, "new"));
-        mine.put("a.jpg", layer("old layer"));
-        saved.put("a.jpg", mask(MaskFrom::Drawn, "old"));
-        saved.put("b.jpg", layer("new layer"));
-        let mut expected = Masks::default();
-        expected.put("a.jpg", mask(MaskFrom::Drawn, "new"));
-        expected.put("b.jpg", layer("new layer"));
-        assert_eq!(mine.with_layers_of(&saved), expected);
+        let masks = |list: &[(&str, Mask)]| {
+            let mut masks = Masks::default();
+            list.iter().for_each(|(photo, mask)| masks.put(photo, mask.clone()));
+            masks
+        };
+        let drawn = |file: &str| mask(MaskFrom::Drawn, file);
+        let known = masks(&[("a.jpg", drawn("old")), ("a.jpg", layer("old")), ("c.jpg", layer("gone"))]);
+        let mine = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("old")), ("c.jpg", layer("gone"))]);
+        let now = masks(&[("a.jpg", drawn("old")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
+        let all = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
+        assert_eq!(mine.with_news(&known, &now), all);
+        assert_eq!(mine.with_news(&known, &known), mine);
     }
 
     #[test]

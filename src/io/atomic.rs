@@ -4,6 +4,7 @@
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 use tempfile::NamedTempFile;
 
@@ -105,10 +106,26 @@ pub fn sync_folder(folder: impl AsRef<Path>) -> Result<()> {
 /// # Errors
 /// [`Error::Io`] when the folder cannot be read or a leftover cannot be removed.
 pub fn remove_leftovers(folder: &Path) -> Result<()> {
+    remove_leftovers_if(folder, |_| true)
+}
+
+/// The same for a folder that others may write to: unfinished files that nobody has written to for so long.
+///
+/// # Errors
+/// As [`remove_leftovers`].
+pub fn remove_old_leftovers(folder: &Path, age: Duration) -> Result<()> {
+    let rests = |path: &Path| {
+        let changed = fs::metadata(path).and_then(|data| data.modified()).ok();
+        changed.and_then(|changed| changed.elapsed().ok()).is_some_and(|rest| rest >= age)
+    };
+    remove_leftovers_if(folder, rests)
+}
+
+fn remove_leftovers_if(folder: &Path, is_left: impl Fn(&Path) -> bool) -> Result<()> {
     for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let path = entry.map_err(Error::io(folder, "read the folder"))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with(UNFINISHED) && name.ends_with(".tmp") {
+        if name.starts_with(UNFINISHED) && name.ends_with(".tmp") && is_left(&path) {
             fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
         }
     }
@@ -171,6 +188,8 @@ mod tests {
         let killed = AtomicFile::create(folder.path().join("a.json")).unwrap();
         std::mem::forget(killed);
         fs::write(folder.path().join("b.tmp"), "theirs").unwrap();
+        remove_old_leftovers(folder.path(), Duration::from_secs(3600)).unwrap();
+        assert_eq!(names_in(folder.path()).len(), 2, "somebody may be writing it");
         remove_leftovers(folder.path()).unwrap();
         assert_eq!(names_in(folder.path()), ["b.tmp"]);
     }

@@ -2,7 +2,7 @@
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use crate::error::{Error, Result};
 
@@ -70,20 +70,42 @@ impl ProjectLock {
 fn sign(file: &mut File) -> std::io::Result<()> {
     file.set_len(0)?;
     file.rewind()?;
-    writeln!(file, "{} (process {})", program().display(), std::process::id())
+    writeln!(file, "{} (process {})", program(), std::process::id())
 }
 
-fn program() -> PathBuf {
-    let program = std::env::current_exe().unwrap_or_default();
-    program.file_name().map_or_else(|| "a program".into(), PathBuf::from)
+/// The program, and what it was asked to do.
+fn program() -> String {
+    let path = std::env::current_exe().unwrap_or_default();
+    let program =
+        path.file_stem().map_or_else(|| "a program".into(), |name| name.to_string_lossy().into_owned());
+    let words = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok());
+    match asked_for(&program, words) {
+        Some(command) => format!("{program} {command}"),
+        None => program,
+    }
 }
+
+/// The command among the words behind the program's name, which without one opens the window. (Other programs of this
+/// library have no commands.)
+fn asked_for(program: &str, mut words: impl Iterator<Item = String>) -> Option<String> {
+    let is_command = |word: &String| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase());
+    (program == OURS).then(|| words.find(is_command).unwrap_or_else(|| WINDOW.into()))
+}
+
+const OURS: &str = "quadratura";
+/// The command that opens the window.
+const WINDOW: &str = "edit";
 
 fn held(folder: &Path, file: &mut File) -> Error {
-    let holder = signature(file);
-    Error::Request(format!(
-        "{}: {holder} is writing to this project; wait until it is done, or end it",
-        folder.display()
-    ))
+    Error::Request(format!("{}: {}", folder.display(), advice(&signature(file))))
+}
+
+/// Who holds the project, and what to do about it.
+pub fn advice(holder: &str) -> String {
+    match holder.starts_with(&format!("{OURS} {WINDOW} ")) {
+        true => format!("this project is open in a window ({holder}); close it there, or quit that window"),
+        false => format!("{holder} is writing to this project; wait until it is done, or end it"),
+    }
 }
 
 /// Who signed the file.
@@ -109,6 +131,24 @@ mod tests {
         drop(first);
         assert_eq!(ProjectLock::holder(folder.path()), None);
         ProjectLock::take(folder.path()).unwrap();
+    }
+
+    #[test]
+    fn it_is_told_whether_a_window_or_a_command_has_the_project_and_what_to_do() {
+        let told = |words: &[&str]| {
+            let command = asked_for(OURS, words.iter().map(|word| (*word).to_owned())).unwrap();
+            advice(&format!("{OURS} {command} (process 7)"))
+        };
+        for window in [&[][..], &["edit", "castle"], &["--threads", "2", "edit"]] {
+            let told = told(window);
+            assert!(
+                told.contains("open in a window (quadratura edit (process 7)); close it there"),
+                "{told}"
+            );
+        }
+        let command = told(&["--json", "build", "castle"]);
+        assert!(command.contains("quadratura build (process 7) is writing") && command.contains("end it"));
+        assert_eq!(asked_for("harness", ["edit".to_owned()].into_iter()), None);
     }
 
     #[test]

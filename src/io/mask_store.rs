@@ -11,6 +11,7 @@
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
+use std::time::SystemTime;
 
 use super::atomic::{remove_leftovers, write_atomically};
 use super::hash::{hash_bytes, hash_file};
@@ -48,6 +49,33 @@ impl MaskStore {
     /// As [`read_mask`].
     pub fn read(&self, file: &str, size: [u32; 2]) -> Result<Spans> {
         read_mask(&self.path(file), size)
+    }
+
+    /// Of the files that a maker's masks of a photo had before, the newest one that can be used, with its masked pixels
+    /// and when it was made: what stands for `file`, which cannot.
+    pub fn older(
+        &self,
+        photo: &str,
+        stem: &str,
+        file: &str,
+        size: [u32; 2],
+    ) -> Option<(String, u64, SystemTime)> {
+        let folder = self.folder.join(file_name_of_photo(photo));
+        let begins = format!("{}-", readable(stem));
+        let named = |path: PathBuf| {
+            let name = path.file_name()?.to_str()?.to_owned();
+            let rest = name.strip_prefix(&begins)?.strip_suffix(".png")?;
+            let file_of_it = format!("{}/{name}", file_name_of_photo(photo));
+            let made = fs::metadata(&path).and_then(|data| data.modified()).ok()?;
+            (rest.len() == DIGITS && file_of_it != file).then_some((made, file_of_it))
+        };
+        let mut found: Vec<_> = entries(&folder).ok()?.into_iter().filter_map(named).collect();
+        found.sort();
+        found.into_iter().rev().find_map(|(made, file)| {
+            let is_whole = is_ours(&self.path(&file)).unwrap_or(false);
+            let pixels = self.read(&file, size).ok().filter(|_| is_whole)?;
+            Some((file, pixels.count(), made))
+        })
     }
 
     /// Keeps a mask of a photo of this size and gives its file, as `project.json` names it. `stem`: how its name
@@ -144,6 +172,27 @@ mod tests {
             assert!(found.minus(&mask(5)).is_empty() && found.count() == 5, "{file}");
             assert_eq!(store.add(photo, stem, &mask(5), [9, 4]).unwrap(), file, "the same is the same file");
         }
+    }
+
+    #[test]
+    fn for_a_file_that_is_gone_there_is_the_newest_whole_one_of_the_same_maker() {
+        let project = tempfile::tempdir().unwrap();
+        let store = MaskStore::new(project.path());
+        let mut files = Vec::new();
+        for (pixels, seconds) in [(2, 10), (3, 20), (4, 30)] {
+            let file = store.add("a.jpg", "drawn", &mask(pixels), [9, 4]).unwrap();
+            let made = SystemTime::UNIX_EPOCH + std::time::Duration::from_secs(seconds);
+            fs::File::options().append(true).open(store.path(&file)).unwrap().set_modified(made).unwrap();
+            files.push(file);
+        }
+        store.add("a.jpg", "suggested", &mask(5), [9, 4]).unwrap();
+        let older =
+            |file: &str| store.older("a.jpg", "drawn", file, [9, 4]).map(|(file, pixels, _)| (file, pixels));
+        assert_eq!(older(&files[2]), Some((files[1].clone(), 3)));
+        fs::write(store.path(&files[1]), "cut").unwrap();
+        assert_eq!(older(&files[2]), Some((files[0].clone(), 2)));
+        assert_eq!(store.older("a.jpg", "drawn", &files[2], [8, 4]), None, "of another size");
+        assert_eq!(store.older("b.jpg", "drawn", &files[2], [9, 4]), None);
     }
 
     #[test]

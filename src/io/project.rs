@@ -1,6 +1,7 @@
 //! `project.json` on disk: found, read, judged, written.
 
 use std::path::{Component, Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use serde::Deserialize;
 
@@ -13,10 +14,24 @@ use crate::error::{Error, Result};
 
 /// The name of the authored file in the project's folder.
 pub const PROJECT_FILE: &str = "project.json";
+/// The name of the file beside it that holds what is not saved.
+pub const UNSAVED_FILE: &str = "project.unsaved.json";
 
 const LARGEST_PROJECT: u64 = 16 << 20;
-const REMEDY: &str =
-    "correct the file (docs/formats.md describes it), or make a new project with `quadratura new`";
+/// For a file that cannot be read: nothing that it advises destroys what is there.
+fn remedy(file: &Path) -> String {
+    let unsaved = file.with_file_name(UNSAVED_FILE);
+    let unsaved = match unsaved.is_file() && !file.ends_with(UNSAVED_FILE) {
+        true => {
+            format!("; {UNSAVED_FILE} beside it holds the whole project with what a window had not saved")
+        }
+        false => String::new(),
+    };
+    format!(
+        "correct it (docs/formats.md describes it), or bring it back from a backup: layers, masks and paint are in \
+         files of their own and whole{unsaved}"
+    )
+}
 
 /// Reads the project in `folder`.
 ///
@@ -30,7 +45,7 @@ pub fn read_project(folder: &Path) -> Result<Project> {
         return Err(Error::input(file, "", found, "give the folder that `quadratura new` made"));
     }
     refuse_other_versions(&file)?;
-    judged(&file, read_json(&file, LARGEST_PROJECT, REMEDY)?)
+    judged(&file, read_json(&file, LARGEST_PROJECT, &remedy(&file))?)
 }
 
 /// A project that was read from `file`, if all it says can be.
@@ -48,17 +63,33 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
         ("masks", project.masks.problem()),
     ];
     match problems.into_iter().find_map(|(place, problem)| Some((place, problem?))) {
-        Some((place, problem)) => Err(Error::input(file, place, problem, REMEDY)),
+        Some((place, problem)) => Err(Error::input(file, place, problem, remedy(file))),
         None => Ok(project),
     }
 }
+
+/// Held by whoever writes `project.json`, and by whoever reads it to write it: a program may save what was decided while
+/// an import of its own puts masks there.
+static WRITING: Mutex<()> = Mutex::new(());
 
 /// Writes the project into `folder`, whole or not at all.
 ///
 /// # Errors
 /// [`Error::Io`]; the old file stays.
 pub fn write_project(folder: &Path, project: &Project) -> Result<()> {
-    write_atomically(folder.join(PROJECT_FILE), &to_json(project))
+    change_project(folder, |_| Ok(project.clone()))
+}
+
+/// Writes what `change` makes of the project in `folder` as it is by now, or of the reason why it cannot be read; nobody
+/// else of this program writes it in between.
+///
+/// # Errors
+/// What `change` says, [`Error::Io`]; the old file stays.
+pub fn change_project(folder: &Path, change: impl FnOnce(Result<Project>) -> Result<Project>) -> Result<()> {
+    // Whoever panicked has left the file whole: it changes by one rename.
+    let _writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
+    let project = change(read_project(folder))?;
+    write_atomically(folder.join(PROJECT_FILE), &to_json(&project))
 }
 
 /// A newer file may have fields that we would call misspelt, so its version is looked at first.
@@ -67,7 +98,7 @@ fn refuse_other_versions(file: &Path) -> Result<()> {
     struct Versioned {
         version: u32,
     }
-    let Versioned { version } = read_json(file, LARGEST_PROJECT, REMEDY)?;
+    let Versioned { version } = read_json(file, LARGEST_PROJECT, &remedy(file))?;
     refuse_version(file, version)
 }
 
@@ -205,6 +236,25 @@ mod tests {
     }
 
     #[test]
+    fn changes_of_several_threads_are_all_there_in_the_end() {
+        let folder = tempfile::tempdir().unwrap();
+        write_project(folder.path(), &project()).unwrap();
+        std::thread::scope(|scope| {
+            for number in 0..8 {
+                let folder = folder.path();
+                scope.spawn(move || {
+                    change_project(folder, |project| {
+                        let mut project = project?;
+                        project.objects_off.insert(format!("object {number}"));
+                        Ok(project)
+                    })
+                });
+            }
+        });
+        assert_eq!(read_project(folder.path()).unwrap().objects_off.len(), 1 + 8);
+    }
+
+    #[test]
     fn a_folder_without_a_project_is_refused_with_a_remedy() {
         let message = read_project(Path::new("no such folder")).unwrap_err().to_string();
         assert!(message.contains("no such folder") && message.contains("quadratura new"), "{message}");
@@ -220,6 +270,7 @@ mod tests {
     #[test]
     fn broken_text_a_missing_field_and_an_option_out_of_range_are_named() {
         assert!(refused("{").contains("line 1 column 1"));
+        assert!(!refused("{").contains("quadratura new"), "nothing that destroys what is there");
         assert!(refused(r#"{"version": 1, "photos": "p", "cameras": "c"}"#).contains("`model`"));
         let text =
             r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m", "options": {"tolerance": 2}}"#;

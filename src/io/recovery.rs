@@ -11,12 +11,10 @@ use serde::{Deserialize, Serialize};
 use super::atomic::{sync_folder, write_atomically};
 use super::hash::hash_file;
 use super::json::{read_json, to_json};
+pub use super::project::UNSAVED_FILE;
 use super::project::{PROJECT_FILE, judged};
 use crate::document::Project;
 use crate::error::{Error, Result};
-
-/// The name of the file in the project's folder.
-pub const UNSAVED_FILE: &str = "project.unsaved.json";
 
 const LARGEST: u64 = 16 << 20;
 const REMEDY: &str = "remove the file if you do not want back what was not saved";

@@ -18,7 +18,7 @@
 //! never mixed with new ones, and reads again.
 
 use std::fs;
-use std::io::ErrorKind;
+use std::io::{ErrorKind, Read, Seek, SeekFrom};
 use std::path::{Path, PathBuf};
 
 use tempfile::TempDir;
@@ -185,6 +185,37 @@ impl StackStore {
         Ok(writer)
     }
 
+    /// What went wrong while the stack of `photo` was written, told of the place where it was to be: nobody knows the
+    /// folder in which it is made.
+    pub fn at_home(&self, photo: &str, error: Error) -> Error {
+        let Error::Io { path, doing, source } = error else { return error };
+        let unfinished = self.stacks().join(UNFINISHED);
+        let is_unfinished = path.to_string_lossy().starts_with(&*unfinished.to_string_lossy());
+        let home = self.folder(photo);
+        let path = match path.file_name().filter(|_| is_unfinished && path.parent() != Some(&self.stacks())) {
+            Some(name) => home.join(name),
+            None if is_unfinished => home,
+            None => path,
+        };
+        Error::Io { path, doing, source }
+    }
+
+    /// What somebody cut or took away of the files of a photo's current stack; none where they are whole. Told by their
+    /// sizes, and by how a PNG ends: one that somebody painted on is whole.
+    pub fn damage(&self, photo: &str) -> Option<Error> {
+        let folder = self.folder(photo).join(self.current_version(photo)?);
+        let record = StackFiles::read(&folder)?;
+        record.files.iter().find_map(|(name, written)| {
+            let path = folder.join(name);
+            let found = match fs::metadata(&path) {
+                Err(_) => "it is gone".to_owned(),
+                Ok(data) if data.len() == written.bytes || ends_as_png(&path) => return None,
+                Ok(data) => format!("{} bytes, {} were written: it is cut short", data.len(), written.bytes),
+            };
+            Some(Error::input(path, "", found, REMEDY))
+        })
+    }
+
     /// Clears away what killed builds left over. Returns where in `inbox/` files are now that
     /// somebody had changed.
     ///
@@ -344,6 +375,18 @@ impl StackWriter {
         write_atomically(&file, text)?;
         Ok(kept)
     }
+}
+
+/// The last chunk of a PNG: without it, it was not written to its end.
+fn ends_as_png(path: &Path) -> bool {
+    let end = || {
+        let mut file = fs::File::open(path)?;
+        file.seek(SeekFrom::End(-8))?;
+        let mut end = [0; 4];
+        file.read_exact(&mut end)?;
+        Ok::<_, std::io::Error>(end)
+    };
+    end().is_ok_and(|end| end == *b"IEND")
 }
 
 /// The names of all files of an image layer.

@@ -9,7 +9,7 @@ use std::path::{Path, PathBuf};
 
 use serde::{Deserialize, Serialize};
 
-use super::atomic::write_atomically;
+use super::atomic::{remove_leftovers, write_atomically};
 use super::json::{read_json, to_json};
 use super::project::{below, relative_to};
 use super::stamp::Stamp;
@@ -96,6 +96,22 @@ impl TakenDocuments {
         Ok(())
     }
 
+    /// Adds documents, as they were when they were taken, to the list of the project in the folder `project`, and gives
+    /// it as it is then. A damaged list begins anew.
+    ///
+    /// # Errors
+    /// [`Error::Io`]; the old list then stays.
+    pub fn note(project: &Path, documents: &[(PathBuf, Stamp)]) -> Result<Self> {
+        clean_up(project)?;
+        let mut taken = Self::read(project).unwrap_or_else(|_| Self::none(project));
+        for (document, stamp) in documents {
+            // Gone or changed meanwhile: that is another save.
+            let _ = taken.take(document, stamp);
+        }
+        taken.write()?;
+        Ok(taken)
+    }
+
     /// Writes the list, without documents that are gone.
     ///
     /// # Errors
@@ -113,6 +129,15 @@ impl TakenDocuments {
     fn name_of(&self, document: &Path) -> String {
         relative_to(&self.project, document).unwrap_or_else(|_| document.display().to_string())
     }
+}
+
+/// Clears away what a program left there that was killed. Whoever calls holds the project's lock.
+///
+/// # Errors
+/// [`Error::Io`].
+pub fn clean_up(project: &Path) -> Result<()> {
+    let paint = project.join("paint");
+    if paint.is_dir() { remove_leftovers(&paint) } else { Ok(()) }
 }
 
 fn file_of(project: &Path) -> PathBuf {

@@ -91,7 +91,7 @@ impl Job<'_> {
         let built = |stack, up_to_date, kept| Built { photo: photo.name.clone(), stack, up_to_date, kept };
         match self.try_photo(photo, task) {
             Ok((stack, up_to_date, kept)) => built(Ok(stack), up_to_date, kept),
-            Err(error) => built(Err(error), false, Vec::new()),
+            Err(error) => built(Err(self.store.at_home(&photo.name, error)), false, Vec::new()),
         }
     }
 

@@ -35,6 +35,7 @@ pub mod render;
 pub mod score;
 pub mod sheets;
 mod side_by_side;
+pub mod site_stamp;
 pub mod sources;
 pub mod survey;
 pub mod thumbnail;

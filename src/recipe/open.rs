@@ -7,6 +7,7 @@ use std::sync::Arc;
 use super::masks::attach;
 use super::named::{is_short_for, photos_named};
 use super::photos::{PhotoImport, import_photos};
+use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras, read_cameras};
@@ -32,6 +33,19 @@ pub struct Opened {
     pub problems: Arc<Vec<Error>>,
     /// Photos whose files cannot be used, by name, with the reason.
     pub left_out: Vec<(String, String)>,
+    /// Masks that cannot be used; their photos are left out.
+    pub unmasked: Arc<Vec<Unmasked>>,
+}
+
+/// A mask that cannot be used: its photo would show what it must not.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Unmasked {
+    /// The photo that is left out.
+    pub photo: Photo,
+    /// Its mask.
+    pub mask: Mask,
+    /// What is wrong with that.
+    pub problem: String,
 }
 
 /// Opens the project in `folder`. What leaves something out is in `problems`, what does not is noted.
@@ -60,14 +74,15 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     };
     let (photos, unmasked) = with_masks(folder, &project.masks, import.photos, task);
     let reasons = import.problems.iter().map(ToString::to_string);
-    let of_masks = unmasked.iter().map(|(photo, problem)| (photo.clone(), problem.to_string()));
+    let of_masks = unmasked.iter().map(|it| (it.photo.name.clone(), it.error().to_string()));
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
-    let unmasked = unmasked.into_iter().map(|(_, problem)| problem);
-    let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(unmasked).collect());
+    let of_masks = unmasked.iter().map(Unmasked::error);
+    let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(of_masks).collect());
+    let unmasked = Arc::new(unmasked);
     let whole = Arc::new(model);
     let site = Site { photos, model: working_model(&whole, &project, task)? };
     let points = Arc::new(points_of_photos(cameras.points, &cameras.photos, &site.photos));
-    Ok(Opened { project, site, whole, points, problems, left_out })
+    Ok(Opened { project, site, whole, points, problems, left_out, unmasked })
 }
 
 impl Opened {
@@ -83,6 +98,7 @@ impl Opened {
             points: self.points.clone(),
             problems: self.problems.clone(),
             left_out: self.left_out.clone(),
+            unmasked: self.unmasked.clone(),
         }
     }
 
@@ -113,34 +129,48 @@ impl Opened {
     }
 }
 
-/// The photos with their masks; and why some cannot be used, which would show what they must not.
+/// The photos with their masks; and the masks that cannot be used, whose photos would show what they must not.
 fn with_masks(
     folder: &Path,
     masks: &Masks,
     mut photos: Vec<Photo>,
     task: &Task,
-) -> (Vec<Photo>, Vec<(String, Error)>) {
+) -> (Vec<Photo>, Vec<Unmasked>) {
     attach(folder, masks, &mut photos);
     let known = |name: &str| photos.iter().any(|photo| photo.name == name);
     for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {
         task.note(format!("project.json has masks of {name}, which is not among the photos"));
     }
-    let (mut masked, mut problems) = (Vec::with_capacity(photos.len()), Vec::new());
+    let (mut masked, mut unmasked) = (Vec::with_capacity(photos.len()), Vec::new());
     for photo in photos {
         let size = [photo.camera.width, photo.camera.height];
-        match photo.masks.iter().find_map(|mask| check_mask(mask, size).err()) {
-            None => masked.push(photo),
-            Some(problem) => problems.push((photo.name.clone(), unusable_mask(&photo.name, &problem))),
+        let of_photo = masks.of(&photo.name).iter().zip(&photo.masks);
+        let unusable = of_photo.filter_map(|(mask, file)| Some((mask, check_mask(file, size).err()?)));
+        let found: Vec<(&Mask, String)> =
+            unusable.map(|(mask, problem)| (mask, problem.to_string())).collect();
+        if found.is_empty() {
+            masked.push(photo);
+        } else {
+            let of_one = |(mask, problem): (&Mask, String)| Unmasked {
+                photo: photo.clone(),
+                mask: mask.clone(),
+                problem,
+            };
+            unmasked.extend(found.into_iter().map(of_one));
         }
     }
-    (masked, problems)
+    (masked, unmasked)
 }
 
-fn unusable_mask(photo: &str, problem: &Error) -> Error {
-    Error::Request(format!(
-        "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` takes its \
-         masks away; --find, --add and --object make them again"
-    ))
+impl Unmasked {
+    /// As the command line tells it.
+    pub fn error(&self) -> Error {
+        let (photo, problem) = (&self.photo.name, &self.problem);
+        Error::Request(format!(
+            "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` takes its \
+             masks away; --find, --add and --object make them again"
+        ))
+    }
 }
 
 /// Without the objects that are switched off.

@@ -68,6 +68,8 @@ pub struct RenderOptions {
     pub out: PathBuf,
     /// With a film of all of them.
     pub film: Option<FilmOptions>,
+    /// Where there is a film, it is all that is written: no pictures.
+    pub film_alone: bool,
 }
 
 /// A film.
@@ -110,14 +112,16 @@ pub struct RenderReport {
 }
 
 /// Has `views` drawn one after the other and writes them as RGBA PNG, alpha the share of a pixel that is
-/// textured. A fault in one view is in [`RenderReport::failed`], the others go on.
+/// textured, or a film of them, or both. A fault in one view is in [`RenderReport::failed`], the others go on.
 ///
 /// # Errors
 /// [`Error::Request`] for a film of pictures of different sizes or of a kind that cannot be made;
 /// [`Error::Io`] when the folder cannot be made; [`Error::Cancelled`].
 pub fn render(views: &[View], draw: &mut Draw, options: &RenderOptions, task: &Task) -> Result<RenderReport> {
     let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
-    make_folder(&options.out)?;
+    if !options.only_film() {
+        make_folder(&options.out)?;
+    }
     let writer = Writer { options, film, report: RenderReport::default(), task };
     std::thread::scope(|scope| {
         let (sender, receiver) = sync_channel(WAITING);
@@ -127,6 +131,12 @@ pub fn render(views: &[View], draw: &mut Draw, options: &RenderOptions, task: &T
         let report = written.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
         drawn.and(report)
     })
+}
+
+impl RenderOptions {
+    fn only_film(&self) -> bool {
+        self.film_alone && self.film.is_some()
+    }
 }
 
 type Drawn<'a> = (&'a View, Result<Picture>);
@@ -183,10 +193,13 @@ impl Writer<'_> {
             self.task.go_on()?;
             let written = picture.and_then(|picture| {
                 self.project(&picture);
-                self.task.of(&view.name).timed(STAGE_WRITE, || write(&self.options.out, view, &picture))
+                let write = || write(&self.options.out, view, &picture);
+                let wanted = !self.options.only_film();
+                wanted.then(|| self.task.of(&view.name).timed(STAGE_WRITE, write)).transpose()
             });
             match written {
-                Ok(rendered) => {
+                Ok(None) => (),
+                Ok(Some(rendered)) => {
                     tell_spared(&rendered, &self.task.of(&view.name));
                     self.report.done.push(rendered);
                 }
@@ -275,7 +288,7 @@ mod tests {
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");
         let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
-        let options = RenderOptions { out, film };
+        let options = RenderOptions { out, film, film_alone: false };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
     }
@@ -291,6 +304,18 @@ mod tests {
         assert_eq!(report.film, Some(folder.path().join("films/film.apng")));
         let first = image::open(report.film.unwrap()).unwrap().to_rgb8();
         assert_eq!(first.get_pixel(0, 0).0, [80; 3], "a fifth of 1 over four fifths of 100");
+    }
+
+    #[test]
+    fn a_film_alone_leaves_no_pictures_of_its_frames() {
+        let folder = tempfile::tempdir().unwrap();
+        let (out, file) = (folder.path().join("out"), folder.path().join("out/film.apng"));
+        let film = Some(FilmOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
+        let options = RenderOptions { out: out.clone(), film, film_alone: true };
+        let views = [view("a", 8), view("b", 8)];
+        let report = render(&views, &mut shades(None), &options, &Task::silent()).unwrap();
+        assert_eq!((report.film, report.done.len(), report.failed.len()), (Some(file), 0, 0));
+        assert_eq!(std::fs::read_dir(out).unwrap().count(), 1);
     }
 
     #[test]
@@ -316,7 +341,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let task = Task::silent();
         task.stop_flag().store(true, std::sync::atomic::Ordering::Relaxed);
-        let options = RenderOptions { out: folder.path().join("out"), film: None };
+        let options = RenderOptions { out: folder.path().join("out"), ..RenderOptions::default() };
         let stopped = render(&[view("a", 8)], &mut shades(None), &options, &task);
         assert!(matches!(stopped, Err(Error::Cancelled)));
     }

@@ -192,12 +192,11 @@ impl<'a> Watching<'a> {
     /// Keeps in the project which documents need not be looked at again. Where that cannot be, they are at the next
     /// opening, and nothing comes of it but time.
     fn remember(&mut self, batch: &[Document]) {
-        for (path, stamp) in batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)) {
-            // Gone or changed meanwhile: that is another save.
-            let _ = self.taken.take(path, stamp);
-        }
-        if let Err(error) = self.taken.write() {
-            self.task.note(error.to_string());
+        let taken: Vec<Document> =
+            batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)).cloned().collect();
+        match TakenDocuments::note(self.project, &taken) {
+            Ok(taken) => self.taken = taken,
+            Err(error) => self.task.note(error.to_string()),
         }
     }
 }

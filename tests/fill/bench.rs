@@ -133,6 +133,7 @@ impl Bench {
             points: Default::default(),
             problems: std::sync::Arc::default(),
             left_out: Vec::new(),
+            unmasked: Default::default(),
         }
     }
 

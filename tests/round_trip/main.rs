@@ -146,19 +146,26 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// Every file below a folder with its content.
+/// Every file below a folder with its content, but for what only says which documents were looked at.
 fn tree(folder: &Path) -> BTreeMap<PathBuf, Vec<u8>> {
     let mut files = BTreeMap::new();
     let mut folders = vec![folder.to_owned()];
-    while let Some(folder) = folders.pop() {
-        for entry in fs::read_dir(&folder).unwrap().map(|entry| entry.unwrap().path()) {
+    while let Some(next) = folders.pop() {
+        for entry in fs::read_dir(&next).unwrap().map(|entry| entry.unwrap().path()) {
             if entry.is_dir() {
                 files.insert(entry.clone(), vec![]);
                 folders.push(entry);
-            } else if entry.file_name().unwrap() != "project.lock" {
+            } else if !["project.lock", "taken.json"]
+                .contains(&&*entry.file_name().unwrap().to_string_lossy())
+            {
                 files.insert(entry.clone(), fs::read(&entry).unwrap());
             }
         }
+    }
+    // The folder that holds nothing else.
+    let paint = folder.join("paint");
+    if !files.keys().any(|path| path.starts_with(&paint) && *path != paint) {
+        files.remove(&paint);
     }
     files
 }

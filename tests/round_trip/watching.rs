@@ -175,6 +175,24 @@ fn a_save_that_nobody_saw_comes_home_at_the_next_watch_and_an_import_that_was_ta
 }
 
 #[test]
+fn what_was_imported_by_command_and_taken_back_does_not_come_home_by_itself() {
+    let Some(studio) = Studio::new("psd") else { return };
+    let mut paper = Paper::read(&studio.file());
+    let places = paper.sheet("wall").pixels_where(true);
+    paper.sheet("wall").paint(places[5].0, places[5].1, RED);
+    paper.write(&studio.file());
+    assert_eq!(studio.import()["changed"], 1);
+    studio.site.json("import project --undo --json");
+    watched(&studio, WatchOptions::default(), |imported| panic!("{imported:?}"));
+    assert!(studio.paint().is_empty());
+    paper.sheet("wall").paint(places[9].0, places[9].1, SOFT);
+    paper.write(&studio.file());
+    let mut changed = Vec::new();
+    watched(&studio, WatchOptions::default(), |imported| changed.push(imported.changed));
+    assert_eq!(changed, [2], "the next save brings all that it holds");
+}
+
+#[test]
 fn a_file_that_is_never_whole_is_taken_as_far_as_it_can_be_and_every_import_that_is_told_is_one_of_the_history()
  {
     let Some(studio) = Studio::new("folder") else { return };

@@ -74,7 +74,7 @@ pub const READ_AGAIN: Command = Command {
         true => with_project(editor),
         false => Err("wait until the job that runs has ended, or stop it"),
     },
-    run: |editor, _| editor.reopen(),
+    run: |editor, _| editor.reopen(None),
     ..PLAIN
 };
 

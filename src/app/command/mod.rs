@@ -9,6 +9,7 @@ pub mod layers;
 pub mod mask;
 pub mod paint;
 pub mod view;
+pub mod words;
 
 use eframe::egui::{Context, Event, Id, Key, KeyboardShortcut, Modifiers};
 
@@ -86,6 +87,18 @@ pub struct Command {
     pub detail: Option<fn(&Editor) -> Option<String>>,
     /// What it does.
     pub run: fn(&mut Editor, &Context),
+}
+
+impl PartialEq for Command {
+    fn eq(&self, other: &Self) -> bool {
+        self.name == other.name
+    }
+}
+
+impl std::fmt::Debug for Command {
+    fn fmt(&self, out: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        out.write_str(self.name)
+    }
 }
 
 /// A command that can always be run, switches nothing and has no keys; to be written over.

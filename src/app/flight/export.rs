@@ -93,7 +93,7 @@ impl Editor {
         let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
         // Black behind what is not textured, as a screen is where nothing is.
         let film = export.film.then(|| FilmOptions { file: out.join(&export.name), fps, background: [0; 3] });
-        let options = RenderOptions { out, film };
+        let options = RenderOptions { out, film, film_alone: true };
         let name = if export.film { "Making a film" } else { "Making a picture" };
         self.jobs.start(Kind::Render, name, move |task| {
             let mut draw = |view: &View, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);

@@ -55,6 +55,16 @@ impl Lists {
         self.merging.is_some()
     }
 
+    /// Where a range of image layers begins: photo, and place in its stack.
+    pub fn anchor(&self) -> Option<(usize, usize)> {
+        self.anchor
+    }
+
+    /// Carries it over to other stacks.
+    pub fn set_anchor(&mut self, anchor: Option<(usize, usize)>) {
+        self.anchor = anchor;
+    }
+
     /// The row shows what is below it.
     fn is_open(&self, row: Row) -> bool {
         row.is_open_at_first() != self.turned.contains(&row)

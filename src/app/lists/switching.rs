@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::app::authored::{Follows, not_followed};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::app::notes::{Note, Weight};
@@ -56,9 +57,17 @@ impl Editor {
         let project = Project::clone(session.history.present());
         self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Open, "Switching objects", move |task| {
-            let opened = opened.with_objects(&folder, project, task)?;
-            let photos = survey(&folder, &opened, &[], task)?;
-            Ok(Box::new(move |editor| editor.take_model(&folder, opened, photos)))
+            let switched = || {
+                let opened = opened.with_objects(&folder, project, task)?;
+                let photos = survey(&folder, &opened, &[], task)?;
+                Ok((opened, photos))
+            };
+            match switched() {
+                Ok((opened, photos)) => {
+                    Ok(Box::new(move |editor| editor.take_model(&folder, opened, photos)))
+                }
+                Err(error) => Ok(not_followed(folder, Follows::Objects, error)),
+            }
         });
     }
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use crate::app::editor::Editor;
 use crate::app::jobs::{JobId, Kind};
-use crate::app::notes::{Note, Weight};
 use crate::document::Masks;
 use crate::document::masks::Mask;
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
+use crate::recipe::open::Unmasked;
 
 /// So many files are kept in memory before those that no mask is made of are given up: a few hundred kilobytes each.
 const MOST: usize = 200;
@@ -43,9 +43,8 @@ impl Known {
         self.revision += 1;
     }
 
-    fn missing(&self, masks: &[Mask]) -> Vec<String> {
-        let files = masks.iter().map(|mask| &mask.file);
-        files.filter(|file| !self.by_file.contains_key(*file)).cloned().collect()
+    fn missing(&self, masks: &[Mask]) -> Vec<Mask> {
+        masks.iter().filter(|mask| !self.by_file.contains_key(&mask.file)).cloned().collect()
     }
 }
 
@@ -80,26 +79,28 @@ impl Editor {
         if missing.is_empty() || reads {
             return;
         }
+        let photo = photo.clone();
         let size = [photo.camera.width, photo.camera.height];
         let job = self.jobs.start(Kind::FlatView, "Reading masks", move |task| {
             let store = MaskStore::new(&folder);
             let (mut read, mut told) = (Vec::new(), Vec::new());
-            for file in missing {
+            for mask in missing {
                 task.go_on()?;
-                let pixels = store.read(&file, size).unwrap_or_else(|error| {
-                    told.push(Note::new(Weight::Problem, error.to_string()));
+                let pixels = store.read(&mask.file, size).unwrap_or_else(|error| {
+                    let (photo, mask, problem) = (photo.clone(), mask.clone(), error.to_string());
+                    told.push(Unmasked { photo, mask, problem });
                     Spans::default()
                 });
-                read.push((file, pixels));
+                read.push((mask.file, pixels));
             }
             Ok(Box::new(move |editor| editor.masks_read(&folder, read, told)))
         });
         self.masking.known.reading = Some(job);
     }
 
-    fn masks_read(&mut self, folder: &std::path::Path, read: Vec<(String, Spans)>, told: Vec<Note>) {
+    fn masks_read(&mut self, folder: &std::path::Path, read: Vec<(String, Spans)>, told: Vec<Unmasked>) {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
         self.masking.known.add(read, &session.history.present().masks);
-        told.into_iter().for_each(|note| self.tell(note));
+        self.tell_masks(told, "cannot be built");
     }
 }

@@ -8,6 +8,7 @@ pub mod drawing;
 pub mod hand;
 pub mod keeping;
 mod known;
+pub mod repairing;
 pub mod strip;
 pub mod suggesting;
 
@@ -105,6 +106,11 @@ impl Masking {
     /// Nothing waits to be kept.
     pub fn is_kept(&self) -> bool {
         self.keeping.is_empty()
+    }
+
+    /// What waits to be kept is not wanted any more.
+    pub fn forget_waiting(&mut self) {
+        self.keeping = Keeping::default();
     }
 
     /// The brush's radius, in pixels of a photo of this size.

@@ -33,6 +33,8 @@ pub struct Suggested {
     /// That of earlier runs was looked for.
     read: bool,
     looking: Option<JobId>,
+    /// Those that were dismissed while others are looked for.
+    dismissed: Vec<u32>,
     open: Option<Open>,
 }
 
@@ -45,6 +47,7 @@ impl Default for Suggested {
             list: Arc::default(),
             read: false,
             looking: None,
+            dismissed: Vec::new(),
             open: None,
         }
     }
@@ -131,20 +134,27 @@ impl Editor {
         let job = self.jobs.start(Kind::Suggest, "Looking for what only one photo shows", move |task| {
             let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
             let list = shown(&folder, found.list, task)?;
-            Ok(Box::new(move |editor| editor.strangers_found(&folder, list)))
+            Ok(Box::new(move |editor| editor.strangers_found(&folder, &photos, list)))
         });
         self.masking.suggested.looking = Some(job);
+        self.masking.suggested.dismissed.clear();
         self.layout.show(Pane::Photo);
     }
 
-    fn strangers_found(&mut self, folder: &Path, list: Vec<Shown>) {
+    fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<Shown>) {
         if self.session.as_ref().is_none_or(|session| session.folder != folder) {
             return;
         }
-        let mut photos: Vec<&str> = list.iter().map(|shown| shown.it.photo.as_str()).collect();
+        let is_new = |shown: &Shown| looked_at.is_empty() || looked_at.contains(&shown.it.photo);
+        // Dismissed while it was looked for others.
+        let gone = std::mem::take(&mut self.masking.suggested.dismissed);
+        list.retain(|shown| is_new(shown) || !gone.contains(&shown.it.number));
+        let new = list.iter().filter(|shown| is_new(shown));
+        let mut photos: Vec<&str> = new.map(|shown| shown.it.photo.as_str()).collect();
+        let found = photos.len();
         photos.sort_unstable();
         photos.dedup();
-        let text = match list.len() {
+        let text = match found {
             0 => "Nothing was found that the other photos do not show, too.".to_owned(),
             1 => format!("One thing is in {} alone. A click on it masks it.", photos[0]),
             many => format!(
@@ -214,6 +224,9 @@ impl Editor {
         let rest = list.filter(|shown| !numbers.contains(&shown.it.number)).cloned().collect();
         let dismissed = dismiss(&session.folder, numbers);
         self.masking.suggested.put(rest);
+        if self.jobs.runs(Kind::Suggest) {
+            self.masking.suggested.dismissed.extend(numbers);
+        }
         if let Err(error) = dismissed {
             self.tell(Note::new(Weight::Warning, error.to_string()));
         }

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 
 use super::place::Place;
 use super::{if_wanted, looking::Looking, typed_path};
+use crate::app::command::words::in_window;
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::app::session::Session;
@@ -96,7 +97,7 @@ impl Assistant {
                 Some(part) => &mut self.places[part as usize],
                 None => &mut self.folder,
             };
-            place.errors.push(error.to_string());
+            place.errors.push(in_window(&error.to_string()));
         }
     }
 }

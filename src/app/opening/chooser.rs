@@ -10,9 +10,10 @@ use super::{Wish, typed_path, typed_ui};
 use crate::app::editor::Editor;
 use crate::app::notes::{Note, Weight};
 use crate::recipe::discover::Part;
+use crate::recipe::open::Unmasked;
 
 /// What something is chosen for.
-#[derive(Debug, Clone, PartialEq, Eq)]
+#[derive(Debug, Clone, PartialEq)]
 pub enum Purpose {
     /// A project to open.
     Project,
@@ -24,6 +25,8 @@ pub enum Purpose {
     Folder,
     /// The file of a photo that is gone, by the photo's name.
     Photo(String),
+    /// The file of a mask that cannot be used.
+    Mask(Box<Unmasked>),
 }
 
 impl Purpose {
@@ -34,6 +37,7 @@ impl Purpose {
             Self::Part(part) => format!("{}: {}", part.name(), part.accepted()),
             Self::Folder => "An empty folder for the project".into(),
             Self::Photo(name) => format!("The file of {name}"),
+            Self::Mask(it) => format!("The mask of {}: black is masked", it.photo.name),
         }
     }
 
@@ -43,6 +47,7 @@ impl Purpose {
         match self {
             Self::Part(Part::Model) => dialog.add_filter("Models", &["obj", "gltf", "glb"]).pick_file(),
             Self::Photo(_) => dialog.pick_file(),
+            Self::Mask(_) => dialog.add_filter("Masks", &["png"]).pick_file(),
             _ => dialog.pick_folder(),
         }
     }
@@ -93,6 +98,7 @@ impl Editor {
             Purpose::Project => self.open_project(path),
             Purpose::Site => self.start_assistant(Some(&path)),
             Purpose::Photo(name) => self.bring_photo(&name, &path),
+            Purpose::Mask(it) => self.bring_mask(*it, path),
             Purpose::Folder => {
                 if let Some(assistant) = &mut self.opening.assistant {
                     assistant.goes_to(&path);
@@ -109,6 +115,9 @@ impl Editor {
     }
 
     fn without_dialog(&mut self, purpose: &Purpose) {
+        if let Purpose::Mask(it) = purpose {
+            return self.tell_place_of_mask(it);
+        }
         self.opening.typing = *purpose == Purpose::Project;
         if !self.opening.typing {
             let text = "This desktop shows no dialog for files: type the path, or drop it on the window";

@@ -7,7 +7,7 @@ use eframe::egui::{Context, Id, Modal, Spinner};
 use super::Wish;
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
-use crate::io::lock::ProjectLock;
+use crate::io::lock::{ProjectLock, advice};
 
 /// Often enough to seem at once, seldom enough to cost nothing.
 const LOOKS_EVERY_S: f64 = 1.5;
@@ -54,11 +54,11 @@ pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>
     let Some(held) = &editor.opening.held else { return };
     let modal = Modal::new(Id::unique("held")).show(context, |ui| {
         ui.set_width(460.0);
-        ui.heading("Another program is writing to this project");
-        ui.label(format!("{} is held by {}.", held.folder.display(), held.holder));
+        ui.heading("Somebody else has this project");
+        ui.label(format!("{}: {}.", held.folder.display(), advice(&held.holder)));
         ui.horizontal(|ui| {
             ui.add(Spinner::new().size(16.0));
-            ui.label("It opens by itself as soon as it is free. Wait, or end the other program.");
+            ui.label("It opens here by itself as soon as it is free.");
         });
         ui.add_space(8.0);
         ui.horizontal(|ui| {

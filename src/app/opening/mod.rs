@@ -6,6 +6,7 @@ mod assistant_ui;
 mod chooser;
 mod held;
 mod looking;
+mod on_disk;
 mod place;
 mod relinking;
 mod writing;
@@ -19,6 +20,8 @@ use self::chooser::Chooser;
 pub use self::chooser::Purpose;
 use self::held::Held;
 use self::looking::Looking;
+use self::on_disk::OnDisk;
+pub use self::on_disk::changed;
 pub use self::place::{typed_path, typed_ui};
 use self::relinking::Relinking;
 pub use self::writing::Farewell;
@@ -44,6 +47,7 @@ pub struct Opening {
     relinking: Option<Relinking>,
     held: Option<Held>,
     writing: Option<Writing>,
+    on_disk: Option<OnDisk>,
     /// The project that is opened next is new: it is checked.
     check_next: bool,
     /// Grows whenever a project is left: what was being opened before is not wanted any more.
@@ -119,6 +123,7 @@ impl Editor {
         self.watch_held(context);
         self.watch_writing();
         self.keep_looking(context);
+        self.take_changes();
         self.show_title(context);
     }
 
@@ -170,6 +175,7 @@ impl Editor {
     /// A project is left, or none was open: what is on its way comes too late.
     pub(super) fn forget_opening(&mut self) {
         self.opening.round += 1;
+        self.opening.on_disk = None;
     }
 
     /// What belongs to a project that was just opened, beside showing it.
@@ -185,6 +191,7 @@ impl Editor {
         if std::mem::take(&mut self.opening.check_next) {
             self.check();
         }
+        self.watch_disk();
     }
 
     /// Shows which files of the open project are missing.

@@ -6,6 +6,7 @@ use eframe::egui::{Button, Context, Id, Key, Modal, RichText, ScrollArea, Ui};
 
 use super::place::{Place, part_found, part_line, wrong};
 use super::{Purpose, Wish};
+use crate::app::command::words::in_window;
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::error::Result;
@@ -105,7 +106,7 @@ impl Editor {
         let Some(relinking) = &mut self.opening.relinking else { return };
         match brought {
             Ok(()) => relinking.photos.retain(|photo| photo != name),
-            Err(error) => relinking.errors.push(error.to_string()),
+            Err(error) => relinking.errors.push(in_window(&error.to_string())),
         }
         if relinking.photos.is_empty() {
             let folder = relinking.folder.clone();
@@ -131,7 +132,7 @@ impl Editor {
             Ok(None) => self.open_project(folder),
             Err(error) => {
                 if let Some(relinking) = &mut self.opening.relinking {
-                    relinking.errors = vec![error.to_string()];
+                    relinking.errors = vec![in_window(&error.to_string())];
                 }
             }
         }

@@ -95,7 +95,7 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Who made it, as people here know it.
-fn in_words(from: &MaskFrom) -> String {
+pub fn in_words(from: &MaskFrom) -> String {
     match from {
         MaskFrom::Drawn => "drawn by hand".into(),
         MaskFrom::Suggested => "from suggestions".into(),

@@ -65,6 +65,15 @@ fn note_ui(editor: &Editor, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
             }
         }
         ui.label(&note.text);
+        let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| editor.can_remedy(remedy)).collect();
+        for (words, remedy) in &open {
+            if ui.link(words).clicked() {
+                asks.push(Ask::Remedy(Box::new(remedy.clone())));
+            }
+        }
+        if open.is_empty() && !note.remedies.is_empty() {
+            ui.weak("That is mended.");
+        }
         if note.times > 1 {
             ui.weak(format!("({} times)", note.times));
         }

@@ -12,6 +12,7 @@ use eframe::egui::{Color32, Id, Rect, Sense, TextureHandle, TextureOptions, Ui, 
 
 use self::exploded::Exploded;
 use self::pace::Pace;
+use super::command::words::in_window;
 use super::editor::{Ask, Editor};
 use super::notes::{Note, Weight};
 use super::painter::{Painted, Request};
@@ -65,6 +66,8 @@ pub struct Space {
     hovered: Option<crate::scene::FaceId>,
     /// Why nothing can be drawn.
     pub trouble: Option<String>,
+    /// What of that a note has told already.
+    told: Option<String>,
     /// The view as a widget, once it was drawn.
     pub id: Option<Id>,
 }
@@ -115,6 +118,7 @@ impl Space {
             size_px: [1, 1],
             hovered: None,
             trouble: None,
+            told: None,
             id: None,
         }
     }
@@ -335,8 +339,13 @@ impl Editor {
         if let Some(session) = &mut self.session {
             session.painter = None;
         }
-        self.space.trouble = Some(error.to_string());
-        self.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
+        let trouble = in_window(&error.to_string());
+        // It is tried again with every change of the layers: once is enough to say that there is no driver.
+        let is_told = self.space.told.as_ref() == Some(&trouble);
+        if !is_told {
+            self.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
+        }
+        (self.space.told, self.space.trouble) = (Some(trouble.clone()), Some(trouble));
     }
 
     /// Flies into the camera of a photo.

@@ -18,7 +18,7 @@ use crate::document::paint::PaintImport;
 use crate::io::paint_store::PaintStore;
 use crate::projection::Picture;
 use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
-use crate::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
+use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
 use crate::task::Task;
 
 /// The longer side of a picture before or after, in pixels: as wide as the panel of a large window.
@@ -100,7 +100,7 @@ impl Editor {
         self.jobs.start(Kind::Import, "Importing", move |task| {
             let _turn = turn.take();
             let since = Instant::now();
-            let imported = import(&folder, &files, options, &Recall::default(), task)?;
+            let imported = import_once(&folder, &files, options, task)?;
             drop(lock);
             Ok(Box::new(move |editor| editor.paint_came(imported, since.elapsed(), Way::ByHand { again })))
         });
@@ -123,7 +123,6 @@ impl Editor {
             };
             self.notes.add(Note::about(Weight::Info, &file.photo, text));
         }
-        self.take_masks();
         // A save that changed nothing is no reason to turn to another panel.
         if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
             return;
@@ -133,7 +132,7 @@ impl Editor {
         if let Some(number) = number {
             let files = imported.files.iter().map(|file| file.file.clone()).collect();
             let again = if let Way::ByHand { again } = way { again } else { None };
-            self.remember_import(number, again, files);
+            self.remember_import(number, again, files, imported.masks.clone());
         }
         self.trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
         self.settings.side = Tab::Paint;
@@ -226,7 +225,7 @@ impl Editor {
         if let Some(report) = &mut self.trip.report {
             report.taken_back |= report.imported.number == Some(import.number);
         }
-        self.take_masks();
+        self.forget_masks_of(&import);
         self.paint_changed(import.photos.into_iter().collect());
     }
 

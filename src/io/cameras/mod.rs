@@ -81,6 +81,12 @@ pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
     assembly.finish(found.notes)
 }
 
+/// The files that [`read_cameras`] would read; none where there are none.
+pub fn camera_files(path: &Path) -> Vec<PathBuf> {
+    let files = locate::locate(path).ok();
+    files.map_or(Vec::new(), |files| [files.cameras, files.images].into_iter().chain(files.points).collect())
+}
+
 /// The model's three files.
 #[derive(Debug)]
 struct Files {

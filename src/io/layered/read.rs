@@ -7,6 +7,7 @@ use super::bytes::FileBytes;
 use super::edited::EditedDocument;
 use super::{KEY_FILE, folder, ora, psd, xcf};
 use crate::error::{Error, Result};
+use crate::io::documents::is_document;
 
 /// Reads what a layered image says: a PSD or PSB, an XCF, an OpenRaster file, or a folder of an export (or
 /// the `stack.json` in it). Pixels stay where they are until they are asked for; a file that is written anew
@@ -60,15 +61,23 @@ fn unreachable(path: &Path, error: &io::Error) -> Error {
 fn unknown(path: &Path, beginning: &[u8]) -> Error {
     let folder = path.parent().filter(|folder| folder.join(KEY_FILE).is_file());
     let whole = folder.map(|folder| format!("give the folder that it belongs to: {}", folder.display()));
-    let as_psd = || whole.unwrap_or_else(|| AS_PSD.to_owned());
+    let as_psd = || whole.clone().unwrap_or_else(|| AS_PSD.to_owned());
+    // What says by its name that it is one of these has lost its beginning.
+    let once_more = || whole.clone().unwrap_or_else(|| ONCE_MORE.to_owned());
+    let is_named_so = is_document(path);
     let (found, remedy) = match beginning {
         [] => ("an empty file".to_owned(), "wait until the image editor has saved it".to_owned()),
         [0x89, b'P', b'N', b'G', ..] => ("a PNG, which has no layers".into(), as_psd()),
         [0xff, 0xd8, ..] => ("a JPEG, which has no layers".into(), as_psd()),
         [b'I', b'I', ..] | [b'M', b'M', ..] => ("a TIFF, whose layers are not read".into(), as_psd()),
+        other if is_named_so => {
+            let found = format!("it is damaged: it begins with \"{}\"", other.escape_ascii());
+            (found, once_more())
+        }
         other => (format!("it begins with \"{}\"", other.escape_ascii()), as_psd()),
     };
     Error::input(path, "byte 0", format!("{found}; expected PSD, PSB, XCF, OpenRaster or a folder"), remedy)
 }
 
 const AS_PSD: &str = "save it from the image editor as PSD";
+const ONCE_MORE: &str = "save it once more from the image editor; what was imported of it before stays";

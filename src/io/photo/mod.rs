@@ -113,6 +113,10 @@ fn open(path: &Path, width: u32, height: u32) -> Result<BufReader<File>> {
     if !metadata.is_file() {
         return Err(Error::input(path, "", "not a file", "put the photo there"));
     }
+    if metadata.len() == 0 {
+        let remedy = "copy the file again from where it is whole";
+        return Err(Error::input(path, "", "the file is empty: 0 bytes", remedy));
+    }
     // More than 8 bytes a sample of uncompressed RGBA: no photo of this size, but a trap.
     let most = 32 * u64::from(width) * u64::from(height) + (64 << 20);
     if metadata.len() > most {

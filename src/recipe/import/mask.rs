@@ -9,15 +9,14 @@ use super::gather::gathered;
 use super::layer::Desk;
 use super::report::{FileReport, LayerReport, LayerState};
 use super::scaled::unscaled;
-use crate::document::Project;
 use crate::document::export_record::ExportRecord;
-use crate::document::masks::{Mask, MaskFrom};
+use crate::document::masks::{Mask, MaskChange, MaskFrom};
 use crate::document::paint::ImportedMask;
 use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
 use crate::io::layered::EditedLayer;
 use crate::io::mask_store::MaskStore;
-use crate::io::project::{read_project, write_project};
+use crate::io::project::{change_project, read_project};
 
 /// What a file masks.
 pub struct MaskShare {
@@ -122,18 +121,20 @@ impl MaskDesk {
         if self.arrived.is_empty() {
             return Ok(PreparedMasks::default());
         }
-        let store = MaskStore::new(project);
-        let mut authored = read_project(project)?;
-        let mut imported = Vec::new();
+        let (store, masks) = (MaskStore::new(project), read_project(project)?.masks);
+        let mut changes = Vec::new();
         for Arrived { photo, from, size, masked } in self.arrived {
-            let before = authored.masks.remove(&photo, &from);
-            if !masked.is_empty() {
-                let file = store.add(&photo, from.stem(), &masked, size)?;
-                authored.masks.put(&photo, Mask { from: from.clone(), file, pixels: masked.count() });
-            }
-            imported.push(ImportedMask { photo, from, before });
+            let before = masks.find(&photo, &from).cloned();
+            let after = match masked.is_empty() {
+                true => None,
+                false => {
+                    let file = store.add(&photo, from.stem(), &masked, size)?;
+                    Some(Mask { from: from.clone(), file, pixels: masked.count() })
+                }
+            };
+            changes.push(MaskChange { photo, from, before, after });
         }
-        Ok(PreparedMasks { imported, authored: Some(authored) })
+        Ok(PreparedMasks { changes })
     }
 }
 
@@ -141,18 +142,22 @@ impl MaskDesk {
 #[derive(Debug, Default)]
 pub struct PreparedMasks {
     /// What is put in place, and what stands there.
-    pub imported: Vec<ImportedMask>,
-    /// The project with them; none where there are none.
-    authored: Option<Project>,
+    pub changes: Vec<MaskChange>,
 }
 
 impl PreparedMasks {
+    /// For whoever takes the import back.
+    pub fn imported(&self) -> Vec<ImportedMask> {
+        let imported = self.changes.iter().cloned();
+        imported.map(|MaskChange { photo, from, before, .. }| ImportedMask { photo, from, before }).collect()
+    }
+
     /// They are the project's from now on.
     ///
     /// # Errors
-    /// [`crate::Error::Io`]; the project's masks are then as they were.
+    /// [`crate::Error::Io`] and [`crate::Error::Input`]; the project's masks are then as they were.
     pub fn commit(&self, project: &Path) -> Result<()> {
-        self.authored.as_ref().map_or(Ok(()), |authored| write_project(project, authored))
+        put(project, self.changes.iter().map(|change| (&change.photo, &change.from, &change.after)))
     }
 }
 
@@ -161,15 +166,20 @@ impl PreparedMasks {
 /// # Errors
 /// [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read or written.
 pub fn take_back(project: &Path, imported: &[ImportedMask]) -> Result<()> {
-    if imported.is_empty() {
+    put(project, imported.iter().map(|mask| (&mask.photo, &mask.from, &mask.before)))
+}
+
+/// Puts masks into `project.json` as it is by now, or takes them away there.
+fn put<'a>(
+    project: &Path,
+    masks: impl ExactSizeIterator<Item = (&'a String, &'a MaskFrom, &'a Option<Mask>)>,
+) -> Result<()> {
+    if masks.len() == 0 {
         return Ok(());
     }
-    let mut authored = read_project(project)?;
-    for ImportedMask { photo, from, before } in imported {
-        match before {
-            Some(mask) => authored.masks.put(photo, mask.clone()),
-            None => drop(authored.masks.remove(photo, from)),
-        }
-    }
-    write_project(project, &authored)
+    change_project(project, |authored| {
+        let mut authored = authored?;
+        masks.for_each(|(photo, from, mask)| authored.masks.set(photo, from, mask.clone()));
+        Ok(authored)
+    })
 }

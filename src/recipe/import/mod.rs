@@ -30,6 +30,7 @@ use self::originals::Originals;
 use self::report::FileReport;
 use self::settle::{Arrival, settle};
 use crate::document::export_record::ExportRecord;
+use crate::document::masks::MaskChange;
 use crate::document::paint::{PaintBook, PaintEntry, PaintImport, PaintedDocument, PaintedView, Patch};
 use crate::error::{Error, Result};
 use crate::io::baselines::Baselines;
@@ -38,6 +39,8 @@ use crate::io::exports::ExportStore;
 use crate::io::layered::folder::read::STACK_FILE;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
+use crate::io::stamp::Stamp;
+use crate::io::taken::{TakenDocuments, clean_up};
 use crate::task::Task;
 
 /// How to import.
@@ -58,6 +61,8 @@ pub struct Imported {
     pub number: Option<u32>,
     /// Pixels whose paint is other than it was.
     pub changed: u64,
+    /// Masks that came with it, or went.
+    pub masks: Vec<MaskChange>,
     /// Those that were read.
     pub files: Vec<FileReport>,
     /// Those that were not, with the reason.
@@ -114,7 +119,37 @@ pub fn import(
     if desk.book != before || desk.masks.changed() {
         imported.number = Some(desk.number);
         if !options.dry_run {
-            task.timed("write paint", || desk.commit(&before, &imported))?;
+            imported.masks = task.timed("write paint", || desk.commit(&before, &imported))?;
+        }
+    }
+    Ok(imported)
+}
+
+/// [`import`] for whoever does not watch the files: they are known as they are from now on, so that whoever watches their
+/// folder later does not take them home again, also where this import is taken back.
+///
+/// # Errors
+/// As [`import`].
+pub fn import_once(
+    project: &Path,
+    files: &[PathBuf],
+    options: ImportOptions,
+    task: &Task,
+) -> Result<Imported> {
+    if !options.dry_run {
+        clean_up(project)?;
+    }
+    // As they are before anything is read: what is saved meanwhile is another save.
+    let documents = documents_of(files, &mut Vec::new())?;
+    let stamps: Vec<(PathBuf, Stamp)> =
+        documents.into_iter().map(|document| (document.clone(), Stamp::of(&document))).collect();
+    let imported = import(project, files, options, &Recall::default(), task)?;
+    // What changed nothing may be looked at again.
+    if !options.dry_run && imported.number.is_some() {
+        let is_read = |document: &PathBuf| imported.files.iter().any(|report| report.file == *document);
+        let read: Vec<_> = stamps.into_iter().filter(|(document, _)| is_read(document)).collect();
+        if let Err(error) = TakenDocuments::note(project, &read) {
+            task.note(error.to_string());
         }
     }
     Ok(imported)
@@ -269,7 +304,7 @@ impl Desk<'_> {
 
     /// Writes what is pending, then the book that names it, and at last the masks into `project.json`: after a kill
     /// in between the same file brings them once more, as an import that can be taken back.
-    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<()> {
+    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<Vec<MaskChange>> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
                 self.store.add(entry, patch)?;
@@ -285,7 +320,7 @@ impl Desk<'_> {
         photos.dedup();
         let masks = std::mem::take(&mut self.masks).prepare(self.project)?;
         let import = PaintImport {
-            masks: masks.imported.clone(),
+            masks: masks.imported(),
             number: self.number,
             time: SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs()),
             files: imported.files.iter().map(|file| self.path_of(&file.file)).collect(),
@@ -302,7 +337,8 @@ impl Desk<'_> {
             // What cannot be written as a whole is taken back as a whole, as far as the disk allows.
             self.book.take_back();
             let _ = self.store.commit(&self.book);
-        })
+        })?;
+        Ok(masks.changes)
     }
 }
 

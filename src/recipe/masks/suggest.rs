@@ -1,7 +1,9 @@
 //! Suggestions: what stands in one photo alone, found by asking the others, kept in `cache/suggestions/` until somebody
 //! accepts it.
 
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::{Mutex, PoisonError};
 
 use glam::DVec2;
 use rayon::prelude::*;
@@ -77,8 +79,8 @@ pub fn suggestion_folder(project: &Path) -> PathBuf {
 }
 
 /// Looks for strangers in these photos (names in full; none for all), asks all photos about them, and keeps what was
-/// found in place of earlier suggestions. What is masked already says nothing and is not found again. `memory`: bytes
-/// that photos decoded at the same time may take.
+/// found in place of earlier suggestions of the same photos; those of others stay, with their numbers. What is masked
+/// already says nothing and is not found again. `memory`: bytes that photos decoded at the same time may take.
 ///
 /// # Errors
 /// [`Error::Io`] when nothing can be written; [`Error::Cancelled`]. A photo that cannot be read is a note.
@@ -99,15 +101,18 @@ pub fn suggest(
     // What is equal stays in the order of photos, from the top.
     all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
     let target = suggestion_folder(folder);
-    renewed(&target)?;
-    let mut suggestions = Suggestions { version: VERSION, list: Vec::new() };
-    for ((photo, found), number) in all.iter().zip(1..) {
+    std::fs::create_dir_all(&target).map_err(Error::io(&target, "create the folder"))?;
+    // Somebody may dismiss one just now: the list is read after that, or written before it.
+    let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = others(folder, opened, photos);
+    let first = kept.list.iter().map(|suggestion| suggestion.number).max().unwrap_or(0) + 1;
+    for ((photo, found), number) in all.iter().zip(first..) {
         let size = [photo.camera.width, photo.camera.height];
         let mask = format!("{number}.png");
         let bytes = mask_png(&found.masked, size).map_err(Error::io(&target, "encode a mask for it"))?;
         write_atomically(target.join(&mask), &bytes)?;
         let pixels = found.masked.count();
-        suggestions.list.push(Suggestion {
+        kept.list.push(Suggestion {
             number,
             photo: photo.name.clone(),
             size,
@@ -119,9 +124,25 @@ pub fn suggest(
             picture: format!("{}.jpg", file_name_of_photo(&photo.name)),
         });
     }
-    task.timed("draw suggestions", || pictures(&target, &all, task))?;
-    write_atomically(target.join(FILE), &to_json(&suggestions))?;
-    Ok(suggestions)
+    task.timed("draw suggestions", || pictures(&target, &all, first, task))?;
+    write_atomically(target.join(FILE), &to_json(&kept))?;
+    tidied(&target, &kept)?;
+    Ok(kept)
+}
+
+/// Held by whoever reads the list to write it.
+static LISTING: Mutex<()> = Mutex::new(());
+
+/// What was suggested of photos that are not looked at now.
+fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
+    // None yet, or of a program that wrote them otherwise: they can be looked for again.
+    let list = suggestions(folder).map(|found| found.list).unwrap_or_default();
+    let is_other = |suggestion: &Suggestion| {
+        let photo = &suggestion.photo;
+        let is_there = opened.site.photos.iter().any(|it| it.name == *photo);
+        is_there && !looked_at.is_empty() && !looked_at.contains(photo)
+    };
+    Suggestions { version: VERSION, list: list.into_iter().filter(is_other).collect() }
 }
 
 /// The suggestions that were made last.
@@ -173,6 +194,7 @@ pub fn pixels(project: &Path, suggestion: &Suggestion) -> Result<Spans> {
 /// # Errors
 /// As [`suggestions`]; [`Error::Io`] when the list cannot be written.
 pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
+    let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
     let mut kept = suggestions(project)?;
     kept.list.retain(|suggestion| !numbers.contains(&suggestion.number));
     write_atomically(suggestion_folder(project).join(FILE), &to_json(&kept))
@@ -284,16 +306,22 @@ fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
     Found { masked, score: suspect.score, weight: suspect.weight }
 }
 
-/// The folder, empty: numbers of earlier suggestions mean nothing any more.
-fn renewed(folder: &Path) -> Result<()> {
-    if folder.exists() {
-        std::fs::remove_dir_all(folder).map_err(Error::io(folder, "empty the folder"))?;
+/// Removes masks and pictures that no suggestion names any more.
+fn tidied(folder: &Path, kept: &Suggestions) -> Result<()> {
+    let of_one = |suggestion: &Suggestion| [suggestion.mask.clone(), suggestion.picture.clone()];
+    let named: BTreeSet<String> = kept.list.iter().flat_map(of_one).chain([FILE.to_owned()]).collect();
+    for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
+        let path = entry.map_err(Error::io(folder, "read the folder"))?.path();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        if path.is_file() && !named.contains(&*name) {
+            std::fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
+        }
     }
-    std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))
+    Ok(())
 }
 
 /// A picture of each photo that something is suggested of.
-fn pictures(folder: &Path, all: &[(&Photo, Found)], task: &Task) -> Result<()> {
+fn pictures(folder: &Path, all: &[(&Photo, Found)], first: u32, task: &Task) -> Result<()> {
     let mut photos: Vec<&Photo> = all.iter().map(|(photo, _)| *photo).collect();
     photos.sort_by(|a, b| a.name.cmp(&b.name));
     photos.dedup_by(|a, b| a.name == b.name);
@@ -304,7 +332,7 @@ fn pictures(folder: &Path, all: &[(&Photo, Found)], task: &Task) -> Result<()> {
         drop(pixels);
         let longest = photo.camera.width.max(photo.camera.height);
         let unit = f64::from(longest) / f64::from(PICTURE_SIDE);
-        for ((other, found), number) in all.iter().zip(1u32..) {
+        for ((other, found), number) in all.iter().zip(first..) {
             if other.name == photo.name {
                 outline(&mut overlay, &found.masked);
                 let bounds = found.masked.bounds();
@@ -357,7 +385,7 @@ mod tests {
     fn suggestions_are_accepted_by_number_and_strangers_are_told_all_at_once() {
         let project = tempfile::tempdir().unwrap();
         let folder = suggestion_folder(project.path());
-        renewed(&folder).unwrap();
+        std::fs::create_dir_all(&folder).unwrap();
         let mut kept = Suggestions { version: VERSION, list: Vec::new() };
         for number in 1..=2 {
             let masked = Spans::of_pixels(PixelRect { x: 0, y: 0, w: number, h: 1 }, |_, _| true);

@@ -71,8 +71,10 @@ fn version(mark: [u8; 5], bytes: &FileBytes) -> Result<u32> {
         [b'v', digits @ .., 0] => std::str::from_utf8(digits).ok().and_then(|digits| digits.parse().ok()),
         _ => None,
     };
-    number.filter(|number| *number < FOREIGN).ok_or_else(|| {
-        let found = format!("version \"{}\", expected \"file\" or v001 to v099", mark.escape_ascii());
-        Error::input(bytes.path(), "byte 9", found, AS_PSD)
-    })
+    let found = || format!("version \"{}\", expected \"file\" or v001 to v099", mark.escape_ascii());
+    match number {
+        Some(number) if number < FOREIGN => Ok(number),
+        Some(_) => Err(Error::input(bytes.path(), "byte 9", found(), AS_PSD)),
+        None => Err(bytes.damaged(9, found())),
+    }
 }

@@ -1,0 +1,104 @@
+//! What the command line advises, in the window's own words: the program below the window knows its commands by what is
+//! typed.
+
+use eframe::egui::ModifierNames;
+
+use super::{Command, edit, file, layers, mask};
+
+/// What is typed behind the program's name, and what does the same here. The longer ones first.
+const SAME: &[(&str, Here)] = &[
+    ("build", Here::Command(&layers::BUILD)),
+    ("fill", Here::Command(&layers::FILL)),
+    ("check", Here::Command(&layers::CHECK)),
+    ("new", Here::Command(&file::NEW)),
+    ("mask --suggest", Here::Command(&mask::LOOK_EVERYWHERE)),
+    ("mask --clear", Here::Command(&mask::CLEAR)),
+    ("object --on", Here::Words("its eye in the list of objects")),
+    ("object", Here::Words("the list of objects")),
+    ("decide --photo", Here::Command(&edit::RESET)),
+    ("decide", Here::Words("the photo's page")),
+    ("colour", Here::Words("the panel “Colour”")),
+    ("info", Here::Words("objects")),
+];
+
+enum Here {
+    Command(&'static Command),
+    Words(&'static str),
+}
+
+impl Here {
+    /// `“Build layers” (Ctrl+B)`.
+    fn words(&self) -> String {
+        match self {
+            Self::Words(words) => (*words).to_owned(),
+            Self::Command(command) => {
+                let keys = command.keys.first();
+                let is_mac = cfg!(target_os = "macos");
+                let names = if is_mac { ModifierNames::SYMBOLS } else { ModifierNames::NAMES };
+                let keys = keys.map(|keys| format!(" ({})", keys.format(&names, is_mac)));
+                format!("“{}”{}", command.name, keys.unwrap_or_default())
+            }
+        }
+    }
+}
+
+/// The same text, with the window's commands in the places of those that are typed.
+pub fn in_window(text: &str) -> String {
+    const BEGINS: &str = "`quadratura ";
+    let mut told = String::with_capacity(text.len());
+    let mut rest = text;
+    while let Some((before, typed)) = rest.split_once(BEGINS) {
+        let Some((typed, after)) = typed.split_once('`') else { break };
+        told.push_str(before);
+        let same = SAME.iter().find(|(known, _)| {
+            typed.strip_prefix(known).is_some_and(|more| more.is_empty() || more.starts_with(' '))
+        });
+        match same {
+            Some((_, here)) => told.push_str(&here.words()),
+            None => told.push_str(&format!("{BEGINS}{typed}`")),
+        }
+        rest = after;
+    }
+    told + rest
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Below the window nobody knows it, and whatever is said there may be shown in it.
+    #[test]
+    fn whatever_the_program_advises_to_type_is_known_here() {
+        let root = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src");
+        let (mut folders, mut found) = (vec![root.clone()], 0);
+        while let Some(folder) = folders.pop() {
+            for path in std::fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path()) {
+                if path.is_dir() {
+                    folders.extend((path != root.join("cli") && path != root.join("app")).then_some(path));
+                    continue;
+                }
+                let text = std::fs::read_to_string(&path).unwrap();
+                for line in text.lines().filter(|line| !line.trim_start().starts_with("//")) {
+                    let told = in_window(line);
+                    found += usize::from(told != line);
+                    assert!(!told.contains("`quadratura ") || line.contains("assert"), "{path:?}: {line}");
+                }
+            }
+        }
+        assert!(found > 10, "{found}");
+    }
+
+    #[test]
+    fn what_is_typed_becomes_what_is_clicked() {
+        let told = in_window(
+            "the stacks of a, b; `quadratura build` renews them, `quadratura decide --photo a --reset` no",
+        );
+        let reset = "“Forget decisions about this photo” no";
+        assert_eq!(
+            told,
+            format!("the stacks of a, b; {} renews them, {reset}", Here::Command(&layers::BUILD).words())
+        );
+        assert!(told.contains("“Build layers” ("), "{told}");
+        assert_eq!(in_window("a `quadratura` and `quadratura open"), "a `quadratura` and `quadratura open");
+    }
+}

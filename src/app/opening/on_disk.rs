@@ -1,0 +1,101 @@
+//! What changes on disk while a project is open: looked for by a thread, told with a click that reads it again.
+
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, channel};
+use std::time::{Duration, Instant};
+
+use eframe::egui::Context;
+
+use crate::app::command::file::READ_AGAIN;
+use crate::app::editor::Editor;
+use crate::app::notes::{Note, Remedy, Weight};
+use crate::app::session::Session;
+use crate::recipe::site_stamp::SiteStamp;
+
+/// Whoever exports a model looks at the window some seconds later.
+const LOOKS_EVERY: Duration = Duration::from_secs(2);
+/// Looking takes no more than this share of the time: thousands of photos on a slow drive take a while.
+const SHARE: u32 = 50;
+/// How often a request to end is looked for.
+const LISTEN: Duration = Duration::from_millis(200);
+
+/// The thread; it ends when this is dropped.
+pub struct OnDisk {
+    ends: Arc<AtomicBool>,
+    receive: Receiver<SiteStamp>,
+}
+
+impl Drop for OnDisk {
+    fn drop(&mut self) {
+        self.ends.store(true, Ordering::Relaxed);
+    }
+}
+
+impl OnDisk {
+    /// None where the system gives no thread for it.
+    fn of(session: &Session, context: Context) -> Option<Self> {
+        let (send, receive) = channel();
+        let ends = Arc::new(AtomicBool::new(false));
+        let (folder, project) = (session.folder.clone(), session.history.present().clone());
+        let (mut told, mut last) = (session.seen.clone(), session.seen.clone());
+        let asked = ends.clone();
+        let look = move || {
+            let mut rest = LOOKS_EVERY;
+            while waited(rest, &asked) {
+                let since = Instant::now();
+                let now = SiteStamp::of(&folder, &project);
+                rest = LOOKS_EVERY.max(since.elapsed() * SHARE);
+                // What is still being written is told when it is done.
+                let steady = std::mem::replace(&mut last, now.clone()) == now;
+                if steady && now != told {
+                    told = now.clone();
+                    if send.send(now).is_err() {
+                        return;
+                    }
+                    context.request_repaint();
+                }
+            }
+        };
+        std::thread::Builder::new().name("files".into()).spawn(look).ok()?;
+        Some(Self { ends, receive })
+    }
+}
+
+/// Waits so long; whether nobody has asked to end.
+fn waited(time: Duration, ends: &AtomicBool) -> bool {
+    let since = Instant::now();
+    while since.elapsed() < time {
+        if ends.load(Ordering::Relaxed) {
+            return false;
+        }
+        std::thread::sleep(LISTEN);
+    }
+    !ends.load(Ordering::Relaxed)
+}
+
+impl Editor {
+    /// Looks from now on for changes to what the site was read from.
+    pub(in crate::app) fn watch_disk(&mut self) {
+        self.opening.on_disk =
+            self.session.as_ref().and_then(|session| OnDisk::of(session, self.context.clone()));
+    }
+
+    /// Tells what has changed.
+    pub(super) fn take_changes(&mut self) {
+        let (Some(on_disk), Some(session)) = (&self.opening.on_disk, &self.session) else { return };
+        let Some(now) = on_disk.receive.try_iter().last() else { return };
+        let changes = session.seen.changes(&now);
+        if !changes.is_empty() {
+            self.tell(changed(&changes).with("Read files again", Remedy::Run(&READ_AGAIN)));
+        }
+    }
+}
+
+/// `The model and photos have changed on disk …`
+pub fn changed(parts: &[&str]) -> Note {
+    let (last, first) = parts.split_last().unwrap_or((&"something", &[]));
+    let parts =
+        if first.is_empty() { (*last).to_owned() } else { format!("{} and {last}", first.join(", ")) };
+    Note::new(Weight::Warning, format!("On disk it is no longer as it was read: {parts}."))
+}

@@ -1,0 +1,195 @@
+//! Steps, gestures, saves and imports, against what a plain list would do.
+
+use super::*;
+use crate::geometry::Similarity;
+use crate::layers::Options;
+use crate::scene::synthetic::Dice;
+
+fn project(margin: u32) -> Project {
+    let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
+    let project: Project = serde_json::from_str(text).unwrap();
+    assert_eq!(project.world_from_model, Similarity::IDENTITY);
+    Project { options: Options { margin, ..Options::default() }, ..project }
+}
+
+/// The names of all steps, oldest first, and how many of them lie in the past.
+fn names(history: &History) -> (Vec<&str>, usize) {
+    let names = history.steps.iter().map(|step| step.name.as_str()).collect();
+    (names, history.steps.len() - history.undone)
+}
+
+fn margin(history: &History) -> u32 {
+    history.present().options.margin
+}
+
+#[test]
+fn steps_are_undone_and_done_again_by_name() {
+    let mut history = History::new(project(1));
+    assert_eq!((history.undo(), history.redo()), (None, None));
+    history.edit("merge of 3 layers", project(2), None);
+    history.edit("split", project(3), None);
+    assert_eq!(history.undoes(), Some("split"));
+    assert_eq!(history.undo(), Some(Turn::Project));
+    assert_eq!((history.undoes(), history.redoes()), (Some("merge of 3 layers"), Some("split")));
+    assert_eq!(margin(&history), 2);
+    history.undo();
+    assert_eq!((margin(&history), history.undoes()), (1, None));
+    assert_eq!(names(&history), (vec!["merge of 3 layers", "split"], 0));
+    history.redo();
+    history.redo();
+    assert_eq!((margin(&history), history.redo()), (3, None));
+}
+
+#[test]
+fn what_is_done_after_an_undo_takes_the_place_of_what_was_undone() {
+    let mut history = History::new(project(1));
+    history.edit("a", project(2), None);
+    history.edit("b", project(3), None);
+    history.undo();
+    history.edit("c", project(4), None);
+    assert_eq!((history.redo(), names(&history)), (None, (vec!["a", "c"], 2)));
+}
+
+#[test]
+fn a_gesture_is_one_step_and_one_that_ends_where_it_began_is_none() {
+    let mut history = History::new(project(1));
+    (2..50).for_each(|m| history.edit("margin", project(m), Some(Gesture(1))));
+    assert_eq!(names(&history).0.len(), 1);
+    history.edit("margin", project(50), Some(Gesture(2)));
+    assert_eq!(names(&history).0.len(), 2, "another gesture is another step");
+    history.undo();
+    history.edit("margin", project(60), Some(Gesture(2)));
+    assert_eq!(names(&history).0.len(), 2, "an undo ends a gesture");
+    history.undo();
+    history.undo();
+    assert_eq!(margin(&history), 1);
+    [2, 3, 1].into_iter().for_each(|m| history.edit("margin", project(m), Some(Gesture(3))));
+    assert!(history.undoes().is_none() && !history.is_dirty());
+    history.edit("margin", project(1), None);
+    assert!(history.undoes().is_none(), "what changes nothing is no step");
+    history.edit("margin", project(7), Some(Gesture(4)));
+    history.end_gesture();
+    history.edit("margin", project(8), Some(Gesture(4)));
+    assert_eq!(names(&history).0.len(), 2);
+}
+
+#[test]
+fn it_is_known_whether_the_present_is_saved_before_and_after_the_save() {
+    let mut history = History::new(project(1));
+    assert!(!history.is_dirty());
+    history.edit("a", project(2), Some(Gesture(1)));
+    assert!(history.is_dirty());
+    history.saved();
+    assert!(!history.is_dirty());
+    history.edit("a", project(3), Some(Gesture(1)));
+    assert_eq!(names(&history).0.len(), 2, "what was saved stays a place to go back to");
+    history.undo();
+    assert!(!history.is_dirty());
+    history.undo();
+    assert!(history.is_dirty(), "undone past the save");
+    history.edit("b", project(4), None);
+    assert!(history.is_dirty());
+    history.edit("c", project(2), None);
+    assert!(!history.is_dirty(), "the same content by another way");
+}
+
+#[test]
+fn imports_are_steps_that_say_what_is_to_be_done() {
+    let mut history = History::new(project(1));
+    history.edit("a", project(2), None);
+    let files = vec![PathBuf::from("wall.psd")];
+    history.imported("import of wall.psd", 7, files.clone(), vec![]);
+    assert!(history.is_dirty() && history.undoes() == Some("import of wall.psd"));
+    assert_eq!(history.undo(), Some(Turn::TakeBack(7)));
+    assert_eq!(margin(&history), 2);
+    assert_eq!(history.undo(), Some(Turn::Project));
+    assert_eq!((history.redo(), history.redo()), (Some(Turn::Project), Some(Turn::ImportAgain(7, files))));
+    history.imported_again(7, 9, vec![]);
+    assert_eq!(history.undo(), Some(Turn::TakeBack(9)));
+    history.forget_import(9);
+    assert_eq!((history.redo(), history.undoes()), (None, Some("a")));
+}
+
+/// The file of the only mask there may be.
+fn mask_of(history: &History) -> Option<&str> {
+    history.present().masks.of("a.jpg").first().map(|mask| mask.file.as_str())
+}
+
+#[test]
+fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
+    let from = MaskFrom::Layer("9@a.psd".into());
+    let photo = "a.jpg".to_owned();
+    let came = |file: &str| {
+        let after = Some(Mask { from: from.clone(), file: file.into(), pixels: 3 });
+        vec![MaskChange { photo: photo.clone(), from: from.clone(), before: None, after }]
+    };
+    let went = [ImportedMask { photo: photo.clone(), from: from.clone(), before: None }];
+    let mut history = History::new(project(1));
+    history.imported("import 1", 1, vec![], came("first"));
+    assert_eq!((mask_of(&history), history.is_dirty()), (Some("first"), false), "it is on disk");
+    history.edit("b", Project { masks: history.present().masks.clone(), ..project(2) }, None);
+    history.undo();
+    assert_eq!(history.undo(), Some(Turn::TakeBack(1)));
+    history.took_back(1, &went);
+    assert_eq!((mask_of(&history), history.is_dirty(), history.undoes()), (None, false, None));
+    assert_eq!(history.redo(), Some(Turn::ImportAgain(1, vec![])));
+    history.imported_again(1, 2, came("first"));
+    assert_eq!((mask_of(&history), history.redoes(), history.is_dirty()), (Some("first"), Some("b"), false));
+    history.redo();
+    assert_eq!((mask_of(&history), margin(&history)), (Some("first"), 2));
+
+    // Taken back when it is no longer the last step: no step brings its mask back.
+    history.forget_import(2);
+    history.took_back(2, &went);
+    assert_eq!(mask_of(&history), None);
+    assert_eq!(history.undo(), Some(Turn::Project));
+    assert_eq!((mask_of(&history), history.is_dirty(), history.undoes()), (None, false, None));
+    history.redo();
+    assert_eq!((mask_of(&history), margin(&history)), (None, 2));
+}
+
+#[test]
+fn a_thousand_steps_can_be_undone_and_no_more() {
+    let mut history = History::new(project(0));
+    (1..=1200).for_each(|m| history.edit(m.to_string(), project(m), None));
+    let mut undone = 0;
+    while history.undo().is_some() {
+        undone += 1;
+    }
+    assert_eq!((undone, margin(&history)), (MOST_STEPS, 200));
+    while history.redo().is_some() {}
+    assert_eq!(margin(&history), 1200);
+}
+
+/// Against a list of states and a place in it.
+#[test]
+fn any_mixture_of_edits_undo_redo_and_saves_is_that_of_a_plain_list() {
+    let mut dice = Dice::new(31);
+    for _ in 0..50 {
+        let (mut history, mut list, mut at, mut saved) = (History::new(project(0)), vec![0], 0, 0);
+        for number in 1..200 {
+            match dice.whole(0, 9) {
+                0..=3 => {
+                    history.edit("edit", project(number), None);
+                    list.truncate(at + 1);
+                    list.push(number);
+                    at += 1;
+                }
+                4..=6 => {
+                    assert_eq!(history.undo().is_some(), at > 0);
+                    at = at.saturating_sub(1);
+                }
+                7..=8 => {
+                    assert_eq!(history.redo().is_some(), at + 1 < list.len());
+                    at = (at + 1).min(list.len() - 1);
+                }
+                _ => {
+                    history.saved();
+                    saved = list[at];
+                }
+            }
+            assert_eq!(margin(&history), list[at]);
+            assert_eq!(history.is_dirty(), list[at] != saved);
+        }
+    }
+}
