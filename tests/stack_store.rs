@@ -215,6 +215,37 @@ fn a_stack_of_elements_or_rectangles_that_cannot_be_is_refused_with_its_layer() 
 }
 
 #[test]
+fn a_file_that_is_cut_or_gone_is_told_and_one_that_was_painted_on_is_not() {
+    let (_folder, store) = project();
+    let stack = commit(&store, &["left"], "a whole picture").stack;
+    let file = file_of(&store, &stack, 0);
+    assert!(store.damage(PHOTO).is_none());
+    fs::write(&file, "painted on, with an end: \0\0\0\0IEND\u{1}\u{2}\u{3}\u{4}").unwrap();
+    assert!(store.damage(PHOTO).is_none(), "it is whole, and somebody's work");
+    fs::write(&file, "a whole").unwrap();
+    let told = store.damage(PHOTO).unwrap().to_string();
+    assert!(
+        told.contains("left.png: 7 bytes, 15 were written") && told.contains("quadratura build"),
+        "{told}"
+    );
+    fs::remove_file(&file).unwrap();
+    assert!(store.damage(PHOTO).unwrap().to_string().contains("it is gone"));
+}
+
+#[test]
+fn what_cannot_be_written_is_told_of_the_place_where_it_was_to_be() {
+    let (_folder, store) = project();
+    let writer = store.begin(PHOTO).unwrap();
+    let full =
+        |path: PathBuf| quadratura::Error::io(path, "write it")(std::io::ErrorKind::StorageFull.into());
+    let told = store.at_home(PHOTO, full(writer.folder().join("left.png"))).to_string();
+    assert!(told.starts_with(&store.folder(PHOTO).join("left.png").display().to_string()), "{told}");
+    assert!(!told.contains("+new-") && told.contains("free some space"), "{told}");
+    let elsewhere = store.at_home(PHOTO, full("photos/a.jpg".into())).to_string();
+    assert!(elsewhere.starts_with("photos/a.jpg"), "{elsewhere}");
+}
+
+#[test]
 fn a_writer_that_is_dropped_leaves_the_old_stack_and_nothing_else() {
     let (folder, store) = project();
     commit(&store, &["left"], "one");

@@ -107,6 +107,12 @@ impl Notes {
             (last.at, last.remedies) = (note.at, note.remedies);
             return;
         }
+        // What helps is offered once.
+        let same = |l: &Note| !l.remedies.is_empty() && l.text == note.text && l.subject == note.subject;
+        if let Some(place) = self.list.iter().position(same) {
+            self.list.remove(place);
+            self.seen = self.seen.saturating_sub(1);
+        }
         self.list.push(note);
         if self.list.len() > MOST {
             let gone = self.list.len() - MOST;
@@ -151,6 +157,17 @@ mod tests {
         assert_eq!(notes.unseen().0, MOST);
         notes.see();
         assert_eq!(notes.unseen(), (0, None));
+    }
+
+    #[test]
+    fn what_helps_is_offered_once_where_it_was_said_last() {
+        let mut notes = Notes::default();
+        let gone = || {
+            Note::new(Weight::Problem, "gone").with("Again", Remedy::Run(&crate::app::command::file::OPEN))
+        };
+        [gone(), Note::new(Weight::Info, "dust"), gone()].into_iter().for_each(|note| notes.add(note));
+        let texts: Vec<&str> = notes.list().iter().map(|note| note.text.as_str()).collect();
+        assert_eq!(texts, ["dust", "gone"]);
     }
 
     #[test]

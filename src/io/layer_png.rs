@@ -181,7 +181,7 @@ fn write(
     encode(&mut counted, rect, color, depth, icc, data).map_err(|error| Error::Io {
         path: path.to_owned(),
         doing: "write it",
-        source: error.into(),
+        source: io_error(error),
     })?;
     counted.inner.flush().map_err(Error::io(path, "write it"))?;
     Ok(counted.bytes)
@@ -205,6 +205,14 @@ fn encode(
     // long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
     encoder.set_filter(Filter::Up);
     encoder.write_header()?.write_image_data(data)
+}
+
+/// What the system said, as it said it: whether a disk is full, for instance.
+pub fn io_error(error: png::EncodingError) -> std::io::Error {
+    match error {
+        png::EncodingError::IoError(error) => error,
+        error => error.into(),
+    }
 }
 
 /// Counts what it passes on.

@@ -32,7 +32,7 @@ use crate::scene::Samples;
 
 const BOOK: &str = "paint.json";
 /// Files of an import that has not ended, a line each, as the book would name them.
-const UNFINISHED: &str = "unfinished.txt";
+pub(super) const UNFINISHED: &str = "unfinished.txt";
 /// Ten thousand entries with a history of as many take some tens of MB.
 const LARGEST_BOOK: u64 = 1 << 30;
 const REMEDY: &str = "put the file back as the program wrote it (the pictures beside it hold the paint)";

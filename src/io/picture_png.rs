@@ -9,6 +9,7 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder};
 
 use super::atomic::write_atomically_with;
 use super::hash::hash_bytes;
+use super::layer_png::io_error;
 use crate::error::{Error, Result};
 
 /// Keyword of the text chunk.
@@ -50,11 +51,10 @@ fn encode(
     encoder.set_color(color);
     encoder.set_depth(BitDepth::Eight);
     encoder.set_compression(Compression::Fast);
-    encoder.add_text_chunk(MADE_BY.into(), hash_bytes(pixels))?;
-    let mut writer = encoder.write_header()?;
-    writer.write_image_data(pixels)?;
-    writer.finish()?;
-    Ok(())
+    encoder.add_text_chunk(MADE_BY.into(), hash_bytes(pixels)).map_err(io_error)?;
+    let mut writer = encoder.write_header().map_err(io_error)?;
+    writer.write_image_data(pixels).map_err(io_error)?;
+    writer.finish().map_err(io_error)
 }
 
 fn place(folder: &Path, stem: &str) -> Placed {

@@ -189,13 +189,14 @@ impl StackStore {
     /// folder in which it is made.
     pub fn at_home(&self, photo: &str, error: Error) -> Error {
         let Error::Io { path, doing, source } = error else { return error };
-        let unfinished = self.stacks().join(UNFINISHED);
-        let is_unfinished = path.to_string_lossy().starts_with(&*unfinished.to_string_lossy());
+        let is_new =
+            |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(UNFINISHED));
+        let within = path.parent().is_some_and(is_new);
         let home = self.folder(photo);
-        let path = match path.file_name().filter(|_| is_unfinished && path.parent() != Some(&self.stacks())) {
-            Some(name) => home.join(name),
-            None if is_unfinished => home,
-            None => path,
+        let path = match path.file_name() {
+            Some(name) if within => home.join(name),
+            Some(_) if is_new(&path) => home,
+            _ => path,
         };
         Error::Io { path, doing, source }
     }

@@ -11,6 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::atomic::{remove_leftovers, write_atomically};
 use super::json::{read_json, to_json};
+use super::paint_store::{PaintStore, UNFINISHED};
 use super::project::{below, relative_to};
 use super::stamp::Stamp;
 use crate::error::{Error, Result};
@@ -137,6 +138,13 @@ impl TakenDocuments {
 /// [`Error::Io`].
 pub fn clean_up(project: &Path) -> Result<()> {
     let paint = project.join("paint");
+    if !paint.is_dir() {
+        return Ok(());
+    }
+    if paint.join(UNFINISHED).is_file() {
+        let store = PaintStore::new(project);
+        store.commit(&store.read()?)?;
+    }
     if paint.is_dir() { remove_leftovers(&paint) } else { Ok(()) }
 }
 

@@ -9,6 +9,7 @@ use png::{BitDepth, ColorType, Compression, Encoder, Writer};
 use super::Reel;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
+use crate::io::layer_png::io_error;
 
 /// Plays for ever.
 const ENDLESS: u32 = 0;
@@ -72,7 +73,7 @@ fn delay(fps: f64) -> (u16, u16) {
 }
 
 fn cannot_encode(target: &Path, error: png::EncodingError) -> Error {
-    Error::io(target, "write it")(error.into())
+    Error::io(target, "write it")(io_error(error))
 }
 
 #[cfg(test)]

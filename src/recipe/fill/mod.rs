@@ -271,7 +271,7 @@ impl Job<'_> {
         let filled = self.try_photo(photo, ground, plates, task);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
-            stack: Err(error),
+            stack: Err(self.store.at_home(&photo.name, error)),
             up_to_date: false,
             spread: Vec::new(),
             kept: Vec::new(),
