@@ -1,6 +1,7 @@
 //! What each image layer holds: which of its texels some element covers, and which of these the
 //! photo shows. Spans of pixels, not pictures: colour comes from the photo when files are written.
 
+use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rayon::prelude::*;
@@ -30,6 +31,8 @@ pub struct Content {
     pub needed: Vec<PixelSpan>,
     /// Visible there: disjoint, rising, within `needed`.
     pub visible: Vec<PixelSpan>,
+    /// By element of the layer, how many texels it covers, and how many of these the photo shows.
+    pub texels_of: BTreeMap<u32, [u64; 2]>,
 }
 
 impl Content {
@@ -121,6 +124,10 @@ pub fn contents(
         for (content, part) in all.iter_mut().zip(chunk) {
             content.needed.extend(part.needed);
             content.visible.extend(part.visible);
+            for (element, more) in part.texels_of {
+                let texels = content.texels_of.entry(element).or_default();
+                *texels = [0, 1].map(|i| texels[i] + more[i]);
+            }
         }
     }
     all
@@ -175,20 +182,24 @@ impl Sorter<'_> {
         let element = self.layers.element_of[node as usize];
         let patches = &self.patches_of[element as usize];
         if let [(_, cluster)] = patches[..] {
-            return push(&mut contents[cluster as usize], span, visible);
+            return push(&mut contents[cluster as usize], element, span, visible);
         }
         for (bounds, cluster) in patches {
             let x0 = span.x0.max(bounds.x as u32);
             let x1 = span.x1.min(bounds.right() as u32);
             let inside = (bounds.y..bounds.bottom()).contains(&(span.y as i32));
             if inside && x0 < x1 {
-                push(&mut contents[*cluster as usize], PixelSpan { x0, x1, ..span }, visible);
+                push(&mut contents[*cluster as usize], element, PixelSpan { x0, x1, ..span }, visible);
             }
         }
     }
 }
 
-fn push(content: &mut Content, span: PixelSpan, visible: bool) {
+fn push(content: &mut Content, element: u32, span: PixelSpan, visible: bool) {
+    let length = u64::from(span.x1 - span.x0);
+    let [covered, seen] = content.texels_of.entry(element).or_default();
+    *covered += length;
+    *seen += if visible { length } else { 0 };
     content.needed.push(span);
     if visible {
         content.visible.push(span);
@@ -227,6 +238,7 @@ mod tests {
         let content = Content {
             needed: vec![span(1, 0, 3), span(2, 0, 3)],
             visible: vec![span(1, 0, 3), span(2, 0, 2)],
+            ..Content::default()
         };
         let mut beside = content.beside([10, 3]);
         unite(&mut beside);

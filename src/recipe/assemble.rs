@@ -1,5 +1,7 @@
 //! From what the sort found to what `stack.json` says.
 
+use std::collections::BTreeMap;
+
 use super::unmet::unmet;
 use crate::document::stack::{
     Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
@@ -14,7 +16,7 @@ use crate::layers::rasteriser::Presence;
 use crate::layers::view::Absence;
 use crate::layers::{Method, Options, Sorted, Wishes};
 use crate::projection::frustum::uv_from_world;
-use crate::scene::{FaceId, Model, Photo};
+use crate::scene::{FaceId, Model, ObjectId, Photo};
 
 /// The stack of a photo; `inputs` is the hash of all it was made of. Its layers have the names that they have
 /// by themselves, and `bytes` is still 0.
@@ -176,7 +178,7 @@ fn image_layer(
     id: String,
 ) -> ImageLayer {
     ImageLayer {
-        name: name(model, sorted, cluster),
+        name: name(model, sorted, cluster, content),
         own_name: None,
         order: cluster.order,
         rect: cluster.rect,
@@ -192,17 +194,24 @@ fn image_layer(
     }
 }
 
-/// The largest patch names the layer; how many more objects share it is added.
-fn name(model: &Model, sorted: &Sorted, cluster: &Cluster) -> String {
-    let object = |element: u32| sorted.layers.elements[element as usize].object;
-    let largest = cluster.patches.iter().max_by_key(|p| (p.bounds.area(), std::cmp::Reverse(p.element)));
-    let largest = object(largest.expect("a cluster holds a patch at least").element);
-    let mut others: Vec<_> = cluster.patches.iter().map(|p| object(p.element)).collect();
-    others.sort_unstable();
-    others.dedup();
-    match others.len() - 1 {
-        0 => model.object(largest).name.clone(),
-        more => format!("{} + {more}", model.object(largest).name),
+/// The object of which most texels are seen in the layer names it (of which most are covered, where none is seen); how
+/// many more objects share it is added.
+fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) -> String {
+    let mut texels: BTreeMap<ObjectId, [u64; 2]> = BTreeMap::new();
+    for patch in &cluster.patches {
+        let object = sorted.layers.elements[patch.element as usize].object;
+        texels.entry(object).or_default();
+    }
+    for (element, [covered, seen]) in &content.texels_of {
+        let sum = texels.entry(sorted.layers.elements[*element as usize].object).or_default();
+        *sum = [sum[0] + seen, sum[1] + covered];
+    }
+    // The first of the model where two have as many.
+    let most = texels.iter().max_by_key(|(object, texels)| (**texels, std::cmp::Reverse(**object)));
+    let name = most.map_or("", |(object, _)| &model.object(*object).name);
+    match texels.len() {
+        0 | 1 => name.to_owned(),
+        objects => format!("{name} + {}", objects - 1),
     }
 }
 
@@ -310,5 +319,36 @@ fn counts(sorted: &Sorted, options: &Options) -> Counts {
         forgiven: if stencil { 0 } else { sorted.refused.iter().filter(is_noise).count() as u32 },
         violations: if stencil { layers.against.len() as u32 } else { 0 },
         violation_px: if stencil { layers.against.iter().map(|a| u64::from(a.2)).sum() } else { 0 },
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::layers::{Faces, SoftwareRasteriser, sort_photo};
+    use crate::scene::synthetic::{Modeller, camera_is_world, centred};
+    use crate::task::Task;
+
+    #[test]
+    fn a_layer_is_called_after_what_is_seen_in_it_and_not_after_what_reaches_farthest() {
+        let mut modeller = Modeller::new();
+        modeller.object("beam").screen(10.0, [-6.0, -1.0, 6.0, 1.0]);
+        modeller.object("panel").screen(10.0, [-2.0, 1.2, 2.0, 2.9]);
+        // Of the beam two ends are left.
+        modeller.object("front").screen(8.0, [-4.4, -1.0, 4.4, 0.9]);
+        let (model, camera, pose) = (modeller.finish(), centred(160, 120, 120.0), camera_is_world());
+        let together = ["beam", "panel"].map(Faces::whole).to_vec();
+        let wishes = Wishes { merge: vec![together], ..Wishes::default() };
+        let options = Options::default();
+        let task = Task::silent();
+        let sorted =
+            sort_photo(&model, &camera, &pose, &SoftwareRasteriser, &options, &wishes, &task).unwrap();
+        let names = sorted.clusters.list.iter().zip(&sorted.contents);
+        let names: Vec<_> = names.map(|(cluster, content)| name(&model, &sorted, cluster, content)).collect();
+        assert_eq!(names, ["front", "panel + 1"]);
+        for content in &sorted.contents {
+            let [covered, seen] = content.texels_of.values().fold([0; 2], |[a, b], [c, d]| [a + c, b + d]);
+            assert_eq!([covered, seen], [content.texels_used(), content.texels_visible()], "none overlap");
+        }
     }
 }
