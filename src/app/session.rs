@@ -15,7 +15,6 @@ use crate::io::recovery::{Recovered, find_unsaved};
 use crate::io::stack_store::StackStore;
 use crate::projection::navigation::{Ground, Viewpoint};
 use crate::projection::surface::Surface;
-use crate::recipe::layer_names::rename;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::survey::{StackState, Survey};
 use crate::recipe::views::up;
@@ -50,10 +49,13 @@ pub struct Session {
     pub lock: Arc<ProjectLock>,
 }
 
+/// The word for a photo whose layers are up to date.
+pub const BUILT: &str = "built";
+
 /// What is known of one photo.
 #[derive(Debug, Clone)]
 pub struct PhotoStatus {
-    /// `current`, `stale`, `not built` or `broken`.
+    /// `built`, `stale`, `not built` or `broken`.
     pub word: &'static str,
     /// The stack, where there is one.
     pub stack: Option<Arc<Stack>>,
@@ -63,7 +65,8 @@ pub struct PhotoStatus {
 
 impl PhotoStatus {
     fn of(state: StackState) -> Self {
-        let word = state.word();
+        // Whatever is up to date is simply built, for who looks at it.
+        let word = if matches!(state, StackState::Current(_)) { BUILT } else { state.word() };
         match state {
             StackState::Current(stack) | StackState::Stale(stack) => {
                 Self { word, stack: Some(Arc::new(stack)), problem: None }
@@ -92,7 +95,7 @@ impl PhotoStatus {
 
     /// Built of the project as it is.
     pub fn is_current(&self) -> bool {
-        self.word == "current"
+        self.word == BUILT
     }
 
     /// Texels that are needed and that the photo does not show, and those of them that are filled.
@@ -120,12 +123,7 @@ pub fn survey(
     let photos = &opened.site.photos;
     let status = |(done, photo)| {
         task.step("look at stacks", done, photos.len() as u64)?;
-        let mut state = survey.state(photo)?;
-        if let StackState::Current(stack) | StackState::Stale(stack) = &mut state {
-            // A name holds at once, whatever is in the file until it is written again.
-            rename(stack, &opened.project.decisions.of(&photo.name).names);
-        }
-        Ok(PhotoStatus::of(state).with_known(known.get(done as usize)))
+        Ok(PhotoStatus::of(survey.state(photo)?).with_known(known.get(done as usize)))
     };
     (0u64..).zip(photos).map(status).collect()
 }
