@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Context, Id, Modal, RichText, Ui, ViewportCommand, vec2};
+use eframe::egui::{Context, Id, Modal, RichText, ViewportCommand};
 
 use super::editor::Editor;
 use super::notes::{Note, Weight};
+use super::panel::answers_ui;
 use crate::io::recovery::Recovered;
 
 /// Where one is going.
@@ -109,7 +110,7 @@ impl Editor {
             );
             ui.add_space(10.0);
             ui.horizontal(|ui| {
-                answer = choice(ui, &["Save", "Do not save", "Cancel"]);
+                answer = answers_ui(ui, &["Save", "Do not save", "Cancel"]);
                 if self.questions.saves {
                     ui.spinner();
                     ui.label("Keeping masks…");
@@ -160,7 +161,7 @@ impl Editor {
             }
             ui.add_space(10.0);
             ui.horizontal(|ui| {
-                answer = choice(ui, &["Take them back", "Forget them"]);
+                answer = answers_ui(ui, &["Take them back", "Forget them"]);
             });
         });
         let Some(answer) = answer else { return };
@@ -172,18 +173,6 @@ impl Editor {
             self.tell(Note::new(Weight::Info, "What was not saved is forgotten"));
         }
     }
-}
-
-/// Buttons in a row, the first one as the usual answer; the one that was clicked.
-fn choice(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
-    let mut chosen = None;
-    for (place, answer) in answers.iter().enumerate() {
-        let text = if place == 0 { RichText::new(*answer).strong() } else { RichText::new(*answer) };
-        if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
-            chosen = Some(*answer);
-        }
-    }
-    chosen
 }
 
 /// `5 minutes ago,`, in a sentence.
