@@ -50,16 +50,7 @@ fn layer_raster(width: u32, height: u32) -> Raster {
 fn layer(number: u32, raster: &Arc<Raster>) -> Layer<'static> {
     let (raster, w, h) = (raster.clone(), raster.width(), raster.height());
     let rect = PixelRect { x: (number * 97 % 2000) as i32, y: (number * 61 % 1000) as i32, w, h };
-    Layer {
-        name: format!("surface [{number}]"),
-        rect,
-        id: None,
-        visible: true,
-        locked: false,
-        selected: false,
-        tag: None,
-        pixels: Box::new(move || Ok(raster.clone())),
-    }
+    Layer::new(format!("surface [{number}]"), rect, Box::new(move || Ok(raster.clone())))
 }
 
 fn document(photo: &Arc<Raster>, raster: &Arc<Raster>) -> LayeredDocument<'static> {

@@ -64,7 +64,7 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     harness.step();
     wait(&mut harness, "the layers", is_current);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
-    harness.get_by_label("01_church.jpg, current");
+    harness.get_by_label("01_church.jpg, built");
     Some(harness)
 }
 
@@ -81,7 +81,7 @@ fn a_site_is_opened_built_and_shown_by_hand() {
     let Some(mut harness) = built(folder.path()) else { return };
 
     // Selecting by hand: a photo in the list, then flying into its camera.
-    harness.get_by_label("04_arcade.jpg, current").click();
+    harness.get_by_label("04_arcade.jpg, built").click();
     harness.step();
     harness.step();
     assert_eq!(harness.state().selected_photo_name().as_deref(), Some("04_arcade.jpg"));
@@ -253,7 +253,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     wait(&mut harness, "the layers", built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
 
-    harness.get_by_label("01_church.jpg, current").click();
+    harness.get_by_label("01_church.jpg, built").click();
     harness.step();
     harness.step();
     harness.get_by_label("Edit in image editor").click();

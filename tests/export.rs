@@ -7,12 +7,14 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use invented::Plan;
-use quadratura::document::Stack;
+use quadratura::document::decisions::LayerName;
 use quadratura::document::export_record::{ExportFormat, HelperRole};
+use quadratura::document::{Decisions, Stack};
 use quadratura::io::exports::ExportStore;
 use quadratura::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
+use quadratura::layers::Faces;
 use quadratura::recipe::export::{Content, ExportOptions, ExportReport, Exported, export};
 use quadratura::scene::{Photo, Samples};
 use quadratura::task::Task;
@@ -304,4 +306,27 @@ fn even_colour_is_for_looking_at_and_leaves_the_plain_export_as_it_was() {
     let told = export(project.folder.path(), &[&project.photo], &project.out(), &folder, &Task::silent());
     assert!(told.unwrap_err().to_string().contains("psd, xcf or ora"));
     assert_eq!(fs::read(&project.export().path).unwrap(), before);
+}
+
+#[test]
+fn a_layer_is_exported_by_the_name_that_was_decided_whatever_it_was_called_when_it_was_built() {
+    let project = project(&Plan::default());
+    let own = ExportOptions { decisions: Some(Decisions::default()), ..ExportOptions::default() };
+    let plain = project.export_as(&own).done.remove(0);
+    let layer = &project.stack.image_layers[0];
+    let elements: Vec<_> = project.stack.visibility_layers.iter().flatten().collect();
+    let held = layer.elements.iter().map(|element| elements[*element as usize]);
+    let of =
+        held.map(|element| Faces { object: element.object.clone(), faces: element.all_faces() }).collect();
+    let mut decisions = Decisions::default();
+    let named = decisions.photos.entry(project.photo.name.clone()).or_default();
+    named.names.push(LayerName { name: "the palazzo".into(), of });
+    let options = ExportOptions { decisions: Some(decisions), ..ExportOptions::default() };
+    let report = project.export_as(&options).done.remove(0);
+    assert_ne!(report.key, plain.key, "it is another document");
+    let document = read_layered(&report.path).unwrap();
+    let expected = format!("the palazzo [{}]", layer.id);
+    assert!(document.layers.iter().any(|layer| layer.name == expected), "{expected}");
+    // Taken back, it has its own name again.
+    assert_eq!(project.export_as(&own).done[0].key, plain.key);
 }

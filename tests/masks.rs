@@ -236,7 +236,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
             editor.session.as_ref().unwrap().photos[0].word == word && editor.jobs.is_idle()
         }
     };
-    wait(&mut harness, "the layers", is("current"));
+    wait(&mut harness, "the layers", is("built"));
     let before = visible(harness.state());
 
     harness.key_press(Key::B);
@@ -249,7 +249,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     harness.get_by_label("This photo’s layers are from before the last change.");
     harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
     harness.step();
-    wait(&mut harness, "the layers without what is masked", is("current"));
+    wait(&mut harness, "the layers without what is masked", is("built"));
     let lost = before - visible(harness.state());
     assert!(lost > stroke / 2 && lost <= 2 * stroke, "{lost} of {stroke} pixels");
 
@@ -260,8 +260,8 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
 
     // A photo's own options are one step, and make it stale alone.
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
-    wait(&mut harness, "the mask again", is("current"));
-    harness.get_by_label(&format!("{CHURCH}, current, masked")).click();
+    wait(&mut harness, "the mask again", is("built"));
+    harness.get_by_label(&format!("{CHURCH}, built, masked")).click();
     steps(&mut harness, 3);
     harness.get_by_label("Layer options: as the project").click();
     // The options open in the frames after.
@@ -278,7 +278,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     harness.get_by_label("Margin as the project").click_accesskit();
     steps(&mut harness, 3);
     assert_eq!(own(harness.state()), None);
-    wait(&mut harness, "a photo as it was", is("current"));
+    wait(&mut harness, "a photo as it was", is("built"));
 }
 
 /// The piazza with somebody in a dark coat in the first photo, who stands before the facade.

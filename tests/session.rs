@@ -108,7 +108,7 @@ fn is_shown(editor: &Editor) -> bool {
 }
 
 fn look_through(harness: &mut Harness<'_, Editor>) {
-    harness.get_by_label_contains("01_church.jpg, current").click();
+    harness.get_by_label_contains("01_church.jpg, built").click();
     harness.step();
     harness.step();
     command(harness, "Look through the photo");

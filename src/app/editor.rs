@@ -24,6 +24,7 @@ use super::notes::{Note, Notes, Remedy, Weight};
 use super::opening::{Opening, Wish, opening_ui};
 use super::palette::{Palette, palette_ui};
 use super::panel;
+use super::panel::sized::{Edge, sized_panel};
 use super::pictures::Pictures;
 use super::quality::Quality;
 use super::selection::Selection;
@@ -31,6 +32,7 @@ use super::session::Session;
 use super::settings::Settings;
 use super::space::Space;
 use super::trip::Trip;
+use super::turns::Turns;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::geometry::PixelRect;
@@ -44,13 +46,8 @@ use crate::scene::FaceId;
 /// The key of the settings among what eframe keeps.
 const SETTINGS: &str = "settings";
 
-/// Lists and panels take no more of the window's width than these shares: in a small window, and with large text, the
-/// views have room, too.
-const LEFT_MOST: f32 = 0.27;
-/// See [`LEFT_MOST`].
-const RIGHT_MOST: f32 = 0.35;
-/// In windows of fewer points across, what a panel holds may be wider than its share.
-const ROOMY: f32 = 1300.0;
+/// The most that what lies below the views takes of the height that is left, each.
+const BELOW_MOST: f32 = 0.4;
 
 /// What a panel wants; done when all panels are drawn.
 pub enum Ask {
@@ -200,6 +197,7 @@ impl Editor {
         // Where nothing is kept from run to run, hints would come every time.
         settings.hints &= storage.is_some();
         settings.apply_to(context);
+        context.add_plugin(Turns::default());
         let mut editor = Self {
             session: None,
             jobs: Jobs::new(context.clone()),
@@ -273,6 +271,7 @@ impl Editor {
     pub fn reset_layout(&mut self, context: &Context) {
         context.memory_mut(|memory| *memory = egui::Memory::default());
         self.layout = Layout::default();
+        self.settings.lay_out_anew();
         self.settings.apply_to(context);
     }
 
@@ -392,24 +391,20 @@ impl Editor {
         let mut asks = Vec::new();
         Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(self, ui, &mut asks));
         Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
+        let mut sizes = self.settings.sizes;
         if self.settings.notes_shown {
-            let notes = Panel::bottom("notes").resizable(true).default_size(170.0);
-            notes.show(ui, |ui| panel::notes::notes_ui(self, ui, &mut asks));
+            let (place, most) = ((Edge::Bottom, "notes"), BELOW_MOST * ui.available_height());
+            sized_panel(ui, place, &mut sizes.notes, most, |ui| panel::notes::notes_ui(self, ui, &mut asks));
         }
         if self.session.is_some() && self.flights.shown {
-            let flight = Panel::bottom("flight").resizable(true).default_size(150.0);
-            flight.show(ui, |ui| timeline_ui(self, ui, &mut asks));
+            let (place, most) = ((Edge::Bottom, "flight"), BELOW_MOST * ui.available_height());
+            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
         }
         if self.session.is_some() {
-            let width = ui.available_width();
-            let left =
-                Panel::left("outliner").resizable(true).default_size(290.0).max_size(LEFT_MOST * width);
-            left.show(ui, |ui| panel::left_ui(self, ui, &mut asks));
-            let right =
-                Panel::right("inspector").resizable(true).default_size(300.0).max_size(RIGHT_MOST * width);
-            right.show(ui, |ui| {
-                panel::kept_within(ui, width < ROOMY, |ui| panel::side::side_ui(self, ui, &mut asks))
-            });
+            panel::sides_ui(self, &mut sizes, ui, &mut asks);
+        }
+        self.settings.sizes = sizes;
+        if self.session.is_some() {
             CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
         } else {
             CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
@@ -421,7 +416,6 @@ impl Editor {
         panel::help::help_ui(self, &context);
         panel::settings::settings_ui(self, &context, &mut asks);
         panel::layer_options::layer_options_ui(self, &context, &mut asks);
-        panel::hint::hint_ui(self, &context, &mut asks);
         check_ui(self, &context, &mut asks);
         opening_ui(self, &context, &mut asks);
         panel::dialogs::dialogs_ui(self, &context, &mut asks);

@@ -164,7 +164,7 @@ impl Editor {
             Pane::Space => false,
             Pane::Photo => self.frame_in_photo(),
             Pane::Layer => {
-                self.flat.layer.fit();
+                self.flat.layer.view.fit();
                 true
             }
         };
@@ -177,8 +177,8 @@ impl Editor {
     pub fn show_all(&mut self) {
         match self.layout.used() {
             Pane::Space => self.show_everything(),
-            Pane::Photo => self.flat.photo.fit(),
-            Pane::Layer => self.flat.layer.fit(),
+            Pane::Photo => self.flat.photo.view.fit(),
+            Pane::Layer => self.flat.layer.view.fit(),
         }
     }
 }

@@ -2,10 +2,11 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Context, Id, Modal, RichText, Ui, ViewportCommand, vec2};
+use eframe::egui::{Context, Id, Modal, RichText, Ui, ViewportCommand};
 
 use super::editor::Editor;
 use super::notes::{Note, Weight};
+use super::panel::answers_ui;
 use crate::io::recovery::Recovered;
 
 /// What becomes of what is not saved.
@@ -163,7 +164,7 @@ impl Editor {
         ui.add_space(10.0);
         ui.horizontal(|ui| {
             let names = answers.map(|(name, _)| name);
-            let chosen = choice(ui, &names);
+            let chosen = answers_ui(ui, &names);
             if self.questions.saves {
                 ui.spinner();
                 ui.label("Keeping masks…");
@@ -204,7 +205,7 @@ impl Editor {
             }
             ui.add_space(10.0);
             ui.horizontal(|ui| {
-                answer = choice(ui, &["Take them back", "Forget them"]);
+                answer = answers_ui(ui, &["Take them back", "Forget them"]);
             });
         });
         let Some(answer) = answer else { return };
@@ -217,18 +218,6 @@ impl Editor {
             self.tell(Note::new(Weight::Info, "What was not saved is forgotten"));
         }
     }
-}
-
-/// Buttons in a row, the first one as the usual answer; the one that was clicked.
-fn choice(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
-    let mut chosen = None;
-    for (place, answer) in answers.iter().enumerate() {
-        let text = if place == 0 { RichText::new(*answer).strong() } else { RichText::new(*answer) };
-        if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
-            chosen = Some(*answer);
-        }
-    }
-    chosen
 }
 
 /// `5 minutes ago,`, in a sentence.

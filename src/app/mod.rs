@@ -36,6 +36,7 @@ mod session;
 pub mod settings;
 mod space;
 pub mod trip;
+mod turns;
 
 use std::path::PathBuf;
 

@@ -47,11 +47,14 @@ fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
     let steps = |ui: &Ui, key| ui.input_mut(|input| input.count_and_consume_key(Default::default(), key));
     let (down, up) = (steps(ui, Key::ArrowDown), steps(ui, Key::ArrowUp));
     let enter = ui.input_mut(|input| input.consume_key(Default::default(), Key::Enter));
+    // Before it is drawn: it takes in letters in the same frame then.
+    let id = Id::unique("letters of a command");
+    ui.memory_mut(|memory| memory.request_focus(id));
     let field = TextEdit::singleline(&mut editor.palette.typed)
+        .id(id)
         .hint_text("Type a few letters of a command")
         .desired_width(f32::INFINITY);
     let typed = ui.add(field);
-    typed.request_focus();
     if typed.changed() {
         editor.palette.chosen = 0;
     }

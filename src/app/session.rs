@@ -20,7 +20,6 @@ use crate::io::recovery::{Recovered, find_unsaved};
 use crate::io::stack_store::StackStore;
 use crate::projection::navigation::{Ground, Viewpoint};
 use crate::projection::surface::Surface;
-use crate::recipe::layer_names::rename;
 use crate::recipe::open::{Opened, open_site};
 use crate::recipe::site_stamp::SiteStamp;
 use crate::recipe::survey::{StackState, Survey};
@@ -63,10 +62,13 @@ pub struct Session {
     pub keeper: Arc<Keeper>,
 }
 
+/// The word for a photo whose layers are up to date.
+pub const BUILT: &str = "built";
+
 /// What is known of one photo.
 #[derive(Debug, Clone)]
 pub struct PhotoStatus {
-    /// `current`, `stale`, `not built` or `broken`.
+    /// `built`, `stale`, `not built` or `broken`.
     pub word: &'static str,
     /// The stack, where there is one.
     pub stack: Option<Arc<Stack>>,
@@ -76,7 +78,8 @@ pub struct PhotoStatus {
 
 impl PhotoStatus {
     fn of(state: StackState) -> Self {
-        let word = state.word();
+        // Whatever is up to date is simply built, for who looks at it.
+        let word = if matches!(state, StackState::Current(_)) { BUILT } else { state.word() };
         match state {
             StackState::Current(stack) | StackState::Stale(stack) => {
                 Self { word, stack: Some(Arc::new(stack)), problem: None }
@@ -113,7 +116,7 @@ impl PhotoStatus {
 
     /// Built of the project as it is.
     pub fn is_current(&self) -> bool {
-        self.word == "current"
+        self.word == BUILT
     }
 
     /// Texels that are needed and that the photo does not show, and those of them that are filled.
@@ -141,12 +144,7 @@ pub fn survey(
     let photos = &opened.site.photos;
     let status = |(done, photo)| {
         task.step("look at stacks", done, photos.len() as u64)?;
-        let mut state = survey.state(photo)?;
-        if let StackState::Current(stack) | StackState::Stale(stack) = &mut state {
-            // A name holds at once, whatever is in the file until it is written again.
-            rename(stack, &opened.project.decisions.of(&photo.name).names);
-        }
-        let status = PhotoStatus::of(state).with_known(known.get(done as usize));
+        let status = PhotoStatus::of(survey.state(photo)?).with_known(known.get(done as usize));
         Ok(status.with(store.damage(&photo.name)))
     };
     (0u64..).zip(photos).map(status).collect()

@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use super::lists::LayerList;
 use super::panel::side::Tab;
+use super::panel::sized::Sizes;
 use super::trip::editing::EditorChoice;
 
 /// So many projects are remembered.
@@ -73,6 +74,12 @@ pub struct Settings {
     pub navigation: Navigation,
     /// The panel of notes is shown.
     pub notes_shown: bool,
+    /// Photos and lists are shown on the left.
+    pub lists_shown: bool,
+    /// What is known of the selection is shown on the right.
+    pub side_shown: bool,
+    /// Sizes of the panels.
+    pub sizes: Sizes,
     /// How the layers of a photo are listed.
     pub layer_list: LayerList,
     /// What the right side shows.
@@ -91,6 +98,9 @@ impl Default for Settings {
             hints: true,
             navigation: Navigation::Simple,
             notes_shown: false,
+            lists_shown: true,
+            side_shown: true,
+            sizes: Sizes::default(),
             layer_list: LayerList::default(),
             side: Tab::default(),
             image_editor: EditorChoice::default(),
@@ -109,6 +119,11 @@ impl Settings {
     pub fn resize(&mut self, steps: f32) {
         self.scale = ((self.scale * 10.0).round() + steps) / 10.0;
         self.scale = self.scale.clamp(Self::SMALLEST, Self::LARGEST);
+    }
+
+    /// All panels are where they were at first, as large as then.
+    pub fn lay_out_anew(&mut self) {
+        (self.lists_shown, self.side_shown, self.sizes) = (true, true, Sizes::default());
     }
 
     /// A project was opened.

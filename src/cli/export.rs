@@ -37,11 +37,12 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
         evened,
         format: args.format.into(),
         memory: args.memory.or_default(),
+        decisions: Some(opened.project.decisions.clone()),
         ..ExportOptions::default()
     };
     let exported = export(&args.project, &photos, &args.out, &options, task)?;
     if args.provenance {
-        write_provenance(&args.project, &photos, &args.out, task)?;
+        write_provenance(&args.project, &photos, &opened.project.decisions, &args.out, task)?;
     }
     Ok(report(&exported, args.photos.problems_of(&opened, task)))
 }

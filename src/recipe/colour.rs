@@ -93,9 +93,15 @@ pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTree
     let Opened { site, project, .. } = opened;
     let stacks = stacks(folder, site);
     let gains = photo_gains(site, &stacks, &project.colour, folder, default_memory(), task)?.of_photo;
-    let to = reference(&project.colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
-    let factor = |gain: &[f64; 3]| [0, 1, 2].map(|c| (to[c] - gain[c]).exp());
-    Ok(site.photos.iter().map(|photo| photo.name.clone()).zip(gains.iter().map(factor)).collect())
+    let names = site.photos.iter().map(|photo| photo.name.clone());
+    Ok(names.zip(factors(&gains, &project.colour, site)).collect())
+}
+
+/// What the photos' linear colours have to be multiplied with to come out alike, R, G, B, in the site's order. `gains`:
+/// the photos' own, as natural logarithms.
+pub fn factors(gains: &[[f64; 3]], colour: &Colour, site: &Site) -> Vec<[f64; 3]> {
+    let to = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
+    gains.iter().map(|gain| [0, 1, 2].map(|c| (to[c] - gain[c]).exp())).collect()
 }
 
 /// The photos' exposures. Logarithms are in stops: factors of 2 in linear light.

@@ -32,24 +32,23 @@ pub struct ToEdit {
 }
 
 /// The document of a photo to go on with: the one that was painted on last, if it is of the layers as they are now,
-/// else a new export, in which the layer with the token `selected` is the one that is painted on. `fresh`: a new export in
-/// any case. What was changed since it was exported is never overwritten. Whoever calls holds the project's lock.
+/// else a new export with `options`, whose layer [`ExportOptions::selected`] is the one that is painted on. `fresh`: a new
+/// export in any case. What was changed since it was exported is never overwritten. Whoever calls holds the project's lock.
 ///
 /// # Errors
 /// What [`export`] says of the project and of the photo.
 pub fn to_edit(
     project: &Path,
     photo: &Photo,
-    format: ExportFormat,
+    options: &ExportOptions,
     fresh: bool,
-    selected: Option<String>,
     task: &Task,
 ) -> Result<ToEdit> {
     let stack = StackStore::new(project).current(&photo.name)?;
     if let Some(stack) = stack.filter(|_| !fresh) {
         let (records, _) = ExportStore::new(project.join("exports")).read_all()?;
         let book = PaintStore::new(project).read()?;
-        let found = begun(&book, &records, &stack, format).into_iter().map(|path| project.join(path));
+        let found = begun(&book, &records, &stack, options.format).into_iter().map(|path| project.join(path));
         let newest = found.filter(|file| file.is_file()).max_by_key(|file| {
             let changed = file.metadata().and_then(|metadata| metadata.modified()).ok();
             (changed, file.clone())
@@ -58,8 +57,7 @@ pub fn to_edit(
             return Ok(ToEdit { file, begun: true });
         }
     }
-    let options = ExportOptions { format, selected, ..ExportOptions::default() };
-    let mut exported = export(project, &[photo], &folder(project), &options, task)?;
+    let mut exported = export(project, &[photo], &folder(project), options, task)?;
     match (exported.done.pop(), exported.failed.pop()) {
         (Some(report), _) => Ok(ToEdit { file: report.path, begun: false }),
         (None, Some((_, error))) => Err(error),

@@ -1,6 +1,7 @@
 //! The names that image layers were given: which layer has which, whatever became of the stack since.
 
 use std::cmp::Reverse;
+use std::collections::BTreeSet;
 
 use crate::document::decisions::LayerName;
 use crate::document::{ImageLayer, Stack};
@@ -46,12 +47,13 @@ fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
     held.map(common).sum()
 }
 
-/// Gives the image layers their names: those that were decided, else the ones that they have by themselves.
+/// Gives the image layers their names: those that were decided, else the ones that they have by themselves, which are
+/// told apart ([`own_names`]).
 pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
     let of_layer = layers_of_names(stack, names);
+    let own_names = own_names(stack);
     let mut renamed = Renamed::default();
-    for (layer, name) in stack.image_layers.iter_mut().zip(&of_layer) {
-        let own = layer.own_name.take().unwrap_or_else(|| layer.name.clone());
+    for ((layer, name), own) in stack.image_layers.iter_mut().zip(&of_layer).zip(own_names) {
         let given = name.map_or(&own, |name| &names[name].name);
         renamed.changed |= layer.name != *given;
         layer.name = given.clone();
@@ -60,6 +62,26 @@ pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
     let homeless = (0..names.len()).filter(|name| !of_layer.contains(&Some(*name)));
     renamed.homeless = homeless.map(|name| homeless_in_words(&names[name])).collect();
     renamed
+}
+
+/// The names that the image layers have by themselves: that of an object. Of layers with the same name, such as
+/// those of an object's parts before and behind another one, the second from the front is called `fountain (2)`, the
+/// next `fountain (3)`: the same stack has the same names.
+fn own_names(stack: &Stack) -> Vec<String> {
+    let layers = stack.image_layers.iter();
+    let plain: Vec<String> =
+        layers.map(|layer| layer.own_name.as_ref().unwrap_or(&layer.name).clone()).collect();
+    let mut taken: BTreeSet<String> = BTreeSet::new();
+    let unlike = |name: &String| {
+        let numbered = (2..).map(|number| format!("{name} ({number})"));
+        // A name that stands there as it is goes before one that is made of another.
+        let free = |other: &String| !taken.contains(other) && (other == name || !plain.contains(other));
+        let found = std::iter::once(name.clone()).chain(numbered).find(free);
+        let found = found.expect("numbers do not end");
+        taken.insert(found.clone());
+        found
+    };
+    plain.iter().map(unlike).collect()
 }
 
 fn homeless_in_words(name: &LayerName) -> String {

@@ -1,9 +1,10 @@
 //! What became of a project's photos: which have a stack, which are stale, where a face is.
 
 use super::inputs::Inputs;
+use super::layer_names::rename;
 use super::open::Opened;
-use crate::document::Stack;
 use crate::document::stack::Untextured;
+use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
 use crate::io::stack_store::StackStore;
 use crate::scene::{FaceId, Model, Photo};
@@ -44,6 +45,7 @@ impl StackState {
 /// Compares stacks on disk with the project that they were made of.
 pub struct Survey<'a> {
     store: &'a StackStore,
+    decisions: &'a Decisions,
     inputs: Inputs<'a>,
 }
 
@@ -52,19 +54,21 @@ impl<'a> Survey<'a> {
     pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
         let project = &opened.project;
         let inputs = Inputs::new(&opened.site.model, &project.options, &project.decisions);
-        Self { store, inputs }
+        Self { store, decisions: &project.decisions, inputs }
     }
 
-    /// The state of the stack of `photo`; broken where the photo cannot be read any more, so that the others go on.
+    /// The state of the stack of `photo`, whose layers are called as was decided; broken where the photo cannot be read any more, so that the others go on.
     ///
     /// # Errors
     /// [`Error::Cancelled`] alone.
     pub fn state(&self, photo: &Photo) -> Result<StackState> {
-        let stack = match self.store.current(&photo.name) {
+        let mut stack = match self.store.current(&photo.name) {
             Ok(Some(stack)) => stack,
             Ok(None) => return Ok(StackState::Missing),
             Err(error) => return Ok(StackState::Broken(error)),
         };
+        // A name holds at once, whatever is in the file until it is written again.
+        rename(&mut stack, &self.decisions.of(&photo.name).names);
         match self.inputs.hash(photo) {
             Ok(inputs) if inputs == stack.inputs => Ok(StackState::Current(stack)),
             Ok(_) => Ok(StackState::Stale(stack)),

@@ -16,9 +16,22 @@ pub fn srgb_of_linear(light: f64) -> f64 {
 pub static LINEAR_OF_BYTE: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_of_srgb(byte as f64 / 255.0) as f32));
 
+/// By stored byte the one whose light is `factor` times as much; what becomes brighter than white is white.
+pub fn bytes_of_light_times(factor: f64) -> [u8; 256] {
+    let brought = |value: f64| srgb_of_linear((linear_of_srgb(value) * factor).min(1.0));
+    std::array::from_fn(|byte| (brought(byte as f64 / 255.0) * 255.0).round() as u8)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_stop_more_is_twice_the_light_and_none_changes_nothing() {
+        let twice = bytes_of_light_times(2.0);
+        assert_eq!([twice[0], twice[100], twice[200], twice[255]], [0, 138, 255, 255]);
+        assert!(bytes_of_light_times(1.0).iter().enumerate().all(|(byte, same)| byte == usize::from(*same)));
+    }
 
     #[test]
     fn every_byte_comes_back() {

@@ -7,6 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 
 use bench::{Bench, PHOTOS, facade, noise};
+use quadratura::document::Decisions;
 use quadratura::document::export_record::ExportFormat;
 use quadratura::document::stack::origins;
 use quadratura::io::stack_store::StackStore;
@@ -171,7 +172,7 @@ fn an_export_gives_the_filling_away_in_the_layers_and_tells_where_it_comes_from(
     let opaque = bench::decode(&file).2.chunks_exact(4).filter(|texel| texel[3] > 0).count();
     let texels_filled = layer.fill.as_ref().unwrap().texels_filled;
     assert_eq!(opaque as u64, layer.texels_visible + texels_filled);
-    write_provenance(bench.folder.path(), &photos, out.path(), &task).unwrap();
+    write_provenance(bench.folder.path(), &photos, &Decisions::default(), out.path(), &task).unwrap();
     let legend = out.path().join(format!("{}.provenance/legend.json", photos[0].name));
     let legend: serde_json::Value = serde_json::from_slice(&fs::read(legend).unwrap()).unwrap();
     assert_eq!(legend["colours"][0]["origin"], photos[0].name.as_str());

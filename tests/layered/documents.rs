@@ -89,15 +89,13 @@ impl Plan {
     }
 
     fn layer<'a>(&'a self, index: usize, layer: &'a LayerPlan) -> Layer<'a> {
+        let pixels = Box::new(move || Ok(Arc::new(layer.pixels(self.depth))));
         Layer {
-            name: layer.name(index),
-            rect: layer.rect,
             id: Some(layer.id(index)),
             visible: layer.visible,
             locked: layer.locked,
             selected: index == 0,
-            tag: None,
-            pixels: Box::new(move || Ok(Arc::new(layer.pixels(self.depth)))),
+            ..Layer::new(layer.name(index), layer.rect, pixels)
         }
     }
 

@@ -81,16 +81,9 @@ impl Paper {
     fn document(&self) -> LayeredDocument<'_> {
         let layer = |sheet: &Sheet| {
             let pixels = Arc::new(sheet.pixels.clone());
-            Node::Layer(Layer {
-                name: sheet.name.clone(),
-                rect: sheet.rect,
-                id: sheet.id.clone(),
-                visible: sheet.visible,
-                locked: false,
-                selected: false,
-                tag: None,
-                pixels: Box::new(move || Ok(pixels.clone())),
-            })
+            let pixels = Box::new(move || Ok(pixels.clone()));
+            let (id, visible) = (sheet.id.clone(), sheet.visible);
+            Node::Layer(Layer { id, visible, ..Layer::new(sheet.name.clone(), sheet.rect, pixels) })
         };
         let merged = Arc::new(Raster::blank(self.width, self.height, self.depth));
         LayeredDocument {

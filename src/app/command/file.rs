@@ -1,6 +1,6 @@
 //! Commands on projects and on the program.
 
-use eframe::egui::{Context, Key, Theme};
+use eframe::egui::{Context, Key};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
 use crate::app::editor::Editor;
@@ -19,7 +19,11 @@ pub const COMMANDS: &[&Command] = &[
     &QUIT,
     &PALETTE,
     &NOTES,
+    &LISTS,
+    &SIDE,
     &DARK,
+    &LIGHT,
+    &AS_SYSTEM,
     &LARGER,
     &SMALLER,
     &USUAL,
@@ -119,16 +123,51 @@ pub const NOTES: Command = Command {
     ..PLAIN
 };
 
-/// Light or dark.
-pub const DARK: Command = Command {
-    name: "Dark",
-    tooltip: "Switches between light and dark.",
+/// Photos and lists on the left.
+pub const LISTS: Command = Command {
+    name: "Lists on the left",
+    tooltip: "Shows or hides the left side, with the photos, the layers and the objects.",
+    keys: &[plain(Key::F6)],
     menu: Menu::Window,
-    starts_group: true,
-    on: Some(|editor| editor.settings.colours == Colours::Dark),
-    run: switch_theme,
+    ready: with_project,
+    on: Some(|editor| editor.settings.lists_shown),
+    run: |editor, _| editor.settings.lists_shown ^= true,
     ..PLAIN
 };
+
+/// The right side.
+pub const SIDE: Command = Command {
+    name: "Panels on the right",
+    tooltip: "Shows or hides the right side, with the selection, filling, colour and paint.",
+    keys: &[plain(Key::F7)],
+    menu: Menu::Window,
+    ready: with_project,
+    on: Some(|editor| editor.settings.side_shown),
+    run: |editor, _| editor.settings.side_shown ^= true,
+    ..PLAIN
+};
+
+macro_rules! theme {
+    ($constant:ident, $colours:ident, $name:literal, $tooltip:literal, $starts_group:literal) => {
+        #[doc = $tooltip]
+        pub const $constant: Command = Command {
+            name: $name,
+            tooltip: $tooltip,
+            menu: Menu::Window,
+            starts_group: $starts_group,
+            on: Some(|editor| editor.settings.colours == Colours::$colours),
+            run: |editor, context| {
+                editor.settings.colours = Colours::$colours;
+                editor.settings.apply_to(context);
+            },
+            ..PLAIN
+        };
+    };
+}
+
+theme!(DARK, Dark, "Theme: dark", "Light text on dark.", true);
+theme!(LIGHT, Light, "Theme: light", "Dark text on light.", false);
+theme!(AS_SYSTEM, System, "Theme: as the system", "Dark or light, as the system has it.", false);
 
 /// Everything larger.
 pub const LARGER: Command = Command {
@@ -136,6 +175,7 @@ pub const LARGER: Command = Command {
     tooltip: "Makes text and buttons larger.",
     keys: &[ctrl(Key::Plus), ctrl(Key::Equals)],
     menu: Menu::Window,
+    starts_group: true,
     run: |editor, context| resize(editor, context, 1.0),
     ..PLAIN
 };
@@ -193,10 +233,4 @@ fn with_problems(editor: &Editor) -> Result<(), WhyNot> {
     with_project(editor)?;
     let complete = editor.session.as_ref().is_some_and(|session| !session.incomplete);
     if complete { Err("nothing is missing") } else { Ok(()) }
-}
-
-fn switch_theme(editor: &mut Editor, context: &Context) {
-    // From what is seen, whoever chose it.
-    editor.settings.colours = if context.theme() == Theme::Dark { Colours::Light } else { Colours::Dark };
-    editor.settings.apply_to(context);
 }

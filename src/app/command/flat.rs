@@ -1,9 +1,10 @@
 //! Commands on the views of the centre, and on the flat ones among them.
 
-use eframe::egui::{Context, Key};
+use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
 use crate::app::editor::Editor;
+use crate::app::flat::View;
 use crate::app::layout::Pane;
 
 /// In the order of their menus.
@@ -19,6 +20,7 @@ pub const COMMANDS: &[&Command] = &[
     &RECTANGLES,
     &FILLING,
     &PAINT,
+    &EVEN,
     &UNTEXTURED,
     &SHOW_SPACE,
     &SHOW_PHOTO,
@@ -31,7 +33,7 @@ const PHOTO: Command = Command { menu: Menu::Photo, ready: with_project, ..PLAIN
 pub const FIT: Command = Command {
     name: "Fit into the view",
     tooltip: "Shows the whole photo or image layer.",
-    run: |editor, _| editor.show_all_flat(),
+    run: |editor, _| editor.flat_view().fit(),
     ..PHOTO
 };
 
@@ -40,7 +42,7 @@ pub const PIXELS: Command = Command {
     name: "Show pixels 1:1",
     tooltip: "Shows each pixel of the photo or image layer as one of the screen's.",
     keys: &[plain(Key::N)],
-    run: |editor, context| editor.show_pixels(context),
+    run: |editor, context| editor.flat_view().show_pixels(context.pixels_per_point()),
     ..PHOTO
 };
 
@@ -49,7 +51,7 @@ pub const LARGER: Command = Command {
     name: "Zoom in",
     tooltip: "Shows the photo or image layer larger.",
     keys: &[plain(Key::Plus), plain(Key::Equals)],
-    run: |editor, _| editor.zoom_flat(STEP),
+    run: |editor, _| editor.flat_view().zoom(STEP),
     ..PHOTO
 };
 
@@ -58,7 +60,7 @@ pub const SMALLER: Command = Command {
     name: "Zoom out",
     tooltip: "Shows the photo or image layer smaller.",
     keys: &[plain(Key::Minus)],
-    run: |editor, _| editor.zoom_flat(1.0 / STEP),
+    run: |editor, _| editor.flat_view().zoom(1.0 / STEP),
     ..PHOTO
 };
 
@@ -134,6 +136,14 @@ switch!(
     false
 );
 switch!(PAINT, paint, "Paint", "Shows what was painted.", [], false);
+switch!(
+    EVEN,
+    even,
+    "Even colour",
+    "Shows the photo in the exposure that it is blended with, as the colour panel has it; off: as it was taken.",
+    [],
+    false
+);
 
 /// Why faces have no texture from the photo.
 pub const UNTEXTURED: Command = Command {
@@ -152,13 +162,14 @@ pub const UNTEXTURED: Command = Command {
 };
 
 macro_rules! show {
-    ($constant:ident, $pane:ident, $name:literal, $key:ident, $tooltip:literal) => {
+    ($constant:ident, $pane:ident, $name:literal, $key:ident, $tooltip:literal, $starts_group:literal) => {
         #[doc = $tooltip]
         pub const $constant: Command = Command {
             name: $name,
             tooltip: $tooltip,
             keys: &[plain(Key::$key)],
             menu: Menu::Window,
+            starts_group: $starts_group,
             ready: with_project,
             on: Some(|editor| editor.layout.is_shown(Pane::$pane)),
             run: |editor, _| editor.layout.show(Pane::$pane),
@@ -167,46 +178,27 @@ macro_rules! show {
     };
 }
 
-show!(SHOW_SPACE, Space, "Show 3D view", F2, "Brings the 3D view to the front.");
-show!(SHOW_PHOTO, Photo, "Show photo", F3, "Brings the photo with its layers to the front.");
-show!(SHOW_LAYER, Layer, "Show image layer", F4, "Brings the selected image layer to the front.");
+show!(SHOW_SPACE, Space, "Show 3D view", F2, "Brings the 3D view to the front.", true);
+show!(SHOW_PHOTO, Photo, "Show photo", F3, "Brings the photo with its layers to the front.", false);
+show!(SHOW_LAYER, Layer, "Show image layer", F4, "Brings the selected image layer to the front.", false);
 
 fn with_layers(editor: &Editor) -> Result<(), WhyNot> {
     with_project(editor)?;
-    let session = editor.session.as_ref();
-    let stack = editor.selected_photo().and_then(|photo| session?.photos[photo].stack.as_ref());
-    stack.map(|_| ()).ok_or("build the photo's layers first")
+    editor.selected_stack().map(|_| ()).ok_or("build the photo's layers first")
 }
 
 impl Editor {
-    /// Shows the whole picture of the flat view in use.
-    fn show_all_flat(&mut self) {
+    /// The flat view in use: the photo's, where that is none of them.
+    fn flat_view(&mut self) -> &mut View {
         match self.layout.used() {
-            Pane::Layer => self.flat.layer.fit(),
-            Pane::Space | Pane::Photo => self.flat.photo.fit(),
-        }
-    }
-
-    fn show_pixels(&mut self, context: &Context) {
-        let density = context.pixels_per_point();
-        match self.layout.used() {
-            Pane::Layer => self.flat.layer.show_pixels(density),
-            Pane::Space | Pane::Photo => self.flat.photo.show_pixels(density),
-        }
-    }
-
-    fn zoom_flat(&mut self, factor: f64) {
-        match self.layout.used() {
-            Pane::Layer => self.flat.layer.zoom(factor),
-            Pane::Space | Pane::Photo => self.flat.photo.zoom(factor),
+            Pane::Layer => &mut self.flat.layer.view,
+            Pane::Space | Pane::Photo => &mut self.flat.photo.view,
         }
     }
 
     /// Takes so many more visibility layers off the photo.
     fn peel(&mut self, by: i32) {
-        let session = self.session.as_ref();
-        let stack = self.selected_photo().and_then(|photo| session?.photos[photo].stack.as_ref());
-        let depth = stack.map_or(0, |stack| stack.visibility_layers.len() as u32);
+        let depth = self.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32);
         let taken_off = &mut self.flat.photo.taken_off;
         *taken_off = taken_off.saturating_add_signed(by).min(depth);
         self.layout.show(Pane::Photo);

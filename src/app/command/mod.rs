@@ -157,6 +157,8 @@ pub const fn shift(key: Key) -> KeyboardShortcut {
 /// Keys as people read them: `Ctrl+P`, `]`.
 pub fn keys_text(context: &Context, keys: &KeyboardShortcut) -> String {
     let (name, symbol) = (keys.logical_key.name(), keys.logical_key.symbol_or_name());
+    // The true sign for minus is on no keyboard.
+    let symbol = if keys.logical_key == Key::Minus { "-" } else { symbol };
     let text = context.format_shortcut(keys);
     if symbol.is_ascii() { text.replace(name, symbol) } else { text }
 }
@@ -208,7 +210,8 @@ fn edits_text(key: Key) -> bool {
 }
 
 fn is_function_key(key: Key) -> bool {
-    matches!(key, Key::F1 | Key::F5 | Key::F11)
+    use Key::{F1, F2, F3, F4, F5, F6, F7, F11};
+    matches!(key, F1 | F2 | F3 | F4 | F5 | F6 | F7 | F11)
 }
 
 #[cfg(test)]

@@ -12,6 +12,7 @@ pub const COMMANDS: &[&Command] = &[
     &FRAME,
     &EVERYTHING,
     &SNAP,
+    &INTO,
     &NEXT,
     &PREVIOUS,
     &LEVEL,
@@ -61,11 +62,26 @@ pub const EVERYTHING: Command = Command {
 pub const SNAP: Command = Command {
     name: "Look through the photo",
     tooltip: "Flies into the selected photo's camera; a second time flies back.",
-    keys: &[plain(Key::Num0), plain(Key::Enter)],
+    keys: &[plain(Key::Num0)],
     ready: with_photo,
     run: |editor, _| {
         editor.layout.show(Pane::Space);
         editor.snap();
+    },
+    ..VIEW
+};
+
+/// Into the photo, and never out of it: whoever ends a text with Enter twice stays where he is.
+pub const INTO: Command = Command {
+    name: "Fly into the photo",
+    tooltip: "Flies into the selected photo's camera, and stays there; 0 flies back.",
+    keys: &[plain(Key::Enter)],
+    ready: with_photo,
+    run: |editor, _| {
+        editor.layout.show(Pane::Space);
+        if editor.space.through() != editor.selected_photo() {
+            editor.snap();
+        }
     },
     ..VIEW
 };

@@ -8,8 +8,9 @@ pub mod tiled;
 use std::sync::Arc;
 use std::time::SystemTime;
 
-use eframe::egui::{Color32, PointerButton, Rect, Response, Ui};
+use eframe::egui::{CentralPanel, Color32, PointerButton, Rect, Response, Ui};
 
+use self::hatch::Checkerboard;
 use self::placement::{Placement, Seen};
 use super::layer::LayerPane;
 use super::photo::PhotoPane;
@@ -34,11 +35,45 @@ pub struct Switches {
     pub filling: bool,
     /// Paint.
     pub paint: bool,
+    /// Photos in one exposure.
+    pub even: bool,
 }
 
 impl Default for Switches {
     fn default() -> Self {
-        Self { outlines: true, hatching: true, rectangles: false, filling: true, paint: true }
+        Self { outlines: true, hatching: true, rectangles: false, filling: true, paint: true, even: false }
+    }
+}
+
+/// A picture in a flat view: where it lies, and what it lies on.
+#[derive(Default)]
+pub struct View {
+    /// How it lies in the view.
+    pub placement: Placement,
+    /// The view on the screen, as it was drawn last.
+    pub rect: Option<Rect>,
+    /// Behind what is transparent.
+    pub checkerboard: Checkerboard,
+}
+
+impl View {
+    /// Shows the whole picture.
+    pub fn fit(&mut self) {
+        self.placement.fit();
+    }
+
+    /// Shows pixels as large as the screen's, `density` of which make a point.
+    pub fn show_pixels(&mut self, density: f32) {
+        if let Some(rect) = self.rect {
+            self.placement.show_pixels(rect, rect.center(), density);
+        }
+    }
+
+    /// Shows the picture larger.
+    pub fn zoom(&mut self, factor: f64) {
+        if let Some(rect) = self.rect {
+            self.placement.zoom(rect, rect.center(), factor);
+        }
     }
 }
 
@@ -85,6 +120,11 @@ impl PartialEq for Version {
 /// Behind pictures.
 pub fn background(ui: &Ui) -> Color32 {
     if ui.visuals().dark_mode { Color32::from_gray(28) } else { Color32::from_gray(190) }
+}
+
+/// In place of a picture: what to do to see one.
+pub fn nothing_ui(ui: &mut Ui, words: &str) {
+    CentralPanel::default_margins().show(ui, |ui| ui.centered_and_justified(|ui| ui.label(words)));
 }
 
 /// What the left button does in a flat view.

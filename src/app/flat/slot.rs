@@ -53,6 +53,11 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
         self.made.iter_mut().rev().find(|(key, _)| wanted(key)).map(|(_, value)| value)
     }
 
+    /// Does something to all that was made.
+    pub fn each_mut(&mut self, mut change: impl FnMut(&K, &mut V)) {
+        self.made.iter_mut().for_each(|(key, value)| change(key, value));
+    }
+
     /// Something is being made.
     pub fn is_busy(&self) -> bool {
         self.asked.is_some()

@@ -12,6 +12,7 @@ use super::placement::Seen;
 use crate::geometry::PixelRect;
 use crate::projection::Picture;
 use crate::projection::reduced::halves;
+use crate::scene::light::bytes_of_light_times;
 
 /// The side of a tile, in pixels: every device has textures so large, and one is made in a fraction of a millisecond.
 const SIDE: u32 = 512;
@@ -26,6 +27,9 @@ const FILTER: TextureOptions = TextureOptions {
     ..TextureOptions::LINEAR
 };
 
+/// Factors of light that change nothing.
+pub const AS_IT_IS: [f64; 3] = [1.0; 3];
+
 /// A picture with its halves: the picture itself first, the smallest fits into a tile.
 pub type Levels = Arc<Vec<Picture>>;
 
@@ -33,6 +37,8 @@ pub type Levels = Arc<Vec<Picture>>;
 pub struct Tiled {
     levels: Levels,
     tiles: BTreeMap<Place, TextureHandle>,
+    /// What its light is multiplied with, R, G, B.
+    light: [f64; 3],
 }
 
 /// Level, column and row of a tile.
@@ -47,7 +53,15 @@ pub fn levels_of(picture: Picture) -> Levels {
 impl Tiled {
     /// Nothing of it is on the device yet.
     pub fn new(levels: Levels) -> Self {
-        Self { levels, tiles: BTreeMap::new() }
+        Self { levels, tiles: BTreeMap::new(), light: AS_IT_IS }
+    }
+
+    /// Draws it brighter or darker from now on: its linear light times these factors, R, G, B.
+    pub fn set_light(&mut self, factors: [f64; 3]) {
+        if self.light != factors {
+            self.light = factors;
+            self.tiles.clear();
+        }
     }
 
     /// The picture and its halves, to be worked on elsewhere.
@@ -104,7 +118,10 @@ impl Tiled {
     fn make(&mut self, place: Place, context: &Context) {
         let (level, column, row) = place;
         let picture = &self.levels[level];
-        let image = tile(picture, column, row);
+        let mut image = tile(picture, column, row);
+        if self.light != AS_IT_IS {
+            brighten(&mut image, self.light);
+        }
         let name = format!("tile {column}, {row} of level {level}");
         self.tiles.insert(place, context.load_texture(name, image, FILTER));
     }
@@ -162,6 +179,16 @@ fn colour([r, g, b, a]: [u8; 4]) -> Color32 {
     Color32::from_rgba_unmultiplied(r, g, b, a)
 }
 
+/// Multiplies linear light, R, G, B.
+fn brighten(image: &mut ColorImage, factors: [f64; 3]) {
+    let brought = factors.map(bytes_of_light_times);
+    for pixel in &mut image.pixels {
+        let [r, g, b, a] = pixel.to_srgba_unmultiplied();
+        let [r, g, b] = [(0, r), (1, g), (2, b)].map(|(channel, byte)| brought[channel][usize::from(byte)]);
+        *pixel = Color32::from_rgba_unmultiplied(r, g, b, a);
+    }
+}
+
 /// Columns and rows of a tile without its border.
 fn tile_size(picture: &Picture, column: u32, row: u32) -> (u32, u32) {
     ((picture.width - column * SIDE).min(SIDE), (picture.height - row * SIDE).min(SIDE))
@@ -174,6 +201,13 @@ mod tests {
     fn tiled(width: u32, height: u32) -> Tiled {
         let rgba = vec![255; 4 * width as usize * height as usize];
         Tiled::new(levels_of(Picture { width, height, rgba }))
+    }
+
+    #[test]
+    fn a_tile_in_twice_the_light_is_brighter_and_as_transparent() {
+        let mut image = ColorImage::new([2, 1], vec![colour([100, 100, 200, 255]), Color32::TRANSPARENT]);
+        brighten(&mut image, [2.0, 1.0, 2.0]);
+        assert_eq!(image.pixels, [colour([138, 100, 255, 255]), Color32::TRANSPARENT]);
     }
 
     #[test]

@@ -2,11 +2,11 @@
 
 use eframe::egui::{Button, Key, TextEdit, Ui};
 
-use super::long_list;
+use super::LIST;
 use crate::app::command::{edit, flat, paint};
 use crate::app::editor::{Ask, Editor};
 use crate::app::panel::inspector::{button, rows, title};
-use crate::app::panel::{counted, grouped, percent};
+use crate::app::panel::{counted, grouped, long_list, percent};
 use crate::app::selection::Selection;
 use crate::app::session::Session;
 use crate::document::decisions::overlap;
@@ -39,12 +39,12 @@ fn several(editor: &Editor, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut
         let texels = grouped(cost.texels);
         facts.push(("Merged", format!("{width} × {height} px, {texels} texels ({:.1} ×)", cost.times())));
     }
-    rows(ui, "layers", &facts);
+    rows(ui, &facts);
     ui.add_space(6.0);
     ui.horizontal_wrapped(|ui| button(editor, ui, &edit::MERGE, asks));
     ui.add_space(6.0);
     ui.strong("Layers");
-    long_list(ui, "selected layers", all.len(), |ui, place| {
+    long_list(ui, "selected layers", LIST, all.len(), |ui, place| {
         let Some(it) = stack.image_layers.get(all[place]) else { return };
         if ui.add(Button::selectable(false, &it.name).truncate()).clicked() {
             asks.push(Ask::Select(Selection::Layer { photo, layer: all[place] }));
@@ -60,7 +60,7 @@ fn one(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut 
     let (Some(session), Some(stack)) = (&editor.session, stack_of(editor, photo)) else { return };
     let Some(it) = stack.image_layers.get(layer) else { return };
     title(ui, "Image layer", &it.name);
-    rows(ui, "layer", &facts(editor, session, photo, layer, it));
+    rows(ui, &facts(editor, session, photo, layer, it));
     if !session.photos[photo].is_current() {
         let text = "The project has changed since this layer was made: build the photo again.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
@@ -206,7 +206,7 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
         counted(elements.len() as u64, "part")
     ))
     .on_hover_text("Parts of objects: faces of one object that do not hide each other.");
-    long_list(ui, "held", elements.len(), |ui, place| {
+    long_list(ui, "held", LIST, elements.len(), |ui, place| {
         let element = elements[place];
         let faces = element.all_faces();
         let back = if element.back.is_empty() { "" } else { ", seen from behind" };

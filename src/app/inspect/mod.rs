@@ -5,7 +5,6 @@ mod surface;
 
 use std::sync::Arc;
 
-use eframe::egui::{ScrollArea, Ui};
 use glam::DVec2;
 
 pub use self::layer::layer_page;
@@ -59,7 +58,7 @@ impl Editor {
     pub fn show_in_photo(&mut self, photo: usize, face: FaceId, at: Option<[u32; 2]>) {
         let Some(session) = &self.session else { return };
         let Some(it) = session.opened.site.photos.get(photo) else { return };
-        let mark = at.map(|[x, y]| DVec2::new(f64::from(x), f64::from(y)) + 0.5);
+        let mark = at.map(|[x, y]| (face, DVec2::new(f64::from(x), f64::from(y)) + 0.5));
         let part = part_with(it, session.model().ring_points(face));
         self.photo = Some(photo);
         self.layout.show(Pane::Photo);
@@ -78,13 +77,6 @@ fn part_with(photo: &Photo, points: impl Iterator<Item = glam::DVec3>) -> Option
     let (low, high) = (low.max(DVec2::ZERO), high.min(size));
     let margin = AROUND * (high - low).max_element();
     (low.x < high.x && low.y < high.y).then(|| [low - margin, high + margin])
-}
-
-/// A list of rows of one height of which only those in sight are made.
-fn long_list(ui: &mut Ui, id: &str, count: usize, mut row: impl FnMut(&mut Ui, usize)) {
-    let height = ui.spacing().interact_size.y + 4.0;
-    let area = ScrollArea::vertical().id_salt(id).max_height(LIST).auto_shrink([false, true]);
-    area.show_rows(ui, height, count, |ui, rows| rows.for_each(|place| row(ui, place)));
 }
 
 #[cfg(test)]

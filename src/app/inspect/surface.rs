@@ -2,14 +2,14 @@
 
 use std::sync::Arc;
 
-use eframe::egui::{Align, Button, Layout, Response, RichText, Role, Ui, WidgetInfo};
+use eframe::egui::{Align, Button, Layout, RichText, Ui};
 
-use super::{Ground, long_list};
+use super::{Ground, LIST};
 use crate::app::command::edit;
 use crate::app::editor::{Ask, Editor};
-use crate::app::panel::counted;
 use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::masks::object_mask_ui;
+use crate::app::panel::{counted, long_list, small_button};
 use crate::app::photo::reason_words;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
@@ -33,12 +33,12 @@ pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mu
     if session.photos.iter().any(|photo| photo.stack.is_some()) && bare > 0 {
         facts.push(("Without texture", counted(bare, "face")));
     }
-    rows(ui, "object", &facts);
+    rows(ui, &facts);
     ui.add_space(6.0);
     surface_buttons(editor, ui, asks);
     ui.strong("Faces, and how many photos show them");
     let warns = ui.visuals().warn_fg_color;
-    long_list(ui, "faces of object", it.faces.len(), |ui, place| {
+    long_list(ui, "faces of object", LIST, it.faces.len(), |ui, place| {
         let count = u64::from(counts.get(place).copied().unwrap_or_default());
         let text =
             RichText::new(format!("{}: {}", model.face_name(it.faces[place]), counted(count, "photo")));
@@ -61,7 +61,7 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
     if let Some(pinned) = found.pinned_to {
         facts.push(("Pinned to", session.opened.site.photos[pinned].name.clone()));
     }
-    rows(ui, "face", &facts);
+    rows(ui, &facts);
     ui.horizontal_wrapped(|ui| {
         let object = model.object(it.object).name.clone();
         if ui.link(object).on_hover_text("Selects the object.").clicked() {
@@ -164,34 +164,27 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
     let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
     if photo.decided == Some("excluded") {
         let tooltip = "The photo may give the face texture again.";
-        return small(ui, "Allow", &format!("Allow {name}"), tooltip).clicked().then(|| edit(free));
+        return small_button(ui, "Allow", &format!("Allow {name}"), tooltip).clicked().then(|| edit(free));
     }
     let mut asked = None;
     if gives {
         let tooltip = "The photo gives this face no texture.";
-        if small(ui, "Exclude", &format!("Exclude {name}"), tooltip).clicked() {
+        if small_button(ui, "Exclude", &format!("Exclude {name}"), tooltip).clicked() {
             asked = Some(edit(|photo, of| LayerEdit::Exclude { photo, of }));
         }
     }
     if pinned {
         let tooltip = "The other photos may show the face again, too.";
-        if small(ui, "Unpin", &format!("Unpin {name}"), tooltip).clicked() {
+        if small_button(ui, "Unpin", &format!("Unpin {name}"), tooltip).clicked() {
             asked = Some(edit(free));
         }
     } else if gives {
         let tooltip = "The face shows this photo alone, wherever this one shows it.";
-        if small(ui, "Pin", &format!("Pin to {name}"), tooltip).clicked() {
+        if small_button(ui, "Pin", &format!("Pin to {name}"), tooltip).clicked() {
             asked = Some(edit(|photo, of| LayerEdit::Pin { photo, of }));
         }
     }
     asked
-}
-
-/// A small button; `name` says for whom it is, which its place says to the eye.
-fn small(ui: &mut Ui, text: &str, name: &str, tooltip: &str) -> Response {
-    let button = ui.small_button(text);
-    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
-    button.on_hover_text(tooltip)
 }
 
 /// What may be decided about an object, and with the photo that was selected last.

@@ -6,11 +6,11 @@ mod tools;
 use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
 
 use super::editor::{Ask, Editor};
-use super::flat::hatch::{Checkerboard, hatch};
-use super::flat::placement::{Placement, Seen};
+use super::flat::hatch::hatch;
+use super::flat::placement::Seen;
 use super::flat::slot::{Slot, Wish};
 use super::flat::tiled::{Tiled, levels_of};
-use super::flat::{LeftButton, Version, background, navigate};
+use super::flat::{LeftButton, Version, View, background, navigate, nothing_ui};
 use super::selection::Selection;
 use crate::document::ImageLayer;
 use crate::geometry::PixelRect;
@@ -48,9 +48,8 @@ pub struct LayerPane {
     pub aspect: Aspect,
     /// The photo and the place in its stack.
     layer: Option<(usize, usize)>,
-    placement: Placement,
-    rect: Option<Rect>,
-    checkerboard: Checkerboard,
+    /// Where it lies.
+    pub view: View,
     views: Slot<Key, LayerPicture>,
     /// The pixel under the pointer, in photo pixels.
     pixel: Option<(i32, i32)>,
@@ -61,9 +60,7 @@ impl Default for LayerPane {
         Self {
             aspect: Aspect::default(),
             layer: None,
-            placement: Placement::default(),
-            rect: None,
-            checkerboard: Checkerboard::default(),
+            view: View::default(),
             views: Slot::new(MOST),
             pixel: None,
         }
@@ -77,26 +74,7 @@ impl LayerPane {
             && self.layer != Some((photo, layer))
         {
             self.layer = Some((photo, layer));
-            self.placement.fit();
-        }
-    }
-
-    /// Shows the whole layer.
-    pub fn fit(&mut self) {
-        self.placement.fit();
-    }
-
-    /// Shows pixels as large as the screen's, `density` of which make a point.
-    pub fn show_pixels(&mut self, density: f32) {
-        if let Some(rect) = self.rect {
-            self.placement.show_pixels(rect, rect.center(), density);
-        }
-    }
-
-    /// Shows the layer larger.
-    pub fn zoom(&mut self, factor: f64) {
-        if let Some(rect) = self.rect {
-            self.placement.zoom(rect, rect.center(), factor);
+            self.view.fit();
         }
     }
 }
@@ -104,10 +82,10 @@ impl LayerPane {
 /// Draws the view and takes in what the user does in it.
 pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some((key, layer)) = looked_at(editor) else {
-        ui.centered_and_justified(|ui| {
-            ui.label("Select an image layer in the outliner, or click one in the photo, to see it here.")
-        });
-        return;
+        return nothing_ui(
+            ui,
+            "Select an image layer in the list, or click one in the photo, to see it here.",
+        );
     };
     Panel::top("layer tools").show(ui, |ui| tools::tools_ui(editor, ui, &layer, asks));
     Panel::bottom("layer status").show(ui, |ui| tools::status_ui(editor, ui, &key, &layer));
@@ -134,9 +112,9 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Image layer view"));
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
-    editor.flat.layer.rect = Some(rect);
+    editor.flat.layer.view.rect = Some(rect);
     let placed = (rect, layer.rect);
-    let seen = navigate(&mut editor.flat.layer.placement, ui, &response, placed, LeftButton::Moves);
+    let seen = navigate(&mut editor.flat.layer.view.placement, ui, &response, placed, LeftButton::Moves);
     editor.flat.layer.pixel = response.hover_pos().map(|at| seen.pixel(at));
     load(editor, key);
     draw(editor, ui, &seen, key, layer.rect);
@@ -169,7 +147,7 @@ fn draw(editor: &mut Editor, ui: &mut Ui, seen: &Seen, key: &Key, bounds: PixelR
     let pane = &mut editor.flat.layer;
     let painter = ui.painter_at(seen.rect);
     let frame = seen.rect_of(bounds);
-    pane.checkerboard.draw(&painter, frame.intersect(seen.rect));
+    pane.view.checkerboard.draw(&painter, frame.intersect(seen.rect));
     let (version, place, _) = key;
     let there = pane.views.get(key).is_some();
     let view = match there {

@@ -1,43 +1,67 @@
 //! The rows above and below an image layer: what is shown, what the colours mean, how large and how full it is.
 
-use eframe::egui::{Color32, RichText, Sense, Ui, vec2};
+use eframe::egui::{Color32, Sense, Ui, vec2};
 
 use super::{Aspect, Key};
-use crate::app::command::flat;
+use crate::app::command::{Command, flat};
 use crate::app::editor::{Ask, Editor};
+use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::{grouped, percent, toggle_ui};
 use crate::app::photo::scale_ui;
 use crate::document::ImageLayer;
 
-const ASPECTS: [(Aspect, &str, &str); 3] = [
-    (Aspect::Pixels, "Pixels", "Shows what the layer holds."),
-    (Aspect::Confidence, "Confidence", "Shows how far its texels are trusted."),
-    (
-        Aspect::Provenance,
-        "Provenance",
-        "Shows where its texels come from: this photo, paint, other photos, invention.",
-    ),
+/// What is needed most comes first.
+const PARTS: &[Part] = &[
+    Part::Tool(|editor, ui, _, _| aspect(editor, ui, Aspect::Pixels)),
+    Part::Tool(|editor, ui, _, _| aspect(editor, ui, Aspect::Confidence)),
+    Part::Tool(|editor, ui, _, _| aspect(editor, ui, Aspect::Provenance)),
+    Part::Gap,
+    Part::Switch(&flat::HATCHING),
+    Part::Tool(|editor, ui, _, asks| of_pixels(editor, ui, &flat::FILLING, asks)),
+    Part::Tool(|editor, ui, _, asks| of_pixels(editor, ui, &flat::PAINT, asks)),
+    Part::Gap,
+    Part::Tool(scale),
 ];
 
-/// Draws the row above.
-pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, layer: &ImageLayer, asks: &mut Vec<Ask>) {
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(&layer.name).strong());
-        ui.separator();
-        for (aspect, name, tooltip) in ASPECTS {
-            ui.selectable_value(&mut editor.flat.layer.aspect, aspect, name).on_hover_text(tooltip);
+impl Aspect {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Pixels => "Pixels",
+            Self::Confidence => "Confidence",
+            Self::Provenance => "Provenance",
         }
-        ui.separator();
-        toggle_ui(editor, ui, &flat::HATCHING, asks);
-        if editor.flat.layer.aspect == Aspect::Pixels {
-            for command in [&flat::FILLING, &flat::PAINT] {
-                toggle_ui(editor, ui, command, asks);
+    }
+
+    fn tooltip(self) -> &'static str {
+        match self {
+            Self::Pixels => "Shows what the layer holds.",
+            Self::Confidence => "Shows how far its texels are trusted.",
+            Self::Provenance => {
+                "Shows where its texels come from: this photo, paint, other photos, invention."
             }
         }
-        ui.separator();
-        scale_ui(ui, editor.flat.layer.placement.magnification(ui.ctx().pixels_per_point()), asks);
-    });
+    }
+}
+
+/// Draws the rows above.
+pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, layer: &ImageLayer, asks: &mut Vec<Ask>) {
+    bar_ui(editor, ui, "image layer", Some(&layer.name), PARTS, asks);
     ui.horizontal_wrapped(|ui| facts(ui, layer));
+}
+
+fn aspect(editor: &mut Editor, ui: &mut Ui, aspect: Aspect) {
+    let now = &mut editor.flat.layer.aspect;
+    ui.selectable_value(now, aspect, aspect.name()).on_hover_text(aspect.tooltip());
+}
+
+/// A switch of what pixels are shown: the other aspects know nothing of it.
+fn of_pixels(editor: &mut Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+    let pixels = editor.flat.layer.aspect == Aspect::Pixels;
+    ui.add_enabled_ui(pixels, |ui| toggle_ui(editor, ui, command, asks));
+}
+
+fn scale(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+    scale_ui(ui, editor.flat.layer.view.placement.magnification(ui.ctx().pixels_per_point()), asks);
 }
 
 fn facts(ui: &mut Ui, layer: &ImageLayer) {

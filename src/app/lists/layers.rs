@@ -13,6 +13,15 @@ use crate::app::selection::Selection;
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
+/// Width of the button that turns the list into a table, in points.
+const TABLE: f32 = 52.0;
+/// Width of `100 % hidden`, in points.
+const HIDDEN: f32 = 92.0;
+/// Lists of fewer points say the share alone.
+const ROOM: f32 = 230.0;
+/// Width of `100 %`, in points.
+const SHARE: f32 = 46.0;
+
 /// Sees to it that what the table shows is looked up.
 pub(super) fn want_figures(editor: &mut Editor, width: f32) {
     let list = editor.settings.layer_list;
@@ -40,7 +49,7 @@ impl Outliner<'_> {
         let name = &self.site.session.opened.site.photos[photo].name;
         let name = format!("Layers of {name}{}", count.unwrap_or_default());
         let mut line = self.line(ui, Row::Layers, &name);
-        let rect = line.take_right(52.0).shrink2([0.0, 2.0].into());
+        let rect = line.take_right(TABLE).shrink2([0.0, 2.0].into());
         let as_table = self.editor.settings.layer_list.as_table;
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
         button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
@@ -61,6 +70,13 @@ impl Outliner<'_> {
         let line = self.line(ui, Row::Depth(order), &name);
         line.text(ui, &name, Look::Plain);
         self.title_clicked(ui, Row::Depth(order), &line);
+        line.response.on_hover_text(match order {
+            0 => "Image layers that nothing of the photo hides.".to_owned(),
+            _ => format!(
+                "Image layers at depth {order}: so many others lie before them, one hidden by the other. An image layer \
+                 may hold surfaces of several visibility layers; so depths are more than those."
+            ),
+        });
     }
 
     pub(super) fn layer(&mut self, ui: &mut Ui, place: usize, rows: &[Row]) {
@@ -71,9 +87,13 @@ impl Outliner<'_> {
         if self.editor.settings.layer_list.as_table {
             self.cells(ui, &mut line, place, layer);
         } else if figures.hidden > 0 {
-            let hidden = format!("{} hidden", percent(figures.hidden, figures.used));
+            let share = percent(figures.hidden, figures.used);
+            let (text, width) = match line.response.rect.width() {
+                ROOM.. => (format!("{share} hidden"), HIDDEN),
+                _ => (share, SHARE),
+            };
             let weak = ui.visuals().weak_text_color();
-            text_in(ui, line.take_right(92.0), &hidden, weak, Align::Max);
+            text_in(ui, line.take_right(width), &text, weak, Align::Max);
         }
         line.text(ui, &layer.name, Look::Plain);
         self.layer_clicked(ui, place, &line, rows);

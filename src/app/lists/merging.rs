@@ -1,10 +1,13 @@
 //! A merge that would keep much emptiness is told with its figures before it is made.
 
-use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, Ui, vec2};
+use eframe::egui::{Context, Grid, Id, Modal, RichText, Ui};
 
 use crate::app::editor::Editor;
-use crate::app::panel::{grouped, percent};
+use crate::app::panel::{answers_ui, grouped, percent};
 use crate::recipe::decide::{LayerEdit, MergeCost};
+
+/// The answer that merges.
+const MERGE: &str = "Merge anyway";
 
 /// What waits for a yes.
 pub struct Merging {
@@ -61,15 +64,8 @@ fn question_ui(ui: &mut Ui, cost: &MergeCost) -> Option<bool> {
         }
     });
     ui.add_space(10.0);
-    let mut answer = None;
-    ui.horizontal(|ui| {
-        for (text, yes) in [("Merge anyway", true), ("Cancel", false)] {
-            if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
-                answer = Some(yes);
-            }
-        }
-    });
-    answer
+    let answer = ui.horizontal(|ui| answers_ui(ui, &[MERGE, "Cancel"])).inner;
+    answer.map(|answer| answer == MERGE)
 }
 
 fn told(cost: &MergeCost) -> String {

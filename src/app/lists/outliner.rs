@@ -11,6 +11,11 @@ use crate::app::selection::Selection;
 /// Lists of more rows than this are searched: fewer are seen at a glance.
 const SEARCHED: usize = 12;
 
+/// Width of the button that empties the field, with the gap before it, in points.
+const CLEAR: f32 = 32.0;
+/// Right of the field, in points.
+const RIGHT: f32 = 4.0;
+
 /// Draws it.
 pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     super::layers::want_figures(editor, ui.available_width());
@@ -80,7 +85,7 @@ impl Outliner<'_> {
         }
         ui.horizontal(|ui| {
             let clear = !self.lists.filter.is_empty();
-            let width = ui.available_width() - if clear { 32.0 } else { 4.0 };
+            let width = ui.available_width() - if clear { CLEAR } else { RIGHT };
             let field = TextEdit::singleline(&mut self.lists.filter).hint_text("Find by name");
             let field = ui.add(field.desired_width(width));
             ui.ctx().accesskit_node_builder(field.id, |node| node.set_label("Find by name"));

@@ -13,6 +13,14 @@ use super::rows::Row;
 pub const ROW: f32 = 23.0;
 /// One level is so much farther to the right, in points.
 const STEP: f32 = 14.0;
+/// Left of all rows, and of rows on which nothing opens, in points.
+const LEFT: f32 = 2.0;
+/// Right of all rows, in points: the bar that scrolls them is there.
+const RIGHT: f32 = 6.0;
+/// Of a row that is selected or under the pointer, in points.
+const ROUND: f32 = 3.0;
+/// Half the side of a triangle, in points.
+const TRIANGLE: f32 = 4.0;
 /// Width of a triangle or an eye with what is around it, in points.
 const MARK: f32 = 18.0;
 
@@ -36,23 +44,23 @@ impl Outliner<'_> {
         let visuals = ui.visuals();
         let color = if selected { visuals.selection.stroke.color } else { visuals.text_color() };
         if selected {
-            ui.painter().rect_filled(rect, 3.0, visuals.selection.bg_fill);
+            ui.painter().rect_filled(rect, ROUND, visuals.selection.bg_fill);
         } else if response.hovered() && row.is_stop() {
-            ui.painter().rect_filled(rect, 3.0, visuals.widgets.hovered.weak_bg_fill);
+            ui.painter().rect_filled(rect, ROUND, visuals.widgets.hovered.weak_bg_fill);
         }
         if self.lists.cursor == Some(row) && self.lists.has_focus(ui.ctx()) {
             let stroke = Stroke::new(1.0, visuals.selection.stroke.color);
-            ui.painter().rect_stroke(rect, 3.0, stroke, StrokeKind::Inside);
+            ui.painter().rect_stroke(rect, ROUND, stroke, StrokeKind::Inside);
         }
         let level = row.level(self.editor.settings.layer_list.as_table);
-        let left = rect.left() + 2.0 + level as f32 * STEP;
-        let room = Rect::from_min_max(pos2(left, rect.top()), rect.max - vec2(6.0, 0.0));
+        let left = rect.left() + LEFT + level as f32 * STEP;
+        let room = Rect::from_min_max(pos2(left, rect.top()), rect.max - vec2(RIGHT, 0.0));
         let mut line = Line { room, response, color };
         if row.opens() {
             self.triangle(ui, row, &mut line, name);
         } else {
             // Text stands where that of a row with a triangle would.
-            line.take_left(if level > 1 { MARK - STEP } else { 2.0 });
+            line.take_left(if level > 1 { MARK - STEP } else { LEFT });
         }
         line
     }
@@ -63,7 +71,7 @@ impl Outliner<'_> {
         let response = ui.interact(rect, self.id(row).with("opens"), Sense::CLICK);
         let verb = if open { "Close" } else { "Open" };
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("{verb} {name}")));
-        let (center, r) = (rect.center(), 4.0);
+        let (center, r) = (rect.center(), TRIANGLE);
         let corners = match open {
             true => [vec2(-r, -r * 0.6), vec2(r, -r * 0.6), vec2(0.0, r * 0.8)],
             false => [vec2(-r * 0.6, -r), vec2(r * 0.8, 0.0), vec2(-r * 0.6, r)],

@@ -41,6 +41,17 @@ const LEFT: f32 = 18.0;
 /// Right of the last column, in points: as rows have it.
 const RIGHT: f32 = 6.0;
 
+/// Between a name and the first column, in points.
+const GAP: f32 = 6.0;
+/// Room for the triangle that says which way a column is sorted, in points.
+const TRIANGLE: f32 = 9.0;
+/// The triangle of names stands behind their heading, in points from its left edge.
+const BEHIND_NAME: f32 = 42.0;
+/// The line below the headings begins so far from the left edge, in points: as names do, nearly.
+const LINE: f32 = 14.0;
+/// Texts of columns that the table is not sorted by are so much weaker.
+const WEAKER: f32 = 0.8;
+
 /// What stands above a column; its width in points; what it tells.
 fn heading(column: Column) -> (&'static str, f32, &'static str) {
     match column {
@@ -86,10 +97,10 @@ impl Outliner<'_> {
             let (_, width, _) = heading(column);
             let rect = line.take_right(width);
             let text = cell(column, layer, &figures, trust);
-            let color = if column == list.column { line.color } else { line.color.gamma_multiply(0.8) };
+            let color = if column == list.column { line.color } else { line.color.gamma_multiply(WEAKER) };
             text_in(ui, rect, &text, color, Align::Max);
         }
-        line.room.max.x -= 6.0;
+        line.room.max.x -= GAP;
     }
 
     /// The headings: a click sorts.
@@ -115,7 +126,7 @@ impl Outliner<'_> {
         if !rest.is_empty() {
             self.more(ui, more, &rest);
         }
-        let below = [rect.left_bottom() + vec2(14.0, -0.5), rect.right_bottom() - vec2(0.0, 0.5)];
+        let below = [rect.left_bottom() + vec2(LINE, -0.5), rect.right_bottom() - vec2(0.0, 0.5)];
         ui.painter().line_segment(below, ui.visuals().widgets.noninteractive.bg_stroke);
     }
 
@@ -130,13 +141,13 @@ impl Outliner<'_> {
         let lit = sorts || response.hovered() || response.has_focus();
         let color = if lit { ui.visuals().strong_text_color() } else { ui.visuals().weak_text_color() };
         let align = if column == Column::Name { Align::Min } else { Align::Max };
-        let text = if sorts { rect.with_max_x(rect.right() - 9.0) } else { rect };
+        let text = if sorts { rect.with_max_x(rect.right() - TRIANGLE) } else { rect };
         styled_text_in(ui, text, name, color, align, TextStyle::Small);
         if sorts {
             let up = if list.falling { 1.0 } else { -1.0 };
             let center = match column {
-                Column::Name => pos2(rect.left() + 42.0, rect.center().y),
-                _ => pos2(rect.right() - 4.0, rect.center().y),
+                Column::Name => pos2(rect.left() + BEHIND_NAME, rect.center().y),
+                _ => pos2(rect.right() - TRIANGLE / 2.0, rect.center().y),
             };
             let corners = [vec2(-3.5, -2.0 * up), vec2(3.5, -2.0 * up), vec2(0.0, 2.5 * up)];
             let corners = corners.map(|corner| center + corner).to_vec();

@@ -5,30 +5,43 @@ use eframe::egui::{Slider, SliderClamping, Ui};
 use super::{RADII_PX, Tool};
 use crate::app::command::{Command, keys_text, mask};
 use crate::app::editor::{Ask, Editor};
+use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::inspector::button;
 
 /// Of the brush's slider, in points: the row has room for all of it in a window of usual size.
 const SLIDER: f32 = 60.0;
 
+/// What is needed most comes first.
+const PARTS: &[Part] = &[
+    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::BRUSH, "Brush", asks)),
+    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::LASSO, "Lasso", asks)),
+    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::UNCOVER, "Uncover", asks)),
+    Part::Tool(brush),
+    Part::Gap,
+    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::SHOW, "Show masks", asks)),
+    Part::Tool(suggestions),
+];
+
 /// Draws it.
 pub fn strip_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    ui.horizontal_wrapped(|ui| {
+    ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
-        for (command, text) in [(&mask::BRUSH, "Brush"), (&mask::LASSO, "Lasso")] {
-            toggle(editor, ui, command, text, asks);
-        }
-        toggle(editor, ui, &mask::UNCOVER, "Uncover", asks);
-        // Always there, so that the photo does not move when a tool is taken up.
-        let brush = editor.masking.tool == Some(Tool::Brush);
-        ui.add_enabled_ui(brush, |ui| radius(editor, ui));
-        ui.separator();
-        toggle(editor, ui, &mask::SHOW, "Show masks", asks);
-        if editor.masking.suggested.count() > 0 {
-            toggle(editor, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
-        } else {
-            button(editor, ui, &mask::LOOK, asks);
-        }
+        bar_ui(editor, ui, "masks", None, PARTS, asks);
     });
+}
+
+/// How large the brush is; always there, so that the photo does not move when a tool is taken up.
+fn brush(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    let brush = editor.masking.tool == Some(Tool::Brush);
+    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(editor, ui)));
+}
+
+fn suggestions(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+    if editor.masking.suggested.count() > 0 {
+        toggle(editor, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
+    } else {
+        button(editor, ui, &mask::LOOK, asks);
+    }
 }
 
 /// A command that switches, by a shorter text: the row says what it is about.

@@ -1,6 +1,8 @@
 //! The assistant for new projects, as it is shown.
 
-use eframe::egui::{Button, Context, Id, Key, Modal, ProgressBar, RichText, Spinner, Ui};
+use eframe::egui::{
+    Button, Context, Id, Key, Modal, ProgressBar, RichText, ScrollArea, Spinner, Ui, Vec2, vec2,
+};
 
 use super::assistant::Assistant;
 use super::place::{part_found, part_line, wrong};
@@ -9,6 +11,11 @@ use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::recipe::discover::{Look, Part};
 
+/// Of the dialog, in points.
+const WIDTH: f32 = 680.0;
+/// What is not its contents: its frame, its title, its buttons, and a little of the window, in points.
+const AROUND: Vec2 = vec2(24.0, 110.0);
+
 /// Draws it when it is open.
 pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(mut assistant) = editor.opening.assistant.take() else { return };
@@ -16,9 +23,13 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     // Escape leaves the line first.
     let types = context.text_edit_focused();
     let modal = Modal::new(Id::unique("new project")).show(context, |ui| {
-        ui.set_width(680.0);
+        let room = context.content_rect().size() - AROUND;
+        ui.set_width(WIDTH.min(room.x));
         ui.heading("New project");
-        ui.add_enabled_ui(!makes, |ui| contents(editor, &mut assistant, ui, wishes));
+        // Where there is much to say of what was found, that is scrolled, and never what makes the project.
+        ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
+            ui.add_enabled_ui(!makes, |ui| contents(editor, &mut assistant, ui, wishes));
+        });
         ui.add_space(8.0);
         if makes {
             progress(editor, ui);

@@ -2,17 +2,23 @@
 
 use eframe::egui::{Button, DragValue, Grid, Response, RichText, ScrollArea, Slider, Spinner, Ui};
 
-use super::name_cell;
+use super::{name_cell, room_for_names, slider_ui, text_width, toggle_ui};
+use crate::app::command::flat;
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
 
 /// Sliders reach so far: photos of one site rarely differ by more. Numbers can be typed beyond it.
 const STOPS: f64 = 3.0;
-/// Of the column of names, in points.
-const NAME: f32 = 150.0;
+/// Width of a number, and of what is said of a photo beside it, in points, with the gaps.
+const BESIDE_NAMES: f32 = 92.0 + 66.0 + 24.0;
 /// Differences that nobody sees.
 const NOTHING: f64 = 0.005;
+
+/// Stops as they are shown: what rounds to nothing is nothing, and not less than it.
+fn shown(stops: f64) -> f64 {
+    if stops.abs() < NOTHING { 0.0 } else { stops }
+}
 
 /// Draws it.
 pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -39,7 +45,7 @@ pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         switches(editor, &report, ui, asks);
         if let Some(photo) = editor.selected_photo().and_then(|place| report.photos.get(place)) {
-            selected(photo, &report, ui, asks);
+            selected(editor, photo, &report, ui, asks);
         }
         ui.separator();
         all(editor, &report, ui, asks);
@@ -74,23 +80,24 @@ fn switches(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<
 }
 
 /// The photo that is selected, with all that can be decided about it.
-fn selected(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn selected(editor: &Editor, photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.separator();
     ui.weak("Photo");
     ui.label(RichText::new(&photo.photo).strong());
     ui.add_enabled_ui(report.even, |ui| {
         exposure(photo, ui, "Brighter by", asks);
-        for (channel, name) in ["Red", "Green", "Blue"].into_iter().enumerate() {
+        let channels = ["Red", "Green", "Blue"];
+        let names = channels.iter().map(|name| text_width(ui, name)).fold(0.0, f32::max);
+        for (channel, name) in channels.into_iter().enumerate() {
             let mut stops = photo.stops;
-            let slider = Slider::new(&mut stops[channel], -STOPS..=STOPS)
-                .clamping(eframe::egui::SliderClamping::Never)
-                .step_by(0.01)
-                .fixed_decimals(2)
-                .suffix(" stops")
-                .text(name);
-            let response = ui.add(slider);
+            stops[channel] = shown(stops[channel]);
+            let response = slider(ui, name, names, &mut stops[channel]);
             drag(&response, photo, stops, asks);
         }
+    });
+    ui.horizontal_wrapped(|ui| {
+        ui.weak("In the photo’s view:");
+        toggle_ui(editor, ui, &flat::EVEN, asks);
     });
     ui.label(origin(photo));
     ui.horizontal_wrapped(|ui| {
@@ -113,16 +120,20 @@ fn selected(photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut 
 
 /// A slider that moves all channels together.
 fn exposure(photo: &PhotoColour, ui: &mut Ui, text: &str, asks: &mut Vec<Ask>) {
-    let mean = photo.stops.iter().sum::<f64>() / 3.0;
+    let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
     let mut moved = mean;
-    let slider = Slider::new(&mut moved, -STOPS..=STOPS)
+    let response = slider(ui, text, text_width(ui, text), &mut moved);
+    let response = response.on_hover_text("By how much the photo is brighter than the others.");
+    drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), asks);
+}
+
+fn slider(ui: &mut Ui, name: &str, names: f32, stops: &mut f64) -> Response {
+    let slider = Slider::new(stops, -STOPS..=STOPS)
         .clamping(eframe::egui::SliderClamping::Never)
         .step_by(0.01)
         .fixed_decimals(2)
-        .suffix(" stops")
-        .text(text);
-    let response = ui.add(slider).on_hover_text("By how much the photo is brighter than the others.");
-    drag(&response, photo, photo.stops.map(|stops| stops + moved - mean), asks);
+        .suffix(" stops");
+    ui.scope(|ui| slider_ui(ui, name, names, slider)).inner
 }
 
 /// What a slider or number came to: while it is dragged it is only shown.
@@ -142,12 +153,13 @@ fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Ve
 /// All photos, each with its exposure.
 fn all(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
+    let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
         for (place, photo) in report.photos.iter().enumerate() {
-            if name_cell(ui, editor.photo == Some(place), &photo.photo, NAME).clicked() {
+            if name_cell(ui, editor.photo == Some(place), &photo.photo, names).clicked() {
                 asks.push(Ask::Select(Selection::Photo(place)));
             }
-            let mean = photo.stops.iter().sum::<f64>() / 3.0;
+            let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
             let mut moved = mean;
             let value = DragValue::new(&mut moved).speed(0.01).fixed_decimals(2).suffix(" stops");
             let response = ui.add_enabled(report.even, value);
@@ -197,5 +209,17 @@ fn grounds(report: &ColourReport, ui: &mut Ui) {
     ui.weak(format!("{} places, {} comparisons.", report.points, report.pairs));
     if report.groups > 1 {
         ui.weak(format!("{} groups of photos share nothing with each other.", report.groups));
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_rounds_to_nothing_has_no_sign() {
+        for (stops, text) in [(-0.004, "0.00"), (0.004, "0.00"), (-0.006, "-0.01"), (1.5, "1.50")] {
+            assert_eq!(format!("{:.2}", shown(stops)), text);
+        }
     }
 }

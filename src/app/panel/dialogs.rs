@@ -40,6 +40,7 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             done = ui.add_enabled(any, Button::new("Import")).clicked();
         });
     });
+    let open = open && !super::escaped(context);
     editor.trip.import = open.then_some(dialog);
     if choose {
         editor.choose_path(Wanted::Layered);
@@ -91,6 +92,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             }
         });
     });
+    let open = open && !super::escaped(context);
     editor.trip.export = open.then_some(dialog);
     if choose {
         editor.choose_path(Wanted::ExportFolder);
@@ -186,7 +188,7 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
         again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
     });
     editor.settings.image_editor = choice;
-    editor.trip.choosing_editor = open;
+    editor.trip.choosing_editor = open && !super::escaped(context);
     if choose {
         editor.choose_path(Wanted::Program);
     }

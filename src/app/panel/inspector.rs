@@ -1,13 +1,14 @@
 //! What is known of the selection.
 
-use eframe::egui::{Grid, RichText, ScrollArea, Ui};
+use eframe::egui::{Label, RichText, ScrollArea, Ui};
 
-use super::{grouped, layer_options, masks, percent};
+use super::{counted, grouped, layer_options, masks, percent, text_width};
 use crate::app::command::{layers, paint, view};
 use crate::app::editor::{Ask, Editor};
 use crate::app::inspect::{face_page, layer_page, object_page};
 use crate::app::selection::Selection;
 use crate::app::session::Session;
+use crate::document::Stack;
 use crate::recipe::decide::decided;
 
 /// Draws it.
@@ -37,15 +38,28 @@ pub fn title(ui: &mut Ui, kind: &str, name: &str) {
     ui.add_space(4.0);
 }
 
-/// Facts in two columns.
-pub fn rows(ui: &mut Ui, id: &str, rows: &[(&str, String)]) {
-    Grid::new(id).num_columns(2).spacing([12.0, 4.0]).show(ui, |ui| {
-        for (name, value) in rows {
-            ui.weak(*name);
-            ui.label(value);
-            ui.end_row();
-        }
-    });
+/// Names of facts take no more than this share of a page's width.
+const NAMES_MOST: f32 = 0.45;
+
+/// Facts in two columns: names as wide as the widest of them, values in as many lines as they need.
+pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
+    let gap = 12.0;
+    let widest = rows.iter().map(|(name, _)| text_width(ui, name)).fold(0.0, f32::max);
+    let names = (widest + 1.0).min(NAMES_MOST * ui.available_width());
+    let values = ui.available_width() - names - gap;
+    for (name, value) in rows {
+        ui.horizontal_top(|ui| {
+            ui.spacing_mut().item_spacing.x = gap;
+            ui.scope(|ui| {
+                ui.set_width(names);
+                ui.add(Label::new(RichText::new(*name).weak()).wrap());
+            });
+            ui.scope(|ui| {
+                ui.set_max_width(values);
+                ui.add(Label::new(value).wrap());
+            });
+        });
+    }
 }
 
 /// A button for a command; where it is not ready it says why.
@@ -78,7 +92,7 @@ fn nothing(session: &Session, ui: &mut Ui) {
         ("Cameras from", project.cameras.clone()),
         ("Model from", project.model.clone()),
     ];
-    rows(ui, "project", &facts);
+    rows(ui, &facts);
     ui.add_space(8.0);
     ui.weak("Click a photo, an object or a layer to see what is known of it.");
 }
@@ -98,7 +112,7 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
     if let Some(stack) = &status.stack {
         let own = u64::from(camera.width) * u64::from(camera.height);
         facts.push(("Visibility layers", stack.visibility_layers.len().to_string()));
-        facts.push(("Image layers", stack.image_layers.len().to_string()));
+        facts.push(("Image layers", image_layers(stack)));
         facts
             .push(("Texels", format!("{} ({:.2} × photo)", grouped(stack.texels), ratio(stack.texels, own))));
         facts.push(("Used", percent(stack.texels_used, stack.texels)));
@@ -107,7 +121,7 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
             facts.push(("Filled", percent(filled, hidden)));
         }
     }
-    rows(ui, "photo", &facts);
+    rows(ui, &facts);
     if let Some(problem) = &status.problem {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }
@@ -124,6 +138,14 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
     decisions(session, &photo.name, ui, asks);
     ui.add_space(8.0);
     layer_options::photo_options_ui(session, &photo.name, ui, asks);
+}
+
+/// How many there are, and at how many depths: one that holds surfaces of several visibility layers lies behind all
+/// that hides any of them, so depths are more than visibility layers.
+fn image_layers(stack: &Stack) -> String {
+    let count = stack.image_layers.len();
+    let depths = stack.image_layers.last().map_or(0, |deepest| u64::from(deepest.order) + 1);
+    format!("{count}, at {}", counted(depths, "depth"))
 }
 
 fn ratio(part: u64, all: u64) -> f64 {

@@ -4,6 +4,7 @@ use eframe::egui::{
     Align2, Button, CollapsingHeader, Context, DragValue, Response, Slider, SliderClamping, Ui, Window,
 };
 
+use super::{slider_ui, small_button, text_width};
 use crate::app::command::layers;
 use crate::app::editor::{Ask, Editor};
 use crate::app::layer_work::OptionsEdit;
@@ -54,9 +55,11 @@ fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(
         .smallest_positive(0.1_f64.powi(of.decimals as i32))
         .clamping(SliderClamping::Always)
         .max_decimals(of.decimals)
-        .suffix(of.suffix)
-        .text(of.name);
-    let response = ui.add(slider).on_hover_text(of.tooltip);
+        .suffix(of.suffix);
+    let response = ui
+        .scope(|ui| slider_ui(ui, of.name, text_width(ui, TOLERANCE.name), slider))
+        .inner
+        .on_hover_text(of.tooltip);
     wanted(&response, moved, asks)
 }
 
@@ -113,12 +116,8 @@ impl Rows<'_> {
                 ui.weak("as the project has it");
                 return;
             }
-            let back = ui.add(Button::new("As the project").small());
-            let label = format!("{} as the project", of.name);
-            back.widget_info(|| {
-                eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Button, true, label.clone())
-            });
-            if back.on_hover_text("Takes the photo’s own number back.").clicked() {
+            let name = format!("{} as the project", of.name);
+            if small_button(ui, "As the project", &name, "Takes the photo’s own number back.").clicked() {
                 asks.push(Ask::Options { edit: edit(with(None)), goes_on: false });
             }
         });
@@ -149,7 +148,7 @@ pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<A
             super::inspector::button(editor, ui, &layers::BUILD, asks);
         });
     });
-    editor.layer_options_shown = open;
+    editor.layer_options_shown = open && !super::escaped(context);
 }
 
 fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {

@@ -3,10 +3,11 @@
 use eframe::egui::{DragValue, RichText, Ui};
 
 use super::inspector::button;
-use super::{counted, percent};
-use crate::app::command::mask;
+use super::{counted, percent, small_button};
+use crate::app::command::{Command, mask};
 use crate::app::editor::{Ask, Editor};
 use crate::app::masking::keeping::Work;
+use crate::app::masking::suggesting::Shown;
 use crate::document::masks::{Mask, MaskFrom};
 use crate::recipe::masks::MaskEdit;
 
@@ -29,11 +30,7 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
     if masks.is_empty() {
         ui.weak("Nothing is masked: all of the photo may be used.");
     }
-    ui.horizontal_wrapped(|ui| {
-        for command in [&mask::BRUSH, &mask::LASSO, &mask::LOOK] {
-            button(editor, ui, command, asks);
-        }
-    });
+    buttons(editor, [&mask::BRUSH, &mask::LASSO, &mask::LOOK], ui, asks);
     if open.is_empty() {
         return;
     }
@@ -41,37 +38,39 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
     ui.strong("Suggestions")
         .on_hover_text("Only this photo shows what is outlined: people, cars, and the like.");
     for shown in open.iter() {
-        ui.horizontal_wrapped(|ui| {
-            let number = shown.it.number;
-            let small = |ui: &mut Ui, text: &str, tooltip: &str| {
-                let button = ui.small_button(text).on_hover_text(tooltip);
-                let label = format!("{text} suggestion {number}");
-                button.widget_info(|| {
-                    eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Button, true, label.clone())
-                });
-                button.clicked()
-            };
-            if small(ui, "Mask", "Masks what is outlined.") {
-                asks.push(Ask::Accept(vec![number]));
-            }
-            if small(ui, "Dismiss", "It is nothing: it is not shown any more.") {
-                asks.push(Ask::Dismiss(vec![number]));
-            }
-            let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
-            let link = ui.link(RichText::new(text));
-            let tooltip = format!(
-                "Goes to it. {}; on average {:.1} times as bright or as dark as other photos have it.",
-                counted(shown.it.pixels, "pixel"),
-                shown.it.score.exp()
-            );
-            if link.on_hover_text(tooltip).clicked() {
-                asks.push(Ask::Show(photo, shown.it.rect));
-            }
-        });
+        suggestion(shown, photo, all, ui, asks);
     }
+    buttons(editor, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
+}
+
+fn buttons<const N: usize>(
+    editor: &Editor,
+    commands: [&'static Command; N],
+    ui: &mut Ui,
+    asks: &mut Vec<Ask>,
+) {
+    ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(editor, ui, command, asks)));
+}
+
+/// What might be masked of a photo of `all` pixels, and what may be done with it.
+fn suggestion(shown: &Shown, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let number = shown.it.number;
     ui.horizontal_wrapped(|ui| {
-        for command in [&mask::ACCEPT, &mask::DISMISS] {
-            button(editor, ui, command, asks);
+        let mut asked = |text: &str, tooltip: &str, ask: Ask| {
+            if small_button(ui, text, &format!("{text} suggestion {number}"), tooltip).clicked() {
+                asks.push(ask);
+            }
+        };
+        asked("Mask", "Masks what is outlined.", Ask::Accept(vec![number]));
+        asked("Dismiss", "It is nothing: it is not shown any more.", Ask::Dismiss(vec![number]));
+        let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
+        let tooltip = format!(
+            "Goes to it. {}; on average {:.1} times as bright or as dark as other photos have it.",
+            counted(shown.it.pixels, "pixel"),
+            shown.it.score.exp()
+        );
+        if ui.link(RichText::new(text)).on_hover_text(tooltip).clicked() {
+            asks.push(Ask::Show(photo, shown.it.rect));
         }
     });
 }
@@ -79,11 +78,7 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
 fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         let words = in_words(&of_one.from);
-        let remove = ui.small_button("Remove").on_hover_text("Takes this mask away.");
-        let label = format!("Remove mask {words}");
-        remove.widget_info(|| {
-            eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Button, true, label.clone())
-        });
+        let remove = small_button(ui, "Remove", &format!("Remove mask {words}"), "Takes this mask away.");
         if remove.clicked() {
             let edit = MaskEdit::Remove { photo: photo.to_owned(), from: of_one.from.clone() };
             let name = format!("removal of mask {words} of {photo}");

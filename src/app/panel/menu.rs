@@ -1,35 +1,46 @@
 //! The menu bar: the command tables, and the projects opened last.
 
-use eframe::egui::{Button, MenuBar, Ui};
+use eframe::egui::{Button, MenuBar, ScrollArea, Ui};
 
 use crate::app::command::{self, Command, Menu, first_keys};
 use crate::app::editor::{Ask, Editor};
 use crate::app::settings::Navigation;
+
+/// Of menus, in points: names and keys stand apart.
+const WIDTH: f32 = 230.0;
+/// Between a menu and the lower edge of the window, at least, in points.
+const BELOW: f32 = 16.0;
 
 /// Draws it.
 pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     MenuBar::new().ui(ui, |ui| {
         for menu in Menu::ALL {
             ui.menu_button(menu.name(), |ui| {
-                ui.set_min_width(230.0);
-                for command in command::all().filter(|command| command.menu == menu) {
-                    if command.starts_group {
-                        ui.separator();
-                    }
-                    if item(editor, ui, command) {
-                        asks.push(Ask::Run(command));
-                    }
-                    if command.name == command::file::OPEN.name {
-                        recent(editor, ui, asks);
-                    }
-                }
-                if menu == Menu::Window {
-                    ui.separator();
-                    navigation(editor, ui);
-                }
+                ui.set_min_width(WIDTH);
+                // A window may be less high than a menu is long.
+                let most = ui.ctx().content_rect().bottom() - ui.cursor().top() - BELOW;
+                ScrollArea::vertical().max_height(most).show(ui, |ui| entries(editor, menu, ui, asks));
             });
         }
     });
+}
+
+fn entries(editor: &mut Editor, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    for command in command::all().filter(|command| command.menu == menu) {
+        if command.starts_group {
+            ui.separator();
+        }
+        if item(editor, ui, command) {
+            asks.push(Ask::Run(command));
+        }
+        if command.name == command::file::OPEN.name {
+            recent(editor, ui, asks);
+        }
+    }
+    if menu == Menu::Window {
+        ui.separator();
+        navigation(editor, ui);
+    }
 }
 
 fn item(editor: &Editor, ui: &mut Ui, command: &Command) -> bool {

@@ -1,10 +1,10 @@
 //! The panels around the views.
 
+pub mod bar;
 mod colour;
 pub mod dialogs;
 mod fill;
 pub mod help;
-pub mod hint;
 pub mod inspector;
 pub mod layer_options;
 pub mod masks;
@@ -14,31 +14,46 @@ mod paint;
 mod photos;
 pub mod settings;
 pub mod side;
+pub mod sized;
 pub mod status;
 pub mod welcome;
 
-use eframe::egui::{Align, Button, Context, Key, Layout, Modifiers, Panel, Response, Ui, UiBuilder, vec2};
+use eframe::egui::{
+    Align, Button, Context, Key, Layout, Modifiers, Response, RichText, Role, ScrollArea, Slider, TextStyle,
+    Ui, Vec2, WidgetInfo, vec2,
+};
 
 use super::command::Command;
 use super::editor::{Ask, Editor};
 use super::lists::outliner_ui;
+use sized::{Edge, Sizes, sized_panel};
 
-/// Photos above, objects and layers below.
-pub fn left_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let photos = Panel::top("photos").resizable(true).default_size(340.0);
-    photos.show(ui, |ui| photos::photos_ui(editor, ui, asks));
-    outliner_ui(editor, ui, asks);
+/// The most that the left side takes of the window's width: in a small window, and with large text, the views have room.
+const LEFT_MOST: f32 = 0.27;
+/// The most that the right side takes of the window's width: its pages have two columns.
+const RIGHT_MOST: f32 = 0.33;
+/// Lists on the left, what is known of the selection on the right.
+pub fn sides_ui(editor: &mut Editor, sizes: &mut Sizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let width = ui.available_width();
+    if editor.settings.lists_shown {
+        let (place, most) = ((Edge::Left, "outliner"), LEFT_MOST * width);
+        let photos = &mut sizes.photos;
+        sized_panel(ui, place, &mut sizes.left, most, |ui| left_ui(editor, photos, ui, asks));
+    }
+    if editor.settings.side_shown {
+        let (place, most) = ((Edge::Right, "inspector"), RIGHT_MOST * width);
+        sized_panel(ui, place, &mut sizes.right, most, |ui| side::side_ui(editor, ui, asks));
+    }
 }
 
-/// Draws contents; `held`: what is wider than the panel ends at its border. Else the panel grows with what it holds,
-/// and one on the right that may not grow any more is pushed out of the window by it.
-pub fn kept_within(ui: &mut Ui, held: bool, contents: impl FnOnce(&mut Ui)) {
-    if !held {
-        return contents(ui);
-    }
-    let rect = ui.available_rect_before_wrap();
-    contents(&mut ui.new_child(UiBuilder::new().max_rect(rect)));
-    ui.advance_cursor_after_rect(rect);
+/// The most that photos take of the left side's height: the lists below are as important.
+const PHOTOS_MOST: f32 = 0.55;
+
+/// Photos above, objects and layers below. `height`: that of the photos, as their user wants it, in points.
+fn left_ui(editor: &mut Editor, height: &mut f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let most = PHOTOS_MOST * ui.available_height();
+    sized_panel(ui, (Edge::Top, "photos"), height, most, |ui| photos::photos_ui(editor, ui, asks));
+    outliner_ui(editor, ui, asks);
 }
 
 /// A command that switches something, as a label that is lit while that is on.
@@ -86,6 +101,69 @@ fn name_cell(ui: &mut Ui, selected: bool, name: &str, width: f32) -> Response {
     let layout = Layout::left_to_right(Align::Center);
     let button = Button::selectable(selected, name).truncate();
     ui.allocate_ui_with_layout(size, layout, |ui| ui.add(button)).inner.on_hover_text(name)
+}
+
+/// Names in tables have this much room at least, in points.
+const LEAST_NAME: f32 = 70.0;
+
+/// The width of names in a table whose other columns take `others` points, with the gaps between them.
+fn room_for_names(ui: &Ui, others: f32) -> f32 {
+    (ui.available_width() - others).max(LEAST_NAME)
+}
+
+/// A small button; `name` says for whom it is, which its place says to the eye.
+pub fn small_button(ui: &mut Ui, text: &str, name: &str, tooltip: &str) -> Response {
+    let button = ui.small_button(text);
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, name));
+    button.on_hover_text(tooltip)
+}
+
+/// Height of buttons that answer a question, and their width at least, in points.
+const ANSWER: Vec2 = vec2(96.0, 28.0);
+
+/// Answers to a question in a row, the first one as the usual one; the one that was clicked.
+pub fn answers_ui(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
+    let mut chosen = None;
+    for (place, answer) in answers.iter().enumerate() {
+        let text = if place == 0 { RichText::new(*answer).strong() } else { RichText::new(*answer) };
+        if ui.add(Button::new(text).min_size(ANSWER)).clicked() {
+            chosen = Some(*answer);
+        }
+    }
+    chosen
+}
+
+/// A list of rows of one height, `most` points high at most, of which only those in sight are made.
+pub fn long_list(ui: &mut Ui, id: &str, most: f32, count: usize, mut row: impl FnMut(&mut Ui, usize)) {
+    let height = ui.spacing().interact_size.y + 4.0;
+    let area = ScrollArea::vertical().id_salt(id).max_height(most).auto_shrink([false, most.is_finite()]);
+    area.show_rows(ui, height, count, |ui, rows| rows.for_each(|place| row(ui, place)));
+}
+
+/// What the number beside a slider takes, in points: `-1.25 stops` has room.
+const NUMBER: f32 = 92.0;
+/// A shorter rail cannot be aimed at, in points.
+const LEAST_RAIL: f32 = 50.0;
+/// A longer one is no better, in points.
+const MOST_RAIL: f32 = 140.0;
+
+/// A slider with its name: beside it where there is room for `names` points, else above it.
+pub fn slider_ui(ui: &mut Ui, name: &str, names: f32, slider: Slider<'_>) -> Response {
+    let gap = ui.spacing().item_spacing.x;
+    let rail = ui.available_width() - NUMBER - gap - names - gap;
+    if rail >= LEAST_RAIL {
+        ui.spacing_mut().slider_width = rail.min(MOST_RAIL);
+        return ui.add(slider.text(name));
+    }
+    let label = ui.label(name);
+    ui.spacing_mut().slider_width = (ui.available_width() - NUMBER - gap).clamp(LEAST_RAIL, MOST_RAIL);
+    ui.add(slider).labelled_by(label.id)
+}
+
+/// How wide a text is on one line, in points.
+pub fn text_width(ui: &Ui, text: &str) -> f32 {
+    let font = TextStyle::Body.resolve(ui.style());
+    ui.painter().layout_no_wrap(text.to_owned(), font, ui.visuals().text_color()).size().x
 }
 
 /// `1 pixel`, `2 345 pixels`.

@@ -8,14 +8,18 @@ use super::percent;
 use crate::app::command::layers::BUILD;
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
-use crate::app::session::{PhotoStatus, Session};
+use crate::app::session::{BUILT, PhotoStatus, Session};
 use crate::app::settings::good;
 
 /// Of a row, in points.
 const ROW: f32 = 62.0;
 /// Of its picture.
 const PICTURE: Vec2 = vec2(84.0, 56.0);
+/// A picture takes no more than this share of its row's width: the name beside it is as important.
+const PICTURE_SHARE: f32 = 0.34;
 
+/// Between its lines: all three have room.
+const BETWEEN: f32 = 1.0;
 /// A side of the sign of a state, in points.
 const SIGN: f32 = 10.0;
 
@@ -59,18 +63,20 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 4.0, visuals.widgets.hovered.weak_bg_fill);
     }
-    let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), PICTURE);
+    let size = vec2(PICTURE.x.min(PICTURE_SHARE * rect.width()), PICTURE.y);
+    let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), size);
     match editor.pictures.small(place) {
         Some(texture) => {
             let image = Image::new((texture.id(), texture.size_vec2())).maintain_aspect_ratio(true);
-            image.fit_to_exact_size(PICTURE).paint_at(ui, fitted(picture, texture.size_vec2()));
+            image.fit_to_exact_size(size).paint_at(ui, fitted(picture, texture.size_vec2()));
         }
         None => {
             ui.painter().rect_filled(picture, 2.0, visuals.extreme_bg_color);
         }
     }
-    let text = Rect::from_min_max(rect.min + vec2(PICTURE.x + 12.0, 3.0), rect.max - vec2(4.0, 3.0));
+    let text = Rect::from_min_max(rect.min + vec2(size.x + 12.0, 3.0), rect.max - vec2(4.0, 3.0));
     let mut ui = ui.new_child(UiBuilder::new().max_rect(text));
+    ui.spacing_mut().item_spacing.y = BETWEEN;
     ui.add(eframe::egui::Label::new(RichText::new(&photo.name).strong()).truncate().selectable(false));
     state(&mut ui, status, changes);
     details(&mut ui, status);
@@ -108,27 +114,24 @@ impl Changes {
     }
 }
 
-/// A word for a state, and what it means.
-fn meaning(word: &str) -> (&'static str, &'static str) {
+/// What a word for a state means.
+fn meaning(word: &str) -> &'static str {
     match word {
-        "current" => ("built", "Its layers are up to date."),
-        "stale" => (
-            "stale",
-            "Its layers are from before the last change of masks, options or model: build it again.",
-        ),
-        "broken" => ("broken", "Its layers cannot be read: build it again."),
-        _ => ("not built", "It has no layers yet: build it."),
+        BUILT => "Its layers are up to date.",
+        "stale" => "Its layers are from before the last change of masks, options or model: build it again.",
+        "broken" => "Its layers cannot be read: build it again.",
+        _ => "It has no layers yet: build it.",
     }
 }
 
 fn state(ui: &mut Ui, status: &PhotoStatus, changes: Changes) {
     let colour = match status.word {
-        "current" => good(ui.visuals()),
+        BUILT => good(ui.visuals()),
         "stale" => ui.visuals().warn_fg_color,
         "broken" => ui.visuals().error_fg_color,
         _ => ui.visuals().weak_text_color(),
     };
-    let text = format!("{}{}", meaning(status.word).0, changes.words(" · "));
+    let text = format!("{}{}", status.word, changes.words(" · "));
     let text = RichText::new(text).color(colour).small();
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = 5.0;
@@ -143,7 +146,7 @@ fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
     let (painter, middle, radius) = (ui.painter(), rect.center(), rect.width() / 2.0 - 1.0);
     let stroke = Stroke::new(1.4, colour);
     match word {
-        "current" => painter.circle_filled(middle, radius, colour),
+        BUILT => painter.circle_filled(middle, radius, colour),
         "stale" => {
             let half = Rect::from_min_max(pos2(rect.left(), middle.y), rect.max);
             painter.with_clip_rect(half).circle_filled(middle, radius, colour);
@@ -161,7 +164,7 @@ fn sign(ui: &Ui, rect: Rect, word: &str, colour: Color32) {
 
 fn tooltip(ui: &mut Ui, name: &str, status: &PhotoStatus, changes: Changes) {
     ui.strong(name);
-    ui.label(meaning(status.word).1);
+    ui.label(meaning(status.word));
     if let Some(problem) = &status.problem {
         ui.colored_label(ui.visuals().error_fg_color, problem);
     }

@@ -23,7 +23,7 @@ pub fn settings_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) 
 
 fn contents(settings: &mut Settings, ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("settings").num_columns(2).spacing([16.0, 12.0]).show(ui, |ui| {
-        ui.label("Colours");
+        ui.label("Theme");
         ui.horizontal(|ui| {
             for colours in Colours::ALL {
                 ui.selectable_value(&mut settings.colours, colours, colours.name());

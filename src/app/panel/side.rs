@@ -43,10 +43,16 @@ impl Tab {
     }
 }
 
+/// A side of fewer points has its tabs close to each other.
+const ROOM: f32 = 270.0;
+
 /// Draws it.
 pub fn side_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.horizontal_wrapped(|ui| {
+        if ui.available_width() < ROOM {
+            (ui.spacing_mut().item_spacing.x, ui.spacing_mut().button_padding.x) = (3.0, 5.0);
+        }
         for tab in Tab::ALL {
             let shown = editor.settings.side == tab;
             if ui.selectable_label(shown, tab.name()).on_hover_text(tab.tooltip()).clicked() {

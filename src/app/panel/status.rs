@@ -2,7 +2,7 @@
 
 use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
 
-use super::grouped;
+use super::{grouped, text_width};
 use crate::app::command::{edit, file};
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Job;
@@ -14,8 +14,8 @@ pub fn status_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         jobs(editor, ui, asks);
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             notes(editor, ui, asks);
-            ui.separator();
-            site(editor, ui, asks);
+            unsaved(editor, ui, asks);
+            site(editor, ui);
         });
     });
 }
@@ -71,25 +71,42 @@ fn notes(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn site(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
-    if let Some(painter) = &session.painter {
-        // Its name without what makers put behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.
-        let name = painter.adapter.split(" (").next().unwrap_or_default();
-        ui.weak(name).on_hover_text(&painter.adapter);
+fn unsaved(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    if editor.session.is_some() && editor.is_dirty() {
         ui.separator();
-    }
-    if editor.is_dirty() {
         let text = RichText::new("Not saved").color(ui.visuals().warn_fg_color);
         if ui.button(text).on_hover_text(edit::SAVE.tooltip).clicked() {
             asks.push(Ask::Run(&edit::SAVE));
         }
-        ui.separator();
     }
-    let texels: u64 = session.photos.iter().filter_map(|photo| Some(photo.stack.as_ref()?.texels_used)).sum();
-    let bytes: u64 = session.photos.iter().filter_map(|photo| Some(photo.stack.as_ref()?.bytes)).sum();
-    ui.weak(format!("{} texels, {} MB of layers", grouped(texels), grouped(bytes / 1_000_000)));
-    ui.separator();
+}
+
+/// Between two figures: the line and the gaps, in points.
+const BETWEEN: f32 = 24.0;
+
+/// What draws, and how large all is: from the right, as far as there is room.
+fn site(editor: &Editor, ui: &mut Ui) {
+    let Some(session) = &editor.session else { return };
+    let stacks = || session.photos.iter().filter_map(|photo| photo.stack.as_ref());
+    let texels: u64 = stacks().map(|stack| stack.texels_used).sum();
+    let megabytes = stacks().map(|stack| stack.bytes).sum::<u64>() / 1_000_000;
     let (photos, faces) = (session.photos.len(), session.model().faces.len());
-    ui.weak(format!("{photos} photos, {} faces", grouped(faces as u64)));
+    let adapter = session.painter.as_ref().map(|painter| painter.adapter.clone());
+    // Its name without what makers put behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.
+    let device = adapter.as_ref().map(|name| name.split(" (").next().unwrap_or_default().to_owned());
+    let size = format!("{} texels, {} MB of layers", grouped(texels), grouped(megabytes));
+    let site = format!("{photos} photos, {} faces", grouped(faces as u64));
+    for (text, more) in [(device.unwrap_or_default(), adapter), (size, None), (site, None)] {
+        if text.is_empty() {
+            continue;
+        }
+        if text_width(ui, &text) + BETWEEN > ui.available_width() {
+            return;
+        }
+        ui.separator();
+        let label = ui.weak(text);
+        if let Some(more) = more {
+            label.on_hover_text(more);
+        }
+    }
 }

@@ -1,16 +1,31 @@
 //! What is shown when no project is open: what to do next.
 
-use eframe::egui::{Align, Button, Layout, RichText, Spinner, Ui, vec2};
+use eframe::egui::{Align, Button, Layout, RichText, ScrollArea, Spinner, Ui, Vec2, vec2};
 
+use super::small_button;
 use crate::app::command::{Command, file, first_keys};
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
 use crate::app::opening::{Wish, typed_path, typed_ui};
 
+/// A project opened last.
+const RECENT: Vec2 = vec2(360.0, 28.0);
+/// With what forgets it.
+const ROW: Vec2 = vec2(394.0, 28.0);
+/// So many letters of a path have room beside a name.
+const LONGEST: usize = 30;
+/// Above all, as a share of the window's height.
+const ABOVE: f32 = 0.12;
+
 /// Draws it.
 pub fn welcome_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let above = ABOVE * ui.available_height();
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| contents(editor, above, ui, asks));
+}
+
+fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
-        ui.add_space(ui.available_height() * 0.16);
+        ui.add_space(above);
         ui.label(RichText::new("Quadratura").size(40.0).strong());
         ui.label(
             RichText::new("Photos of a site become layers to paint on, and a place to walk through.")
@@ -62,18 +77,40 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let row = |ui: &mut Ui| {
-            let button = Button::new(&name).frame(false).min_size(vec2(300.0, 22.0));
+            let above = project.parent().map(|above| above.display().to_string()).unwrap_or_default();
+            let button = Button::new(&name).shortcut_text(shortened(&above)).min_size(RECENT);
             let response = ui.add_enabled(there, button).on_hover_text(project.display().to_string());
             let gone = format!("{} is gone.", project.display());
             if response.on_disabled_hover_text(gone).clicked() {
                 asks.push(Ask::Open(project.clone()));
             }
-            let forget = Button::new("Forget").small().frame(!there);
-            if ui.add(forget).on_hover_text(format!("Takes {name} off this list; its files stay.")).clicked()
-            {
+            let tooltip = format!("Takes {name} off this list; its files stay.");
+            if small_button(ui, "×", &format!("Forget {name}"), &tooltip).clicked() {
                 asks.push(Ask::Forget(project.clone()));
             }
         };
-        ui.allocate_ui_with_layout(vec2(380.0, 24.0), Layout::left_to_right(Align::Center), row);
+        ui.allocate_ui_with_layout(ROW, Layout::left_to_right(Align::Center), row);
+    }
+}
+
+/// The end of a path, which tells more than its beginning.
+fn shortened(path: &str) -> String {
+    let letters = path.chars().count();
+    match letters > LONGEST {
+        true => format!("…{}", path.chars().skip(letters - LONGEST).collect::<String>()),
+        false => path.to_owned(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn of_a_long_path_the_end_is_shown() {
+        assert_eq!(shortened("/ada/sites"), "/ada/sites");
+        let long = shortened("/ada/a disk with a rather long name/work/2024/sites");
+        assert_eq!(long.chars().count(), LONGEST + 1);
+        assert!(long.starts_with('…') && long.ends_with("/2024/sites"), "{long}");
     }
 }

@@ -100,7 +100,9 @@ pub fn drawing_ui(editor: &Editor, ui: &Ui, seen: &Seen, photo: usize) {
         }
     }
     drawing.rectangles(&version.stack, picked, editor.flat.switches.rectangles);
-    if let Some(mark) = pane.mark {
+    if let Some((face, mark)) = pane.mark
+        && editor.selection == Selection::Face(face)
+    {
         drawing.cross(seen.at(mark));
     }
 }

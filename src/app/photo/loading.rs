@@ -60,6 +60,19 @@ impl Loading {
         self.photos.is_busy() || self.layers.is_busy() || self.peeled.is_busy()
     }
 
+    /// What is drawn of a photo is that much brighter, R, G, B.
+    pub fn set_light(&mut self, session: &Session, photo: usize, factors: [f64; 3]) {
+        if let Some(tiled) = self.photos.take_up(&session.opened.site.photos[photo].file) {
+            tiled.set_light(factors);
+        }
+        let version = Version::of(session, photo);
+        self.peeled.each_mut(|(of, _), picture: &mut PeeledPicture| {
+            if Some(of) == version.as_ref() {
+                picture.tiled.set_light(factors);
+            }
+        });
+    }
+
     /// Draws what is wanted, or the nearest that is there; where it is hatched.
     pub fn draw(
         &mut self,

@@ -6,9 +6,7 @@ mod pointing;
 mod reasons;
 mod tools;
 
-use eframe::egui::{
-    CentralPanel, Frame, Panel, Pos2, Rect, Role, ScrollArea, Sense, Ui, UiBuilder, WidgetInfo,
-};
+use eframe::egui::{CentralPanel, Frame, Panel, Pos2, Rect, Role, Sense, Ui, UiBuilder, WidgetInfo};
 use glam::DVec2;
 
 use self::drawing::Picked;
@@ -19,20 +17,25 @@ pub use self::reasons::words as reason_words;
 pub use self::tools::scale_ui;
 use super::command::{Command, layers};
 use super::editor::{Ask, Editor};
-use super::flat::hatch::{Checkerboard, hatch};
-use super::flat::placement::{Placement, Seen};
-use super::flat::{LeftButton, Version, background, navigate};
+use super::flat::hatch::hatch;
+use super::flat::placement::Seen;
+use super::flat::tiled::AS_IT_IS;
+use super::flat::{LeftButton, Version, View, background, navigate, nothing_ui};
 use super::layout::Pane;
 use super::masking::drawing::masks_ui;
 use super::masking::hand::{draws, hand_ui};
 use super::masking::strip::strip_ui;
 use super::panel::inspector::button;
+use super::panel::sized::{Edge, sized_panel};
 use super::selection::Selection;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
+use crate::scene::FaceId;
 
 /// A list beside the photo takes less than half of a view that is so wide, in points.
 const WIDE: f32 = 700.0;
+/// The most of the view that the list takes.
+const LIST_MOST: f32 = 0.5;
 /// From the view's lower edge to the top of a line over the photo, in points.
 const OVER: f32 = 64.0;
 /// Height of the lines below the photo, in points.
@@ -46,19 +49,17 @@ pub struct PhotoPane {
     /// The list of untextured faces is shown.
     pub reasons_shown: bool,
     loading: Loading,
-    placement: Placement,
+    /// Where it lies.
+    pub view: View,
     /// The photo that is looked at.
     photo: Option<usize>,
-    /// The view on the screen, as it was drawn last.
-    rect: Option<Rect>,
-    checkerboard: Checkerboard,
     pointed: Option<Pointed>,
     selected_hidden: Option<SelectedHidden>,
     reasons: reasons::Filter,
     /// What is to be looked at once the view is on the screen, from corner to corner in photo pixels.
     sought: Option<[DVec2; 2]>,
-    /// A place that was gone to: it is marked, in photo pixels.
-    mark: Option<DVec2>,
+    /// Where a face is hidden, in photo pixels: marked as long as the face is selected.
+    mark: Option<(FaceId, DVec2)>,
     /// What lies over the photo to be clicked, as it was drawn last: no stroke begins there.
     pub(super) line: Option<Rect>,
 }
@@ -75,50 +76,31 @@ impl PhotoPane {
     fn turn_to(&mut self, photo: usize) {
         if self.photo != Some(photo) {
             self.photo = Some(photo);
-            self.placement.fit();
+            self.view.placement.fit();
             (self.taken_off, self.pointed, self.mark) = (0, None, None);
         }
     }
 
-    /// Looks at a part of a photo, from corner to corner in photo pixels; of all of it where that is none. Marks a place.
-    pub fn look_at(&mut self, photo: usize, part: Option<[DVec2; 2]>, mark: Option<DVec2>) {
+    /// Looks at a part of a photo, from corner to corner in photo pixels; of all of it where that is none. Marks where a face is hidden.
+    pub fn look_at(&mut self, photo: usize, part: Option<[DVec2; 2]>, mark: Option<(FaceId, DVec2)>) {
         self.turn_to(photo);
         (self.mark, self.sought) = (mark, part);
-        self.placement.fit();
+        self.view.placement.fit();
     }
 
     /// Shows what was asked for, now that one knows how large the view is.
     fn show_sought(&mut self, rect: Rect) {
-        self.rect = Some(rect);
+        self.view.rect = Some(rect);
         if let Some([low, high]) = self.sought.take() {
-            self.placement.show(rect, low, high);
+            self.view.placement.show(rect, low, high);
         }
     }
 
-    /// Brings a place of the photo into the view and marks it; without one, nothing is marked any more.
-    fn go_to(&mut self, place: Option<DVec2>) {
-        self.mark = place;
+    /// Brings the place where a face is hidden into the view and marks it; without one, nothing is marked any more.
+    fn go_to(&mut self, face: FaceId, place: Option<DVec2>) {
+        self.mark = place.map(|place| (face, place));
         if let Some(place) = place {
-            self.placement.center_on(place);
-        }
-    }
-
-    /// Shows the whole photo.
-    pub fn fit(&mut self) {
-        self.placement.fit();
-    }
-
-    /// Shows pixels as large as the screen's, `density` of which make a point.
-    pub fn show_pixels(&mut self, density: f32) {
-        if let Some(rect) = self.rect {
-            self.placement.show_pixels(rect, rect.center(), density);
-        }
-    }
-
-    /// Shows the photo larger.
-    pub fn zoom(&mut self, factor: f64) {
-        if let Some(rect) = self.rect {
-            self.placement.zoom(rect, rect.center(), factor);
+            self.view.placement.center_on(place);
         }
     }
 }
@@ -126,8 +108,7 @@ impl PhotoPane {
 /// Draws the view and takes in what the user does in it.
 pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let Some(photo) = editor.selected_photo() else {
-        ui.centered_and_justified(|ui| ui.label("Select a photo in the list to see it here."));
-        return;
+        return nothing_ui(ui, "Select a photo in the list to see it here.");
     };
     editor.flat.photo.turn_to(photo);
     Panel::top("photo tools").show(ui, |ui| {
@@ -137,14 +118,21 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(editor, ui));
     if editor.flat.photo.reasons_shown {
-        // Beside the photo where there is room for both, else below it.
-        let list = match ui.available_width() {
-            WIDE.. => Panel::right("untextured faces").default_size(300.0),
-            _ => Panel::bottom("untextured faces below").default_size(180.0),
-        };
-        list.resizable(true).show(ui, |ui| reasons::reasons_ui(editor, ui, photo, asks));
+        untextured_ui(editor, ui, photo, asks);
     }
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, photo, asks));
+}
+
+/// The list of untextured faces: beside the photo where there is room for both, else below it.
+fn untextured_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
+    let mut sizes = editor.settings.sizes;
+    let room = ui.available_size() * LIST_MOST;
+    let (place, size, most) = match ui.available_width() {
+        WIDE.. => ((Edge::Right, "untextured faces"), &mut sizes.faces_beside, room.x),
+        _ => ((Edge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
+    };
+    sized_panel(ui, place, size, most, |ui| reasons::reasons_ui(editor, ui, photo, asks));
+    editor.settings.sizes = sizes;
 }
 
 fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
@@ -155,7 +143,7 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
     editor.flat.photo.show_sought(rect);
     let left = if draws(editor, ui) { LeftButton::Draws } else { LeftButton::Moves };
-    let seen = navigate(&mut editor.flat.photo.placement, ui, &response, (rect, bounds), left);
+    let seen = navigate(&mut editor.flat.photo.view.placement, ui, &response, (rect, bounds), left);
     loading::load(editor, photo);
     hand_ui(editor, ui, &response, &seen, (photo, bounds), asks);
     picture(editor, ui, &seen, bounds, photo);
@@ -173,22 +161,33 @@ fn bounds(editor: &Editor, photo: usize) -> Option<PixelRect> {
 /// The photo with what is taken off, and the hatching of what is hidden then, or of what is hidden of the selection.
 fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: usize) {
     update_selected_hidden(editor, photo);
+    let light = light(editor, photo);
     let Editor { session, flat, pictures, .. } = editor;
     let Some(session) = session else { return };
     let (switches, pane) = (&flat.switches, &mut flat.photo);
     let painter = ui.painter_at(seen.rect);
     let frame = seen.rect_of(bounds);
-    pane.checkerboard.draw(&painter, frame.intersect(seen.rect));
+    pane.view.checkerboard.draw(&painter, frame.intersect(seen.rect));
     if let Some(small) = pictures.small(photo).filter(|_| !pane.loading.has_photo(session, photo)) {
         let whole = Rect::from_min_max(Pos2::ZERO, eframe::egui::pos2(1.0, 1.0));
         painter.image(small.id(), frame, whole, eframe::egui::Color32::WHITE);
     }
     let taken_off = pane.taken_off;
+    pane.loading.set_light(session, photo, light);
     let mask = pane.loading.draw(&painter, seen, session, photo, taken_off, switches);
     let mask = if taken_off > 0 { mask } else { pane.selected_hidden.as_ref().map(|hidden| &hidden.mask) };
     if let Some(mask) = mask.filter(|_| switches.hatching) {
         hatch(&painter, seen, mask);
     }
+}
+
+/// What the photo's light is multiplied with, R, G, B: as it is blended, where that is wanted and known.
+fn light(editor: &mut Editor, photo: usize) -> [f64; 3] {
+    if !editor.flat.switches.even {
+        return AS_IT_IS;
+    }
+    editor.want_estimate();
+    editor.even_factors(photo).unwrap_or(AS_IT_IS)
 }
 
 /// Finds what the photo does not show of the selection, when that has changed.
@@ -272,13 +271,6 @@ fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> (R, 
     (drawn.inner.inner, line)
 }
 
-/// A list of rows of which only those in sight are made.
-fn long_list(ui: &mut Ui, height: f32, count: usize, mut row: impl FnMut(&mut Ui, usize)) {
-    ScrollArea::vertical().auto_shrink(false).show_rows(ui, height, count, |ui, rows| {
-        rows.for_each(|place| row(ui, place));
-    });
-}
-
 impl Editor {
     /// Shows a rectangle of the photo, with as much again around it.
     pub(super) fn show_rect(&mut self, photo: usize, rect: PixelRect) {
@@ -295,7 +287,7 @@ impl Editor {
         let Self { session, flat, selection, .. } = self;
         let (Some(session), pane) = (session, &mut flat.photo) else { return false };
         if *selection == Selection::Photo(photo) {
-            pane.fit();
+            pane.view.fit();
             return true;
         }
         let picked = Picked::of(*selection, session, photo);
@@ -304,11 +296,11 @@ impl Editor {
         let shapes = layers.iter().flat_map(|layers| &layers.shapes);
         let bounds = shapes.filter(|shape| picked.has(shape)).map(|shape| shape.covered.bounds());
         let Some(bounds) = bounds.reduce(|all, rect| all.union(&rect)) else { return false };
-        if let Some(rect) = pane.rect {
+        if let Some(rect) = pane.view.rect {
             let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
             let margin = 0.1 * f64::from(bounds.w.max(bounds.h));
             let (low, high) = (corner(bounds.x, bounds.y), corner(bounds.right(), bounds.bottom()));
-            pane.placement.show(rect, low - margin, high + margin);
+            pane.view.placement.show(rect, low - margin, high + margin);
         }
         true
     }

@@ -1,6 +1,6 @@
 //! What is under the pointer in the photo, and what a click on it selects.
 
-use eframe::egui::{Color32, Label, Response, RichText, Sense, Ui, vec2};
+use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
 use super::drawing::face_of;
 use crate::app::editor::{Ask, Editor};
@@ -85,8 +85,10 @@ fn next(now: Selection, photo: usize, shape: &Shape, session: &Session) -> Selec
     }
 }
 
-/// The lines below the photo: pixel, colour, and what is there. Always as high, else the photo would move.
+/// The lines below the photo: pixel, colour, and what is there. Always as high, else the photo would move; what is longer
+/// than a line is shortened, and whole where the pointer is on it.
 pub fn status_ui(editor: &Editor, ui: &mut Ui) {
+    ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
     if let Some(number) = editor.masking.suggested.pointed {
         ui.strong(format!("Suggestion {number}: only this photo shows it."));
         ui.weak("A click masks it; the list beside the photo has it, too, to be masked or dismissed.");

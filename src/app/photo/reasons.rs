@@ -5,9 +5,8 @@ use std::sync::Arc;
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
 
-use super::long_list;
 use crate::app::editor::{Ask, Editor};
-use crate::app::panel::named;
+use crate::app::panel::{long_list, named};
 use crate::app::selection::Selection;
 use crate::app::session::Session;
 use crate::document::Stack;
@@ -15,9 +14,6 @@ use crate::document::stack::{Reason, Untextured};
 use crate::recipe::decide::excluded;
 use crate::recipe::survey::face_named;
 use crate::scene::FaceId;
-
-/// Of a row, in points.
-const ROW: f32 = 22.0;
 
 /// Which reasons are listed; none for all.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
@@ -76,7 +72,9 @@ pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec
         });
         return;
     }
-    long_list(ui, ROW, listed.len(), |ui, place| row(editor, ui, listed[place], asks));
+    long_list(ui, "untextured", f32::INFINITY, listed.len(), |ui, place| {
+        row(editor, ui, listed[place], asks);
+    });
 }
 
 fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
@@ -123,7 +121,7 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
     if let Some(face) = face.filter(|_| gone_to) {
         asks.push(Ask::Select(Selection::Face(face)));
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        editor.flat.photo.go_to(at);
+        editor.flat.photo.go_to(face, at);
     }
 }
 

@@ -1,68 +1,110 @@
-//! The row above the photo: how many layers are taken off, what is drawn, how large.
+//! The rows above the photo: how many layers are taken off, how large it is, what is drawn.
 
-use eframe::egui::{Button, RichText, Slider, Spinner, Ui};
+use eframe::egui::{Button, Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
 use super::drawing::colour_of_depth;
 use crate::app::command::flat;
 use crate::app::editor::{Ask, Editor};
-use crate::app::panel::{button_ui, toggle_ui};
+use crate::app::panel::bar::{Part, Place, bar_ui};
+use crate::app::panel::{button_ui, named};
 
-/// Draws it.
+/// Of the sign that something is being made, in points.
+const SPINNER: f32 = 14.0;
+/// Between the numbers of visibility layers, in points.
+const BETWEEN: f32 = 3.0;
+
+/// What one looks at; what is needed most comes first.
+const LOOKED_AT: &[Part] =
+    &[Part::Tool(taken_off), Part::Gap, Part::Tool(scale), Part::Gap, Part::Tool(untextured)];
+/// What is drawn.
+const DRAWN: &[Part] = &[
+    Part::Switch(&flat::OUTLINES),
+    Part::Tool(legend),
+    Part::Gap,
+    Part::Switch(&flat::HATCHING),
+    Part::Switch(&flat::RECTANGLES),
+    Part::Switch(&flat::FILLING),
+    Part::Switch(&flat::PAINT),
+    Part::Switch(&flat::EVEN),
+];
+
+/// Draws them.
 pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     let Some(session) = &editor.session else { return };
     let name = session.opened.site.photos[photo].name.clone();
-    let stack = session.photos[photo].stack.clone();
-    let depth = stack.as_ref().map_or(0, |stack| stack.visibility_layers.len() as u32);
-    ui.horizontal_wrapped(|ui| {
-        ui.label(RichText::new(name).strong());
-        ui.separator();
+    bar_ui(editor, ui, "photo", Some(&name), LOOKED_AT, asks);
+    bar_ui(editor, ui, "what is drawn", None, DRAWN, asks);
+}
+
+/// Visibility layers of the photo that is looked at; 0 before it is built.
+fn depth(editor: &Editor) -> u32 {
+    editor.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
+}
+
+fn taken_off(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    let depth = depth(editor);
+    let busy = editor.flat.photo.loading.is_busy();
+    ui.horizontal(|ui| {
         ui.add_enabled_ui(depth > 0, |ui| {
-            let slider = Slider::new(&mut editor.flat.photo.taken_off, 0..=depth).text("layers taken off");
+            let slider = Slider::new(&mut editor.flat.photo.taken_off, 0..=depth);
             let slider = slider.custom_formatter(move |value, _| format!("{value:.0} of {depth}"));
-            ui.add(slider).on_hover_text(
+            let slider = ui.horizontal(|ui| ui.add(slider.text("taken off"))).inner;
+            named(&slider, "layers taken off");
+            slider.on_hover_text(
                 "Takes visibility layers off, from the front: what the layers behind have is seen then.",
             );
         });
-        ui.separator();
-        for command in [&flat::OUTLINES, &flat::HATCHING, &flat::RECTANGLES, &flat::FILLING, &flat::PAINT] {
-            toggle_ui(editor, ui, command, asks);
-        }
-        ui.separator();
-        let untextured = stack.as_ref().map_or(0, |stack| stack.untextured.len());
-        let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
-        let list = ui.selectable_label(editor.flat.photo.reasons_shown, text);
-        if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
-            asks.push(Ask::Run(&flat::UNTEXTURED));
-        }
-        ui.separator();
-        scale_ui(ui, editor.flat.photo.placement.magnification(ui.ctx().pixels_per_point()), asks);
-        if editor.flat.photo.loading.is_busy() {
-            ui.add(Spinner::new().size(14.0));
+        // Always as wide, that nothing moves when it comes and goes.
+        let (rect, _) = ui.allocate_exact_size(Vec2::splat(SPINNER), Sense::hover());
+        if busy {
+            Spinner::new().paint_at(ui, rect);
         }
     });
-    if depth > 1 && editor.flat.switches.outlines {
-        legend(editor, ui, depth);
+}
+
+fn untextured(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+    let untextured = editor.selected_stack().map_or(0, |stack| stack.untextured.len());
+    let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
+    let list = ui.selectable_label(editor.flat.photo.reasons_shown, text);
+    if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
+        asks.push(Ask::Run(&flat::UNTEXTURED));
     }
+}
+
+fn scale(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+    scale_ui(ui, editor.flat.photo.view.placement.magnification(ui.ctx().pixels_per_point()), asks);
 }
 
 /// Fit, 1:1, and how large pixels are.
 pub fn scale_ui(ui: &mut Ui, magnification: f64, asks: &mut Vec<Ask>) {
-    for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
-        if button_ui(ui, command, Button::new(text).small()) {
-            asks.push(Ask::Run(command));
+    ui.horizontal(|ui| {
+        for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
+            if button_ui(ui, command, Button::new(text).small()) {
+                asks.push(Ask::Run(command));
+            }
         }
-    }
-    ui.monospace(format!("{:.0} %", 100.0 * magnification));
+        ui.monospace(format!("{:.0} %", 100.0 * magnification));
+    });
 }
 
-/// What the colours of outlines mean.
-fn legend(editor: &Editor, ui: &mut Ui, depth: u32) {
-    ui.horizontal_wrapped(|ui| {
-        ui.weak("Outlines, from the front:");
+/// What the colours of outlines mean: the visibility layers, from the front.
+fn legend(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    let depth = if editor.flat.switches.outlines { depth(editor) } else { 0 };
+    ui.horizontal(|ui| {
+        ui.spacing_mut().item_spacing.x = BETWEEN;
         for layer in 0..depth {
             let gone = layer < editor.flat.photo.taken_off;
-            let text = RichText::new(format!("{}", layer + 1)).color(colour_of_depth(layer)).strong();
-            ui.label(if gone { text.strikethrough().weak() } else { text });
+            let text = RichText::new(format!(" {} ", layer + 1));
+            // Dark on its colour: light letters in these colours are hard to read on light.
+            let text = match gone {
+                true => text.strikethrough().weak(),
+                false => text.color(Color32::BLACK).background_color(colour_of_depth(layer)),
+            };
+            let label = ui.label(text);
+            label.on_hover_text(match layer {
+                0 => "Outlines of what nothing hides.".to_owned(),
+                _ => format!("Outlines of visibility layer {}, counted from the front.", layer + 1),
+            });
         }
     });
 }

@@ -9,7 +9,7 @@ use crate::app::painter::Change;
 use crate::document::history::Gesture;
 use crate::document::{Colour, Project};
 use crate::projection::exposure::Estimate;
-use crate::recipe::colour::{ColourEdit, ColourReport, edited, estimate, told_of, usual_exposure};
+use crate::recipe::colour::{ColourEdit, ColourReport, edited, estimate, factors, told_of, usual_exposure};
 use crate::recipe::gains::decided_gains;
 
 /// What is known of exposures, and what is being decided.
@@ -17,6 +17,9 @@ use crate::recipe::gains::decided_gains;
 pub struct ColourDesk {
     /// What photos themselves say, and for which decisions.
     pub estimate: Option<(Asked, Arc<Estimate>)>,
+    /// What photos' linear colours are multiplied with to come out alike, R, G, B, in the site's order; empty until
+    /// that is known.
+    factors: Vec<[f64; 3]>,
     /// What is being estimated, or could not be.
     estimating: Option<(Asked, JobId)>,
 }
@@ -80,6 +83,11 @@ impl Editor {
         self.quality.colour.estimating = Some((sought, job));
     }
 
+    /// What a photo's linear colours are multiplied with to look as the others, R, G, B; none until that is known.
+    pub fn even_factors(&self, photo: usize) -> Option<[f64; 3]> {
+        self.quality.colour.factors.get(photo).copied()
+    }
+
     /// Decides something about colour. `goes_on`: the gesture has not ended; all of it is one step.
     pub fn edit_colour(&mut self, edits: &[ColourEdit], goes_on: bool) {
         let Some(session) = &self.session else { return };
@@ -117,6 +125,7 @@ impl Editor {
         let Some(colour) = self.colour().cloned() else { return };
         let Some(session) = &mut self.session else { return };
         let gains = decided_gains(&estimate, &colour, &session.opened.site);
+        self.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
         if let Some(painter) = &mut session.painter {
             painter.change(Change::Gains(gains));
             self.space.redraw();

@@ -1,9 +1,10 @@
 //! What the colours of the 3D view mean, beside it.
 
-use eframe::egui::{Align2, Color32, Label, Rect, Role, ScrollArea, Sense, Ui, Vec2, WidgetInfo, pos2, vec2};
+use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2, pos2, vec2};
 
 use crate::app::command;
 use crate::app::editor::{Ask, Editor};
+use crate::app::panel::{small_button, text_width};
 use crate::projection::Shown;
 use crate::projection::legend::{Legend, Ramp, colour_at, legend};
 
@@ -11,6 +12,8 @@ use crate::projection::legend::{Legend, Ramp, colour_at, legend};
 const FIELD: Vec2 = vec2(16.0, 12.0);
 /// Of a ramp.
 const RAMP: Vec2 = vec2(240.0, 14.0);
+/// Between two marks of a ramp, at least.
+const APART: f32 = 6.0;
 /// A ramp is drawn in so many steps, each too small to be seen.
 const STEPS: u32 = 80;
 /// No higher, in points: a site may have hundreds of photos.
@@ -31,11 +34,9 @@ pub fn legend_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         Legend::Entries { title, .. } | Legend::Scale { title, .. } => title,
         Legend::Words(words) => words,
     };
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         ui.strong(*title);
-        let hides = ui.small_button("Hide").on_hover_text(command::view::LEGEND.tooltip);
-        hides.widget_info(|| WidgetInfo::labeled(Role::Button, true, "Hide the legend"));
-        if hides.clicked() {
+        if small_button(ui, "Hide", "Hide the legend", command::view::LEGEND.tooltip).clicked() {
             asks.push(Ask::Run(&command::view::LEGEND));
         }
     });
@@ -59,24 +60,47 @@ fn entry(ui: &mut Ui, name: &str, [r, g, b]: [u8; 3]) {
 }
 
 fn scale(ui: &mut Ui, ramp: Ramp, marks: &[&str]) {
-    let line = ui.text_style_height(&eframe::egui::TextStyle::Body);
-    let (rect, _) = ui.allocate_exact_size(RAMP + vec2(0.0, line + 2.0), Sense::hover());
+    let line = ui.text_style_height(&TextStyle::Body);
+    let width = RAMP.x.min(ui.available_width());
+    let (rect, _) = ui.allocate_exact_size(vec2(width, RAMP.y + 2.0 + line), Sense::hover());
     for step in 0..STEPS {
         let [r, g, b] = colour_at(ramp, (step as f32 + 0.5) / STEPS as f32);
-        let width = RAMP.x / STEPS as f32;
-        let field = Rect::from_min_size(rect.min + vec2(step as f32 * width, 0.0), vec2(width, RAMP.y));
+        let part = width / STEPS as f32;
+        let field = Rect::from_min_size(rect.min + vec2(step as f32 * part, 0.0), vec2(part, RAMP.y));
         ui.painter().rect_filled(field, 0.0, Color32::from_rgb(r, g, b));
     }
-    let last = marks.len().saturating_sub(1).max(1);
-    for (place, mark) in marks.iter().enumerate() {
-        let align = match place {
-            0 => Align2::LEFT_TOP,
-            place if place == last => Align2::RIGHT_TOP,
-            _ => Align2::CENTER_TOP,
-        };
-        let at = pos2(rect.left() + RAMP.x * place as f32 / last as f32, rect.top() + RAMP.y + 2.0);
-        let galley = ui.painter().layout_no_wrap((*mark).into(), Default::default(), Color32::WHITE);
-        let width = galley.size().x.max(10.0) * 1.3;
-        ui.put(align.anchor_size(at, vec2(width, line)), Label::new(*mark).extend());
+    let widths: Vec<f32> = marks.iter().map(|mark| text_width(ui, mark)).collect();
+    for ((mark, width), left) in marks.iter().zip(&widths).zip(lefts(&widths, width)) {
+        let at = pos2(rect.left() + left, rect.top() + RAMP.y + 2.0);
+        // Half a point more than is needed: no mark is wrapped for want of a fraction.
+        ui.put(Rect::from_min_size(at, vec2(width + 0.5, line)), Label::new(*mark).extend());
+    }
+}
+
+/// Where marks begin that stand at equal distances along a ramp: the first and the last within it, the others with
+/// their middles where they belong, and moved as far to the left as the mark behind them asks for.
+fn lefts(widths: &[f32], ramp: f32) -> Vec<f32> {
+    let last = widths.len().saturating_sub(1).max(1) as f32;
+    let mut right = ramp;
+    let mut lefts: Vec<f32> = (0..widths.len()).map(|_| 0.0).collect();
+    for (place, width) in widths.iter().enumerate().rev() {
+        let middle = ramp * place as f32 / last;
+        lefts[place] = (middle - width / 2.0).min(right - width).max(0.0);
+        right = lefts[place] - APART;
+    }
+    lefts
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn marks_stand_where_they_belong_and_none_over_another() {
+        assert_eq!(lefts(&[10.0, 10.0, 10.0], 240.0), [0.0, 115.0, 230.0]);
+        // The last one is wide: the one before it makes room.
+        let widths = [8.0, 8.0, 8.0, 78.0];
+        let lefts = lefts(&widths, 240.0);
+        assert_eq!(lefts, [0.0, 76.0, 148.0, 162.0]);
     }
 }

@@ -1,6 +1,7 @@
 //! The 3D view: the live preview, and how one moves through it.
 
 mod exploded;
+mod hint;
 mod input;
 mod legend;
 mod overlay;

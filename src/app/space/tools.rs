@@ -1,84 +1,136 @@
 //! What lies over the 3D view to be clicked: what is shown, the photo one looks through, hints.
 
-use eframe::egui::{Align2, Area, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
+use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Slider, Spinner, Ui, vec2};
 
-use super::{exploded, legend};
+use super::{exploded, hint, legend};
 use crate::app::command;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
-use crate::app::panel::{named, toggle_ui};
+use crate::app::panel::bar::{Part, Place, bar_ui};
+use crate::app::panel::named;
 use crate::projection::{Blend, Mode};
 
 /// Height of the bar of the photo one looks through, with its distance from what is above it, in points.
 const PHOTO_BAR: f32 = 48.0;
+/// Between a bar and the edge of the view, in points.
+const MARGIN: f32 = 10.0;
+/// What the frame around a bar takes of its width, in points.
+const FRAME: f32 = 16.0;
+/// Lines of words are no longer, in points.
+const WORDS: f32 = 520.0;
+
+/// Width of the list of what is shown, in points: the longest name has room.
+const SHOWN: f32 = 100.0;
+
+/// Over the view.
+const TOP: &[Part] = &[
+    Part::Tool(shown),
+    Part::Tool(mixing),
+    Part::Tool(photos),
+    Part::Tool(relief),
+    Part::Switch(&command::view::WIREFRAME),
+    Part::Switch(&command::view::CAMERAS),
+    Part::Switch(&command::view::BACKS),
+];
+/// While one looks through a photo.
+const THROUGH: &[Part] = &[Part::Tool(photo_over), Part::Tool(opacity), Part::Tool(wipe)];
+/// While a photo's layers are pulled apart.
+const APART: &[Part] = &[Part::Tool(distance), Part::Tool(together)];
 
 /// Draws it.
 pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
+    let name = editor.selected_photo_name();
+    let room = rect.width() - 2.0 * MARGIN - FRAME;
+    let bar = |ui: &mut Ui, editor: &mut Editor, id: &str, name: Option<&str>, parts, asks: &mut Vec<Ask>| {
+        ui.set_max_width(room);
+        bar_ui(editor, ui, id, name, parts, asks);
+    };
     if editor.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            ui.horizontal(|ui| pulled_apart(editor, ui, asks));
+            bar(ui, editor, "layers pulled apart", name.as_deref(), APART, asks);
         });
         return;
     }
-    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| {
-        ui.set_max_width(rect.width() - 40.0);
-        ui.horizontal_wrapped(|ui| top(editor, ui, asks));
-    });
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, editor, "3D view", None, TOP, asks));
+    let looks_through = editor.space.through().is_some();
+    // Above the photo's bar, which lies below in the middle.
+    let lower = if looks_through { PHOTO_BAR } else { 0.0 };
+    let above = rect.with_max_y(rect.bottom() - lower);
     if legend::is_shown(editor) {
         // One of another size is another one: it is placed by its size.
-        // Above the photo's bar, which lies below in the middle.
-        let lower = if editor.space.through().is_some() { PHOTO_BAR } else { 0.0 };
-        let rect = rect.with_max_y(rect.bottom() - lower);
-        over(ui, id.with(("legend", editor.space.look.shown)), rect, Align2::LEFT_BOTTOM, |ui| {
-            legend::legend_ui(editor, ui, asks)
+        over(ui, id.with(("legend", editor.space.look.shown)), above, Align2::LEFT_BOTTOM, |ui| {
+            ui.set_max_width(room);
+            legend::legend_ui(editor, ui, asks);
+        });
+    } else if hint::is_wanted(editor) {
+        over(ui, id.with("first steps"), above, Align2::LEFT_BOTTOM, |ui| {
+            ui.set_max_width(room);
+            hint::hint_ui(editor, ui, asks);
         });
     }
-    if editor.space.through().is_some() {
+    if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            ui.horizontal(|ui| through(editor, ui));
+            bar(ui, editor, "photo over the view", name.as_deref(), THROUGH, asks);
         });
     }
-    if let Some(hint) = hint(editor) {
-        over(ui, id.with("hint"), rect, Align2::CENTER_CENTER, |ui| empty(editor, ui, hint, asks));
+    if let Some(why) = without_picture(editor) {
+        over(ui, id.with("empty"), rect, Align2::CENTER_CENTER, |ui| {
+            ui.set_max_width(room.min(WORDS));
+            empty(editor, ui, why, asks);
+        });
     }
 }
 
 fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut Ui)) {
-    let margin = 10.0;
-    let at = align.pos_in_rect(&rect.shrink(margin));
+    let at = align.pos_in_rect(&rect.shrink(MARGIN));
     Area::new(id).pivot(align).fixed_pos(at).constrain_to(rect).show(ui.ctx(), |ui| {
         let fill = ui.visuals().window_fill.gamma_multiply(0.92);
         Frame::popup(ui.style()).fill(fill).shadow(Default::default()).show(ui, contents);
     });
 }
 
-fn top(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    shown(editor, ui, asks);
-    let mode = &mut editor.space.look.blend;
-    let combo = ComboBox::from_id_salt("blending").selected_text(mode_name(mode.mode));
-    let combo = combo.show_ui(ui, |ui| {
+/// How photos are blended: a list in the bar, the choices themselves in the menu.
+fn mixing(editor: &mut Editor, ui: &mut Ui, place: Place, _: &mut Vec<Ask>) {
+    let mode = &mut editor.space.look.blend.mode;
+    let title = "How photos are mixed";
+    let choices = |ui: &mut Ui, mode: &mut Mode| {
         for other in Mode::ALL {
-            ui.selectable_value(&mut mode.mode, other, mode_name(other)).on_hover_text(mode_tooltip(other));
+            let choice = ui.add(Button::selectable(*mode == other, mode_name(other)));
+            if choice.on_hover_text(mode_tooltip(other)).clicked() {
+                *mode = other;
+            }
         }
+    };
+    if place == Place::Menu {
+        ui.weak(title);
+        choices(ui, mode);
+        ui.separator();
+        return;
+    }
+    let combo = ComboBox::from_id_salt("blending").selected_text(mode_name(*mode));
+    named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
+}
+
+fn photos(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    ui.horizontal(|ui| {
+        ui.add(Slider::new(&mut editor.space.look.blend.photos, 1..=Blend::MOST).text("photos"))
+            .on_hover_text("At most so many photos share a place.");
     });
-    named(&combo.response, "How photos are mixed");
-    ui.add(Slider::new(&mut mode.photos, 1..=Blend::MOST).text("photos"))
-        .on_hover_text("At most so many photos share a place.");
+}
+
+fn relief(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
     let mut relief = !editor.space.look.flat;
     ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
     editor.space.look.flat = !relief;
-    for command in [&command::view::WIREFRAME, &command::view::CAMERAS, &command::view::BACKS] {
-        toggle_ui(editor, ui, command, asks);
-    }
 }
 
 /// Which of the understanding views is shown.
-fn shown(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn shown(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
     let views = command::view::SHOWN;
     let now = views.iter().find(|command| command.on.is_some_and(|on| on(editor)));
     let text = now.map_or("", |command| command.name);
-    let combo = ComboBox::from_id_salt("shown").selected_text(text).width(110.0);
+    let combo = ComboBox::from_id_salt("shown").selected_text(text).width(SHOWN);
     let combo = combo.show_ui(ui, |ui| {
         for &command in views {
             let on = command.on.is_some_and(|on| on(editor));
@@ -91,35 +143,47 @@ fn shown(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// How far a photo's layers are pulled apart.
-fn pulled_apart(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let name = editor.selected_photo_name().unwrap_or_default();
-    ui.label(RichText::new(name).strong());
-    let slider = Slider::new(&mut editor.space.exploded.apart, 0.0..=exploded::MOST_APART);
-    ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
-        "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
-    );
-    if !editor.sheets_are_complete() {
-        ui.spinner();
-    }
-    let back = ui.button("Put together").on_hover_text("Goes back to the 3D view.");
-    if back.clicked() {
+fn distance(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    ui.horizontal(|ui| {
+        let slider = Slider::new(&mut editor.space.exploded.apart, 0.0..=exploded::MOST_APART);
+        ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
+            "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
+        );
+        if !editor.sheets_are_complete() {
+            ui.spinner();
+        }
+    });
+}
+
+fn together(_: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+    if ui.button("Put together").on_hover_text("Goes back to the 3D view.").clicked() {
         asks.push(Ask::Run(&command::view::EXPLODED));
     }
 }
 
-fn through(editor: &mut Editor, ui: &mut Ui) {
-    let name = editor.selected_photo_name().unwrap_or_default();
-    ui.label(RichText::new(name).strong());
+fn photo_over(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
     ui.checkbox(&mut editor.space.photo_over, "Photo")
         .on_hover_text("Lays the photo over the view; hold X to flip.");
-    ui.add_enabled_ui(editor.space.photo_over, |ui| {
-        ui.add(Slider::new(&mut editor.space.photo_opacity, 0.0..=1.0).show_value(false).text("opacity"));
-        ui.add(Slider::new(&mut editor.space.wipe, 0.0..=1.0).show_value(false).text("wipe"));
+}
+
+fn opacity(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    let shown = editor.space.photo_over;
+    ui.add_enabled_ui(shown, |ui| {
+        let slider = Slider::new(&mut editor.space.photo_opacity, 0.0..=1.0);
+        ui.horizontal(|ui| ui.add(slider.show_value(false).text("opacity")));
+    });
+}
+
+fn wipe(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+    let shown = editor.space.photo_over;
+    ui.add_enabled_ui(shown, |ui| {
+        let slider = Slider::new(&mut editor.space.wipe, 0.0..=1.0);
+        ui.horizontal(|ui| ui.add(slider.show_value(false).text("wipe")));
     });
 }
 
 /// What to do where there is nothing to see yet.
-fn hint(editor: &Editor) -> Option<&'static str> {
+fn without_picture(editor: &Editor) -> Option<&'static str> {
     let session = editor.session.as_ref()?;
     if editor.space.shown.is_some() {
         return None;
@@ -137,17 +201,15 @@ fn hint(editor: &Editor) -> Option<&'static str> {
     })
 }
 
-fn empty(editor: &Editor, ui: &mut Ui, hint: &str, asks: &mut Vec<Ask>) {
-    ui.set_min_width(220.0);
+fn empty(editor: &Editor, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
-        ui.label(RichText::new(hint).heading());
+        ui.label(RichText::new(why).heading());
         let waits = [Kind::Preview, Kind::Build].into_iter().any(|kind| editor.jobs.runs(kind));
         if waits {
             ui.add(Spinner::new().size(24.0));
             return;
         }
         if let Some(trouble) = &editor.space.trouble {
-            ui.set_max_width(520.0);
             ui.label(trouble);
             ui.add_space(4.0);
             ui.label("Until then there is no 3D view, there are no pictures and films of it, and no layers are built.");

@@ -13,7 +13,7 @@ use crate::document::ImageLayer;
 use crate::document::export_record::ExportFormat;
 use crate::io::programs::{ImageEditor, check_program, image_editors, start_with};
 use crate::recipe::editing::to_edit;
-use crate::recipe::export::layer_name;
+use crate::recipe::export::{ExportOptions, layer_name};
 
 /// Which image editor is used, kept from run to run.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
@@ -81,11 +81,14 @@ impl Editor {
         let (Some(session), Some(place)) = (&self.session, self.selected_photo()) else { return };
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
         let layer = self.paintable_layer(place).map(|layer| (layer.name.clone(), layer.id.clone()));
+        let decisions = Some(session.history.present().decisions.clone());
         let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
         self.jobs.start(Kind::Export, name, move |task| {
             let photo = &opened.site.photos[place];
             let selected = layer.as_ref().map(|(_, token)| token.clone());
-            let document = to_edit(&folder, photo, tool.format, fresh, selected, task)?;
+            let options =
+                ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
+            let document = to_edit(&folder, photo, &options, fresh, task)?;
             drop(lock);
             let (teller, name) = (task.clone(), tool.name.clone());
             let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));

@@ -61,6 +61,7 @@ impl Editor {
     pub fn export_chosen(&mut self) {
         let (Some(dialog), Some(session)) = (self.trip.export.clone(), &self.session) else { return };
         let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+        let decisions = session.history.present().decisions.clone();
         let out = folder.join(dialog.folder.trim());
         let chosen = |place: &usize| match dialog.photos.is_empty() {
             true => session.photos[*place].stack.is_some(),
@@ -77,11 +78,12 @@ impl Editor {
                 format: dialog.format,
                 guides: dialog.guides,
                 evened,
+                decisions: Some(decisions.clone()),
                 ..ExportOptions::default()
             };
             let exported = export(&folder, &photos, &out, &options, task)?;
             if dialog.provenance {
-                write_provenance(&folder, &photos, &out, task)?;
+                write_provenance(&folder, &photos, &decisions, &out, task)?;
             }
             drop(lock);
             Ok(Box::new(move |editor| editor.exported(&exported, out)))

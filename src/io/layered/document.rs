@@ -72,6 +72,15 @@ pub struct Layer<'a> {
     pub pixels: Source<'a>,
 }
 
+impl<'a> Layer<'a> {
+    /// A layer as most are: shown, free to be changed, with nothing but its name to be known by. `pixels`: as large as
+    /// `rect`.
+    pub fn new(name: impl Into<String>, rect: PixelRect, pixels: Source<'a>) -> Self {
+        let (name, id, tag) = (name.into(), None, None);
+        Self { name, rect, id, visible: true, locked: false, selected: false, tag, pixels }
+    }
+}
+
 /// The colours by which editors mark layers in their lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
@@ -168,16 +177,7 @@ mod tests {
     fn layer(name: &str) -> Layer<'static> {
         let rect = PixelRect { x: 0, y: 0, w: 2, h: 2 };
         let pixels: Source = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
-        Layer {
-            name: name.into(),
-            rect,
-            id: None,
-            visible: true,
-            locked: false,
-            selected: false,
-            tag: None,
-            pixels,
-        }
+        Layer::new(name, rect, pixels)
     }
 
     fn document(nodes: Vec<Node<'static>>) -> LayeredDocument<'static> {

@@ -2,7 +2,7 @@
 
 use super::depth::Depth;
 use crate::geometry::PixelRect;
-use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_of_linear};
 use crate::scene::{PhotoPixels, Samples};
 
 /// Pixels: rows from the top, in each from the left, R, G, B, A per pixel, alpha not multiplied in.
@@ -108,8 +108,7 @@ impl Raster {
             let brought = |value: f64| srgb_of_linear((linear_of_srgb(value) * factor).min(1.0));
             match &mut self.samples {
                 Samples::U8(samples) => {
-                    let of: [u8; 256] =
-                        std::array::from_fn(|v| (brought(v as f64 / 255.0) * 255.0).round() as u8);
+                    let of = bytes_of_light_times(factor);
                     samples[channel..].iter_mut().step_by(RGBA).for_each(|s| *s = of[usize::from(*s)]);
                 }
                 Samples::U16(samples) => {

@@ -318,3 +318,23 @@ fn every_edit_has_a_name_for_the_history() {
     let edit = LayerEdit::Forget { photo: "a".into(), number: 2 };
     assert_eq!(edit.name(), "forget decision 2 of a");
 }
+
+#[test]
+fn layers_of_one_name_are_numbered_from_the_front_and_a_given_name_stays_as_it_was_given() {
+    let (site, project) = (site(), project());
+    let mut stack = stack(&site, &project);
+    assert_eq!(stack.image_layers.len(), 3);
+    for (layer, name) in stack.image_layers.iter_mut().zip(["wall", "wall (2)", "wall"]) {
+        (layer.name, layer.own_name) = (name.into(), None);
+    }
+    let named = |stack: &Stack| stack.image_layers.iter().map(|layer| layer.name.clone()).collect::<Vec<_>>();
+    assert!(rename(&mut stack, &[]).changed);
+    assert_eq!(named(&stack), ["wall", "wall (2)", "wall (3)"]);
+    assert!(!rename(&mut stack, &[]).changed, "once is enough");
+    let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
+    let held = stack.image_layers[2].elements.iter().map(|element| elements[*element as usize]);
+    let of = held.map(|element| faces(&element.object, &element.all_faces())).collect();
+    rename(&mut stack, &[LayerName { name: "wall".into(), of }]);
+    assert_eq!(named(&stack), ["wall", "wall (2)", "wall"]);
+    assert_eq!(stack.image_layers[2].own_name.as_deref(), Some("wall (3)"));
+}

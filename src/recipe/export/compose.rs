@@ -246,16 +246,7 @@ impl<'a> Content<'a> {
     fn reference(&'a self) -> Layer<'a> {
         let photo = self.photo.clone();
         let pixels = Box::new(move || Ok(photo.clone()));
-        Layer {
-            name: REFERENCE.into(),
-            rect: self.canvas(),
-            id: None,
-            visible: true,
-            locked: true,
-            selected: false,
-            tag: None,
-            pixels,
-        }
+        Layer { locked: true, ..Layer::new(REFERENCE, self.canvas(), pixels) }
     }
 
     fn group(&'a self, order: u32) -> Group<'a> {
@@ -276,35 +267,22 @@ impl<'a> Content<'a> {
 
     fn image_layer(&'a self, index: usize) -> Layer<'a> {
         let (layer, plain) = (self.layer(index), self.evened.is_none());
+        let name = match plain {
+            true => layer_name(&layer.name, &layer.id),
+            false => numbered_name(&layer.name, index + 1),
+        };
+        let pixels = Box::new(move || self.pixels(index));
         Layer {
-            name: match plain {
-                true => layer_name(&layer.name, &layer.id),
-                false => numbered_name(&layer.name, index + 1),
-            },
-            rect: self.exported_rect(layer),
             id: plain.then(|| layer.id.clone()),
-            visible: true,
-            locked: false,
             selected: plain && self.selected == Some(layer.id.as_str()),
-            tag: None,
-            pixels: Box::new(move || self.pixels(index)),
+            ..Layer::new(name, self.exported_rect(layer), pixels)
         }
     }
 
     fn guide(&'a self, order: u32, guided: Vec<usize>) -> Option<Layer<'a>> {
         let rect = self.needed_by(&guided)?;
         let pixels = Box::new(move || self.drawn_guide(order, &guided, rect).map(Arc::new));
-        let name = guide_name(order);
-        Some(Layer {
-            name,
-            rect,
-            id: None,
-            visible: false,
-            locked: false,
-            selected: false,
-            tag: None,
-            pixels,
-        })
+        Some(Layer { visible: false, ..Layer::new(guide_name(order), rect, pixels) })
     }
 
     fn drawn_guide(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<Raster> {

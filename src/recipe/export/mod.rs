@@ -23,6 +23,7 @@ pub use provenance::write_provenance;
 
 use self::one::Exporter;
 use super::side_by_side::SideBySide;
+use crate::document::Decisions;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::io::baselines::Baselines;
@@ -47,14 +48,23 @@ pub struct ExportOptions {
     /// By photo, what its linear colours are multiplied with, R, G, B: for looking at, with no way back. Photos
     /// that are not in it are exported as they are.
     pub evened: BTreeMap<String, [f64; 3]>,
+    /// What was decided about photos: layers are called so at once. None: as they were called when they were built.
+    pub decisions: Option<Decisions>,
     /// Bytes that the photos under way may take together, about; one is always under way.
     pub memory: u64,
 }
 
 impl Default for ExportOptions {
     fn default() -> Self {
-        let (evened, memory) = (BTreeMap::new(), 1 << 30);
-        Self { format: ExportFormat::Psd, margin: Some(8), guides: true, selected: None, evened, memory }
+        Self {
+            format: ExportFormat::Psd,
+            margin: Some(8),
+            guides: true,
+            selected: None,
+            evened: BTreeMap::new(),
+            decisions: None,
+            memory: 1 << 30,
+        }
     }
 }
 

@@ -27,6 +27,7 @@ use crate::io::layered::{Fit, LayeredDocument, Raster, ora};
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
+use crate::recipe::layer_names::rename;
 use crate::recipe::paint::PhotoPaint;
 use crate::scene::Photo;
 use crate::task::Task;
@@ -71,7 +72,10 @@ impl Exporter<'_> {
     /// [`Error::Request`] when the photo has no stack, [`Error::Input`] when that or the photo cannot be
     /// read, [`Error::Io`] when something cannot be written; nothing is left half-written.
     pub fn export(&self, photo: &Photo, task: &Task) -> Result<ExportReport> {
-        let stack = self.stacks.current(&photo.name)?.ok_or_else(|| no_stack(photo))?;
+        let mut stack = self.stacks.current(&photo.name)?.ok_or_else(|| no_stack(photo))?;
+        if let Some(decisions) = &self.options.decisions {
+            rename(&mut stack, &decisions.of(&photo.name).names);
+        }
         let pixels = task.timed(STAGE_READ, || read_reference(photo, &stack))?;
         let icc = pixels.icc.clone();
         let evened = self.options.evened.get(&photo.name).copied();

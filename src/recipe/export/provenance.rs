@@ -6,6 +6,7 @@ use std::path::Path;
 use serde::Serialize;
 
 use super::names::layer_name;
+use crate::document::Decisions;
 use crate::document::names::file_name_of_photo;
 use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
 use crate::error::Result;
@@ -15,6 +16,7 @@ use crate::io::json::to_json;
 use crate::io::layer_reader::{read_grey, read_layer};
 use crate::io::picture_png::{make_folder, write_picture};
 use crate::io::stack_store::StackStore;
+use crate::recipe::layer_names::rename;
 use crate::scene::Photo;
 use crate::task::Task;
 
@@ -45,15 +47,22 @@ struct Picture {
 
 /// Writes `OUT/<photo>.provenance/`: a PNG for each image layer that was filled, the size of what it needs,
 /// and `legend.json`. A picture that somebody changed stays, and the new one gets a number. Photos without
-/// a filling are noted.
+/// a filling are noted. `decisions`: what layers are called.
 ///
 /// # Errors
 /// [`crate::Error::Io`], [`crate::Error::Input`] for a stack's files, [`crate::Error::Cancelled`].
-pub fn write_provenance(project: &Path, photos: &[&Photo], out: &Path, task: &Task) -> Result<()> {
+pub fn write_provenance(
+    project: &Path,
+    photos: &[&Photo],
+    decisions: &Decisions,
+    out: &Path,
+    task: &Task,
+) -> Result<()> {
     let store = StackStore::new(project);
     for (done, photo) in (0..).zip(photos) {
         task.step("provenance", done, photos.len() as u64)?;
-        let Some(stack) = store.current(&photo.name)? else { continue };
+        let Some(mut stack) = store.current(&photo.name)? else { continue };
+        rename(&mut stack, &decisions.of(&photo.name).names);
         let Some(fill) = &stack.fill else {
             task.of(&photo.name)
                 .note("it is not filled, so there is no provenance; `quadratura fill` fills it");

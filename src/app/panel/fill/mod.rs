@@ -8,7 +8,7 @@ use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit
 use self::spread::spread_ui;
 use self::worst::worst_ui;
 use super::inspector::button;
-use super::{grouped, name_cell, percent};
+use super::{grouped, name_cell, percent, room_for_names};
 use crate::app::command::{layers, view};
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
@@ -17,8 +17,8 @@ use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::fill::FillShares;
 use crate::recipe::fill::shares::LayerShares;
 
-/// Of the column of names, in points.
-const PHOTO: f32 = 120.0;
+/// What the columns beside the names take, in points, with the gaps.
+const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
 
 /// Draws it.
 pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -66,7 +66,8 @@ fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         }
         let label = ui.label("Objects that are left as photos show them:");
         let mut text = editor.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
-        let edit = TextEdit::singleline(&mut text).hint_text("names, or tree_* for all that begin so");
+        let edit = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
+        let edit = edit.hint_text("names, or tree_* for all that begin so");
         let response = ui.add(edit).labelled_by(label.id);
         if response.changed() {
             editor.quality.fill.without = Some(text.clone());
@@ -142,6 +143,12 @@ fn told(shares: &LayerShares) -> String {
 /// Every photo, in shares of what it hides.
 fn photos(editor: &Editor, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
+    let names = room_for_names(ui, BESIDE_NAMES);
+    // Where there is not even room for figures, they are scrolled.
+    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(editor, session, names, ui, asks));
+}
+
+fn table(editor: &Editor, session: &Session, names: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("fillings").num_columns(5).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         for (heading, tooltip) in [
             ("Photo", "The photo."),
@@ -156,7 +163,7 @@ fn photos(editor: &Editor, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) 
         for (place, status) in session.photos.iter().enumerate() {
             let Some(stack) = &status.stack else { continue };
             let name = &session.opened.site.photos[place].name;
-            if name_cell(ui, editor.photo == Some(place), name, PHOTO).clicked() {
+            if name_cell(ui, editor.photo == Some(place), name, names).clicked() {
                 asks.push(Ask::Select(Selection::Photo(place)));
             }
             let shares = FillShares::of(stack);

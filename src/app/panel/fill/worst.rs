@@ -4,7 +4,7 @@ use eframe::egui::{ComboBox, Grid, Ui};
 
 use super::not_there;
 use crate::app::editor::{Ask, Editor};
-use crate::app::panel::{counted, name_cell, percent};
+use crate::app::panel::{counted, name_cell, percent, room_for_names};
 use crate::app::quality::filling::Worst;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
@@ -13,8 +13,10 @@ use crate::recipe::fill::worst::HiddenLayer;
 
 /// So many of the worst layers are listed: those after them are hardly seen.
 const WORST: usize = 24;
-/// Of the column of names, in points.
-const LAYER: f32 = 178.0;
+/// What the columns beside the names take, in points, with the gaps.
+const BESIDE_NAMES: f32 = 54.0 + 46.0 + 24.0;
+/// Width of the list of what they are seen from, in points, with the words before it.
+const SEEN_FROM: f32 = 190.0;
 
 /// Draws the list.
 pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -28,13 +30,14 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.weak("These views see nothing that a photo hides.");
         return;
     }
+    let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("worst").num_columns(3).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         ui.weak("Layer");
         ui.weak("Seen").on_hover_text("Share of all that the views see.");
         ui.weak("Filled").on_hover_text("Share of the layer's hidden part that is filled.");
         ui.end_row();
         for hidden in worst.layers.iter().take(WORST) {
-            row(editor, session, worst, hidden, ui, asks);
+            row(editor, session, (worst, hidden, names), ui, asks);
         }
     });
     let more = worst.layers.len().saturating_sub(WORST);
@@ -59,9 +62,10 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
     };
     let now = editor.lookouts();
     let mut chosen = now;
-    ui.horizontal(|ui| {
+    ui.horizontal_wrapped(|ui| {
         let label = ui.label("Seen from");
-        let list = ComboBox::from_id_salt("seen from").selected_text(name(now)).width(190.0);
+        let width = SEEN_FROM.min(ui.max_rect().width());
+        let list = ComboBox::from_id_salt("seen from").selected_text(name(now)).width(width).truncate();
         let list = list.show_ui(ui, |ui| {
             for lookouts in [Lookouts::Kept, Lookouts::Photos] {
                 ui.selectable_value(&mut chosen, lookouts, name(lookouts));
@@ -80,8 +84,7 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
 fn row(
     editor: &Editor,
     session: &Session,
-    worst: &Worst,
-    hidden: &HiddenLayer,
+    (worst, hidden, names): (&Worst, &HiddenLayer, f32),
     ui: &mut Ui,
     asks: &mut Vec<Ask>,
 ) {
@@ -91,7 +94,7 @@ fn row(
     let this = Selection::Layer { photo, layer };
     let name = &session.opened.site.photos[photo].name;
     let text = format!("{} – {name}", it.name);
-    let response = name_cell(ui, editor.selection == this, &text, LAYER);
+    let response = name_cell(ui, editor.selection == this, &text, names);
     let view = worst.views.get(hidden.view);
     if response.double_clicked() {
         asks.extend(view.cloned().map(|view| Ask::LookFrom(Box::new(view))));

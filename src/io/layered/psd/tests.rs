@@ -30,17 +30,7 @@ fn source(rect: PixelRect, seed: u32, depth: Depth) -> Source<'static> {
 
 fn layer(name: &str, rect: [i64; 4], seed: u32, depth: Depth) -> Layer<'static> {
     let rect = rect.into();
-    let pixels = source(rect, seed, depth);
-    Layer {
-        name: name.into(),
-        rect,
-        id: None,
-        visible: true,
-        locked: false,
-        selected: false,
-        tag: None,
-        pixels,
-    }
+    Layer::new(name, rect, source(rect, seed, depth))
 }
 
 /// A locked photo below two groups; layers outside, larger than the canvas, empty, hidden.

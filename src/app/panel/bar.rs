@@ -1,0 +1,142 @@
+//! Rows of tools over and beside views: what has no room is behind a button, by the same names.
+
+use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role, Ui, WidgetInfo};
+
+use super::{text_width, toggle_ui};
+use crate::app::command::Command;
+use crate::app::editor::{Ask, Editor};
+
+/// Where a part of a bar is drawn.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Place {
+    /// In the row.
+    Bar,
+    /// In the list behind the button, one part to a line.
+    Menu,
+}
+
+/// Draws a part.
+pub type Draw = fn(&mut Editor, &mut Ui, Place, &mut Vec<Ask>);
+
+/// A part of a bar.
+#[derive(Clone, Copy)]
+pub enum Part {
+    /// A command that switches something.
+    Switch(&'static Command),
+    /// Anything else.
+    Tool(Draw),
+    /// A line between what belongs together.
+    Gap,
+}
+
+/// Width of the button for what has no room, in points.
+const MORE: f32 = 28.0;
+/// A name of fewer points cannot be told from another one: it is left out.
+const LEAST_NAME: f32 = 60.0;
+/// Bars of fewer points have short sliders.
+const NARROW: f32 = 480.0;
+/// Rails of sliders in narrow bars, in points.
+const SHORT_RAIL: f32 = 56.0;
+
+/// Draws a bar of tools `of` something: the name of what it is about, as far as there is room for it, and its parts. The first ones are those
+/// that are needed most: the last ones go behind the button first.
+pub fn bar_ui(
+    editor: &mut Editor,
+    ui: &mut Ui,
+    of: &str,
+    name: Option<&str>,
+    parts: &[Part],
+    asks: &mut Vec<Ask>,
+) {
+    let id = ui.scope_id().with(of);
+    ui.horizontal(|ui| {
+        if ui.available_width() < NARROW {
+            ui.spacing_mut().slider_width = SHORT_RAIL;
+        }
+        let room = ui.available_width();
+        let gap = ui.spacing().item_spacing.x;
+        let widths = ui.data(|data| data.get_temp::<Vec<f32>>(id)).filter(|known| known.len() == parts.len());
+        let (shown, rest) = match &widths {
+            Some(widths) => share(widths, gap, room, name.map(|name| text_width(ui, name) + 1.0)),
+            // Nobody knows yet how wide they are: they are drawn once, to be measured, and then again.
+            None => (parts.len(), None),
+        };
+        if let (Some(name), Some(width)) = (name, rest) {
+            ui.scope(|ui| {
+                ui.set_max_width(width);
+                ui.add(Label::new(RichText::new(name).strong()).truncate()).on_hover_text(name);
+            });
+        }
+        let mut measured = widths.clone().unwrap_or_else(|| vec![0.0; parts.len()]);
+        let is_tool = |part: &Part| !matches!(part, Part::Gap);
+        let last = parts[..shown].iter().rposition(is_tool).map_or(0, |last| last + 1);
+        for (part, width) in parts[..last].iter().zip(&mut measured) {
+            *width = part_ui(editor, ui, *part, asks);
+        }
+        if shown < parts.len() {
+            more_ui(editor, ui, (id, of), &parts[shown..], asks);
+        }
+        if widths.is_none() {
+            ui.ctx().request_discard("a bar is measured");
+        }
+        ui.data_mut(|data| data.insert_temp(id, measured));
+    });
+}
+
+/// How many of the parts have room, and what is left for the name; none where that is too little.
+fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Option<f32>) {
+    let upto = |count: usize| widths[..count].iter().map(|width| width + gap).sum::<f32>();
+    // A name is left out before a tool is.
+    let shown = match upto(widths.len()) <= room + gap {
+        true => widths.len(),
+        false => (0..widths.len()).rev().find(|count| upto(*count) + MORE <= room).unwrap_or(0),
+    };
+    let taken = upto(shown) + if shown < widths.len() { MORE } else { -gap };
+    let left = room - taken - gap;
+    (shown, name.filter(|wanted| left >= wanted.min(LEAST_NAME)).map(|wanted| wanted.min(left)))
+}
+
+/// Draws a part in the row; how wide it is.
+fn part_ui(editor: &mut Editor, ui: &mut Ui, part: Part, asks: &mut Vec<Ask>) -> f32 {
+    let drawn = ui.scope(|ui| match part {
+        Part::Switch(command) => toggle_ui(editor, ui, command, asks),
+        Part::Tool(draw) => draw(editor, ui, Place::Bar, asks),
+        Part::Gap => drop(ui.separator()),
+    });
+    drawn.response.rect.width()
+}
+
+/// `of`: what the tools belong to, for who hears the window.
+fn more_ui(editor: &mut Editor, ui: &mut Ui, (id, of): (Id, &str), parts: &[Part], asks: &mut Vec<Ask>) {
+    let button = ui.add(Button::new("…").min_size([MORE - 4.0, 0.0].into()));
+    button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More tools: {of}")));
+    let menu = Popup::menu(&button).id(id.with("more"));
+    // Several may be switched, and sliders moved, before it is closed.
+    menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
+        for part in parts.iter().skip_while(|part| matches!(part, Part::Gap)) {
+            match *part {
+                Part::Switch(command) => toggle_ui(editor, ui, command, asks),
+                Part::Tool(draw) => draw(editor, ui, Place::Menu, asks),
+                Part::Gap => drop(ui.separator()),
+            }
+        }
+    });
+    button.on_hover_text("Tools that have no room here.");
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_has_no_room_is_left_out_from_the_end_and_the_name_before_all() {
+        let widths = [100.0, 50.0, 50.0];
+        assert_eq!(share(&widths, 8.0, 400.0, Some(90.0)), (3, Some(90.0)));
+        assert_eq!(share(&widths, 8.0, 300.0, Some(90.0)), (3, Some(76.0)), "it is shortened");
+        assert_eq!(share(&widths, 8.0, 240.0, Some(90.0)), (3, None));
+        assert_eq!(share(&widths, 8.0, 216.0, None), (3, None), "just so");
+        assert_eq!(share(&widths, 8.0, 215.0, None), (2, None));
+        assert_eq!(share(&widths, 8.0, 190.0, None), (1, None));
+        assert_eq!(share(&widths, 8.0, 90.0, None), (0, None));
+    }
+}

@@ -1,0 +1,47 @@
+//! What to do first in the 3D view, until somebody has seen it.
+
+use eframe::egui::{Grid, Ui};
+
+use crate::app::command::file;
+use crate::app::editor::{Ask, Editor};
+use crate::app::panel::help::mouse;
+
+/// So many lines of the help are enough to begin.
+const FIRST: usize = 5;
+/// A view of fewer points has room for the first words alone.
+const ROOM: f32 = 440.0;
+/// Lines of words are no longer, in points.
+const WORDS: f32 = 460.0;
+
+/// It is wanted, and there is something to move through.
+pub fn is_wanted(editor: &Editor) -> bool {
+    editor.settings.hints && editor.space.has_picture()
+}
+
+/// Draws it.
+pub fn hint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let room = ui.available_width();
+    ui.set_max_width(room.min(WORDS));
+    ui.strong("First steps");
+    ui.label("The view shows the photos on the model, mixed for wherever you look from.");
+    if room >= ROOM {
+        ui.add_space(4.0);
+        Grid::new("first steps").num_columns(2).striped(true).show(ui, |ui| {
+            for (keys, what) in &mouse(editor.settings.navigation)[..FIRST] {
+                ui.strong(*keys);
+                ui.label(*what);
+                ui.end_row();
+            }
+        });
+    }
+    ui.add_space(6.0);
+    ui.horizontal(|ui| {
+        if ui.button("Got it").on_hover_text("Does not show this again.").clicked() {
+            editor.settings.hints = false;
+        }
+        if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {
+            editor.settings.hints = false;
+            asks.push(Ask::Run(&file::KEYS));
+        }
+    });
+}

@@ -1,0 +1,121 @@
+//! What was typed and what was clicked, each in its turn.
+//!
+//! A frame takes in all that came since the one before, and asks the keyboard's focus only once. Where that is slow,
+//! a field gets its focus by a click, or by the keys that open it, in the same frame in which its first letters come: they
+//! would belong to nobody. Letters just before a click elsewhere would be lost in the same way. So such frames are
+//! made two.
+
+use std::collections::VecDeque;
+
+use eframe::egui::{Context, Event, Plugin, RawInput};
+
+/// Holds back what belongs to the next frame.
+#[derive(Default)]
+pub struct Turns {
+    held: VecDeque<Event>,
+}
+
+impl Plugin for Turns {
+    fn debug_name(&self) -> &'static str {
+        "turns"
+    }
+
+    fn input_hook(&mut self, context: &Context, input: &mut RawInput) {
+        let mut events: Vec<Event> = self.held.drain(..).collect();
+        events.append(&mut input.events);
+        self.held = events.split_off(turn(&events)).into();
+        input.events = events;
+        if !self.held.is_empty() {
+            context.request_repaint();
+        }
+    }
+}
+
+/// What an event says about whose turn it is.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+enum Hand {
+    /// Letters for whatever has the focus.
+    Types,
+    /// A click or a command may give the focus away.
+    Moves,
+}
+
+fn hand(event: &Event) -> Option<Hand> {
+    match event {
+        Event::Text(_) | Event::Paste(_) | Event::Ime(_) => Some(Hand::Types),
+        Event::PointerButton { .. } => Some(Hand::Moves),
+        Event::Key { pressed: true, modifiers, .. } if modifiers.command => Some(Hand::Moves),
+        _ => None,
+    }
+}
+
+fn is_press(event: &Event) -> bool {
+    matches!(event, Event::Key { pressed: true, .. })
+}
+
+/// So many events are for this frame: up to where the hand goes from typing to moving, or back.
+fn turn(events: &[Event]) -> usize {
+    let mut before = None;
+    for (place, event) in events.iter().enumerate() {
+        let now = hand(event);
+        if now.is_some() && before.is_some() && now != before {
+            // The press of a key comes before its letter, and goes with it.
+            let key = &events[place - 1];
+            let of_letter = now == Some(Hand::Types) && hand(key).is_none() && is_press(key);
+            return if of_letter { place - 1 } else { place };
+        }
+        before = now.or(before);
+    }
+    events.len()
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::{Key, Modifiers, PointerButton, Pos2};
+
+    use super::*;
+
+    fn key(key: Key, modifiers: Modifiers) -> Event {
+        Event::Key { key, physical_key: None, pressed: true, repeat: false, modifiers }
+    }
+
+    fn click(pressed: bool) -> Event {
+        let button = PointerButton::Primary;
+        Event::PointerButton { pos: Pos2::ZERO, button, pressed, modifiers: Modifiers::NONE }
+    }
+
+    fn text(letter: &str) -> Event {
+        Event::Text(letter.into())
+    }
+
+    #[test]
+    fn letters_after_the_keys_that_open_something_are_for_the_next_frame() {
+        let events = [key(Key::P, Modifiers::COMMAND), key(Key::B, Modifiers::NONE), text("b"), text("u")];
+        assert_eq!(turn(&events), 1);
+        assert_eq!(turn(&events[1..]), 3, "they are one turn then");
+        assert_eq!(
+            turn(&[key(Key::P, Modifiers::COMMAND), text("b")]),
+            1,
+            "keys without a letter are for now"
+        );
+    }
+
+    #[test]
+    fn letters_come_before_the_click_that_follows_them_and_after_the_one_before_them() {
+        assert_eq!(turn(&[text("a"), text("b"), click(true), click(false)]), 2);
+        assert_eq!(turn(&[click(true), click(false), text("a")]), 2);
+        assert_eq!(turn(&[click(true), click(false), key(Key::Z, Modifiers::COMMAND)]), 3);
+    }
+
+    #[test]
+    fn what_is_held_back_comes_with_the_next_frame_and_nothing_is_lost() {
+        let (mut turns, context) = (Turns::default(), Context::default());
+        let mut input = RawInput { events: vec![text("a"), click(true), text("b")], ..RawInput::default() };
+        let mut told = Vec::new();
+        for _ in 0..4 {
+            turns.input_hook(&context, &mut input);
+            told.push(std::mem::take(&mut input.events).len());
+        }
+        assert_eq!(told, [1, 1, 1, 0]);
+    }
+}
