@@ -345,13 +345,13 @@ impl eframe::App for Editor {
         let work = || {
             self.take_in(context);
             // Each in its turn: one may open a dialog, which the next ones belong to.
-            while self.crash.is_none() && !self.opening.is_asking() && !self.asks() {
-                let Some(command) = command::next_pressed(context, self.space.id) else { break };
-                self.run(command);
-                if self.palette.is_open() {
-                    // What is typed next is for it.
+            while self.crash.is_none() {
+                let view = self.space.id;
+                let Some(command) = command::next_pressed(context, view, |command| self.hears(command))
+                else {
                     break;
-                }
+                };
+                self.run(command);
             }
         };
         if let Err(crash) = crash::guarded(work) {

@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Button, Context, Id, Modal, RichText, Ui, ViewportCommand, vec2};
+use eframe::egui::{Button, Context, RichText, Ui, ViewportCommand, vec2};
 
+use super::dialog::{Dialog, Keys};
 use super::editor::Editor;
 use super::notes::{Note, Weight};
 use crate::io::recovery::Recovered;
@@ -100,8 +101,7 @@ impl Editor {
     fn ask_leaving(&mut self, context: &Context) {
         let name = self.session.as_ref().map(super::session::Session::name).unwrap_or_default();
         let mut answer = None;
-        let modal = Modal::new(Id::unique("leaving")).show(context, |ui| {
-            ui.set_width(400.0);
+        let asked = Dialog::new("leaving", 400.0).show(context, |ui, keys| {
             ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
             ui.add_space(4.0);
             ui.label(
@@ -109,14 +109,14 @@ impl Editor {
             );
             ui.add_space(10.0);
             ui.horizontal(|ui| {
-                answer = choice(ui, &["Save", "Do not save", "Cancel"]);
+                answer = choice(ui, keys, &["Save", "Do not save", "Cancel"]);
                 if self.questions.saves {
                     ui.spinner();
                     ui.label("Keeping masks…");
                 }
             });
         });
-        match (answer, modal.should_close()) {
+        match (answer, asked.is_left()) {
             (Some("Save"), _) => self.questions.saves = true,
             (Some("Do not save"), _) => {
                 self.questions.discards = true;
@@ -142,57 +142,62 @@ impl Editor {
 
     fn ask_recovery(&mut self, context: &Context) {
         let Some(recovered) = &self.questions.recovered else { return };
-        let when = recovered.time.elapsed().map(ago).unwrap_or_default();
+        let when = recovered.time.elapsed().map_or_else(|_| "the end".into(), ago);
         let since = recovered.saved_since;
         let mut answer = None;
-        Modal::new(Id::unique("recovery")).show(context, |ui| {
-            ui.set_width(420.0);
+        Dialog::new("recovery", 440.0).show(context, |ui, keys| {
             ui.label(RichText::new("Something was not saved").heading());
             ui.add_space(4.0);
             ui.label(format!(
-                "The program ended {when} before your last decisions were saved. They were kept."
+                "The program ended before you saved. What you had decided until {when} is kept: restore it, or discard \
+                 it and go on from what was saved last."
             ));
             if since {
                 ui.colored_label(
                     ui.visuals().warn_fg_color,
-                    "The project was saved by another program since: what that changed would be replaced.",
+                    "The project was saved by another program since: restoring replaces what that changed.",
                 );
             }
             ui.add_space(10.0);
             ui.horizontal(|ui| {
-                answer = choice(ui, &["Take them back", "Forget them"]);
+                answer = choice(ui, keys, &["Restore", "Discard"]);
             });
         });
         let Some(answer) = answer else { return };
         let Some(recovered) = self.questions.recovered.take() else { return };
-        if answer == "Take them back" {
+        if answer == "Restore" {
             self.edit("recovery", recovered.project, None);
         } else {
             self.discard_unsaved();
-            self.tell(Note::new(Weight::Info, "What was not saved is forgotten"));
+            self.tell(Note::new(Weight::Info, "What was not saved is discarded"));
         }
     }
 }
 
-/// Buttons in a row, the first one as the usual answer; the one that was clicked.
-fn choice(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
+/// Buttons in a row, the first one as the usual answer, which has the focus; the one that was pressed.
+fn choice(ui: &mut Ui, keys: &mut Keys, answers: &[&'static str]) -> Option<&'static str> {
     let mut chosen = None;
     for (place, answer) in answers.iter().enumerate() {
-        let text = if place == 0 { RichText::new(*answer).strong() } else { RichText::new(*answer) };
-        if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
+        let is_usual = place == 0;
+        let text = if is_usual { RichText::new(*answer).strong() } else { RichText::new(*answer) };
+        let button = ui.add(Button::new(text).min_size(vec2(96.0, 28.0)));
+        if is_usual {
+            keys.begin_at(&button);
+        }
+        if if is_usual { keys.press(&button) } else { button.clicked() } {
             chosen = Some(*answer);
         }
     }
     chosen
 }
 
-/// `5 minutes ago,`, in a sentence.
+/// `5 minutes ago`, in a sentence.
 fn ago(passed: std::time::Duration) -> String {
     match passed.as_secs() / 60 {
-        0 => "a moment ago,".into(),
-        1 => "a minute ago,".into(),
-        minutes @ 2..=119 => format!("{minutes} minutes ago,"),
-        minutes if minutes < 48 * 60 => format!("{} hours ago,", minutes / 60),
-        minutes => format!("{} days ago,", minutes / 60 / 24),
+        0 => "a moment ago".into(),
+        1 => "a minute ago".into(),
+        minutes @ 2..=119 => format!("{minutes} minutes ago"),
+        minutes if minutes < 48 * 60 => format!("{} hours ago", minutes / 60),
+        minutes => format!("{} days ago", minutes / 60 / 24),
     }
 }

@@ -1,7 +1,8 @@
 //! A merge that would keep much emptiness is told with its figures before it is made.
 
-use eframe::egui::{Button, Context, Grid, Id, Modal, RichText, Ui, vec2};
+use eframe::egui::{Button, Context, Grid, RichText, Ui, vec2};
 
+use crate::app::dialog::{Dialog, Keys};
 use crate::app::editor::Editor;
 use crate::app::panel::{grouped, percent};
 use crate::recipe::decide::{LayerEdit, MergeCost};
@@ -29,21 +30,17 @@ impl Editor {
     /// The question, while it waits.
     pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
         let Some(Merging { cost, .. }) = &self.lists.merging else { return };
-        let mut answer = None;
-        let modal = Modal::new(Id::unique("merging")).show(context, |ui| {
-            ui.set_width(420.0);
-            answer = question_ui(ui, cost);
-        });
-        if answer.is_none() && !modal.should_close() {
+        let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
+        if asked.inner.is_none() && !asked.is_left() {
             return;
         }
-        if let Some(Merging { edit, .. }) = self.lists.merging.take().filter(|_| answer == Some(true)) {
+        if let Some(Merging { edit, .. }) = self.lists.merging.take().filter(|_| asked.inner == Some(true)) {
             self.decide(&edit);
         }
     }
 }
 
-fn question_ui(ui: &mut Ui, cost: &MergeCost) -> Option<bool> {
+fn question_ui(ui: &mut Ui, keys: &mut Keys, cost: &MergeCost) -> Option<bool> {
     ui.label(RichText::new(format!("Merge {} layers?", cost.layers)).heading());
     ui.add_space(4.0);
     ui.label(told(cost));
@@ -61,15 +58,16 @@ fn question_ui(ui: &mut Ui, cost: &MergeCost) -> Option<bool> {
         }
     });
     ui.add_space(10.0);
-    let mut answer = None;
     ui.horizontal(|ui| {
-        for (text, yes) in [("Merge anyway", true), ("Cancel", false)] {
-            if ui.add(Button::new(text).min_size(vec2(96.0, 28.0))).clicked() {
-                answer = Some(yes);
-            }
+        let button = |text| Button::new(text).min_size(vec2(96.0, 28.0));
+        let merge = ui.add(button("Merge anyway"));
+        keys.begin_at(&merge);
+        if keys.press(&merge) {
+            return Some(true);
         }
-    });
-    answer
+        ui.add(button("Cancel")).clicked().then_some(false)
+    })
+    .inner
 }
 
 fn told(cost: &MergeCost) -> String {

@@ -1,10 +1,11 @@
-//! A project that another program writes to: who it is, and the project opened as soon as it is free.
+//! A project that somebody else has open: who it is, and the project opened as soon as it is free.
 
 use std::path::PathBuf;
 
-use eframe::egui::{Context, Id, Modal, Spinner};
+use eframe::egui::{Context, Spinner};
 
 use super::Wish;
+use crate::app::dialog::Dialog;
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::io::lock::ProjectLock;
@@ -52,17 +53,19 @@ impl Editor {
 /// Draws it.
 pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(held) = &editor.opening.held else { return };
-    let modal = Modal::new(Id::unique("held")).show(context, |ui| {
-        ui.set_width(460.0);
-        ui.heading("Another program is writing to this project");
-        ui.label(format!("{} is held by {}.", held.folder.display(), held.holder));
+    let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
+        ui.heading("This project is open elsewhere");
+        ui.label(format!("{} has {} open.", held.holder, held.folder.display()));
+        ui.label("One window or command at a time may change a project. Close the project there.");
         ui.horizontal(|ui| {
             ui.add(Spinner::new().size(16.0));
-            ui.label("It opens by itself as soon as it is free. Wait, or end the other program.");
+            ui.label("It opens here by itself as soon as it is free.");
         });
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            if ui.button("Try again").clicked() {
+            let again = ui.button("Try again");
+            keys.begin_at(&again);
+            if keys.press(&again) {
                 wishes.push(Wish::TryAgain(held.folder.clone()));
             }
             if ui.button("Do not open it").clicked() {
@@ -70,7 +73,7 @@ pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>
             }
         });
     });
-    if modal.should_close() {
+    if answer.is_left() {
         wishes.push(Wish::Cancel);
     }
 }

@@ -50,7 +50,8 @@ pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool
     line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
 }
 
-fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
+/// The line alone.
+pub(super) fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
     let line = ui.add(TextEdit::singleline(typed).desired_width(width).hint_text(name));
     let value = typed.clone();
     line.widget_info(|| WidgetInfo {

@@ -20,6 +20,7 @@ pub mod welcome;
 use eframe::egui::{Align, Button, Context, Key, Layout, Modifiers, Panel, Response, Ui, UiBuilder, vec2};
 
 use super::command::Command;
+use super::dialog;
 use super::editor::{Ask, Editor};
 use super::lists::outliner_ui;
 
@@ -58,7 +59,7 @@ pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
 
 /// Escape was pressed, and neither a dialog nor a text waits for it.
 fn escaped(context: &Context) -> bool {
-    let waits = context.text_edit_focused() || context.memory(|memory| memory.top_modal_layer().is_some());
+    let waits = context.text_edit_focused() || dialog::is_open(context);
     !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
