@@ -1,7 +1,9 @@
 //! Dialogs: whatever dims the window and asks something. As long as one is open keys belong to it: Escape closes it,
 //! Enter presses its main button, and of the commands only those hold that do no harm there.
 
-use eframe::egui::{Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, Ui, Vec2};
+use eframe::egui::{
+    Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, ScrollArea, Ui, Vec2,
+};
 
 use super::command::Command;
 use super::editor::Editor;
@@ -86,6 +88,16 @@ impl Keys {
             widget.request_focus();
         }
     }
+}
+
+/// What title, buttons and margins of a dialog need of the window's height, in points.
+const FRAME: f32 = 150.0;
+
+/// Contents that may be higher than the window: they scroll, so that title and buttons stay in sight.
+pub fn scrolled<T>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> T) -> T {
+    let highest = (ui.ctx().content_rect().height() - FRAME).max(FRAME);
+    let area = ScrollArea::vertical().id_salt("contents").max_height(highest).auto_shrink([false, true]);
+    area.show(ui, contents).inner
 }
 
 /// A dialog was open when the frame before was drawn: for whatever reads keys by itself.

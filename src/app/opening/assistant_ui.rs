@@ -3,9 +3,9 @@
 use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::assistant::Assistant;
-use super::place::{part_found, part_line, wrong};
+use super::place::{part_found, part_line, wrong, wrongs};
 use super::{Purpose, Wish, typed_ui};
-use crate::app::dialog::{Dialog, Keys};
+use crate::app::dialog::{Dialog, Keys, scrolled};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::recipe::discover::{Look, Part};
@@ -19,7 +19,7 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     let answer = Dialog::new("new project", 680.0).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
-            if contents(editor, &mut assistant, ui, wishes) {
+            if scrolled(ui, |ui| contents(editor, &mut assistant, ui, wishes)) {
                 keys.take_enter();
             }
         });
@@ -104,7 +104,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
         }
     });
     ui.indent("folder", |ui| match (&assistant.folder.errors, assistant.objection()) {
-        (errors, _) if !errors.is_empty() => errors.iter().for_each(|error| wrong(ui, error)),
+        (errors, _) if !errors.is_empty() => wrongs(ui, errors),
         (_, Some(text)) if assistant.folder.typed.is_empty() => drop(ui.weak(text)),
         (_, Some(text)) => wrong(ui, text),
         _ => drop(ui.weak("A new folder: layers, paint and what you decide will be in it.")),

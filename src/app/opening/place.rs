@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo};
+use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 
 use super::{Purpose, Wish};
 use crate::app::panel::counted;
@@ -93,7 +93,7 @@ pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wi
 pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
     ui.indent(part.name(), |ui| {
         if !place.errors.is_empty() {
-            place.errors.iter().for_each(|error| wrong(ui, error));
+            wrongs(ui, &place.errors);
             return;
         }
         let path = place.path();
@@ -116,6 +116,17 @@ pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
 /// Something that is wrong.
 pub fn wrong(ui: &mut Ui, text: &str) {
     ui.colored_label(ui.visuals().error_fg_color, text);
+}
+
+/// A list of what is wrong takes no more of the window's height than this: what it is about, and what can be done about
+/// it, stay in sight.
+const WRONG_MOST: f32 = 0.2;
+
+/// All that is wrong with something.
+pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
+    let highest = WRONG_MOST * ui.ctx().content_rect().height();
+    let list = ScrollArea::vertical().id_salt("wrong").max_height(highest).auto_shrink([false, true]);
+    list.show(ui, |ui| errors.iter().for_each(|error| wrong(ui, error)));
 }
 
 fn told(ui: &mut Ui, part: Part, look: &Look) {

@@ -4,9 +4,9 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
-use super::place::{Place, part_found, part_line, wrong};
+use super::place::{Place, part_found, part_line, wrongs};
 use super::{Purpose, Wish};
-use crate::app::dialog::{Dialog, Keys};
+use crate::app::dialog::{Dialog, Keys, scrolled};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::error::Result;
@@ -145,12 +145,11 @@ pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     // Escape leaves the line first.
     let types = context.text_edit_focused();
     let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
-        if relinking.photos.is_empty() {
-            parts_ui(editor, &mut relinking, ui, wishes);
-        } else {
-            photos_ui(editor, &mut relinking, ui, wishes);
-        }
-        relinking.errors.iter().for_each(|error| wrong(ui, error));
+        scrolled(ui, |ui| match relinking.photos.is_empty() {
+            true => parts_ui(editor, &mut relinking, ui, wishes),
+            false => photos_ui(editor, &mut relinking, ui, wishes),
+        });
+        wrongs(ui, &relinking.errors);
         ui.add_space(8.0);
         buttons(editor, &relinking, ui, keys, wishes);
     });
