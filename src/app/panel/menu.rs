@@ -1,14 +1,16 @@
 //! The menu bar: the command tables, and the projects opened last.
 
-use eframe::egui::{Button, MenuBar, Ui};
+use eframe::egui::containers::menu::{MenuBar, MenuConfig};
+use eframe::egui::{Button, Ui};
 
 use crate::app::command::{self, Command, Menu, first_keys};
 use crate::app::editor::{Ask, Editor};
-use crate::app::settings::Navigation;
+use crate::app::settings::{Navigation, menu_look};
 
 /// Draws it.
 pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    MenuBar::new().ui(ui, |ui| {
+    let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
+    bar.ui(ui, |ui| {
         for menu in Menu::ALL {
             ui.menu_button(menu.name(), |ui| {
                 ui.set_min_width(230.0);
