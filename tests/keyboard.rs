@@ -1,4 +1,4 @@
-//! Dialogs of the window and the keyboard: what is pressed while one is open is for it.
+//! The keyboard in the window: who a key belongs to, and where the focus is.
 
 #[path = "common/window.rs"]
 #[allow(dead_code)]
@@ -136,4 +136,52 @@ fn enter_saves_what_is_asked_about_and_tab_goes_to_the_next_answer() {
     harness.key_press(Key::Enter);
     wait(&mut harness, "the way out", |editor| editor.session.is_none());
     assert_eq!(read_project(&folder.path().join("piazza")).unwrap().views.len(), 2);
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_typed_on_and_letters_without_a_project_are_no_commands() {
+    let mut harness = window(None);
+    settle(&mut harness);
+    let notes = |harness: &Harness<'_, Editor>| harness.state().notes.list().len();
+    harness.get_by_role_and_label(Role::TextInput, "Folder of a site or project").focus();
+    harness.step();
+    harness
+        .get_by_role_and_label(Role::TextInput, "Folder of a site or project")
+        .type_text("/no/such/folder");
+    harness.step();
+    harness.key_press(Key::Enter);
+    settle(&mut harness);
+    harness.get_by_label("There is no such folder.");
+    let line = harness.get_by_role_and_label(Role::TextInput, "Folder of a site or project");
+    assert!(line.accesskit_node().is_focused());
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    for key in [Key::L, Key::F, Key::Num2, Key::CloseBracket] {
+        harness.key_press(key);
+        settle(&mut harness);
+    }
+    assert_eq!(notes(&harness), 0, "{:?}", harness.state().notes.list());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(&mut harness);
+    assert_eq!(notes(&harness), 1, "keys with Ctrl are meant");
+}
+
+#[test]
+fn the_photo_that_keys_select_comes_into_sight_in_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let photos = &harness.state().session.as_ref().unwrap().opened.site.photos;
+    let (count, last) = (photos.len(), photos[photos.len() - 1].name.clone());
+    let first = format!("{}, not built", photos[0].name);
+    let last = format!("{last}, not built");
+    let has = |harness: &Harness<'_, Editor>, name: &str| harness.query_by_label(name).is_some();
+    assert!(has(&harness, &first) && !has(&harness, &last), "the list is longer than its panel");
+    for _ in 0..=count {
+        if harness.state().selected_photo() != Some(count - 1) {
+            harness.key_press(Key::CloseBracket);
+            settle(&mut harness);
+        }
+    }
+    assert_eq!(harness.state().selected_photo(), Some(count - 1));
+    appears(&mut harness, &last);
 }

@@ -2,7 +2,8 @@
 //! Enter presses its main button, and of the commands only those hold that do no harm there.
 
 use eframe::egui::{
-    Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, ScrollArea, Ui, Vec2,
+    Align2, Area, Context, Event, Id, Key, KeyboardShortcut, Modal, Modifiers, Popup, Response, ScrollArea,
+    Ui, Vec2,
 };
 
 use super::command::Command;
@@ -140,9 +141,13 @@ impl Editor {
             || self.trip.asks()
     }
 
-    /// Whether the keys of a command hold now.
-    pub(super) fn hears(&self, command: &Command) -> bool {
-        !self.has_dialog() || (command.in_dialog)(self)
+    /// Whether the keys of a command hold now. Where no project is open a letter is likely meant for a line that has
+    /// lost the focus: what cannot be done then needs no answer.
+    pub(super) fn hears(&self, command: &Command, keys: &KeyboardShortcut) -> bool {
+        if self.has_dialog() {
+            return (command.in_dialog)(self);
+        }
+        self.session.is_some() || keys.modifiers.command || (command.ready)(self).is_ok()
     }
 }
 

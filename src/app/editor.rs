@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{self, CentralPanel, Context, Panel, Ui};
+use eframe::egui::{self, CentralPanel, Context, KeyboardShortcut, Panel, Ui};
 use eframe::{Frame, Storage};
 
 use super::check::{Checks, Mend, check_ui};
@@ -346,11 +346,8 @@ impl eframe::App for Editor {
             self.take_in(context);
             // Each in its turn: one may open a dialog, which the next ones belong to.
             while self.crash.is_none() {
-                let view = self.space.id;
-                let Some(command) = command::next_pressed(context, view, |command| self.hears(command))
-                else {
-                    break;
-                };
+                let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
+                let Some(command) = command::next_pressed(context, self.space.id, heard) else { break };
                 self.run(command);
             }
         };

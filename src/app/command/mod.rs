@@ -158,11 +158,12 @@ pub fn first_keys(context: &Context, command: &Command) -> String {
 
 /// The command whose keys were pressed first of those that this frame still has to tell; the press is gone then. A slow
 /// frame has several. Keys without Ctrl are text where text is being typed, and Enter and Space belong to whatever has
-/// the focus, unless that is `view`, the view that commands speak of. A command that is not `heard` has no keys now.
+/// the focus, unless that is `view`, the view that commands speak of. Keys that are not `heard` are those of no
+/// command now.
 pub fn next_pressed(
     context: &Context,
     view: Option<Id>,
-    heard: impl Fn(&Command) -> bool,
+    heard: impl Fn(&Command, &KeyboardShortcut) -> bool,
 ) -> Option<&'static Command> {
     let typing = context.text_edit_focused();
     let focused = context.memory(|memory| memory.focused());
@@ -174,7 +175,7 @@ pub fn next_pressed(
     };
     // Keys with more modifiers are asked first: else Ctrl+Shift+S would be taken for Ctrl+S.
     let mut found: Vec<(&'static Command, &'static KeyboardShortcut)> =
-        all().filter(|command| heard(command)).flat_map(with_keys).collect();
+        all().flat_map(with_keys).filter(|(command, keys)| heard(command, keys)).collect();
     found.sort_by_key(|(_, keys)| std::cmp::Reverse(count(keys.modifiers)));
     let of_press = |event: &Event| {
         let Event::Key { key, pressed: true, modifiers, .. } = event else { return None };
@@ -234,7 +235,7 @@ mod tests {
         ];
         context.begin_pass(eframe::egui::RawInput { events, ..Default::default() });
         let told: Vec<_> =
-            std::iter::from_fn(|| next_pressed(&context, None, |_| true)).map(|c| c.name).collect();
+            std::iter::from_fn(|| next_pressed(&context, None, |_, _| true)).map(|c| c.name).collect();
         assert_eq!(told, ["Next photo", "Previous photo", "Next photo", "Redo", "Undo"]);
         let _ = context.end_pass();
     }

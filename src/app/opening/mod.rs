@@ -19,7 +19,7 @@ use self::chooser::Chooser;
 pub use self::chooser::Purpose;
 use self::held::Held;
 use self::looking::Looking;
-pub use self::place::{typed_path, typed_ui};
+pub use self::place::{is_entered, line, typed_path, typed_ui};
 use self::relinking::Relinking;
 pub use self::writing::Farewell;
 use self::writing::Writing;

@@ -47,11 +47,16 @@ pub fn typed_path(typed: &str) -> PathBuf {
 /// A line to type a path into; whether Enter was pressed in it.
 pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {
     let line = line(ui, typed, name, width);
-    line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+    is_entered(&line)
+}
+
+/// Enter was pressed in a line.
+pub fn is_entered(line: &Response) -> bool {
+    line.lost_focus() && line.ctx.input(|input| input.key_pressed(Key::Enter))
 }
 
 /// The line alone.
-pub(super) fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
+pub fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
     let line = ui.add(TextEdit::singleline(typed).desired_width(width).hint_text(name));
     let value = typed.clone();
     line.widget_info(|| WidgetInfo {

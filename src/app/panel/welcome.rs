@@ -5,7 +5,7 @@ use eframe::egui::{Align, Button, Layout, RichText, Spinner, Ui, vec2};
 use crate::app::command::{Command, file, first_keys};
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
-use crate::app::opening::{Wish, typed_path, typed_ui};
+use crate::app::opening::{Wish, is_entered, line, typed_path};
 
 /// Draws it.
 pub fn welcome_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -33,11 +33,16 @@ pub fn welcome_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let entered = typed_ui(ui, &mut editor.opening.typed, "Folder of a site or project", 300.0);
+    let line = line(ui, &mut editor.opening.typed, "Folder of a site or project", 300.0);
     let path = typed_path(&editor.opening.typed);
-    if entered && path.exists() {
-        asks.push(Ask::Opening(Wish::Take(path)));
-    } else if !editor.opening.typed.trim().is_empty() && !path.exists() {
+    if is_entered(&line) {
+        match path.exists() {
+            true => asks.push(Ask::Opening(Wish::Take(path.clone()))),
+            // It is typed on.
+            false => line.request_focus(),
+        }
+    }
+    if !editor.opening.typed.trim().is_empty() && !path.exists() {
         ui.weak("There is no such folder.");
     }
 }
@@ -62,7 +67,7 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let row = |ui: &mut Ui| {
-            let button = Button::new(&name).frame(false).min_size(vec2(300.0, 22.0));
+            let button = Button::new(&name).frame_when_inactive(false).min_size(vec2(300.0, 22.0));
             let response = ui.add_enabled(there, button).on_hover_text(project.display().to_string());
             let gone = format!("{} is gone.", project.display());
             if response.on_disabled_hover_text(gone).clicked() {
