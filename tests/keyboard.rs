@@ -185,3 +185,22 @@ fn the_photo_that_keys_select_comes_into_sight_in_the_list() {
     assert_eq!(harness.state().selected_photo(), Some(count - 1));
     appears(&mut harness, &last);
 }
+
+#[test]
+fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let windows =
+        [("Keys and mouse", "with Shift faster"), ("Options of layers…", "Longest side of an image layer")];
+    for (place, (name, words)) in windows.into_iter().enumerate() {
+        assert!(ask(&mut harness, name), "{name}");
+        assert!(is_there(&harness, words) && !harness.state().has_dialog(), "{name}");
+        let (key, shown) = [(Key::Num2, Shown::Weights), (Key::Num4, Shown::Coverage)][place];
+        harness.key_press(key);
+        settle(&mut harness);
+        assert!(harness.state().space.look.shown == shown, "{name}");
+        harness.key_press(Key::Escape);
+        settle(&mut harness);
+        assert!(!is_there(&harness, words), "{name}");
+    }
+}

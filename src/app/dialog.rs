@@ -78,6 +78,12 @@ impl Keys {
         main.clicked() || (main.enabled() && std::mem::take(&mut self.enter))
     }
 
+    /// The same for a main button that has the focus when the dialog opens: one that nobody can regret.
+    pub fn press_first(&mut self, main: &Response) -> bool {
+        self.begin_at(main);
+        self.press(main)
+    }
+
     /// Enter was for something else.
     pub fn take_enter(&mut self) {
         self.enter = false;
@@ -104,6 +110,13 @@ pub fn scrolled<T>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> T) -> T {
 /// A dialog was open when the frame before was drawn: for whatever reads keys by itself.
 pub fn is_open(context: &Context) -> bool {
     context.memory(|memory| memory.top_modal_layer().is_some())
+}
+
+/// Escape was pressed, and neither a dialog nor a text waits for it: for windows beside the work, such as the check and
+/// the list of keys, which dim nothing and let commands be run.
+pub fn escaped(context: &Context) -> bool {
+    let waits = context.text_edit_focused() || is_open(context);
+    !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
 /// In the pass before it was not in front. The first pass of a dialog counts, and the first one in which the window

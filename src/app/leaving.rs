@@ -181,10 +181,8 @@ fn choice(ui: &mut Ui, keys: &mut Keys, answers: &[&'static str]) -> Option<&'st
         let is_usual = place == 0;
         let text = if is_usual { RichText::new(*answer).strong() } else { RichText::new(*answer) };
         let button = ui.add(Button::new(text).min_size(vec2(96.0, 28.0)));
-        if is_usual {
-            keys.begin_at(&button);
-        }
-        if if is_usual { keys.press(&button) } else { button.clicked() } {
+        let is_pressed = if is_usual { keys.press_first(&button) } else { button.clicked() };
+        if is_pressed {
             chosen = Some(*answer);
         }
     }

@@ -8,6 +8,7 @@ use eframe::egui::{
 
 use super::{Checked, Mend, percent, verdict};
 use crate::app::command::layers;
+use crate::app::dialog::escaped;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
 use crate::geometry::Similarity;
@@ -41,7 +42,7 @@ pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             });
         }
     });
-    editor.checks.shown &= open;
+    editor.checks.shown &= open && !escaped(context);
     if let Some(path) = wanted {
         editor.ask_overlay(&path);
     }

@@ -60,9 +60,7 @@ fn question_ui(ui: &mut Ui, keys: &mut Keys, cost: &MergeCost) -> Option<bool> {
     ui.add_space(10.0);
     ui.horizontal(|ui| {
         let button = |text| Button::new(text).min_size(vec2(96.0, 28.0));
-        let merge = ui.add(button("Merge anyway"));
-        keys.begin_at(&merge);
-        if keys.press(&merge) {
+        if keys.press_first(&ui.add(button("Merge anyway"))) {
             return Some(true);
         }
         ui.add(button("Cancel")).clicked().then_some(false)

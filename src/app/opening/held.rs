@@ -63,9 +63,7 @@ pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>
         });
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            let again = ui.button("Try again");
-            keys.begin_at(&again);
-            if keys.press(&again) {
+            if keys.press_first(&ui.button("Try again")) {
                 wishes.push(Wish::TryAgain(held.folder.clone()));
             }
             if ui.button("Do not open it").clicked() {

@@ -129,6 +129,9 @@ const WRONG_MOST: f32 = 0.2;
 
 /// All that is wrong with something.
 pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
+    if errors.is_empty() {
+        return;
+    }
     let highest = WRONG_MOST * ui.ctx().content_rect().height();
     let list = ScrollArea::vertical().id_salt("wrong").max_height(highest).auto_shrink([false, true]);
     list.show(ui, |ui| errors.iter().for_each(|error| wrong(ui, error)));

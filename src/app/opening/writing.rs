@@ -89,10 +89,8 @@ pub(super) fn writing_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wi
             let mut choice = |text: String, farewell| {
                 let button = ui.button(text);
                 let is_usual = farewell == usual;
-                if is_usual {
-                    keys.begin_at(&button);
-                }
-                if if is_usual { keys.press(&button) } else { button.clicked() } {
+                let is_pressed = if is_usual { keys.press_first(&button) } else { button.clicked() };
+                if is_pressed {
                     wishes.push(Wish::Leave(farewell));
                 }
             };

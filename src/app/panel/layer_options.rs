@@ -5,6 +5,7 @@ use eframe::egui::{
 };
 
 use crate::app::command::layers;
+use crate::app::dialog::escaped;
 use crate::app::editor::{Ask, Editor};
 use crate::app::layer_work::OptionsEdit;
 use crate::app::session::Session;
@@ -149,7 +150,7 @@ pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<A
             super::inspector::button(editor, ui, &layers::BUILD, asks);
         });
     });
-    editor.layer_options_shown = open;
+    editor.layer_options_shown = open && !escaped(context);
 }
 
 fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {

@@ -17,10 +17,9 @@ pub mod side;
 pub mod status;
 pub mod welcome;
 
-use eframe::egui::{Align, Button, Context, Key, Layout, Modifiers, Panel, Response, Ui, UiBuilder, vec2};
+use eframe::egui::{Align, Button, Layout, Panel, Response, Ui, UiBuilder, vec2};
 
 use super::command::Command;
-use super::dialog;
 use super::editor::{Ask, Editor};
 use super::lists::outliner_ui;
 
@@ -55,12 +54,6 @@ pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
     let keys = super::command::first_keys(ui.ctx(), command);
     let keys = if keys.is_empty() { keys } else { format!(" ({keys})") };
     ui.add(button).on_hover_text(format!("{}{keys}: {}", command.name, command.tooltip)).clicked()
-}
-
-/// Escape was pressed, and neither a dialog nor a text waits for it.
-fn escaped(context: &Context) -> bool {
-    let waits = context.text_edit_focused() || dialog::is_open(context);
-    !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
 /// What a widget without a text of its own beside it is called, for those who hear the window.
