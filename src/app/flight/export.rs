@@ -151,11 +151,12 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     ui.add_space(10.0);
     ui.horizontal(|ui| {
         let ready = !export.folder.trim().is_empty() && !export.name.trim().is_empty();
-let word = if is_there { "Replace it" } else { "Make" };
+        let word = if is_there { "Replace it" } else { "Make" };
         let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
         let make = ui.add_enabled(ready, make);
         // Nothing is replaced by a key that somebody pressed without looking.
-        if if is_there { make.clicked() } else { keys.press(&make) } {
+        let pressed = if is_there { make.clicked() } else { keys.press(&make) };
+        if pressed {
             return Some(true);
         }
         ui.add(Button::new("Cancel").min_size(vec2(96.0, 28.0))).clicked().then_some(false)
