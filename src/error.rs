@@ -66,6 +66,52 @@ impl Error {
         if errors.len() > 1 { Some(Self::Several(errors)) } else { errors.pop() }
     }
 
+    /// What is wrong, for people: what is the same of several files is told once, with how many they are and the first
+    /// of their names. In the order in which each is met first.
+    pub fn gathered(errors: &[&Self]) -> Vec<String> {
+        let mut groups: Vec<(&Self, Vec<&Path>)> = Vec::new();
+        for error in errors {
+            let file = error.file();
+            match groups.iter_mut().find(|(first, _)| first.is_like(error)) {
+                Some((_, files)) => files.extend(file),
+                None => groups.push((error, file.into_iter().collect())),
+            }
+        }
+        groups.into_iter().map(|(first, files)| first.told_of(&files)).collect()
+    }
+
+    /// The file of an [`Error::Input`] that speaks of a whole file.
+    fn file(&self) -> Option<&Path> {
+        match self {
+            Self::Input { file, place, .. } if place.is_empty() => Some(file),
+            _ => None,
+        }
+    }
+
+    /// The same is wrong with another file.
+    fn is_like(&self, other: &Self) -> bool {
+        let (Self::Input { found, remedy, .. }, Self::Input { found: theirs, remedy: other_remedy, .. }) =
+            (self, other)
+        else {
+            return false;
+        };
+        self.file().is_some() && other.file().is_some() && (found, remedy) == (theirs, other_remedy)
+    }
+
+    fn told_of(&self, files: &[&Path]) -> String {
+        let Self::Input { found, remedy, .. } = self else { return self.to_string() };
+        if files.len() < 2 {
+            return self.to_string();
+        }
+        let name = |file: &&Path| file.file_name().unwrap_or(file.as_os_str()).to_string_lossy().into_owned();
+        let named: Vec<String> = files.iter().take(NAMED).map(name).collect();
+        let more = match files.len() - named.len() {
+            0 => String::new(),
+            more => format!(" and {more} more"),
+        };
+        format!("{} files: {found}; {remedy} ({}{more})", files.len(), named.join(", "))
+    }
+
     /// For `map_err`: wraps what the system said about `path` while `doing` something.
     pub fn io(path: impl AsRef<Path>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.as_ref().to_path_buf();
@@ -84,6 +130,9 @@ fn remedy(source: &std::io::Error) -> &'static str {
         _ => "",
     }
 }
+
+/// So many names tell which files are meant; more are a list that nobody reads.
+const NAMED: usize = 2;
 
 fn lines(errors: &[Error]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
@@ -104,5 +153,21 @@ mod tests {
         assert!(told(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
         assert!(told(ErrorKind::PermissionDenied).contains("give yourself the right"));
         assert_eq!(told(ErrorKind::NotFound), "a.png: could not write it: entity not found");
+    }
+
+    #[test]
+    fn what_is_wrong_with_many_files_in_the_same_way_is_told_once_with_their_number() {
+        let photo =
+            |name: &str, found: &str| Error::input(format!("site/{name}"), "", found, "use its own size");
+        let mut errors: Vec<Error> = (0..19).map(|i| photo(&format!("{i:02}.jpg"), "too small")).collect();
+        errors.insert(1, photo("odd.jpg", "turned"));
+        errors.push(Error::input("site/a.obj", "line 3", "no faces", "export them"));
+        errors.push(Error::input("site/a.obj", "line 4", "no faces", "export them"));
+        let told = Error::gathered(&errors.iter().collect::<Vec<_>>());
+        assert_eq!(told[0], "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)");
+        assert_eq!(
+            told[1..],
+            errors[1..2].iter().chain(&errors[20..]).map(ToString::to_string).collect::<Vec<_>>()
+        );
     }
 }

@@ -187,7 +187,7 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
     let mut harness = window(Some(project.clone()));
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     wait(&mut harness, "quiet", |editor| editor.jobs.is_idle());
-    harness.get_by_label("Take them back").click();
+    harness.get_by_label("Restore").click();
     wait(&mut harness, "what was not saved", |editor| editor.is_dirty());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     wait(&mut harness, "the save", |editor| !editor.is_dirty());

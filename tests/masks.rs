@@ -22,7 +22,7 @@ use quadratura::document::masks::MaskFrom;
 use quadratura::geometry::Spans;
 use quadratura::io::mask_store::MaskStore;
 use quadratura::io::project::read_project;
-use window::{copy_of_piazza, project_of, wait, window};
+use window::{copy_of_piazza, is_there, project_of, wait, window};
 
 /// Of the piazza's photos that are drawn on, in pixels.
 const SIZE: [f32; 2] = [2160.0, 1440.0];
@@ -305,6 +305,15 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     let found = |editor: &Editor| editor.masking.suggested.count() > 0 && editor.jobs.is_idle();
     wait(&mut harness, "somebody", found);
     let before = harness.state().masking.suggested.count();
+    // What came of it is told in the photo that it is in, and in no other.
+    steps(&mut harness, 2);
+    assert!(is_there(&harness, "in this photo alone"));
+    harness.state_mut().select(Selection::Photo(1));
+    steps(&mut harness, 3);
+    assert!(!is_there(&harness, "in this photo alone"));
+    harness.state_mut().select(Selection::Photo(0));
+    steps(&mut harness, 3);
+    harness.state_mut().selection = Selection::Nothing;
     assert!(masked(harness.state(), &MaskFrom::Suggested).is_empty(), "nothing is masked unasked");
 
     let (_, coat) = at(&harness, 1180.0, 1010.0);
@@ -337,6 +346,8 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
         harness.state_mut().run(&command::mask::DISMISS);
     }
     assert!(harness.state().open_suggestions().is_empty());
+    steps(&mut harness, 2);
+    assert!(!is_there(&harness, "in this photo alone"), "nothing is left to be clicked");
 
     // An object that the model has: its pixels, by a button beside what is known of it.
     let session = harness.state().session.as_ref().unwrap();

@@ -176,12 +176,12 @@ fn a_project_that_another_program_writes_to_opens_as_soon_as_it_is_free() {
     let project = project(folder.path(), &site(folder.path(), false));
     let lock = ProjectLock::take(&project).unwrap();
     let mut harness = window(Some(project));
-    appears(&mut harness, "Another program is writing");
+    appears(&mut harness, "This project is open elsewhere");
     assert!(is_there(&harness, &format!("process {}", std::process::id())));
     drop(lock);
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     harness.step();
-    assert!(!is_there(&harness, "Another program is writing"));
+    assert!(!is_there(&harness, "This project is open elsewhere"));
 }
 
 #[test]
@@ -235,7 +235,7 @@ fn what_was_decided_in_the_last_moment_before_a_fault_is_offered_again() {
     appears(&mut harness, "The program made a mistake");
     press(&mut harness, "Open the project again");
     appears(&mut harness, "Something was not saved");
-    press(&mut harness, "Take them back");
+    press(&mut harness, "Restore");
     assert_eq!(stands(harness.state()), twice_as_large());
 }
 

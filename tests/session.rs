@@ -123,7 +123,7 @@ fn choose_nobody(harness: &mut Harness<'_, Editor>) {
     harness.get_by_role_and_label(Role::TextInput, "Program").type_text(NOBODY);
     harness.step();
     press(harness, "XCF (GIMP)");
-    press(harness, "Close window");
+    press(harness, "Close");
 }
 
 fn edit(harness: &mut Harness<'_, Editor>) {

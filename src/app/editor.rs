@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{self, CentralPanel, Context, Panel, Ui};
+use eframe::egui::{self, CentralPanel, Context, KeyboardShortcut, Panel, Ui};
 use eframe::{Frame, Storage};
 
 use super::check::{Checks, Mend, check_ui};
@@ -352,13 +352,10 @@ impl eframe::App for Editor {
         let work = || {
             self.take_in(context);
             // Each in its turn: one may open a dialog, which the next ones belong to.
-            while self.crash.is_none() && !self.opening.is_asking() && !self.asks() {
-                let Some(command) = command::next_pressed(context, self.space.id) else { break };
+            while self.crash.is_none() {
+                let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
+                let Some(command) = command::next_pressed(context, self.space.id, heard) else { break };
                 self.run(command);
-                if self.palette.is_open() {
-                    // What is typed next is for it.
-                    break;
-                }
             }
         };
         if let Err(crash) = crash::guarded(work) {

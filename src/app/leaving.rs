@@ -2,8 +2,9 @@
 
 use std::path::PathBuf;
 
-use eframe::egui::{Context, Id, Modal, RichText, Ui, ViewportCommand};
+use eframe::egui::{Context, RichText, Ui, ViewportCommand};
 
+use super::dialog::{Dialog, Keys};
 use super::editor::Editor;
 use super::notes::{Note, Weight};
 use super::panel::answers_ui;
@@ -114,8 +115,8 @@ impl Editor {
     }
 
     fn ask_leaving(&mut self, context: &Context) {
-        let modal = Modal::new(Id::unique("leaving")).show(context, |ui| self.leaving_ui(ui));
-        match (modal.inner, modal.should_close()) {
+        let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| self.leaving_ui(ui, keys));
+        match (asked.inner, asked.is_left()) {
             (Some(Answer::Save), _) => self.questions.saves = true,
             (Some(Answer::Discard), _) => {
                 self.questions.discards = true;
@@ -135,9 +136,8 @@ impl Editor {
     }
 
     /// Asks what becomes of what is not saved, and says why it could not be saved.
-    fn leaving_ui(&self, ui: &mut Ui) -> Option<Answer> {
+    fn leaving_ui(&self, ui: &mut Ui, keys: &mut Keys) -> Option<Answer> {
         let name = self.session.as_ref().map(super::session::Session::name).unwrap_or_default();
-        ui.set_width(440.0);
         let answers = match &self.questions.failed {
             None => {
                 ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
@@ -164,7 +164,7 @@ impl Editor {
         ui.add_space(10.0);
         ui.horizontal(|ui| {
             let names = answers.map(|(name, _)| name);
-            let chosen = answers_ui(ui, &names);
+            let chosen = answers_ui(ui, keys, &names);
             if self.questions.saves {
                 ui.spinner();
                 ui.label("Keeping masks…");
@@ -187,46 +187,46 @@ impl Editor {
 
     fn ask_recovery(&mut self, context: &Context) {
         let Some(recovered) = &self.questions.recovered else { return };
-        let when = recovered.time.elapsed().map(ago).unwrap_or_default();
+        let when = recovered.time.elapsed().map_or_else(|_| "the end".into(), ago);
         let since = recovered.saved_since;
         let mut answer = None;
-        Modal::new(Id::unique("recovery")).show(context, |ui| {
-            ui.set_width(420.0);
+        Dialog::new("recovery", 440.0).show(context, |ui, keys| {
             ui.label(RichText::new("Something was not saved").heading());
             ui.add_space(4.0);
             ui.label(format!(
-                "The program ended {when} before your last decisions were saved. They were kept."
+                "The program ended before you saved. What you had decided until {when} is kept: restore it, or discard \
+                 it and go on from what was saved last."
             ));
             if since {
                 ui.colored_label(
                     ui.visuals().warn_fg_color,
-                    "The project was saved by another program since: what that changed would be replaced.",
+                    "The project was saved by another program since: restoring replaces what that changed.",
                 );
             }
             ui.add_space(10.0);
             ui.horizontal(|ui| {
-                answer = answers_ui(ui, &["Take them back", "Forget them"]);
+                answer = answers_ui(ui, keys, &["Restore", "Discard"]);
             });
         });
         let Some(answer) = answer else { return };
         let Some(recovered) = self.questions.recovered.take() else { return };
         self.session.iter().for_each(|session| session.keeper.hold(false));
-        if answer == "Take them back" {
+        if answer == "Restore" {
             self.edit("recovery", recovered.project, None);
         } else {
             self.discard_unsaved();
-            self.tell(Note::new(Weight::Info, "What was not saved is forgotten"));
+            self.tell(Note::new(Weight::Info, "What was not saved is discarded"));
         }
     }
 }
 
-/// `5 minutes ago,`, in a sentence.
+/// `5 minutes ago`, in a sentence.
 pub(super) fn ago(passed: std::time::Duration) -> String {
     match passed.as_secs() / 60 {
-        0 => "a moment ago,".into(),
-        1 => "a minute ago,".into(),
-        minutes @ 2..=119 => format!("{minutes} minutes ago,"),
-        minutes if minutes < 48 * 60 => format!("{} hours ago,", minutes / 60),
-        minutes => format!("{} days ago,", minutes / 60 / 24),
+        0 => "a moment ago".into(),
+        1 => "a minute ago".into(),
+        minutes @ 2..=119 => format!("{minutes} minutes ago"),
+        minutes if minutes < 48 * 60 => format!("{} hours ago", minutes / 60),
+        minutes => format!("{} days ago", minutes / 60 / 24),
     }
 }

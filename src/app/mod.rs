@@ -8,6 +8,7 @@ mod authored;
 mod check;
 pub mod command;
 pub mod crash;
+pub mod dialog;
 pub mod editor;
 mod flat;
 mod flight;

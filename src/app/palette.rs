@@ -1,8 +1,9 @@
 //! The command palette: any command, by a few letters of its name.
 
-use eframe::egui::{Align2, Context, Id, Key, Modal, RichText, ScrollArea, TextEdit, Ui};
+use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
 
 use super::command::{self, Command, first_keys};
+use super::dialog::Dialog;
 use super::editor::Editor;
 
 /// The palette, open or not.
@@ -31,16 +32,12 @@ pub fn palette_ui(editor: &mut Editor, context: &Context) -> Option<&'static Com
     if !editor.palette.open {
         return None;
     }
-    let mut chosen = None;
-    let area = Modal::default_area(Id::unique("palette")).anchor(Align2::CENTER_TOP, [0.0, 80.0]);
-    let modal = Modal::new(Id::unique("palette")).area(area).show(context, |ui| {
-        ui.set_width(460.0);
-        chosen = contents(editor, ui);
-    });
-    if modal.should_close() || chosen.is_some() {
+    let dialog = Dialog::new("palette", 460.0).at(Align2::CENTER_TOP, [0.0, 80.0]);
+    let answer = dialog.show(context, |ui, _| contents(editor, ui));
+    if answer.is_left() || answer.inner.is_some() {
         editor.palette = Palette::default();
     }
-    chosen
+    answer.inner
 }
 
 fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {

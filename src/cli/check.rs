@@ -7,6 +7,7 @@ use super::args::CheckArgs;
 use super::table::{Table, counted};
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
+use crate::recipe::check::mistake::without_mend;
 use crate::recipe::check::{CheckOptions, CheckReport, FaceReport, Names, Suggestion, Verdict, check_site};
 use crate::recipe::open::open;
 use crate::task::Task;
@@ -33,7 +34,7 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let text = format!(
         "{}{}\n{}\n{}\npictures with the model's edges: {}\n",
         judgement(&report),
-        report.suggestion.as_ref().map_or(String::new(), suggested),
+        report.suggestion.as_ref().map_or_else(|| unmended(report.verdict), suggested),
         photos(&report),
         faces(&report.faces),
         pictures.display(),
@@ -52,6 +53,13 @@ fn judgement(report: &CheckReport) -> String {
         format!(", and meets {} of the sparse points' sightings within 1 % of the distance", percent(share))
     });
     format!("{verdict}: it covers {} of a photo{agreement}.\n", percent(report.covered))
+}
+
+fn unmended(verdict: Verdict) -> String {
+    match without_mend(verdict) {
+        "" => String::new(),
+        text => format!("{text}\n"),
+    }
 }
 
 fn suggested(suggestion: &Suggestion) -> String {

@@ -174,7 +174,7 @@ mod tests {
         assert_eq!(import.photos.len(), 1);
         let problems: Vec<_> = import.problems.iter().map(Error::to_string).collect();
         assert!(problems[0].contains("no such photo"), "{problems:?}");
-        assert!(problems[1].contains("7 x 6 pixels, but its camera has 8 x 6"), "{problems:?}");
+        assert!(problems[1].contains("7 x 6 pixels where the camera has 8 x 6"), "{problems:?}");
         assert!(problems[2].contains("any of 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
     }

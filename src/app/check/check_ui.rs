@@ -8,10 +8,11 @@ use eframe::egui::{
 
 use super::{Checked, Mend, percent, verdict};
 use crate::app::command::layers;
+use crate::app::dialog::escaped;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
 use crate::geometry::Similarity;
-use crate::recipe::check::mistake::likely_mistakes;
+use crate::recipe::check::mistake::{likely_mistakes, without_mend};
 use crate::recipe::check::{FaceReport, Names, PhotoReport, Suggestion, Verdict};
 
 /// An overlay is not higher, in points: what is said about faces below it stays in sight.
@@ -41,7 +42,7 @@ pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             });
         }
     });
-    editor.checks.shown &= open;
+    editor.checks.shown &= open && !escaped(context);
     if let Some(path) = wanted {
         editor.ask_overlay(&path);
     }
@@ -72,14 +73,21 @@ fn judgement(editor: &Editor, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask
         Verdict::Poor => ui.visuals().warn_fg_color,
         Verdict::Misses => ui.visuals().error_fg_color,
     };
-    ui.label(RichText::new(verdict(&checked.report)).size(16.0).color(color));
-    if let Some(suggestion) = &checked.report.suggestion {
-        suggested(checked, suggestion, ui, asks);
-    } else if checked.report.verdict != Verdict::Fits {
-        ui.label(
-            "No other axes, unit or place of the model do better. Look whether cameras and model are of the same site, \
-             and at the edges over the photos.",
-        );
+    let unmended = without_mend(checked.report.verdict);
+    match &checked.report.suggestion {
+        // What to look at first: figures of a model of another site say little.
+        None if checked.report.verdict == Verdict::Misses => {
+            ui.label(RichText::new(unmended).size(16.0).color(color));
+            ui.label(verdict(&checked.report));
+        }
+        suggestion => {
+            ui.label(RichText::new(verdict(&checked.report)).size(16.0).color(color));
+            match suggestion {
+                Some(suggestion) => suggested(checked, suggestion, ui, asks),
+                None if !unmended.is_empty() => drop(ui.label(unmended)),
+                None => (),
+            }
+        }
     }
     ui.horizontal(|ui| {
         let again = ui.button("Check again").on_hover_text(layers::CHECK.tooltip);

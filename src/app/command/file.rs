@@ -98,6 +98,7 @@ pub const SETTINGS: Command = Command {
     keys: &[ctrl(Key::Comma)],
     starts_group: true,
     on: Some(|editor| editor.settings_shown),
+    in_dialog: |editor| editor.settings_shown,
     run: |editor, _| editor.settings_shown ^= true,
     ..PLAIN
 };
@@ -108,6 +109,7 @@ pub const PALETTE: Command = Command {
     tooltip: "Finds any command by a few letters of its name.",
     keys: &[ctrl(Key::P)],
     menu: Menu::Window,
+    in_dialog: |editor| editor.palette.is_open(),
     run: |editor, _| editor.palette.toggle(),
     ..PLAIN
 };
@@ -176,6 +178,7 @@ pub const LARGER: Command = Command {
     keys: &[ctrl(Key::Plus), ctrl(Key::Equals)],
     menu: Menu::Window,
     starts_group: true,
+    in_dialog: |_| true,
     run: |editor, context| resize(editor, context, 1.0),
     ..PLAIN
 };
@@ -186,6 +189,7 @@ pub const SMALLER: Command = Command {
     tooltip: "Makes text and buttons smaller.",
     keys: &[ctrl(Key::Minus)],
     menu: Menu::Window,
+    in_dialog: |_| true,
     run: |editor, context| resize(editor, context, -1.0),
     ..PLAIN
 };
@@ -196,6 +200,7 @@ pub const USUAL: Command = Command {
     tooltip: "Makes text and buttons as large as the system has them.",
     keys: &[ctrl(Key::Num0)],
     menu: Menu::Window,
+    in_dialog: |_| true,
     run: |editor, context| {
         editor.settings.scale = 1.0;
         editor.settings.apply_to(context);

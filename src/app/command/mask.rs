@@ -56,7 +56,7 @@ pub const UNCOVER: Command = Command {
     tooltip: "Brush and lasso take masks away; hold Ctrl to do that for one stroke.",
     keys: &[plain(Key::I)],
     on: Some(|editor| editor.masking.uncovers),
-    run: |editor, _| editor.masking.uncovers ^= true,
+    run: |editor, _| editor.masking.uncovers = editor.switched_in_photo(editor.masking.uncovers),
     ..MASK
 };
 
@@ -84,7 +84,7 @@ pub const SHOW: Command = Command {
     tooltip: "Draws over the photo what of it is masked.",
     keys: &[plain(Key::M)],
     on: Some(|editor| editor.masking.shown),
-    run: |editor, _| editor.masking.shown ^= true,
+    run: |editor, _| editor.masking.shown = editor.switched_in_photo(editor.masking.shown),
     ..MASK
 };
 
@@ -213,12 +213,20 @@ fn can_look(editor: &Editor) -> Result<(), WhyNot> {
 }
 
 impl Editor {
-    /// Takes a tool up in the photo's view, or puts it away.
+    /// Takes a tool up in the photo's view, or puts it away where that is seen.
     fn take_up(&mut self, tool: Tool) {
-        self.masking.toggle(tool);
-        if self.masking.tool.is_some() {
-            self.layout.show(Pane::Photo);
+        let is_on = self.masking.tool == Some(tool);
+        if self.switched_in_photo(is_on) != is_on {
+            self.masking.toggle(tool);
         }
+    }
+
+    /// A switch of the photo's view after it was pressed: the other way round where that view is seen. Where it is not
+    /// it comes to the front, and the switch is on: nothing changes that nobody sees.
+    fn switched_in_photo(&mut self, is_on: bool) -> bool {
+        let is_seen = self.layout.is_shown(Pane::Photo);
+        self.layout.show(Pane::Photo);
+        !is_seen || !is_on
     }
 
     fn resize_brush(&mut self, factor: f64) {
@@ -233,5 +241,36 @@ impl Editor {
         };
         let margin_px = self.masking.margin_px;
         self.mask(format!("mask of {object} in {photo}"), Work::Object { photo, object, margin_px });
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::Context;
+
+    use super::*;
+
+    #[test]
+    fn a_switch_of_the_photo_shows_the_photo_before_it_switches_anything_off() {
+        let mut editor = Editor::new(&Context::default(), None, None);
+        for (command, is_on) in [
+            (&BRUSH, false),
+            (&BRUSH, true),
+            (&LASSO, false),
+            (&UNCOVER, false),
+            (&UNCOVER, true),
+            (&SHOW, true),
+        ] {
+            let on = command.on.expect("it switches");
+            editor.layout.show(Pane::Photo);
+            while on(&editor) != is_on {
+                (command.run)(&mut editor, &Context::default());
+            }
+            editor.layout.show(Pane::Space);
+            (command.run)(&mut editor, &Context::default());
+            assert!(on(&editor) && editor.layout.is_shown(Pane::Photo), "{} from the 3D view", command.name);
+            (command.run)(&mut editor, &Context::default());
+            assert!(!on(&editor), "{} in the photo's view", command.name);
+        }
     }
 }

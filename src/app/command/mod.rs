@@ -83,6 +83,8 @@ pub struct Command {
     pub ready: fn(&Editor) -> Result<(), WhyNot>,
     /// Whether it is switched on, for one that switches.
     pub on: Option<fn(&Editor) -> bool>,
+    /// Its keys hold although a dialog is open: it does no harm there.
+    pub in_dialog: fn(&Editor) -> bool,
     /// What it would do it to, for its place in the menu: `merge of 3 layers`.
     pub detail: Option<fn(&Editor) -> Option<String>>,
     /// What it does.
@@ -101,7 +103,7 @@ impl std::fmt::Debug for Command {
     }
 }
 
-/// A command that can always be run, switches nothing and has no keys; to be written over.
+/// A command that can always be run where no dialog is open, switches nothing and has no keys; to be written over.
 pub const PLAIN: Command = Command {
     name: "",
     tooltip: "",
@@ -110,6 +112,7 @@ pub const PLAIN: Command = Command {
     starts_group: false,
     ready: always,
     on: None,
+    in_dialog: |_| false,
     detail: None,
     run: |_, _| (),
 };
@@ -170,8 +173,13 @@ pub fn first_keys(context: &Context, command: &Command) -> String {
 
 /// The command whose keys were pressed first of those that this frame still has to tell; the press is gone then. A slow
 /// frame has several. Keys without Ctrl are text where text is being typed, and Enter and Space belong to whatever has
-/// the focus, unless that is `view`, the view that commands speak of.
-pub fn next_pressed(context: &Context, view: Option<Id>) -> Option<&'static Command> {
+/// the focus, unless that is `view`, the view that commands speak of. Keys that are not `heard` are those of no
+/// command now.
+pub fn next_pressed(
+    context: &Context,
+    view: Option<Id>,
+    heard: impl Fn(&Command, &KeyboardShortcut) -> bool,
+) -> Option<&'static Command> {
     let typing = context.text_edit_focused();
     let focused = context.memory(|memory| memory.focused());
     let taken = focused.is_some() && focused != view;
@@ -182,7 +190,7 @@ pub fn next_pressed(context: &Context, view: Option<Id>) -> Option<&'static Comm
     };
     // Keys with more modifiers are asked first: else Ctrl+Shift+S would be taken for Ctrl+S.
     let mut found: Vec<(&'static Command, &'static KeyboardShortcut)> =
-        all().flat_map(|command| command.keys.iter().map(move |keys| (command, keys))).collect();
+        all().flat_map(with_keys).filter(|(command, keys)| heard(command, keys)).collect();
     found.sort_by_key(|(_, keys)| std::cmp::Reverse(count(keys.modifiers)));
     let of_press = |event: &Event| {
         let Event::Key { key, pressed: true, modifiers, .. } = event else { return None };
@@ -197,6 +205,12 @@ pub fn next_pressed(context: &Context, view: Option<Id>) -> Option<&'static Comm
         input.events.remove(place);
         Some(command)
     })
+}
+
+fn with_keys(
+    command: &'static Command,
+) -> impl Iterator<Item = (&'static Command, &'static KeyboardShortcut)> {
+    command.keys.iter().map(move |keys| (command, keys))
 }
 
 fn count(modifiers: Modifiers) -> usize {
@@ -236,7 +250,8 @@ mod tests {
             press(Key::Z, Modifiers::COMMAND),
         ];
         context.begin_pass(eframe::egui::RawInput { events, ..Default::default() });
-        let told: Vec<_> = std::iter::from_fn(|| next_pressed(&context, None)).map(|c| c.name).collect();
+        let told: Vec<_> =
+            std::iter::from_fn(|| next_pressed(&context, None, |_, _| true)).map(|c| c.name).collect();
         assert_eq!(told, ["Next photo", "Previous photo", "Next photo", "Redo", "Undo"]);
         let _ = context.end_pass();
     }

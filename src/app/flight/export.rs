@@ -2,8 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Button, Context, DragValue, Id, Modal, RichText, TextEdit, Ui, vec2};
+use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
 
+use crate::app::dialog::{Dialog, Keys};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::app::notes::{Note, Weight};
@@ -71,15 +72,12 @@ impl Editor {
 
     pub(in crate::app) fn export_ui(&mut self, context: &Context) {
         let Some(mut export) = self.flights.export.take() else { return };
-        let mut answer = None;
-        let modal = Modal::new(Id::unique("export picture")).show(context, |ui| {
-            ui.set_width(440.0);
-            answer = questions(ui, &mut export);
-        });
-        match answer {
+        let dialog = Dialog::new("export picture", 440.0);
+        let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export));
+        match asked.inner {
             Some(true) => self.export(&export),
             Some(false) => (),
-            None if modal.should_close() => (),
+            None if asked.escaped => (),
             None => self.flights.export = Some(export),
         }
     }
@@ -127,7 +125,7 @@ impl Editor {
 }
 
 /// Draws the questions; true to make it, false not to.
-fn questions(ui: &mut Ui, export: &mut Export) -> Option<bool> {
+fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> {
     let title = if export.film { "Make a film of the flight" } else { "Make a picture of the view" };
     ui.label(RichText::new(title).heading());
     ui.add_space(6.0);
@@ -155,7 +153,10 @@ fn questions(ui: &mut Ui, export: &mut Export) -> Option<bool> {
         let ready = !export.folder.trim().is_empty() && !export.name.trim().is_empty();
         let word = if is_there { "Replace it" } else { "Make" };
         let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
-        if ui.add_enabled(ready, make).clicked() {
+        let make = ui.add_enabled(ready, make);
+        // Nothing is replaced by a key that somebody pressed without looking.
+        let pressed = if is_there { make.clicked() } else { keys.press(&make) };
+        if pressed {
             return Some(true);
         }
         ui.add(Button::new("Cancel").min_size(vec2(96.0, 28.0))).clicked().then_some(false)

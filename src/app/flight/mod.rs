@@ -34,6 +34,11 @@ pub struct Flights {
 }
 
 impl Flights {
+    /// How a picture or film is to be is being asked.
+    pub fn asks(&self) -> bool {
+        self.export.is_some()
+    }
+
     /// Forgets what belonged to a project.
     pub fn forget(&mut self) {
         *self = Self { shown: self.shown, ..Self::default() };

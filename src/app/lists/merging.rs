@@ -1,7 +1,8 @@
 //! A merge that would keep much emptiness is told with its figures before it is made.
 
-use eframe::egui::{Context, Grid, Id, Modal, RichText, Ui};
+use eframe::egui::{Context, Grid, RichText, Ui};
 
+use crate::app::dialog::{Dialog, Keys};
 use crate::app::editor::Editor;
 use crate::app::panel::{answers_ui, grouped, percent};
 use crate::recipe::decide::{LayerEdit, MergeCost};
@@ -32,21 +33,17 @@ impl Editor {
     /// The question, while it waits.
     pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
         let Some(Merging { cost, .. }) = &self.lists.merging else { return };
-        let mut answer = None;
-        let modal = Modal::new(Id::unique("merging")).show(context, |ui| {
-            ui.set_width(420.0);
-            answer = question_ui(ui, cost);
-        });
-        if answer.is_none() && !modal.should_close() {
+        let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
+        if asked.inner.is_none() && !asked.is_left() {
             return;
         }
-        if let Some(Merging { edit, .. }) = self.lists.merging.take().filter(|_| answer == Some(true)) {
+        if let Some(Merging { edit, .. }) = self.lists.merging.take().filter(|_| asked.inner == Some(true)) {
             self.decide(&edit);
         }
     }
 }
 
-fn question_ui(ui: &mut Ui, cost: &MergeCost) -> Option<bool> {
+fn question_ui(ui: &mut Ui, keys: &mut Keys, cost: &MergeCost) -> Option<bool> {
     ui.label(RichText::new(format!("Merge {} layers?", cost.layers)).heading());
     ui.add_space(4.0);
     ui.label(told(cost));
@@ -64,7 +61,7 @@ fn question_ui(ui: &mut Ui, cost: &MergeCost) -> Option<bool> {
         }
     });
     ui.add_space(10.0);
-    let answer = ui.horizontal(|ui| answers_ui(ui, &[MERGE, "Cancel"])).inner;
+    let answer = ui.horizontal(|ui| answers_ui(ui, keys, &[MERGE, "Cancel"])).inner;
     answer.map(|answer| answer == MERGE)
 }
 

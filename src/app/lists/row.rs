@@ -8,6 +8,7 @@ use eframe::egui::{
 
 use super::outliner::Outliner;
 use super::rows::Row;
+use crate::app::settings::focus_stroke;
 
 /// Height of a row in points: a line of text with a little air, large enough to be hit.
 pub const ROW: f32 = 23.0;
@@ -49,8 +50,7 @@ impl Outliner<'_> {
             ui.painter().rect_filled(rect, ROUND, visuals.widgets.hovered.weak_bg_fill);
         }
         if self.lists.cursor == Some(row) && self.lists.has_focus(ui.ctx()) {
-            let stroke = Stroke::new(1.0, visuals.selection.stroke.color);
-            ui.painter().rect_stroke(rect, ROUND, stroke, StrokeKind::Inside);
+            ui.painter().rect_stroke(rect, ROUND, focus_stroke(visuals), StrokeKind::Inside);
         }
         let level = row.level(self.editor.settings.layer_list.as_table);
         let left = rect.left() + LEFT + level as f32 * STEP;

@@ -6,6 +6,7 @@ use std::sync::Arc;
 
 use super::keeping::Work;
 use super::{Masking, Tool};
+use crate::app::dialog;
 use crate::app::editor::{Ask, Editor};
 use crate::app::flat::placement::Seen;
 use crate::document::masks::MaskFrom;
@@ -118,8 +119,7 @@ pub fn hand_ui(
 
 /// Escape was pressed, and no dialog waits for it.
 fn escaped(ui: &Ui) -> bool {
-    let asks = ui.memory(|memory| memory.top_modal_layer().is_some());
-    !asks && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
+    !dialog::is_open(ui.ctx()) && ui.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
 }
 
 /// Ctrl and the wheel make the brush larger.

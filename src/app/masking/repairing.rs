@@ -137,7 +137,7 @@ fn note_of(it: Unmasked, therefore: &str, older: Option<(String, u64, SystemTime
         let mask = Mask { from: it.mask.from.clone(), file, pixels };
         let when = made.elapsed().map(ago).unwrap_or_default();
         let back = changed(&it.photo, it.mask.clone(), Some(mask));
-        note = note.with(format!("Take the one of {}", when.trim_end_matches(',')), Remedy::SetMask(back));
+        note = note.with(format!("Take the one of {when}"), Remedy::SetMask(back));
     }
     note.with("Choose a file…", Remedy::ChooseMask(Box::new(it)))
 }

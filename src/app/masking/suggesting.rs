@@ -27,8 +27,8 @@ pub struct Suggested {
     pub shown: bool,
     /// The one under the pointer.
     pub pointed: Option<u32>,
-    /// What was found last, in words, until somebody has read it.
-    pub outcome: Option<String>,
+    /// What was looked for last, until somebody has read what came of it.
+    outcome: Option<Outcome>,
     list: Arc<Vec<Shown>>,
     /// That of earlier runs was looked for.
     read: bool,
@@ -51,6 +51,12 @@ impl Default for Suggested {
             open: None,
         }
     }
+}
+
+/// What came of the last look.
+struct Outcome {
+    /// Photos that were looked through and have nothing; by name.
+    without: Vec<String>,
 }
 
 /// One of them.
@@ -142,20 +148,21 @@ impl Editor {
     }
 
     fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<Shown>) {
-        if self.session.as_ref().is_none_or(|session| session.folder != folder) {
-            return;
-        }
-        let is_new = |shown: &Shown| looked_at.is_empty() || looked_at.contains(&shown.it.photo);
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
+        let is_new = |photo: &String| looked_at.is_empty() || looked_at.contains(photo);
         // Dismissed while it was looked for others.
         let gone = std::mem::take(&mut self.masking.suggested.dismissed);
-        list.retain(|shown| is_new(shown) || !gone.contains(&shown.it.number));
-        let new = list.iter().filter(|shown| is_new(shown));
+        list.retain(|shown| is_new(&shown.it.photo) || !gone.contains(&shown.it.number));
+        let names = session.opened.site.photos.iter().map(|photo| &photo.name);
+        let has_none = |name: &&String| list.iter().all(|shown| shown.it.photo != **name);
+        let without = names.filter(|name| is_new(name)).filter(has_none).cloned().collect();
+        let new = list.iter().filter(|shown| is_new(&shown.it.photo));
         let mut photos: Vec<&str> = new.map(|shown| shown.it.photo.as_str()).collect();
         let found = photos.len();
         photos.sort_unstable();
         photos.dedup();
         let text = match found {
-            0 => "Nothing was found that the other photos do not show, too.".to_owned(),
+            0 => NOTHING.to_owned(),
             1 => format!("One thing is in {} alone. A click on it masks it.", photos[0]),
             many => format!(
                 "{many} things are in one photo alone, {}. A click on one masks it.",
@@ -164,8 +171,27 @@ impl Editor {
         };
         self.masking.suggested.put(list);
         self.masking.suggested.shown = true;
-        self.masking.suggested.outcome = Some(text.clone());
+        self.masking.suggested.outcome = Some(Outcome { without });
         self.tell(Note::new(Weight::Info, text));
+    }
+
+    /// What the last look found in a photo, until somebody has read it; none where all of it is masked or dismissed.
+    pub fn outcome_in(&mut self, photo: usize) -> Option<String> {
+        let outcome = self.masking.suggested.outcome.as_ref()?;
+        let name = &self.session.as_ref()?.opened.site.photos.get(photo)?.name;
+        if outcome.without.contains(name) {
+            return Some(NOTHING.into());
+        }
+        match self.suggestions_of(photo).len() {
+            0 => None,
+            1 => Some("One thing is in this photo alone. A click on it masks it.".into()),
+            many => Some(format!("{many} things are in this photo alone. A click on one masks it.")),
+        }
+    }
+
+    /// Somebody has read it.
+    pub fn forget_outcome(&mut self) {
+        self.masking.suggested.outcome = None;
     }
 
     /// Reads what was suggested in earlier runs, once.
@@ -232,6 +258,8 @@ impl Editor {
         }
     }
 }
+
+const NOTHING: &str = "Nothing was found that the other photos do not show, too.";
 
 /// Some of many photos.
 fn in_short(photos: &[&str]) -> String {

@@ -92,13 +92,14 @@ impl Assistant {
             Error::Several(errors) => errors.as_slice(),
             error => std::slice::from_ref(error),
         };
-        for error in errors {
-            let place = match parts.part_of(error) {
-                Some(part) => &mut self.places[part as usize],
-                None => &mut self.folder,
-            };
-            place.errors.push(in_window(&error.to_string()));
+        let of = |wanted: Option<Part>| {
+            let errors: Vec<&Error> = errors.iter().filter(|error| parts.part_of(error) == wanted).collect();
+            Error::gathered(&errors).into_iter().map(|error| in_window(&error))
+        };
+        for part in Part::ALL {
+            self.places[part as usize].errors.extend(of(Some(part)));
         }
+        self.folder.errors.extend(of(None));
     }
 }
 
@@ -210,6 +211,20 @@ mod tests {
         let counts = assistant.places.each_ref().map(|place| place.errors.len());
         assert_eq!((counts, assistant.folder.errors.len()), ([1, 0, 1], 1));
         assert!(assistant.places[2].errors[0].contains("line 3: no faces; export them"));
+    }
+
+    #[test]
+    fn many_photos_of_the_wrong_size_are_one_line() {
+        let parts = Parts { photos: "s/images".into(), cameras: "s/sparse".into(), model: "s/a.obj".into() };
+        let photo =
+            |number| Error::input(format!("s/images/{number}.jpg"), "", "too small", "give the right one");
+        let mut assistant = Assistant::default();
+        assistant.refuse(&parts, &Error::Several((0..19).map(photo).collect()));
+        let [line] = &assistant.places[Part::Photos as usize].errors[..] else { panic!() };
+        assert!(
+            line.starts_with("19 files: too small") && line.contains("0.jpg, 1.jpg and 17 more"),
+            "{line}"
+        );
     }
 
     #[test]

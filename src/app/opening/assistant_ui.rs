@@ -1,12 +1,11 @@
 //! The assistant for new projects, as it is shown.
 
-use eframe::egui::{
-    Button, Context, Id, Key, Modal, ProgressBar, RichText, ScrollArea, Spinner, Ui, Vec2, vec2,
-};
+use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui, Vec2, vec2};
 
 use super::assistant::Assistant;
-use super::place::{part_found, part_line, wrong};
+use super::place::{part_found, part_line, wrong, wrongs};
 use super::{Purpose, Wish, typed_ui};
+use crate::app::dialog::{Dialog, Keys, scrolled};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::recipe::discover::{Look, Part};
@@ -22,37 +21,36 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     let makes = editor.jobs.runs(Kind::Open);
     // Escape leaves the line first.
     let types = context.text_edit_focused();
-    let modal = Modal::new(Id::unique("new project")).show(context, |ui| {
-        let room = context.content_rect().size() - AROUND;
-        ui.set_width(WIDTH.min(room.x));
+    let width = WIDTH.min(context.content_rect().width() - AROUND.x);
+    let answer = Dialog::new("new project", width).show(context, |ui, keys| {
         ui.heading("New project");
-        // Where there is much to say of what was found, that is scrolled, and never what makes the project.
-        ScrollArea::vertical().max_height(room.y).show(ui, |ui| {
-            ui.add_enabled_ui(!makes, |ui| contents(editor, &mut assistant, ui, wishes));
+        ui.add_enabled_ui(!makes, |ui| {
+            if scrolled(ui, |ui| contents(editor, &mut assistant, ui, wishes)) {
+                keys.take_enter();
+            }
         });
         ui.add_space(8.0);
         if makes {
             progress(editor, ui);
         } else {
-            buttons(editor, &assistant, ui, wishes);
+            buttons(editor, &assistant, ui, keys, wishes);
         }
     });
-    // A click beside it must not throw away what was typed.
-    let escaped = modal.is_top_modal && !types && context.input(|input| input.key_pressed(Key::Escape));
-    if escaped && !makes && !modal.any_popup_open {
+    if answer.escaped && !types && !makes {
         wishes.push(Wish::Cancel);
     }
     editor.opening.looking.want(assistant.parts(), context.input(|input| input.time));
     editor.opening.assistant = Some(assistant);
 }
 
-fn contents(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+/// Whether Enter was for one of its lines.
+fn contents(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
     ui.label(
         "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
          choose one: what is in it is found by itself. Nothing of it is changed.",
     );
     ui.add_space(6.0);
-    root(editor, assistant, ui, wishes);
+    let searches = root(editor, assistant, ui, wishes);
     let look = editor.opening.looking.look.as_ref();
     for part in Part::ALL {
         ui.add_space(6.0);
@@ -63,12 +61,16 @@ fn contents(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mu
     ui.add_space(6.0);
     folder(assistant, ui, wishes);
     assistant.judge_folder();
+    searches
 }
 
-fn root(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+/// Whether Enter was pressed in the line of the folder: it searches, and makes no project yet.
+fn root(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
+    let mut entered = false;
     ui.strong("Look in");
     ui.horizontal(|ui| {
-        if typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0) {
+        entered = typed_ui(ui, &mut assistant.root, "Folder of the site", 470.0);
+        if entered {
             wishes.push(Wish::Search);
         }
         let typed = !assistant.root.trim().is_empty();
@@ -91,6 +93,7 @@ fn root(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Ve
             "There is very much in this folder: not all of it was looked at. A folder further in is quicker.";
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
+    entered
 }
 
 fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
@@ -107,7 +110,7 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
         }
     });
     ui.indent("folder", |ui| match (&assistant.folder.errors, assistant.objection()) {
-        (errors, _) if !errors.is_empty() => errors.iter().for_each(|error| wrong(ui, error)),
+        (errors, _) if !errors.is_empty() => wrongs(ui, errors),
         (_, Some(text)) if assistant.folder.typed.is_empty() => drop(ui.weak(text)),
         (_, Some(text)) => wrong(ui, text),
         _ => drop(ui.weak("A new folder: layers, paint and what you decide will be in it.")),
@@ -125,13 +128,13 @@ fn progress(editor: &Editor, ui: &mut Ui) {
     });
 }
 
-fn buttons(editor: &Editor, assistant: &Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn buttons(editor: &Editor, assistant: &Assistant, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let why_not = why_not(editor.opening.looking.now(), assistant);
         let create = Button::new(RichText::new("Make the project").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(why_not.is_none(), create);
         let response = response.on_hover_text("Reads everything once, makes the project and checks it.");
-        if response.on_disabled_hover_text(why_not.unwrap_or_default()).clicked() {
+        if keys.press(&response.on_disabled_hover_text(why_not.unwrap_or_default())) {
             wishes.push(Wish::Create);
         }
         if ui.add(Button::new("Cancel").min_size([80.0, 30.0].into())).clicked() {

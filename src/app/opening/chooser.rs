@@ -4,9 +4,11 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Context, Id, Modal, RichText};
+use eframe::egui::{Context, RichText};
 
-use super::{Wish, typed_path, typed_ui};
+use super::place::line;
+use super::{Wish, typed_path};
+use crate::app::dialog::Dialog;
 use crate::app::editor::Editor;
 use crate::app::notes::{Note, Weight};
 use crate::recipe::discover::Part;
@@ -131,17 +133,16 @@ pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec
     if !editor.opening.typing {
         return;
     }
-    let modal = Modal::new(Id::unique("type a path")).show(context, |ui| {
-        ui.set_width(520.0);
+    let answer = Dialog::new("type a path", 520.0).show(context, |ui, keys| {
         ui.heading("Open a project");
         ui.label("This desktop shows no dialog for folders. Type the path of a project's folder:");
-        let typed = typed_ui(ui, &mut editor.opening.typed, "Folder of the project", 500.0);
+        keys.begin_at(&line(ui, &mut editor.opening.typed, "Folder of the project", 500.0));
         ui.add_space(6.0);
         ui.horizontal(|ui| {
             let path = typed_path(&editor.opening.typed);
             let there = path.is_dir();
             let open = ui.add_enabled(there, eframe::egui::Button::new(RichText::new("Open").strong()));
-            if (open.clicked() || typed) && there {
+            if keys.press(&open) {
                 wishes.extend([Wish::Cancel, Wish::Take(path)]);
             }
             if ui.button("Cancel").clicked() {
@@ -149,7 +150,7 @@ pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec
             }
         });
     });
-    if modal.should_close() {
+    if answer.escaped {
         wishes.push(Wish::Cancel);
     }
 }

@@ -1,10 +1,11 @@
-//! A project that another program writes to: who it is, and the project opened as soon as it is free.
+//! A project that somebody else has open: who it is, and the project opened as soon as it is free.
 
 use std::path::PathBuf;
 
-use eframe::egui::{Context, Id, Modal, Spinner};
+use eframe::egui::{Context, Spinner};
 
 use super::Wish;
+use crate::app::dialog::Dialog;
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::io::lock::{ProjectLock, advice};
@@ -52,8 +53,7 @@ impl Editor {
 /// Draws it.
 pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(held) = &editor.opening.held else { return };
-    let modal = Modal::new(Id::unique("held")).show(context, |ui| {
-        ui.set_width(460.0);
+    let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
         ui.heading("Somebody else has this project");
         ui.label(format!("{}: {}.", held.folder.display(), advice(&held.holder)));
         ui.horizontal(|ui| {
@@ -62,7 +62,7 @@ pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>
         });
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            if ui.button("Try again").clicked() {
+            if keys.press_first(&ui.button("Try again")) {
                 wishes.push(Wish::TryAgain(held.folder.clone()));
             }
             if ui.button("Do not open it").clicked() {
@@ -70,7 +70,7 @@ pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>
             }
         });
     });
-    if modal.should_close() {
+    if answer.is_left() {
         wishes.push(Wish::Cancel);
     }
 }

@@ -22,7 +22,7 @@ use self::held::Held;
 use self::looking::Looking;
 use self::on_disk::OnDisk;
 pub use self::on_disk::changed;
-pub use self::place::{typed_path, typed_ui};
+pub use self::place::{is_entered, line, typed_path, typed_ui};
 use self::relinking::Relinking;
 pub use self::writing::Farewell;
 use self::writing::Writing;

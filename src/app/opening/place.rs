@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Key, Response, RichText, Role, TextEdit, Ui, WidgetInfo};
+use eframe::egui::{Key, Response, RichText, Role, ScrollArea, TextEdit, Ui, WidgetInfo};
 
 use super::{Purpose, Wish};
 use crate::app::panel::counted;
@@ -47,10 +47,16 @@ pub fn typed_path(typed: &str) -> PathBuf {
 /// A line to type a path into; whether Enter was pressed in it.
 pub fn typed_ui(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> bool {
     let line = line(ui, typed, name, width);
-    line.lost_focus() && ui.input(|input| input.key_pressed(Key::Enter))
+    is_entered(&line)
 }
 
-fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
+/// Enter was pressed in a line.
+pub fn is_entered(line: &Response) -> bool {
+    line.lost_focus() && line.ctx.input(|input| input.key_pressed(Key::Enter))
+}
+
+/// The line alone.
+pub fn line(ui: &mut Ui, typed: &mut String, name: &str, width: f32) -> Response {
     let line = ui.add(TextEdit::singleline(typed).desired_width(width).hint_text(name));
     let value = typed.clone();
     line.widget_info(|| WidgetInfo {
@@ -92,7 +98,7 @@ pub fn part_line(ui: &mut Ui, part: Part, place: &mut Place, wishes: &mut Vec<Wi
 pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
     ui.indent(part.name(), |ui| {
         if !place.errors.is_empty() {
-            place.errors.iter().for_each(|error| wrong(ui, error));
+            wrongs(ui, &place.errors);
             return;
         }
         let path = place.path();
@@ -115,6 +121,20 @@ pub fn part_found(ui: &mut Ui, part: Part, place: &Place, look: Option<&Look>) {
 /// Something that is wrong.
 pub fn wrong(ui: &mut Ui, text: &str) {
     ui.colored_label(ui.visuals().error_fg_color, text);
+}
+
+/// A list of what is wrong takes no more of the window's height than this: what it is about, and what can be done about
+/// it, stay in sight.
+const WRONG_MOST: f32 = 0.2;
+
+/// All that is wrong with something.
+pub(super) fn wrongs(ui: &mut Ui, errors: &[String]) {
+    if errors.is_empty() {
+        return;
+    }
+    let highest = WRONG_MOST * ui.ctx().content_rect().height();
+    let list = ScrollArea::vertical().id_salt("wrong").max_height(highest).auto_shrink([false, true]);
+    list.show(ui, |ui| errors.iter().for_each(|error| wrong(ui, error)));
 }
 
 fn told(ui: &mut Ui, part: Part, look: &Look) {

@@ -2,11 +2,12 @@
 
 use std::path::{Path, PathBuf};
 
-use eframe::egui::{Button, Context, Id, Key, Modal, RichText, ScrollArea, Ui};
+use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
-use super::place::{Place, part_found, part_line, wrong};
+use super::place::{Place, part_found, part_line, wrongs};
 use super::{Purpose, Wish};
 use crate::app::command::words::in_window;
+use crate::app::dialog::{Dialog, Keys, scrolled};
 use crate::app::editor::Editor;
 use crate::app::jobs::Kind;
 use crate::error::Result;
@@ -144,19 +145,16 @@ pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     let Some(mut relinking) = editor.opening.relinking.take() else { return };
     // Escape leaves the line first.
     let types = context.text_edit_focused();
-    let modal = Modal::new(Id::unique("relink")).show(context, |ui| {
-        ui.set_width(680.0);
-        if relinking.photos.is_empty() {
-            parts_ui(editor, &mut relinking, ui, wishes);
-        } else {
-            photos_ui(editor, &mut relinking, ui, wishes);
-        }
-        relinking.errors.iter().for_each(|error| wrong(ui, error));
+    let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
+        scrolled(ui, |ui| match relinking.photos.is_empty() {
+            true => parts_ui(editor, &mut relinking, ui, wishes),
+            false => photos_ui(editor, &mut relinking, ui, wishes),
+        });
+        wrongs(ui, &relinking.errors);
         ui.add_space(8.0);
-        buttons(editor, &relinking, ui, wishes);
+        buttons(editor, &relinking, ui, keys, wishes);
     });
-    let escaped = modal.is_top_modal && !types && context.input(|input| input.key_pressed(Key::Escape));
-    if escaped && !modal.any_popup_open {
+    if answer.escaped && !types {
         wishes.push(Wish::Cancel);
     }
     editor.opening.looking.want(relinking.parts(), context.input(|input| input.time));
@@ -216,14 +214,15 @@ fn photos_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &m
     asked_ui(editor, relinking, ui, wishes);
 }
 
-fn buttons(editor: &Editor, relinking: &Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn buttons(editor: &Editor, relinking: &Relinking, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
         let whole = editor.opening.looking.now().is_some_and(|look| look.is_whole());
         let moved = relinking.parts() != relinking.was;
         let button = Button::new(RichText::new("Use these places").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(whole && moved && !editor.jobs.runs(Kind::Open), button);
         let response = response.on_hover_text("The project is told of them and opened.");
-        if response.on_disabled_hover_text("Something is still missing, or nothing has changed.").clicked() {
+        let response = response.on_disabled_hover_text("Something is still missing, or nothing has changed.");
+        if keys.press(&response) {
             wishes.push(Wish::Relink);
         }
         let again = Button::new("Try again").min_size([90.0, 30.0].into());

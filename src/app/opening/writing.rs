@@ -1,8 +1,9 @@
 //! A project or the window left while something still writes: asked what becomes of it.
 
-use eframe::egui::{Context, Id, Modal, RichText, Spinner};
+use eframe::egui::{Context, RichText, Spinner};
 
 use super::Wish;
+use crate::app::dialog::Dialog;
 use crate::app::editor::Editor;
 use crate::app::leaving::Leaving;
 
@@ -66,8 +67,7 @@ fn verb(leaving: &Leaving) -> &'static str {
 /// Draws it.
 pub(super) fn writing_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>) {
     let Some(writing) = &editor.opening.writing else { return };
-    let modal = Modal::new(Id::unique("writing")).show(context, |ui| {
-        ui.set_width(460.0);
+    let answer = Dialog::new("writing", 460.0).show(context, |ui, keys| {
         ui.heading("Something is still being written");
         for (_, job) in editor.jobs.writing() {
             ui.horizontal(|ui| {
@@ -84,8 +84,13 @@ pub(super) fn writing_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wi
         }
         ui.add_space(8.0);
         ui.horizontal_wrapped(|ui| {
+            // Nothing is lost by waiting, nor by staying once one waits.
+            let usual = if writing.waits { Farewell::Stay } else { Farewell::Wait };
             let mut choice = |text: String, farewell| {
-                if ui.button(text).clicked() {
+                let button = ui.button(text);
+                let is_usual = farewell == usual;
+                let is_pressed = if is_usual { keys.press_first(&button) } else { button.clicked() };
+                if is_pressed {
                     wishes.push(Wish::Leave(farewell));
                 }
             };
@@ -96,7 +101,7 @@ pub(super) fn writing_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wi
             choice("Go on working".into(), Farewell::Stay);
         });
     });
-    if modal.should_close() {
+    if answer.is_left() {
         wishes.push(Wish::Leave(Farewell::Stay));
     }
 }

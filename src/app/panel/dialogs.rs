@@ -1,7 +1,8 @@
-//! Small windows that ask: what to import, how to export, which image editor to use.
+//! Dialogs around image editors: what to import, how to export, which image editor to use.
 
-use eframe::egui::{Align2, Button, Context, Grid, ScrollArea, TextEdit, Ui, Window};
+use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
+use crate::app::dialog::Dialog;
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
 use crate::app::trip::choosing::Wanted;
@@ -15,33 +16,37 @@ pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     editor_ui(editor, context);
 }
 
-fn window(title: &str) -> Window<'_> {
-    Window::new(title).collapsible(false).resizable(false).anchor(Align2::CENTER_CENTER, [0.0, -40.0])
-}
+/// All are as wide, in points.
+const WIDTH: f32 = 470.0;
 
 fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let Some(mut dialog) = editor.trip.import.clone() else { return };
     let (mut open, mut choose, mut done) = (true, false, false);
-    window("Import edited files").open(&mut open).show(context, |ui| {
-        ui.set_width(460.0);
+    let answer = Dialog::new("import", WIDTH).show(context, |ui, keys| {
+        ui.heading("Import edited files");
         ui.label("PSD, XCF or OpenRaster files that were exported from this project, or exported folders.");
         ui.weak("They can also be dropped on the window.");
         for (place, path) in dialog.paths.iter_mut().enumerate() {
             ui.horizontal(|ui| {
                 let label = ui.label(if place == 0 { "File or folder" } else { "And" });
-                ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY)).labelled_by(label.id);
+                let line = ui.add(TextEdit::singleline(path).desired_width(f32::INFINITY));
+                if place == 0 {
+                    keys.begin_at(&line);
+                }
+                line.labelled_by(label.id);
             });
         }
         let scaled = "Their colours are brought back to the photo's size; faint paint is lost.";
         ui.checkbox(&mut dialog.scaled, "Also images that were scaled").on_hover_text(scaled);
+        choose = ui.button("Choose…").clicked();
+        ui.add_space(8.0);
         ui.horizontal(|ui| {
-            choose = ui.button("Choose…").clicked();
             let any = dialog.paths.iter().any(|path| !path.trim().is_empty());
-            done = ui.add_enabled(any, Button::new("Import")).clicked();
+            done = keys.press(&ui.add_enabled(any, usual("Import")));
+            open = !ui.add(button("Cancel")).clicked();
         });
     });
-    let open = open && !super::escaped(context);
-    editor.trip.import = open.then_some(dialog);
+    editor.trip.import = (open && !answer.escaped).then_some(dialog);
     if choose {
         editor.choose_path(Wanted::Layered);
     }
@@ -53,8 +58,8 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
 fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let Some(mut dialog) = editor.trip.export.clone() else { return };
     let (mut open, mut choose, mut go, mut show) = (true, false, false, None);
-    window("Export").open(&mut open).show(context, |ui| {
-        ui.set_width(460.0);
+    let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
+        ui.heading("Export layered files");
         Grid::new("export").num_columns(2).spacing([12.0, 6.0]).show(ui, |ui| {
             ui.label("Format");
             ui.horizontal(|ui| formats(ui, &mut dialog.format));
@@ -78,9 +83,11 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
         if let Some(problem) = problem {
             ui.colored_label(ui.visuals().warn_fg_color, problem);
         }
+        ui.add_space(8.0);
         ui.horizontal(|ui| {
             let runs = editor.jobs.runs(Kind::Export);
-            go = ui.add_enabled(problem.is_none() && !runs, Button::new("Export")).clicked();
+            go = keys.press(&ui.add_enabled(problem.is_none() && !runs, usual("Export")));
+            open = !ui.add(button("Close")).clicked();
             if runs {
                 ui.spinner();
             }
@@ -92,8 +99,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             }
         });
     });
-    let open = open && !super::escaped(context);
-    editor.trip.export = open.then_some(dialog);
+    editor.trip.export = (open && !answer.escaped).then_some(dialog);
     if choose {
         editor.choose_path(Wanted::ExportFolder);
     }
@@ -103,6 +109,15 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     if let Some(folder) = show {
         editor.show_folder(&folder);
     }
+}
+
+fn button(text: &str) -> Button<'_> {
+    Button::new(text).min_size([96.0, 28.0].into())
+}
+
+/// The main button.
+fn usual(text: &str) -> Button<'_> {
+    Button::new(RichText::new(text).strong()).min_size([96.0, 28.0].into())
 }
 
 fn formats(ui: &mut Ui, format: &mut ExportFormat) {
@@ -154,8 +169,8 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
     let found = editor.editors_found().to_vec();
     let mut choice = editor.settings.image_editor.clone();
     let (mut open, mut choose, mut again) = (true, false, false);
-    window("Image editor").open(&mut open).show(context, |ui| {
-        ui.set_width(460.0);
+    let answer = Dialog::new("image editor", WIDTH).show(context, |ui, keys| {
+        ui.heading("Image editor");
         ui.label("“Edit in image editor” opens photos in:");
         for known in ImageEditor::ALL {
             let program = found.iter().find(|(editor, _)| *editor == known).map(|(_, program)| program);
@@ -185,10 +200,14 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
                 formats(ui, &mut choice.format);
             });
         });
-        again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
+        ui.add_space(8.0);
+        ui.horizontal(|ui| {
+            open = !keys.press(&ui.add(usual("Close")));
+            again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
+        });
     });
     editor.settings.image_editor = choice;
-    editor.trip.choosing_editor = open && !super::escaped(context);
+    editor.trip.choosing_editor = open && !answer.is_left();
     if choose {
         editor.choose_path(Wanted::Program);
     }

@@ -3,6 +3,7 @@
 use eframe::egui::{Context, Grid, ScrollArea, Window};
 
 use crate::app::command;
+use crate::app::dialog::escaped;
 use crate::app::editor::Editor;
 use crate::app::settings::Navigation;
 
@@ -66,5 +67,5 @@ pub fn help_ui(editor: &mut Editor, context: &Context) {
             });
         });
     });
-    editor.help_shown = open && !super::escaped(context);
+    editor.help_shown = open && !escaped(context);
 }

@@ -6,6 +6,7 @@ use eframe::egui::{
 
 use super::{slider_ui, small_button, text_width};
 use crate::app::command::layers;
+use crate::app::dialog::escaped;
 use crate::app::editor::{Ask, Editor};
 use crate::app::layer_work::OptionsEdit;
 use crate::app::session::Session;
@@ -148,7 +149,7 @@ pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<A
             super::inspector::button(editor, ui, &layers::BUILD, asks);
         });
     });
-    editor.layer_options_shown = open && !super::escaped(context);
+    editor.layer_options_shown = open && !escaped(context);
 }
 
 fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {

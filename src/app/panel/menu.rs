@@ -1,10 +1,11 @@
 //! The menu bar: the command tables, and the projects opened last.
 
-use eframe::egui::{Button, MenuBar, ScrollArea, Ui};
+use eframe::egui::containers::menu::{MenuBar, MenuConfig};
+use eframe::egui::{Button, ScrollArea, Ui};
 
 use crate::app::command::{self, Command, Menu, first_keys};
 use crate::app::editor::{Ask, Editor};
-use crate::app::settings::Navigation;
+use crate::app::settings::{Navigation, menu_look};
 
 /// Of menus, in points: names and keys stand apart.
 const WIDTH: f32 = 230.0;
@@ -13,7 +14,8 @@ const BELOW: f32 = 16.0;
 
 /// Draws it.
 pub fn menu_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    MenuBar::new().ui(ui, |ui| {
+    let bar = MenuBar::new().style(menu_look).config(MenuConfig::new().style(menu_look));
+    bar.ui(ui, |ui| {
         for menu in Menu::ALL {
             ui.menu_button(menu.name(), |ui| {
                 ui.set_min_width(WIDTH);

@@ -19,11 +19,12 @@ pub mod status;
 pub mod welcome;
 
 use eframe::egui::{
-    Align, Button, Context, Key, Layout, Modifiers, Response, RichText, Role, ScrollArea, Slider, TextStyle,
-    Ui, Vec2, WidgetInfo, vec2,
+    Align, Button, Layout, Response, RichText, Role, ScrollArea, Slider, TextStyle, Ui, Vec2, WidgetInfo,
+    vec2,
 };
 
 use super::command::Command;
+use super::dialog::Keys;
 use super::editor::{Ask, Editor};
 use super::lists::outliner_ui;
 use sized::{Edge, Sizes, sized_panel};
@@ -71,12 +72,6 @@ pub fn button_ui(ui: &mut Ui, command: &Command, button: Button) -> bool {
     ui.add(button).on_hover_text(format!("{}{keys}: {}", command.name, command.tooltip)).clicked()
 }
 
-/// Escape was pressed, and neither a dialog nor a text waits for it.
-fn escaped(context: &Context) -> bool {
-    let waits = context.text_edit_focused() || context.memory(|memory| memory.top_modal_layer().is_some());
-    !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
-}
-
 /// What a widget without a text of its own beside it is called, for those who hear the window.
 pub fn named(response: &Response, name: &str) {
     response.ctx.accesskit_node_builder(response.id, |node| node.set_label(name));
@@ -121,12 +116,15 @@ pub fn small_button(ui: &mut Ui, text: &str, name: &str, tooltip: &str) -> Respo
 /// Height of buttons that answer a question, and their width at least, in points.
 const ANSWER: Vec2 = vec2(96.0, 28.0);
 
-/// Answers to a question in a row, the first one as the usual one; the one that was clicked.
-pub fn answers_ui(ui: &mut Ui, answers: &[&'static str]) -> Option<&'static str> {
+/// Answers to a question in a row, the first one as the usual one, which has the focus; the one that was pressed.
+pub fn answers_ui(ui: &mut Ui, keys: &mut Keys, answers: &[&'static str]) -> Option<&'static str> {
     let mut chosen = None;
     for (place, answer) in answers.iter().enumerate() {
-        let text = if place == 0 { RichText::new(*answer).strong() } else { RichText::new(*answer) };
-        if ui.add(Button::new(text).min_size(ANSWER)).clicked() {
+        let is_usual = place == 0;
+        let text = if is_usual { RichText::new(*answer).strong() } else { RichText::new(*answer) };
+        let button = ui.add(Button::new(text).min_size(ANSWER));
+        let is_pressed = if is_usual { keys.press_first(&button) } else { button.clicked() };
+        if is_pressed {
             chosen = Some(*answer);
         }
     }

@@ -1,7 +1,8 @@
 //! The photos: small pictures with their names and states.
 
 use eframe::egui::{
-    Color32, Image, Rect, RichText, ScrollArea, Sense, Stroke, Ui, UiBuilder, Vec2, pos2, vec2,
+    Color32, Id, Image, Rect, RichText, ScrollArea, Sense, Stroke, StrokeKind, Ui, UiBuilder, Vec2, pos2,
+    vec2,
 };
 
 use super::percent;
@@ -9,7 +10,7 @@ use crate::app::command::layers::BUILD;
 use crate::app::editor::{Ask, Editor};
 use crate::app::selection::Selection;
 use crate::app::session::{BUILT, PhotoStatus, Session};
-use crate::app::settings::good;
+use crate::app::settings::{focus_stroke, good};
 
 /// Of a row, in points.
 const ROW: f32 = 62.0;
@@ -40,11 +41,30 @@ pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         }
     });
     let count = session.photos.len();
+    let goes_to = gone_to(editor, ui);
     ScrollArea::vertical().auto_shrink(false).show_rows(ui, ROW, count, |ui, rows| {
+        if let Some(place) = goes_to {
+            show_row(ui, place, rows.start);
+        }
         for place in rows {
             row(editor, session, ui, place, asks);
         }
     });
+}
+
+/// The photo that was selected since the last frame, wherever that was done: its row comes into sight.
+fn gone_to(editor: &Editor, ui: &Ui) -> Option<usize> {
+    let id = Id::unique("photo in sight");
+    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), editor.photo));
+    editor.photo.filter(|_| before != editor.photo)
+}
+
+/// Scrolls as little as is needed. `first` is the row that `ui` begins with.
+fn show_row(ui: &Ui, place: usize, first: usize) {
+    let step = ROW + ui.spacing().item_spacing.y;
+    let top = ui.max_rect().top() + (place as f32 - first as f32) * step;
+    let rect = Rect::from_x_y_ranges(ui.max_rect().x_range(), top..=top + ROW);
+    ui.scroll_to_rect(rect, None);
 }
 
 fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut Vec<Ask>) {
@@ -62,6 +82,9 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
         ui.painter().rect_filled(rect, 4.0, visuals.selection.bg_fill.gamma_multiply(0.6));
     } else if response.hovered() {
         ui.painter().rect_filled(rect, 4.0, visuals.widgets.hovered.weak_bg_fill);
+    }
+    if response.has_focus() {
+        ui.painter().rect_stroke(rect, 4.0, focus_stroke(visuals), StrokeKind::Inside);
     }
     let size = vec2(PICTURE.x.min(PICTURE_SHARE * rect.width()), PICTURE.y);
     let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), size);

@@ -1,27 +1,36 @@
 //! The settings, as they are shown.
 
-use eframe::egui::{Context, Grid, Slider, Ui, Window};
+use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
 use crate::app::command::{file, first_keys, paint};
+use crate::app::dialog::Dialog;
 use crate::app::editor::{Ask, Editor};
 use crate::app::settings::{Colours, Navigation, Settings};
 
 /// Shows them when they are wanted.
 pub fn settings_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let mut open = editor.settings_shown;
-    let window = Window::new("Settings").open(&mut open).resizable(false).default_width(420.0);
-    window.show(context, |ui| {
-        let mut wanted = editor.settings.clone();
-        contents(&mut wanted, ui, asks);
-        if wanted != editor.settings {
-            editor.settings = wanted;
-            editor.settings.apply_to(context);
-        }
+    if !editor.settings_shown {
+        return;
+    }
+    let mut wanted = editor.settings.clone();
+    let answer = Dialog::new("settings", 480.0).show(context, |ui, keys| {
+        ui.heading("Settings");
+        ui.add_space(4.0);
+        contents(&mut wanted, ui);
+        ui.add_space(8.0);
+        let leads_on = commands(ui, asks);
+        ui.add_space(8.0);
+        let close = ui.add(Button::new(RichText::new("Close").strong()).min_size([96.0, 28.0].into()));
+        keys.press(&close) || leads_on
     });
-    editor.settings_shown = open && !super::escaped(context);
+    if wanted != editor.settings {
+        editor.settings = wanted;
+        editor.settings.apply_to(context);
+    }
+    editor.settings_shown = !answer.inner && !answer.is_left();
 }
 
-fn contents(settings: &mut Settings, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn contents(settings: &mut Settings, ui: &mut Ui) {
     Grid::new("settings").num_columns(2).spacing([16.0, 12.0]).show(ui, |ui| {
         ui.label("Theme");
         ui.horizontal(|ui| {
@@ -64,12 +73,18 @@ fn contents(settings: &mut Settings, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.checkbox(&mut settings.hints, "Show hints for the 3D view");
         ui.end_row();
     });
-    ui.add_space(8.0);
+}
+
+/// What else can be set; whether one was chosen, which is done where these settings are not in its way.
+fn commands(ui: &mut Ui, asks: &mut Vec<Ask>) -> bool {
+    let mut chosen = false;
     ui.horizontal(|ui| {
         for command in [&paint::CHOOSE_EDITOR, &file::KEYS, &file::LAYOUT] {
             if ui.button(command.name).on_hover_text(command.tooltip).clicked() {
                 asks.push(Ask::Run(command));
+                chosen = true;
             }
         }
     });
+    chosen
 }

@@ -6,7 +6,7 @@ use super::small_button;
 use crate::app::command::{Command, file, first_keys};
 use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
-use crate::app::opening::{Wish, typed_path, typed_ui};
+use crate::app::opening::{Wish, is_entered, line, typed_path};
 
 /// A project opened last.
 const RECENT: Vec2 = vec2(360.0, 28.0);
@@ -48,11 +48,16 @@ fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let entered = typed_ui(ui, &mut editor.opening.typed, "Folder of a site or project", 300.0);
+    let line = line(ui, &mut editor.opening.typed, "Folder of a site or project", 300.0);
     let path = typed_path(&editor.opening.typed);
-    if entered && path.exists() {
-        asks.push(Ask::Opening(Wish::Take(path)));
-    } else if !editor.opening.typed.trim().is_empty() && !path.exists() {
+    if is_entered(&line) {
+        match path.exists() {
+            true => asks.push(Ask::Opening(Wish::Take(path.clone()))),
+            // It is typed on.
+            false => line.request_focus(),
+        }
+    }
+    if !editor.opening.typed.trim().is_empty() && !path.exists() {
         ui.weak("There is no such folder.");
     }
 }

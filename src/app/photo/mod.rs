@@ -222,14 +222,14 @@ fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut V
     }
     // What was asked for last is told last; layers that are out of date stay so.
     let is_stale = editor.session.as_ref().is_some_and(|session| session.photos[photo].word == "stale");
-    if let Some(outcome) = editor.masking.suggested.outcome.clone().filter(|_| !is_stale) {
+    if let Some(outcome) = editor.outcome_in(photo).filter(|_| !is_stale) {
         let (read, line) = over(ui, rect, |ui| {
             ui.label(outcome);
             ui.button("OK").on_hover_text("Hides this line.").clicked()
         });
         editor.flat.photo.line = Some(line);
         if read {
-            editor.masking.suggested.outcome = None;
+            editor.forget_outcome();
         }
         return;
     }

@@ -4,6 +4,7 @@ use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 use super::{Editor, px_of};
+use crate::app::dialog;
 use crate::app::settings::Navigation;
 use crate::projection::navigation::Viewpoint;
 
@@ -28,7 +29,7 @@ pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, n
         wheel(editor, ui, rect);
     }
     let flying = response.contains_pointer() || response.has_focus();
-    if flying && !ui.ctx().text_edit_focused() {
+    if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
         fly(editor, ui);
     }
     let moves = editor.space.viewpoint != before;

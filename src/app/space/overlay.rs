@@ -62,7 +62,9 @@ fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
 
 /// The photo one looks through: its frame fills the view's height, as its camera does.
 fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
-    let flips = ui.input(|input| input.key_down(eframe::egui::Key::X));
+    // What is typed is no command.
+    let typed = ui.ctx().text_edit_focused() || crate::app::dialog::is_open(ui.ctx());
+    let flips = !typed && ui.input(|input| input.key_down(eframe::egui::Key::X));
     let shown = editor.space.photo_over != flips;
     let (Some(photo), Some(session), true) = (editor.space.through, &editor.session, shown) else { return };
     let camera = &session.opened.site.photos[photo].camera;

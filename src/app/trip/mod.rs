@@ -55,6 +55,13 @@ impl Turn {
     }
 }
 
+impl Trip {
+    /// A dialog waits for an answer.
+    pub fn asks(&self) -> bool {
+        self.import.is_some() || self.export.is_some() || self.choosing_editor
+    }
+}
+
 impl Editor {
     /// Takes in what was saved in image editors, and what was chosen in dialogs of the system.
     pub(super) fn take_home(&mut self) {

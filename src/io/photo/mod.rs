@@ -186,7 +186,7 @@ fn describes_rgb(profile: &[u8]) -> bool {
 }
 
 fn wrong_size(path: &Path, stored: (u32, u32), (width, height): (u32, u32), turns: bool) -> Error {
-    let found = format!("{} x {} pixels, but its camera has {width} x {height}", stored.0, stored.1);
+    let found = format!("{} x {} pixels where the camera has {width} x {height}", stored.0, stored.1);
     let remedy = if (stored.1, stored.0) == (width, height) && !turns {
         "turn the photo by 90 degrees, or use the one that the cameras were computed from"
     } else {

@@ -119,7 +119,7 @@ fn a_photo_of_another_size_is_refused_with_both_sizes() {
     let folder = Folder::new();
     let path = folder.put("a.jpg", &jpeg());
     let error = check_photo(&path, 12, 8).unwrap_err().to_string();
-    assert!(error.contains("6 x 4 pixels, but its camera has 12 x 8"), "{error}");
+    assert!(error.contains("6 x 4 pixels where the camera has 12 x 8"), "{error}");
     let error = read_photo(&path, SIZE.1, SIZE.0).unwrap_err().to_string();
     assert!(error.contains("turn the photo by 90 degrees"), "{error}");
 }

@@ -49,6 +49,25 @@ pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) ->
     sightings.iter().filter(agrees).count() as f64 / sightings.len().max(1) as f64
 }
 
+/// The model of a town around photos of a square, or a statue in photos of that square: about as many times larger or
+/// smaller than what the points are spread over. Beyond, a single face is blown up until it lies under all points, or
+/// the model has shrunk to a speck among them.
+const TIMES_LARGER: f64 = 30.0;
+
+/// Whether a model that is moved by `correction` is about as large as what the photos show, and there: of any two
+/// things, one can be stretched until it meets some of the other.
+pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> bool {
+    if tree.triangles().is_empty() || sightings.is_empty() {
+        return false;
+    }
+    let model = Spread::of(tree.triangles().iter().flatten().copied());
+    let points = Spread::of(sightings.iter().map(|sighting| sighting.point));
+    let size = correction.scale * model.size;
+    let away = correction.apply(model.middle).distance(points.middle);
+    let like = (points.size / TIMES_LARGER..=points.size * TIMES_LARGER).contains(&size);
+    like && away <= size.max(points.size)
+}
+
 /// How hard a stage of the search tries: with so many sightings, and so many steps of fitting.
 struct Effort {
     sightings: usize,

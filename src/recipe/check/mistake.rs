@@ -1,5 +1,6 @@
 //! What is likely to have gone wrong where another transform of the model does better, in words.
 
+use super::Verdict;
 use crate::geometry::{Similarity, axes};
 use glam::DMat3;
 
@@ -32,6 +33,21 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
             .push(format!("The model stands {shift:.3} units of the cameras' world away from its place."));
     }
     mistakes
+}
+
+/// What to do where no other transform does better.
+pub fn without_mend(verdict: Verdict) -> &'static str {
+    match verdict {
+        Verdict::Fits => "",
+        Verdict::Misses => {
+            "Cameras and model are likely not of the same site: no axes, unit and place of the model make it fit the \
+             photos. Give the model that belongs to these cameras, or the cameras that belong to this model."
+        }
+        Verdict::Poor => {
+            "No other axes, unit or place of the model do better: it leaves out much of what the photos show, or is of \
+             another state of the site. Look at its edges over the photos."
+        }
+    }
 }
 
 /// A scale as people say it: whole where it nearly is, else with three digits.

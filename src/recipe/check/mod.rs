@@ -24,7 +24,7 @@ use crate::geometry::{Similarity, axes};
 use crate::layers::{Options, Rasteriser};
 use crate::scene::{FaceId, Model, Photo, Site, SparsePoint};
 use crate::task::Task;
-use alignment::{Sighting, agreement, best_alignment};
+use alignment::{Sighting, agreement, best_alignment, is_plausible};
 pub use faces::Surface;
 use seen::Seen;
 
@@ -131,12 +131,15 @@ fn median(mut values: Vec<f64>) -> f64 {
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 
+/// A model that meets so many of the sightings fits.
+const FITS: f64 = 0.5;
+
 /// A coarse model leaves out much of what the points lie on (trees, furniture, the neighbours), so
 /// half of them agreeing is good; by chance a few in a hundred do. Without points, a model that covers
 /// a twentieth of most photos at least is where the cameras look.
 fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
     let (value, poor, fits) = match agreement {
-        Some(agreement) => (agreement, 0.15, 0.5),
+        Some(agreement) => (agreement, 0.15, FITS),
         None => (covered, 0.005, 0.05),
     };
     match value {
@@ -146,9 +149,15 @@ fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
     }
 }
 
-/// A suggestion must make so many sightings agree, and so many more than now.
-const WORTH_SUGGESTING: f64 = 0.2;
+/// A suggestion must make so many more sightings agree than now.
 const WORTH_CHANGING: f64 = 0.1;
+
+/// Whether a model that meets `found` of the sightings when it is moved, and `now` as it stands, is worth moving: only
+/// where it fits then. The search tries every axis, scale and place, so that a model of another site meets a fifth, too,
+/// somewhere; models of the site itself meet more than four fifths once they stand right.
+fn is_worth_moving(found: f64, now: f64) -> bool {
+    found >= FITS && found >= now + WORTH_CHANGING
+}
 
 fn by_points(
     surface: &Surface,
@@ -157,9 +166,11 @@ fn by_points(
     options: &CheckOptions,
     task: &Task,
 ) -> Result<Option<Suggestion>> {
-    let found = best_alignment(&surface.tree, &thinned(sightings), task)?;
-    let worth =
-        |a: &alignment::Alignment| a.agreement >= WORTH_SUGGESTING && a.agreement >= now + WORTH_CHANGING;
+    let sightings = thinned(sightings);
+    let found = best_alignment(&surface.tree, &sightings, task)?;
+    let worth = |a: &alignment::Alignment| {
+        is_worth_moving(a.agreement, now) && is_plausible(&surface.tree, &a.correction, &sightings)
+    };
     Ok(found.filter(worth).map(|found| Suggestion {
         transform: found.correction.compose(&options.world_from_model).to_string(),
         agreement: Some(found.agreement),

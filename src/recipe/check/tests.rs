@@ -110,6 +110,48 @@ fn a_suggestion_replaces_the_transform_that_was_given() {
     assert_eq!(report.suggestion.unwrap().transform, "x,-z,y");
 }
 
+/// Small faces strewn about: whatever stands in the yard, they do not.
+fn litter() -> Model {
+    let (mut m, mut dice) = (Modeller::new(), Dice::new(11));
+    let mut place = |size: f64| DVec3::from_array([(); 3].map(|()| dice.between(-size, size)));
+    m.object("litter");
+    for _ in 0..300 {
+        let (corner, right, up) = (place(10.0), place(0.3), place(0.3));
+        m.quad(corner, right, up);
+    }
+    m.finish().as_ref().clone()
+}
+
+#[test]
+fn a_model_of_another_site_is_told_to_be_one_and_is_moved_nowhere() {
+    let report = check(&litter(), &points(&yard(), &photos()), &CheckOptions::default());
+    assert_eq!((report.verdict, &report.suggestion), (Verdict::Misses, &None));
+    assert!(
+        mistake::without_mend(report.verdict)
+            .starts_with("Cameras and model are likely not of the same site")
+    );
+}
+
+#[test]
+fn a_move_is_worth_it_only_where_the_model_fits_then() {
+    assert!(is_worth_moving(0.85, 0.02) && is_worth_moving(0.7, 0.45));
+    // What a model of another site meets wherever it is moved to.
+    assert!(!is_worth_moving(0.21, 0.0));
+    assert!(!is_worth_moving(0.52, 0.48), "it gains next to nothing");
+}
+
+#[test]
+fn a_model_that_would_be_a_speck_a_giant_or_elsewhere_is_not_moved_there() {
+    let model = yard();
+    let site = Site { photos: photos(), model: model.clone() };
+    let sightings = sightings(&site, &points(&model, &photos()));
+    let plausible = |moved: Similarity| is_plausible(&Surface::of(&model).tree, &moved, &sightings);
+    let scaled = |scale: f64| Similarity { scale, ..Similarity::IDENTITY };
+    assert!(plausible(Similarity::IDENTITY) && plausible(scaled(1.5)));
+    assert!(!plausible(scaled(81_010.0)) && !plausible(scaled(1e-3)));
+    assert!(!plausible(Similarity { translation: dvec3(1.3e6, 0.0, 0.0), ..Similarity::IDENTITY }));
+}
+
 #[test]
 fn without_points_the_photos_cover_decides() {
     let model = yard();

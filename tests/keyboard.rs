@@ -1,0 +1,206 @@
+//! The keyboard in the window: who a key belongs to, and where the focus is.
+
+#[path = "common/window.rs"]
+#[allow(dead_code)]
+mod window;
+
+use std::path::Path;
+
+use eframe::egui::accesskit::Role;
+use eframe::egui::{Key, Modifiers};
+use egui_kittest::Harness;
+use egui_kittest::kittest::{NodeT, Queryable};
+use quadratura::app::command;
+use quadratura::app::editor::Editor;
+use quadratura::io::project::read_project;
+use quadratura::projection::Shown;
+use window::{appears, is_there, project_of, site_of_piazza, wait, window};
+
+/// A window with the piazza, nothing built.
+fn opened(folder: &Path) -> Harness<'static, Editor> {
+    let project = folder.join("piazza");
+    project_of(&site_of_piazza(), &project);
+    let mut harness = window(Some(project));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness
+}
+
+/// Frames until whatever opens or closes has done so.
+fn settle(harness: &mut Harness<'_, Editor>) {
+    (0..4).for_each(|_| harness.step());
+}
+
+/// Runs a command where it is ready; whether it was.
+fn ask(harness: &mut Harness<'_, Editor>, name: &str) -> bool {
+    let command = command::all().find(|command| command.name == name).unwrap();
+    let is_ready = (command.ready)(harness.state()).is_ok();
+    harness.state_mut().run(command);
+    settle(harness);
+    is_ready
+}
+
+#[test]
+fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    harness.state_mut().keep_view();
+    settle(&mut harness);
+    assert!(harness.state().is_dirty());
+    let dialogs = [
+        ("Settings…", "Mouse in the 3D view"),
+        ("New project…", "Where the project goes"),
+        ("Export…", "Export layered files"),
+        ("Import edited files…", "exported from this project"),
+        ("Choose image editor…", "opens photos in"),
+        ("Make a picture…", "Make a picture of the view"),
+        ("Command palette", "Window › Command palette"),
+        ("Quit", "Save what you decided"),
+    ];
+    for (name, words) in dialogs {
+        if !ask(&mut harness, name) {
+            continue;
+        }
+        assert!(is_there(&harness, words), "{name}");
+        assert!(harness.state().has_dialog(), "{name}");
+        harness.key_press(Key::Num2);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::I);
+        settle(&mut harness);
+        assert!(harness.state().space.look.shown == Shown::Colour, "2 behind {name}");
+        assert!(harness.state().is_dirty(), "Ctrl+Z behind {name}");
+        assert_eq!(
+            harness.state().trip.import.is_some(),
+            name == "Import edited files…",
+            "Ctrl+I behind {name}"
+        );
+        // Text is as large as one likes in dialogs, too.
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Plus);
+        settle(&mut harness);
+        assert_eq!(harness.state().settings.scale, 1.1, "{name}");
+        harness.key_press_modifiers(Modifiers::COMMAND, Key::Num0);
+        settle(&mut harness);
+        harness.key_press(Key::Escape);
+        settle(&mut harness);
+        // A line that is typed into is left first.
+        if harness.state().has_dialog() {
+            harness.key_press(Key::Escape);
+            settle(&mut harness);
+        }
+        assert!(!harness.state().has_dialog() && !is_there(&harness, words), "{name}");
+    }
+    harness.key_press(Key::Num2);
+    settle(&mut harness);
+    assert!(harness.state().space.look.shown == Shown::Weights, "and then keys hold again");
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
+    settle(&mut harness);
+    assert!(!harness.state().is_dirty());
+}
+
+#[test]
+fn enter_imports_what_was_typed() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    assert!(ask(&mut harness, "Import edited files…"));
+    // The line has the focus: whoever types types into it.
+    let line = harness.get_by_role_and_label(Role::TextInput, "File or folder");
+    assert!(line.accesskit_node().is_focused());
+    line.type_text("no-such-file.psd");
+    harness.step();
+    harness.key_press(Key::Enter);
+    settle(&mut harness);
+    assert!(harness.state().trip.import.is_none());
+    wait(&mut harness, "the refusal", |editor| {
+        editor.notes.list().iter().any(|note| note.text.contains("no-such-file.psd"))
+    });
+}
+
+#[test]
+fn enter_saves_what_is_asked_about_and_tab_goes_to_the_next_answer() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    harness.state_mut().keep_view();
+    harness.state_mut().keep_view();
+    settle(&mut harness);
+    assert!(ask(&mut harness, "Close project"));
+    assert!(harness.get_by_label("Save").accesskit_node().is_focused());
+    harness.key_press(Key::Tab);
+    settle(&mut harness);
+    assert!(harness.get_by_label("Do not save").accesskit_node().is_focused());
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    assert!(harness.state().session.is_some());
+
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
+    appears(&mut harness, "Save what you decided");
+    settle(&mut harness);
+    harness.key_press(Key::Enter);
+    wait(&mut harness, "the way out", |editor| editor.session.is_none());
+    assert_eq!(read_project(&folder.path().join("piazza")).unwrap().views.len(), 2);
+}
+
+#[test]
+fn a_folder_that_is_not_there_is_typed_on_and_letters_without_a_project_are_no_commands() {
+    let mut harness = window(None);
+    settle(&mut harness);
+    let notes = |harness: &Harness<'_, Editor>| harness.state().notes.list().len();
+    harness.get_by_role_and_label(Role::TextInput, "Folder of a site or project").focus();
+    harness.step();
+    harness
+        .get_by_role_and_label(Role::TextInput, "Folder of a site or project")
+        .type_text("/no/such/folder");
+    harness.step();
+    harness.key_press(Key::Enter);
+    settle(&mut harness);
+    harness.get_by_label("There is no such folder.");
+    let line = harness.get_by_role_and_label(Role::TextInput, "Folder of a site or project");
+    assert!(line.accesskit_node().is_focused());
+    harness.key_press(Key::Escape);
+    settle(&mut harness);
+    for key in [Key::L, Key::F, Key::Num2, Key::CloseBracket] {
+        harness.key_press(key);
+        settle(&mut harness);
+    }
+    assert_eq!(notes(&harness), 0, "{:?}", harness.state().notes.list());
+    harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
+    settle(&mut harness);
+    assert_eq!(notes(&harness), 1, "keys with Ctrl are meant");
+}
+
+#[test]
+fn the_photo_that_keys_select_comes_into_sight_in_the_list() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let photos = &harness.state().session.as_ref().unwrap().opened.site.photos;
+    let (count, last) = (photos.len(), photos[photos.len() - 1].name.clone());
+    let first = format!("{}, not built", photos[0].name);
+    let last = format!("{last}, not built");
+    let has = |harness: &Harness<'_, Editor>, name: &str| harness.query_by_label(name).is_some();
+    assert!(has(&harness, &first) && !has(&harness, &last), "the list is longer than its panel");
+    for _ in 0..=count {
+        if harness.state().selected_photo() != Some(count - 1) {
+            harness.key_press(Key::CloseBracket);
+            settle(&mut harness);
+        }
+    }
+    assert_eq!(harness.state().selected_photo(), Some(count - 1));
+    appears(&mut harness, &last);
+}
+
+#[test]
+fn windows_beside_the_work_let_keys_through_and_escape_closes_them() {
+    let folder = tempfile::tempdir().unwrap();
+    let mut harness = opened(folder.path());
+    let windows =
+        [("Keys and mouse", "with Shift faster"), ("Options of layers…", "Longest side of an image layer")];
+    for (place, (name, words)) in windows.into_iter().enumerate() {
+        assert!(ask(&mut harness, name), "{name}");
+        assert!(is_there(&harness, words) && !harness.state().has_dialog(), "{name}");
+        let (key, shown) = [(Key::Num2, Shown::Weights), (Key::Num4, Shown::Coverage)][place];
+        harness.key_press(key);
+        settle(&mut harness);
+        assert!(harness.state().space.look.shown == shown, "{name}");
+        harness.key_press(Key::Escape);
+        settle(&mut harness);
+        assert!(!is_there(&harness, words), "{name}");
+    }
+}
