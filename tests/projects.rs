@@ -330,7 +330,7 @@ fn sizes_and_colours_are_set_and_projects_that_are_gone_can_be_forgotten() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Comma);
     harness.step();
     harness.step();
-    harness.get_by_label("Forget").click();
+    harness.get_by_label_contains("Forget ").click();
     harness.step();
     harness.step();
     assert!(harness.state().settings.recent.is_empty());
