@@ -57,7 +57,7 @@ fn decide(harness: &mut Harness<'_, Editor>, margin: u32) {
 
 fn taken_back(project: &Path) -> Harness<'static, Editor> {
     let mut harness = opened(project);
-    press(&mut harness, "Take them back");
+    press(&mut harness, "Restore");
     harness
 }
 

@@ -57,7 +57,9 @@ fn while_a_dialog_is_open_no_key_reaches_what_is_behind_it_and_escape_closes_it(
         ("Quit", "Save what you decided"),
     ];
     for (name, words) in dialogs {
+        // These need a project that is built.
         if !ask(&mut harness, name) {
+            assert!(["Export…", "Make a picture…"].contains(&name), "{name} does not open");
             continue;
         }
         assert!(is_there(&harness, words), "{name}");

@@ -176,12 +176,12 @@ fn a_project_that_another_program_writes_to_opens_as_soon_as_it_is_free() {
     let project = project(folder.path(), &site(folder.path(), false));
     let lock = ProjectLock::take(&project).unwrap();
     let mut harness = window(Some(project));
-    appears(&mut harness, "This project is open elsewhere");
+    appears(&mut harness, "Somebody else has this project");
     assert!(is_there(&harness, &format!("process {}", std::process::id())));
     drop(lock);
     wait(&mut harness, "the project", |editor| editor.session.is_some());
     harness.step();
-    assert!(!is_there(&harness, "This project is open elsewhere"));
+    assert!(!is_there(&harness, "Somebody else has this project"));
 }
 
 #[test]
@@ -330,7 +330,7 @@ fn sizes_and_colours_are_set_and_projects_that_are_gone_can_be_forgotten() {
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Comma);
     harness.step();
     harness.step();
-    harness.get_by_label("Forget").click();
+    harness.get_by_label_contains("Forget ").click();
     harness.step();
     harness.step();
     assert!(harness.state().settings.recent.is_empty());

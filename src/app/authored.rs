@@ -213,7 +213,7 @@ impl Editor {
         self.jobs.stop_kind(Kind::Survey);
         self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
             let photos = survey(&folder, &opened, &known, task)?;
-            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new())))
+            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new(), false)))
         });
     }
 

@@ -51,9 +51,14 @@ impl Dialog {
         let layer = self.area.layer();
         let is_in_front = context.memory(|memory| memory.top_modal_layer() == Some(layer));
         let opens = comes_to_the_front(context, self.id, is_in_front);
+        if opens {
+            // It was for what opened it.
+            context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
+        }
         let mut keys = Keys { opens, enter: is_in_front && enter_is_free(context) };
+        let width = self.width.min(context.content_rect().width() - SIDES);
         let modal = Modal::new(self.id).area(self.area).show(context, |ui| {
-            ui.set_width(self.width);
+            ui.set_width(width);
             contents(ui, &mut keys)
         });
         let may_escape = modal.is_top_modal && !modal.any_popup_open;
@@ -97,6 +102,8 @@ impl Keys {
     }
 }
 
+/// What margins of a dialog and a little of the window beside it need of its width, in points.
+const SIDES: f32 = 24.0;
 /// What title, buttons and margins of a dialog need of the window's height, in points.
 const FRAME: f32 = 150.0;
 

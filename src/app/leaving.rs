@@ -8,6 +8,7 @@ use super::dialog::{Dialog, Keys};
 use super::editor::Editor;
 use super::notes::{Note, Weight};
 use super::panel::answers_ui;
+use crate::document::masks::Masks;
 use crate::io::recovery::Recovered;
 
 /// What becomes of what is not saved.
@@ -37,6 +38,8 @@ pub struct Questions {
     leaving: Option<Leaving>,
     /// What was not saved when the program ended last.
     recovered: Option<Recovered>,
+    /// The masks when that was found.
+    masks: Option<Masks>,
     /// What is not saved is to be forgotten when the project is left.
     discards: bool,
     /// All is to be saved, once masks that wait are written.
@@ -103,6 +106,7 @@ impl Editor {
     pub(super) fn offer_recovery(&mut self, recovered: Recovered) {
         // Until it is answered it stays on disk as it is, whatever is done meanwhile.
         self.session.iter().for_each(|session| session.keeper.hold(true));
+        self.questions.masks = self.session.as_ref().map(|session| session.history.present().masks.clone());
         self.questions.recovered = Some(recovered);
     }
 
@@ -152,7 +156,7 @@ impl Editor {
                 ui.add_space(4.0);
                 ui.colored_label(ui.visuals().error_fg_color, failed);
                 ui.label(
-                    "What is on disk is as it was. Your decisions are in this window only: mend that, and try again.",
+                    "What is on disk is as it was, without your last decisions: mend that, and try again.",
                 );
                 [
                     ("Try again", Answer::Save),
@@ -212,7 +216,12 @@ impl Editor {
         let Some(recovered) = self.questions.recovered.take() else { return };
         self.session.iter().for_each(|session| session.keeper.hold(false));
         if answer == "Restore" {
-            self.edit("recovery", recovered.project, None);
+            let mut project = recovered.project;
+            if let (Some(session), Some(masks)) = (&self.session, self.questions.masks.take()) {
+                // Masks that came home while nobody had answered yet are on disk, and stay.
+                project.masks = project.masks.with_news(&masks, &session.history.present().masks);
+            }
+            self.edit("recovery", project, None);
         } else {
             self.discard_unsaved();
             self.tell(Note::new(Weight::Info, "What was not saved is discarded"));

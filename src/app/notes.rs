@@ -111,7 +111,8 @@ impl Notes {
         let same = |l: &Note| !l.remedies.is_empty() && l.text == note.text && l.subject == note.subject;
         if let Some(place) = self.list.iter().position(same) {
             self.list.remove(place);
-            self.seen = self.seen.saturating_sub(1);
+            // One that nobody has read yet was not counted.
+            self.seen -= usize::from(place < self.seen);
         }
         self.list.push(note);
         if self.list.len() > MOST {

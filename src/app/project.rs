@@ -186,9 +186,11 @@ impl Editor {
             }
             let failed = built.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
             let damaged = damaged_masks(&opened, failed);
+            // Files that were made again are read again, also where the stack says the same.
+            let known = if made > 0 { Vec::new() } else { known };
             let photos = survey(&folder, &opened, &known, &Task::silent())?;
             Ok(Box::new(move |editor| {
-                editor.stacks_changed(&folder, photos, notes);
+                editor.stacks_changed(&folder, photos, notes, made > 0);
                 editor.tell_masks(damaged, "is not built");
             }))
         });
@@ -227,9 +229,11 @@ impl Editor {
             }
             let failed = filled.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
             let damaged = damaged_masks(&opened, failed);
+            // Files that were made again are read again, also where the stack says the same.
+            let known = if made > 0 { Vec::new() } else { known };
             let photos = survey(&folder, &opened, &known, &Task::silent())?;
             Ok(Box::new(move |editor| {
-                editor.stacks_changed(&folder, photos, notes);
+                editor.stacks_changed(&folder, photos, notes, made > 0);
                 editor.tell_masks(damaged, "is not filled");
             }))
         });
@@ -241,18 +245,20 @@ impl Editor {
         let same = session.photos.len() == photos.len()
             && session.photos.iter().zip(&photos).all(|(known, seen)| seen.is_drawn_like(known));
         if !same {
-            return self.stacks_changed(folder, photos, Vec::new());
+            return self.stacks_changed(folder, photos, Vec::new(), false);
         }
         for (known, seen) in session.photos.iter_mut().zip(photos) {
             *known = seen;
         }
     }
 
+    /// Stacks were looked at, after files of some were `made` or something was decided.
     pub(super) fn stacks_changed(
         &mut self,
         folder: &std::path::Path,
         photos: Vec<PhotoStatus>,
         notes: Vec<Note>,
+        made: bool,
     ) {
         notes.into_iter().for_each(|note| self.tell(note));
         let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
@@ -261,7 +267,7 @@ impl Editor {
             return;
         }
         let before = std::mem::replace(&mut session.photos, photos);
-        let same = before.iter().zip(&session.photos).all(|(before, now)| now.is_drawn_like(before));
+        let same = !made && before.iter().zip(&session.photos).all(|(before, now)| now.is_drawn_like(before));
         self.keep_selection(&before);
         if same {
             // Who serves what is decided otherwise; what was compared for colour is the same.

@@ -65,6 +65,9 @@ pub struct Session {
 /// The word for a photo whose layers are up to date.
 pub const BUILT: &str = "built";
 
+/// The word for a photo of whose stack something is damaged.
+const BROKEN: &str = "broken";
+
 /// What is known of one photo.
 #[derive(Debug, Clone)]
 pub struct PhotoStatus {
@@ -93,7 +96,7 @@ impl PhotoStatus {
 
     /// The same; a stack that was known before is that one.
     fn with_known(mut self, known: Option<&Self>) -> Self {
-        if let Some(known) = known.filter(|known| known.stack == self.stack) {
+        if let Some(known) = known.filter(|known| known.word != BROKEN && known.stack == self.stack) {
             self.stack = known.stack.clone();
         }
         self
@@ -101,6 +104,9 @@ impl PhotoStatus {
 
     /// Its stack shows what that of another state of it does: names of layers are drawn nowhere.
     pub fn is_drawn_like(&self, other: &Self) -> bool {
+        if (self.word == BROKEN) != (other.word == BROKEN) {
+            return false;
+        }
         match (&self.stack, &other.stack) {
             (Some(one), Some(other)) => Arc::ptr_eq(one, other) || one.differs_in_names_only(other),
             (None, None) => true,
@@ -111,7 +117,7 @@ impl PhotoStatus {
     /// With what is damaged of its stack's files: the others are shown.
     fn with(self, damage: Option<Error>) -> Self {
         let Some(damage) = damage.filter(|_| self.problem.is_none()) else { return self };
-        Self { word: "broken", problem: Some(in_window(&damage.to_string())), ..self }
+        Self { word: BROKEN, problem: Some(in_window(&damage.to_string())), ..self }
     }
 
     /// Built of the project as it is.

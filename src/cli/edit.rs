@@ -10,8 +10,9 @@ use super::{Outcome, STOPPED};
 use crate::app::{self, Ending};
 use crate::error::{Error, Result};
 
-/// A window that was asked to end by a signal has so long to close by itself: longer than it waits for what it writes.
-const PATIENCE: Duration = Duration::from_secs(15);
+/// A window that was asked to end by a signal has so long to close by itself: longer than it waits, twice, for what it
+/// writes.
+const PATIENCE: Duration = Duration::from_secs(20);
 
 pub fn run(args: &EditArgs) -> Result<Outcome> {
     let ending = Ending::default();

@@ -1,5 +1,6 @@
 //! What the user reads when the program itself is at fault.
 
+use std::io::Write;
 use std::panic::PanicHookInfo;
 
 use crate::app::crash::is_of_display;
@@ -9,7 +10,8 @@ use crate::app::crash::is_of_display;
 pub fn install_message() {
     let usual = std::panic::take_hook();
     std::panic::set_hook(Box::new(move |panic| {
-        eprintln!("{}", message(panic));
+        // A terminal that went with the display must not turn a fault into an abort.
+        let _ = writeln!(std::io::stderr(), "{}", message(panic));
         if std::env::var_os("RUST_BACKTRACE").is_some() {
             usual(panic);
         }

@@ -1,7 +1,7 @@
 //! What a running command says on standard error: progress, notes, timings.
 
 use std::collections::BTreeMap;
-use std::io::IsTerminal;
+use std::io::{IsTerminal, Write};
 use std::sync::{Arc, Mutex, MutexGuard};
 use std::time::{Duration, Instant};
 
@@ -69,7 +69,7 @@ impl Reporter {
             bar.finish_and_clear();
         }
         if self.timings_wanted {
-            eprint!("\n{}", self.state().timings.render(self.started.elapsed()));
+            tell(&format!("\n{}", self.state().timings.render(self.started.elapsed()).trim_end()));
         }
     }
 
@@ -137,8 +137,8 @@ impl Reporter {
 
     fn line(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| eprintln!("{text}")),
-            None => eprintln!("{text}"),
+            Some(bar) => bar.suspend(|| tell(text)),
+            None => tell(text),
         }
     }
 
@@ -161,8 +161,13 @@ impl Stage {
         self.last_line = now;
         let left = time_left(now - self.started, done, total);
         let left = left.map_or(String::new(), |left| format!(", about {} s left", left.as_secs().max(1)));
-        eprintln!("{name}: {done} of {total}{left}");
+        tell(&format!("{name}: {done} of {total}{left}"));
     }
+}
+
+/// A line; where nobody can read it any more, it is no fault.
+fn tell(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }
 
 fn new_bar() -> ProgressBar {

@@ -2,6 +2,7 @@
 //! read or written.
 
 use std::collections::VecDeque;
+use std::ops::RangeBounds;
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -119,14 +120,18 @@ impl History {
     /// Tells the number that an import has which was done again, in place of its old one, and the masks that came.
     pub fn imported_again(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
         self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
-        for step in &mut self.steps {
-            if let Change::Import { number, masks, .. } = &mut step.change
-                && *number == old
-            {
-                (*number, *masks) = (new, came);
-                return;
-            }
+        let Some(place) = self.place_of_import(old) else { return };
+        // What was done after it was done with the masks that came then.
+        let after = came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
+        self.rewrite(place.., |project| with_masks(project, after.clone()));
+        if let Change::Import { number, masks, .. } = &mut self.steps[place].change {
+            (*number, *masks) = (new, came);
         }
+    }
+
+    fn place_of_import(&self, import: u32) -> Option<usize> {
+        let is_it = |step: &Step| matches!(step.change, Change::Import { number, .. } if number == import);
+        self.steps.iter().position(is_it)
     }
 
     /// An import was taken back, and on disk there is again what stood in the places of its masks. Where it is no step
@@ -134,9 +139,8 @@ impl History {
     pub fn took_back(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
-        let is_it = |step: &Step| matches!(step.change, Change::Import { number, .. } if number == import);
-        if !self.steps.iter().any(is_it) && !masks.is_empty() {
-            self.rewrite(|project| with_masks(project, put_back.clone()));
+        if self.place_of_import(import).is_none() && !masks.is_empty() {
+            self.rewrite(.., |project| with_masks(project, put_back.clone()));
         }
     }
 
@@ -149,8 +153,8 @@ impl History {
         }
     }
 
-    /// Makes other projects of all that can be undone or done again.
-    fn rewrite(&mut self, change: impl Fn(&Arc<Project>) -> Arc<Project>) {
+    /// Makes other projects of what some steps lead from and to.
+    fn rewrite(&mut self, steps: impl RangeBounds<usize>, change: impl Fn(&Arc<Project>) -> Arc<Project>) {
         // One after the other has the same project as before and after: it stays one.
         let mut last: Option<(Arc<Project>, Arc<Project>)> = None;
         let mut changed = |project: &mut Arc<Project>| {
@@ -160,7 +164,7 @@ impl History {
             let old = std::mem::replace(project, new.clone());
             last = Some((old, new));
         };
-        for step in &mut self.steps {
+        for step in self.steps.range_mut(steps) {
             if let Change::Project { before, after } = &mut step.change {
                 changed(before);
                 changed(after);
@@ -168,8 +172,16 @@ impl History {
         }
     }
 
-    /// Forgets an import, as one that can no longer be taken back or done again.
+    /// Forgets an import, as one that can no longer be taken back or done again. One that was made stays made: steps
+    /// before it have its masks from now on.
     pub fn forget_import(&mut self, number: u32) {
+        let made = self.place_of_import(number).filter(|place| *place < self.steps.len() - self.undone);
+        if let Some((place, Change::Import { masks, .. })) =
+            made.map(|place| (place, self.steps[place].change.clone()))
+        {
+            let after = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
+            self.rewrite(..place, |project| with_masks(project, after.clone()));
+        }
         let is_it = |step: &Step| matches!(step.change, Change::Import { number: n, .. } if n == number);
         let past = self.steps.len() - self.undone;
         let after = self.steps.iter().skip(past).filter(|step| is_it(step)).count();

@@ -64,7 +64,7 @@ impl StackStore {
         Self { project: project.into(), keeps_former: false }
     }
 
-    /// Former versions of stacks stay until somebody says [`Self::clear_former`] or [`Self::clean`]: a view shows them, and
+    /// Former versions of stacks stay until somebody says [`Self::clear_former`]: a view shows them, and
     /// reads their files as it needs them.
     pub fn keeping_former(self) -> Self {
         Self { keeps_former: true, ..self }
@@ -217,7 +217,7 @@ impl StackStore {
         })
     }
 
-    /// Clears away what killed builds left over. Returns where in `inbox/` files are now that
+    /// Clears away what killed builds left over, and former versions where they are not kept. Returns where in `inbox/` files are now that
     /// somebody had changed.
     ///
     /// # Errors
@@ -237,7 +237,7 @@ impl StackStore {
                 remove_leftovers(&folder)?;
             }
         }
-        self.clear_former()
+        if self.keeps_former { Ok(Vec::new()) } else { self.clear_former() }
     }
 
     /// Clears versions of stacks away that are no longer current; nobody may write a stack meanwhile. Returns where in

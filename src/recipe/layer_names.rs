@@ -48,7 +48,7 @@ fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
 }
 
 /// Gives the image layers their names: those that were decided, else the ones that they have by themselves, which are
-/// told apart (`own_names`).
+/// numbered where several are the same: `fountain`, `fountain (2)`.
 pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
     let of_layer = layers_of_names(stack, names);
     let own_names = own_names(stack);

@@ -65,7 +65,8 @@ fn model_files(model: &Path) -> Vec<PathBuf> {
 }
 
 /// What this program writes itself: a project may lie among the photos.
-const OURS: [&str; 8] = ["stacks", "cache", "exports", "editing", "inbox", "pictures", "paint", "masks"];
+const OURS: [&str; 9] =
+    ["stacks", "cache", "exports", "editing", "inbox", "layers", "pictures", "paint", "masks"];
 
 fn photo_files(project: &Path, photos: &Path) -> Vec<PathBuf> {
     let Ok(found) = PhotoFolder::scan(photos, &Task::silent()) else { return Vec::new() };

@@ -18,7 +18,7 @@ const SAME: &[(&str, Here)] = &[
     ("decide --photo", Here::Command(&edit::RESET)),
     ("decide", Here::Words("the photo's page")),
     ("colour", Here::Words("the panel “Colour”")),
-    ("info", Here::Words("objects")),
+    ("info", Here::Words("the list on the left")),
 ];
 
 enum Here {

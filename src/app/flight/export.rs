@@ -145,13 +145,17 @@ fn questions(ui: &mut Ui, keys: &mut Keys, export: &mut Export) -> Option<bool> 
     }
     let is_there = !export.name.trim().is_empty() && export.file().exists();
     if is_there {
-        let text = format!("{} is there already. Another name keeps both.", export.file().display());
+        let text = format!(
+            "{} is there already. As it was made here it is replaced; changed by somebody it stays, and the new one gets \
+             a number. Another name keeps both.",
+            export.file().display()
+        );
         ui.colored_label(ui.visuals().warn_fg_color, text);
     }
     ui.add_space(10.0);
     ui.horizontal(|ui| {
         let ready = !export.folder.trim().is_empty() && !export.name.trim().is_empty();
-        let word = if is_there { "Replace it" } else { "Make" };
+        let word = if is_there { "Make anyway" } else { "Make" };
         let make = Button::new(RichText::new(word).strong()).min_size(vec2(96.0, 28.0));
         let make = ui.add_enabled(ready, make);
         // Nothing is replaced by a key that somebody pressed without looking.

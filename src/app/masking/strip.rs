@@ -18,8 +18,8 @@ const PARTS: &[Part] = &[
     Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::UNCOVER, "Uncover", asks)),
     Part::Tool(brush),
     Part::Gap,
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::SHOW, "Show masks", asks)),
     Part::Tool(suggestions),
+    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::SHOW, "Show masks", asks)),
 ];
 
 /// Draws it.

@@ -1,6 +1,6 @@
 //! The assistant for new projects, as it is shown.
 
-use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui, Vec2, vec2};
+use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 
 use super::assistant::Assistant;
 use super::place::{part_found, part_line, wrong, wrongs};
@@ -12,8 +12,6 @@ use crate::recipe::discover::{Look, Part};
 
 /// Of the dialog, in points.
 const WIDTH: f32 = 680.0;
-/// What is not its contents: its frame, its title, its buttons, and a little of the window, in points.
-const AROUND: Vec2 = vec2(24.0, 110.0);
 
 /// Draws it when it is open.
 pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
@@ -21,8 +19,7 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     let makes = editor.jobs.runs(Kind::Open);
     // Escape leaves the line first.
     let types = context.text_edit_focused();
-    let width = WIDTH.min(context.content_rect().width() - AROUND.x);
-    let answer = Dialog::new("new project", width).show(context, |ui, keys| {
+    let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
         ui.heading("New project");
         ui.add_enabled_ui(!makes, |ui| {
             if scrolled(ui, |ui| contents(editor, &mut assistant, ui, wishes)) {

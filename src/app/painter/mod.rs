@@ -227,6 +227,11 @@ impl Drawing {
 
     /// Paint that cannot be read is told, and pictures are as they were; only the device's faults end it.
     fn change(&mut self, change: Change) -> Result<()> {
+        let what = match change {
+            Change::Gains(_) => "exposures",
+            Change::Decisions(_) => "decisions",
+            Change::Paint(_) => "painted layers",
+        };
         let changed = match change {
             Change::Gains(gains) => {
                 self.preview.set_gains(gains);
@@ -245,7 +250,7 @@ impl Drawing {
         match changed {
             Err(Error::Gpu(said)) => Err(Error::Gpu(said)),
             Err(error) => {
-                self.task.note(format!("the 3D view shows the paint as it was: {error}"));
+                self.task.note(format!("the 3D view shows {what} as they were: {error}"));
                 Ok(())
             }
             Ok(()) => Ok(()),

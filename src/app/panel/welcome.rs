@@ -1,6 +1,6 @@
 //! What is shown when no project is open: what to do next.
 
-use eframe::egui::{Align, Button, Layout, RichText, ScrollArea, Spinner, Ui, Vec2, vec2};
+use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, Ui, Vec2, WidgetInfo, vec2};
 
 use super::small_button;
 use crate::app::command::{Command, file, first_keys};
@@ -85,6 +85,7 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let above = project.parent().map(|above| above.display().to_string()).unwrap_or_default();
             let button = Button::new(&name).shortcut_text(shortened(&above)).min_size(RECENT);
             let response = ui.add_enabled(there, button).on_hover_text(project.display().to_string());
+            response.widget_info(|| WidgetInfo::labeled(Role::Button, there, &name));
             let gone = format!("{} is gone.", project.display());
             if response.on_disabled_hover_text(gone).clicked() {
                 asks.push(Ask::Open(project.clone()));

@@ -149,6 +149,32 @@ fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
 }
 
 #[test]
+fn what_came_another_time_is_in_the_steps_after_the_import_and_a_forgotten_one_stays_made() {
+    let from = MaskFrom::Layer("9@a.psd".into());
+    let photo = "a.jpg".to_owned();
+    let came = |file: &str| {
+        let after = Some(Mask { from: from.clone(), file: file.into(), pixels: 3 });
+        vec![MaskChange { photo: photo.clone(), from: from.clone(), before: None, after }]
+    };
+    let mut history = History::new(project(0));
+    history.edit("a", project(1), None);
+    history.imported("import 1", 1, vec![], came("first"));
+    history.edit("b", Project { masks: history.present().masks.clone(), ..project(2) }, None);
+    history.undo();
+    history.undo();
+    history.took_back(1, &[ImportedMask { photo: photo.clone(), from: from.clone(), before: None }]);
+    history.redo();
+    // The file was saved once more since.
+    history.imported_again(1, 2, came("second"));
+    history.redo();
+    assert_eq!((mask_of(&history), margin(&history)), (Some("second"), 2), "not the one that came first");
+    history.forget_import(2);
+    history.undo();
+    history.undo();
+    assert_eq!((mask_of(&history), margin(&history)), (Some("second"), 0), "it is still made");
+}
+
+#[test]
 fn a_thousand_steps_can_be_undone_and_no_more() {
     let mut history = History::new(project(0));
     (1..=1200).for_each(|m| history.edit(m.to_string(), project(m), None));

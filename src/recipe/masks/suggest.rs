@@ -102,17 +102,17 @@ pub fn suggest(
     all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
     let target = suggestion_folder(folder);
     std::fs::create_dir_all(&target).map_err(Error::io(&target, "create the folder"))?;
-    // Somebody may dismiss one just now: the list is read after that, or written before it.
-    let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
-    let mut kept = others(folder, opened, photos);
-    let first = kept.list.iter().map(|suggestion| suggestion.number).max().unwrap_or(0) + 1;
+    // Until the list names the new ones the old ones have their masks.
+    let old = suggestions(folder).map(|found| found.list).unwrap_or_default();
+    let first = old.iter().map(|suggestion| suggestion.number).max().unwrap_or(0) + 1;
+    let mut new = Vec::with_capacity(all.len());
     for ((photo, found), number) in all.iter().zip(first..) {
         let size = [photo.camera.width, photo.camera.height];
         let mask = format!("{number}.png");
         let bytes = mask_png(&found.masked, size).map_err(Error::io(&target, "encode a mask for it"))?;
         write_atomically(target.join(&mask), &bytes)?;
         let pixels = found.masked.count();
-        kept.list.push(Suggestion {
+        new.push(Suggestion {
             number,
             photo: photo.name.clone(),
             size,
@@ -125,6 +125,10 @@ pub fn suggest(
         });
     }
     task.timed("draw suggestions", || pictures(&target, &all, first, task))?;
+    // Somebody may dismiss one just now: the list is read after that, or written before it.
+    let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
+    let mut kept = others(folder, opened, photos);
+    kept.list.extend(new);
     write_atomically(target.join(FILE), &to_json(&kept))?;
     tidied(&target, &kept)?;
     Ok(kept)
