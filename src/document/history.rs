@@ -53,8 +53,9 @@ enum Change {
 pub enum Turn {
     /// [`History::present`] is another project.
     Project,
-    /// Take the import with this number back, and tell [`History::took_back`]. [`crate::document::paint::PaintBook::take_back`] takes the last
-    /// one: where that is another, or none is left, this cannot be done, and [`History::forget_import`] says so.
+    /// Take the import with this number back, and tell [`History::took_back`].
+    /// [`crate::document::paint::PaintBook::take_back`] takes the last one: where that is another, or none is left, this
+    /// cannot be done, and [`History::forget_import`] says so.
     TakeBack(u32),
     /// Import these files again, as they are by now, and tell the new number with
     /// [`History::imported_again`]. The number is that of the import that was taken back.

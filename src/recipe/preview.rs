@@ -59,8 +59,8 @@ pub struct Preview {
 const ORIGINS_SHARE: u64 = 4;
 
 /// The renderer of an opened project. Photos without a stack serve nothing, with a note; those whose
-/// stack is older than the project do, with a note; one that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the first time, and
-/// kept in `cache/`.
+/// stack is older than the project do, with a note; one that cannot be read is in [`Preview::problems`]. Gains and
+/// relief are estimated the first time, and kept in `cache/`.
 ///
 /// # Errors
 /// [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that

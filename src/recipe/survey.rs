@@ -57,7 +57,8 @@ impl<'a> Survey<'a> {
         Self { store, decisions: &project.decisions, inputs }
     }
 
-    /// The state of the stack of `photo`, whose layers are called as was decided; broken where the photo cannot be read any more, so that the others go on.
+    /// The state of the stack of `photo`, whose layers are called as was decided; broken where the photo cannot be read
+    /// any more, so that the others go on.
     ///
     /// # Errors
     /// [`Error::Cancelled`] alone.

@@ -29,8 +29,10 @@ pub enum Part {
     Gap,
 }
 
-/// Width of the button for what has no room, in points.
+/// Width of the button for what has no room, with a little air, in points.
 const MORE: f32 = 28.0;
+/// The same without it.
+const MORE_BUTTON: f32 = MORE - 4.0;
 /// A name of fewer points cannot be told from another one: it is left out.
 const LEAST_NAME: f32 = 60.0;
 /// Bars of fewer points have short sliders.
@@ -38,8 +40,8 @@ const NARROW: f32 = 480.0;
 /// Rails of sliders in narrow bars, in points.
 const SHORT_RAIL: f32 = 56.0;
 
-/// Draws a bar of tools `of` something: the name of what it is about, as far as there is room for it, and its parts. The first ones are those
-/// that are needed most: the last ones go behind the button first.
+/// Draws a bar of tools `of` something: the name of what it is about, as far as there is room for it, and its parts. The
+/// first ones are those that are needed most: the last ones go behind the button first.
 pub fn bar_ui(
     editor: &mut Editor,
     ui: &mut Ui,
@@ -48,7 +50,8 @@ pub fn bar_ui(
     parts: &[Part],
     asks: &mut Vec<Ask>,
 ) {
-    let id = ui.scope_id().with(of);
+    // What it is about decides how wide some parts are, such as a legend of its layers.
+    let id = ui.scope_id().with((of, name));
     ui.horizontal(|ui| {
         if ui.available_width() < NARROW {
             ui.spacing_mut().slider_width = SHORT_RAIL;
@@ -108,7 +111,7 @@ fn part_ui(editor: &mut Editor, ui: &mut Ui, part: Part, asks: &mut Vec<Ask>) ->
 
 /// `of`: what the tools belong to, for who hears the window.
 fn more_ui(editor: &mut Editor, ui: &mut Ui, (id, of): (Id, &str), parts: &[Part], asks: &mut Vec<Ask>) {
-    let button = ui.add(Button::new("…").min_size([MORE - 4.0, 0.0].into()));
+    let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More tools: {of}")));
     let menu = Popup::menu(&button).id(id.with("more"));
     // Several may be switched, and sliders moved, before it is closed.

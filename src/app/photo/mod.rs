@@ -81,7 +81,8 @@ impl PhotoPane {
         }
     }
 
-    /// Looks at a part of a photo, from corner to corner in photo pixels; of all of it where that is none. Marks where a face is hidden.
+    /// Looks at a part of a photo, from corner to corner in photo pixels; of all of it where that is none. Marks where a
+    /// face is hidden.
     pub fn look_at(&mut self, photo: usize, part: Option<[DVec2; 2]>, mark: Option<(FaceId, DVec2)>) {
         self.turn_to(photo);
         (self.mark, self.sought) = (mark, part);
