@@ -149,7 +149,7 @@ pub const ACCEPT_EVERYWHERE: Command = Command {
 /// No suggestion.
 pub const DISMISS: Command = Command {
     name: "Dismiss suggestions",
-    tooltip: "Forgets what is suggested in this photo.",
+    tooltip: "Forgets what is suggested in this photo, until one looks again.",
     ready: with_suggestion,
     run: |editor, _| {
         let numbers = editor.open_suggestions();

@@ -62,7 +62,11 @@ fn suggestion(shown: &Shown, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec
             }
         };
         asked("Mask", "Masks what is outlined.", Ask::Accept(vec![number]));
-        asked("Dismiss", "It is nothing: it is not shown any more.", Ask::Dismiss(vec![number]));
+        asked(
+            "Dismiss",
+            "It is nothing: it is not shown any more, until one looks again.",
+            Ask::Dismiss(vec![number]),
+        );
         let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
         let tooltip = format!(
             "Goes to it. {}; on average {:.1} times as bright or as dark as other photos have it.",
