@@ -25,7 +25,7 @@ impl Editor {
         let of_masks: Vec<String> = opened.unmasked.iter().map(|it| it.error().to_string()).collect();
         let others = opened.problems.iter().map(ToString::to_string);
         for problem in others.filter(|problem| !of_masks.contains(problem)) {
-            self.tell(Note::new(Weight::Problem, problem));
+            self.notes.add(Note::new(Weight::Problem, problem));
         }
         self.tell_masks(opened.unmasked.to_vec(), "is left out of everything");
     }

@@ -50,8 +50,7 @@ pub fn bar_ui(
     parts: &[Part],
     asks: &mut Vec<Ask>,
 ) {
-    // What it is about decides how wide some parts are, such as a legend of its layers.
-    let id = ui.scope_id().with((of, name));
+    let id = ui.scope_id().with(of);
     ui.horizontal(|ui| {
         if ui.available_width() < NARROW {
             ui.spacing_mut().slider_width = SHORT_RAIL;
