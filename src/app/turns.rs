@@ -96,7 +96,7 @@ mod tests {
         assert_eq!(
             turn(&[key(Key::P, Modifiers::COMMAND), text("b")]),
             1,
-            "keys without a letter are for now"
+            "keys without a letter belong to this frame"
         );
     }
 
