@@ -103,7 +103,9 @@ impl GpuRasteriser {
 fn parts(band: &Frame, ends: &[u32], most: u64) -> Result<Vec<Part>> {
     let width = band.size[0] as usize;
     let row_ends: Vec<u32> = ends.iter().skip(width - 1).step_by(width).copied().collect();
-    let (mut parts, mut first_row, mut first_entry) = (Vec::new(), 0, 0);
+    let mut parts = Vec::new();
+    let mut first_row = 0;
+    let mut first_entry = 0;
     while first_row < row_ends.len() {
         let fits = |&end: &u32| u64::from(end - first_entry) <= most;
         let end_row = first_row + row_ends[first_row..].partition_point(fits);

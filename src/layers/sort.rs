@@ -51,7 +51,7 @@ pub struct Sorted {
 /// user's constraints (`wishes`) as far as the order of occlusions allows.
 ///
 /// # Errors
-/// Those of the rasteriser, and [`crate::Error::Cancelled`].
+/// The errors of the rasteriser, and [`crate::Error::Cancelled`].
 pub fn sort_photo(
     model: &Model,
     camera: &Pinhole,

@@ -126,7 +126,9 @@ impl Packing {
         // About square where it is large, so that neither side reaches the device's limit unnecessarily.
         let square = (cells.sqrt().ceil() as u32).clamp(WIDTH, longest.max(WIDTH));
         let width = sizes.iter().map(|(_, [w, _])| *w).fold(square, u32::max);
-        let (mut x, mut y, mut row_height) = (0, 0, 0);
+        let mut x = 0;
+        let mut y = 0;
+        let mut row_height = 0;
         let mut places = Vec::with_capacity(sizes.len());
         for (face, [w, h]) in sizes {
             if x + w > width {

@@ -220,8 +220,8 @@ impl Renderer {
             _ => self.gains.optics(shot, photo),
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
-        let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
-        let content = Content { shot, cells: &cells, factors, optics, origin };
+        let origin = self.surfaces.origin();
+        let content = Content { shot, cells: &cells, factors: &factors, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(optics.iter().any(|optics| *optics != Optics::default()))
     }

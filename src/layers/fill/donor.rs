@@ -98,7 +98,9 @@ impl Donor {
             planes.push(surfaces.get(surface).plane);
         }
         let owners = owners(&view, tolerance);
-        let (bits, icc, paint) = (pixels.bits(), pixels.icc.clone(), BTreeMap::new());
+        let bits = pixels.bits();
+        let icc = pixels.icc.clone();
+        let paint = BTreeMap::new();
         let levels = vec![finest(pixels)];
         let mut donor =
             Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, owners, levels, paint };

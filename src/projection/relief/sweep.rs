@@ -131,7 +131,9 @@ fn choose<'a>(
 /// cost of the other heights, so that it is neither preferred nor avoided.
 fn cell_costs(here: &[Here], reach: f64, costs: &mut [f32]) {
     let middle = (costs.len() / 2) as f64;
-    let (mut values, mut sum, mut count) = (Vec::with_capacity(here.len()), 0.0, 0);
+    let mut values = Vec::with_capacity(here.len());
+    let mut sum = 0.0;
+    let mut count = 0;
     for (h, cost) in costs.iter_mut().enumerate() {
         let height = (h as f64 - middle) / middle * reach;
         values.clear();

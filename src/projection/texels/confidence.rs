@@ -99,7 +99,9 @@ impl<'a> Distances<'a> {
 
     /// Fills row y with the squared distance to the row's nearest border texel.
     fn fill(&mut self, y: i32) {
-        let (reach, left, at) = (self.reach, self.left, self.index(y));
+        let reach = self.reach;
+        let left = self.left;
+        let at = self.index(y);
         let row = &mut self.rows[at..at + self.width];
         row.fill(far(reach));
         let mut lower = |x: i32, away: i32| {
