@@ -56,7 +56,7 @@ pub struct Atlas {
     sheets: Buffer,
 }
 
-/// Adjacent slots of one row of a page, ready for upload.
+/// A strip of adjacent slots of one row of a page, ready for upload.
 #[derive(Debug)]
 pub struct Strip {
     /// The first slot.

@@ -29,7 +29,7 @@ pub struct Corner {
     pub item: u32,
 }
 
-/// Triangles on the device, in model order.
+/// The triangles to draw, on the device, in model order.
 #[derive(Debug)]
 pub struct Triangles {
     corners: Buffer,

@@ -17,7 +17,7 @@ pub const SOURCE: &str = include_str!("../../shaders/frame.wgsl");
 /// inverse depth.
 const DEPTH_ROOM: f32 = 1.0 / 65536.0;
 
-/// The uniform of the shaders (`Frame`).
+/// The uniform of the shaders (`Frame`), which document the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct FrameUniform {
@@ -31,7 +31,7 @@ pub struct FrameUniform {
     pub zero: u32,
 }
 
-/// An item's plane (`Plane` of the shaders).
+/// An item's plane (`Plane` of the shaders, which document the fields).
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct PlaneWords {

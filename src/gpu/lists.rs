@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::layers::Occlusion;
 use crate::layers::rasteriser::Band;
 
-/// Rows of a band whose entries fit into a buffer.
+/// A part of a band: rows whose entries fit into a buffer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// The rows.

@@ -10,7 +10,7 @@ use super::rasteriser::GpuRasteriser;
 use crate::error::{Error, Result};
 use crate::layers::View;
 
-/// Some items of a view with their triangles, on the device.
+/// The items of a view that are drawn, with their triangles, on the device.
 #[derive(Debug)]
 pub struct Run<'a> {
     /// The view.

@@ -126,7 +126,7 @@ fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect 
     PixelRect { x, y, w: size.w, h: size.h }
 }
 
-/// Patches that stay together: a single patch, or those that the user merged.
+/// A group of patches that stay together: a single patch, or those that the user merged.
 struct Unit {
     /// The patch whose index identifies the unit in the quotient.
     root: u32,

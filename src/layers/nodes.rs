@@ -34,7 +34,7 @@ enum Tree {
     Split { plane: u32, near: Box<Tree>, far: Box<Tree> },
 }
 
-/// All nodes of a photo, and the lookup from a fragment to its node.
+/// The nodes of a photo, and the lookup from a fragment to its node.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Nodes {
     /// The nodes by item, near pieces before far ones.

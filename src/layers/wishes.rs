@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{FaceId, Model};
 
-/// Faces of one object, by name; all faces of the object where none is listed.
+/// A selection of faces of one object, by name; all faces of the object where none is listed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Faces {

@@ -66,7 +66,7 @@ pub struct FaceCells {
     pub first: u32,
 }
 
-/// All cells of a view.
+/// The cells of a view with their candidates.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cells {
     /// Side of a cell in pixels of the view.

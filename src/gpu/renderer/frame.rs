@@ -9,7 +9,7 @@ use crate::projection::Shot;
 /// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
 
-/// The uniform in the layout of the shaders (`Frame`).
+/// The uniform in the layout of the shaders (`Frame`), which document the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct FrameUniform {

@@ -15,7 +15,7 @@ use crate::scene::{FaceId, Model};
 /// The least width of the texture in cells, which any device supports.
 const WIDTH: u32 = 2048;
 
-/// The relief of one face in the layout of the shader (`Relief`).
+/// The relief of one face in the layout of the shader (`Relief`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct ReliefWords {
@@ -33,7 +33,9 @@ pub struct ReliefWords {
 /// The relief's texture and table.
 #[derive(Debug)]
 pub struct Heights {
+    /// The heights of all faces, in world units.
     pub texture: TextureView,
+    /// The table of [`ReliefWords`], one per face.
     pub places: Buffer,
     /// The largest height of each face, in world units.
     pub largest: Vec<f64>,
@@ -42,11 +44,11 @@ pub struct Heights {
 impl Heights {
     /// Uploads the relief; `origin` is the world point that positions are relative to.
     pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
-        let packing = Packing::of(model, relief, gpu.device.limits().max_texture_dimension_2d);
+        let packing = Packing::new(model, relief, gpu.device.limits().max_texture_dimension_2d);
         let mut cells = vec![f16::ZERO; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![ReliefWords::zeroed(); model.faces.len().max(1)];
         let mut largest = vec![0.0; model.faces.len()];
-        for (face, corner) in packing.places {
+        for (face, corner) in packing.positions {
             let Some(heights) = relief.of(face) else { continue };
             places[face.0 as usize] = words(heights, corner, origin);
             largest[face.0 as usize] = heights.largest();
@@ -111,13 +113,13 @@ fn words(face: &FaceRelief, corner: [u32; 2], origin: DVec3) -> ReliefWords {
 /// A packing of faces' grids into rows of falling height.
 struct Packing {
     size: [u32; 2],
-    places: Vec<(FaceId, [u32; 2])>,
+    positions: Vec<(FaceId, [u32; 2])>,
 }
 
 impl Packing {
     /// Packs the grids; `longest` is the longest side that the device's textures may have. Faces with longer
     /// grids stay flat.
-    fn of(model: &Model, relief: &Relief, longest: u32) -> Self {
+    fn new(model: &Model, relief: &Relief, longest: u32) -> Self {
         let fits = |[w, h]: [u32; 2]| w.max(h) <= longest;
         let sizes = model.face_ids().filter_map(|f| relief.of(f).map(|r| (f, r.size)));
         let mut sizes: Vec<(FaceId, [u32; 2])> = sizes.filter(|(_, size)| fits(*size)).collect();
@@ -129,15 +131,15 @@ impl Packing {
         let mut x = 0;
         let mut y = 0;
         let mut row_height = 0;
-        let mut places = Vec::with_capacity(sizes.len());
+        let mut positions = Vec::with_capacity(sizes.len());
         for (face, [w, h]) in sizes {
             if x + w > width {
                 (x, y, row_height) = (0, y + row_height, 0);
             }
-            places.push((face, [x, y]));
+            positions.push((face, [x, y]));
             x += w;
             row_height = row_height.max(h);
         }
-        Self { size: [width, (y + row_height).max(1)], places }
+        Self { size: [width, (y + row_height).max(1)], positions }
     }
 }

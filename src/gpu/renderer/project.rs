@@ -22,11 +22,17 @@ const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
 
 /// The inputs and outputs of one drawing.
 pub struct Pass<'a> {
+    /// The device.
     pub gpu: &'a Gpu,
+    /// The model's triangles and planes.
     pub surfaces: &'a Surfaces,
+    /// The relief.
     pub heights: &'a Heights,
+    /// The tables of the view.
     pub tables: &'a Tables,
+    /// The texels to sample.
     pub tiles: &'a TileStore,
+    /// The textures to draw into.
     pub target: &'a Target,
 }
 
@@ -51,6 +57,7 @@ pub struct PhotoTable {
 }
 
 impl PhotoTable {
+    /// Chooses the declaration for this many photos.
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let count = sources.photos.len().max(1);
         let bytes = (count * size_of::<PhotoWords>()) as u64;
@@ -63,6 +70,7 @@ impl PhotoTable {
 }
 
 impl Passes {
+    /// Creates the layouts; pipelines are made when they are needed.
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let photos = PhotoTable::new(gpu, sources);
         let kinds = [

@@ -12,7 +12,7 @@ use crate::projection::Sources;
 use crate::projection::sides::{Side, Sides};
 use crate::scene::{FaceId, Model};
 
-/// A corner of a triangle in the layout of the shader (`Corner`).
+/// A corner of a triangle in the layout of the shader (`Corner`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Corner {
@@ -21,7 +21,7 @@ pub struct Corner {
     surface: u32,
 }
 
-/// A planar part of a face in the layout of the shader (`Surface`).
+/// A planar part of a face in the layout of the shader (`Surface`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceWords {
@@ -38,8 +38,11 @@ pub struct SurfaceWords {
 pub struct Surfaces {
     /// The world point that positions are relative to.
     origin: DVec3,
+    /// The corners of all triangles, for the vertex stage.
     pub corners: Buffer,
+    /// The number of corners.
     pub count: u32,
+    /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
 }
 
@@ -74,6 +77,7 @@ impl Surfaces {
         }
     }
 
+    /// Returns the world point that positions are relative to.
     pub fn origin(&self) -> DVec3 {
         self.origin
     }

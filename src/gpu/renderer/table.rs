@@ -10,6 +10,7 @@ use crate::gpu::device::Gpu;
 /// The factor by which a table grows, so that it is reallocated a few times only.
 const GROWTH: u64 = 2;
 
+/// A growing buffer with its present content.
 #[derive(Debug)]
 pub struct Table {
     label: &'static str,
@@ -20,6 +21,7 @@ pub struct Table {
 }
 
 impl Table {
+    /// Creates an empty table.
     pub fn new(gpu: &Gpu, label: &'static str, usage: BufferUsages) -> Self {
         let usage = usage | BufferUsages::COPY_DST;
         Self { label, usage, buffer: create_buffer(gpu, label, usage, 256), used: 0 }

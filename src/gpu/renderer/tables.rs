@@ -19,7 +19,7 @@ use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
 use crate::scene::Model;
 
-/// A photo in the layout of the shader (`Photo`).
+/// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct PhotoWords {
@@ -36,7 +36,7 @@ pub struct PhotoWords {
     pub falloff: [f32; 2],
 }
 
-/// The cells of a face in the layout of the shader (`FaceCells`).
+/// The cells of a face in the layout of the shader (`FaceCells`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct FaceCellsWords {
@@ -48,7 +48,9 @@ pub struct FaceCellsWords {
 
 /// The data from which the tables are written.
 pub struct Content<'a> {
+    /// The view.
     pub shot: &'a Shot,
+    /// The cells of the view.
     pub cells: &'a Cells,
     /// The exposure factors of each photo.
     pub factors: &'a [[f32; 3]],
@@ -61,15 +63,21 @@ pub struct Content<'a> {
 /// The tables of a view on the device.
 #[derive(Debug)]
 pub struct Tables {
+    /// The uniform of the view.
     pub frame: Table,
+    /// The photos, as [`PhotoWords`].
     pub photos: Table,
+    /// The cells of each face, as [`FaceCellsWords`].
     pub face_cells: Table,
+    /// The index at which each cell's candidates begin.
     pub cells: Table,
+    /// The candidates with their half planes.
     pub candidates: Table,
     faces: usize,
 }
 
 impl Tables {
+    /// Creates the tables for a model and its photos.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
         let mut photos = Table::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
         photos.write(gpu, &vec![PhotoWords::zeroed(); sources.photos.len().max(1)]);
@@ -83,6 +91,7 @@ impl Tables {
         }
     }
 
+    /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &Content) {
         let Content { shot, cells, factors, optics, origin } = *content;
         self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells.near(), cells.side_px)]);

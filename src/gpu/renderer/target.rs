@@ -26,13 +26,17 @@ pub const SAMPLES: u32 = 4;
 pub struct Target {
     width: u32,
     height: u32,
+    /// The number of samples per pixel.
     pub samples: u32,
+    /// The depth buffer.
     pub depth: TextureView,
     color: Texture,
+    /// The view of the image.
     pub color_view: TextureView,
     /// The multisampled texture that is resolved to pixels; `None` without multisampling.
     pub samples_view: Option<TextureView>,
     faces: Option<Texture>,
+    /// The view of the faces; `None` with multisampling.
     pub faces_view: Option<TextureView>,
 }
 

@@ -14,11 +14,13 @@ const KINDS: [Kind; 4] = [Kind::FilteredArray, Kind::Sampler, Kind::Read, Kind::
 /// The layout of the group, and its sampler.
 #[derive(Debug)]
 pub struct TexelGroup {
+    /// The layout of the group.
     pub layout: BindGroupLayout,
     bilinear: Sampler,
 }
 
 impl TexelGroup {
+    /// Creates the layout and the sampler.
     pub fn new(gpu: &Gpu, visibility: ShaderStages) -> Self {
         Self {
             layout: bindings::layout(gpu, "texels", visibility, &KINDS),

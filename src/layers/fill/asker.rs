@@ -35,9 +35,13 @@ const RELIEF_REACH_PX: u32 = 16;
 
 /// The photo that is filled, and its donors.
 pub(super) struct Asking<'a> {
+    /// The data shared by all photos.
     pub ground: &'a Ground<'a>,
+    /// The photo that is filled.
     pub photo: PhotoId,
+    /// The photo that is filled, as a donor.
     pub own: &'a Donor,
+    /// The donor photos.
     pub donors: &'a [(PhotoId, Arc<Donor>)],
 }
 

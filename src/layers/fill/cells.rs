@@ -98,7 +98,7 @@ fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool>
     grown
 }
 
-/// Smooth values over a region.
+/// A grid of smooth values over a region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     corner: [i32; 2],

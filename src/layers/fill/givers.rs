@@ -55,7 +55,7 @@ pub struct Place<'a> {
     pub probes: &'a [DVec3],
 }
 
-/// A donor photo ranked for a spot.
+/// A donor photo ranked for a small neighbourhood on a surface.
 pub struct Giver<'a> {
     photo: PhotoId,
     donor: &'a Donor,
@@ -92,7 +92,7 @@ impl Given {
     }
 }
 
-/// Paint of other photos that could be propagated to a point.
+/// An offer of paint: the paint of other photos that could be propagated to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Offered {
     /// The paint of the least penalty.

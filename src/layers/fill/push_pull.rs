@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-/// Values at the cells of a grid, row by row, each with a weight: 0 unknown, 1 known.
+/// A grid of values, row by row, each with a weight: 0 unknown, 1 known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
     /// The number of columns and rows.

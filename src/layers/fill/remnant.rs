@@ -6,7 +6,7 @@ use super::donor::Donor;
 use super::region::Region;
 use crate::geometry::PixelRect;
 
-/// Colours for a whole region, in linear light of the photo, from the photo's pixels of its surface.
+/// The colours for a whole region, in linear light of the photo, from the photo's pixels of its surface.
 pub enum Remnant {
     /// Interpolated from pixels of the surface next to the region.
     Spread(Field),

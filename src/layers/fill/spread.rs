@@ -30,7 +30,7 @@ pub struct Spread {
     pub offers: Vec<Offer>,
 }
 
-/// Statistics of the propagation of one photo's paint on one surface to another photo.
+/// The statistics of the propagation of one photo's paint on one surface to another photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Offer {
     /// The surface.

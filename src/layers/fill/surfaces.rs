@@ -26,7 +26,7 @@ pub struct Surface {
     pub billboard: bool,
 }
 
-/// All surfaces of a model, in the order of its faces.
+/// The surfaces of a model, in the order of its faces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surfaces {
     list: Vec<Surface>,

@@ -81,7 +81,7 @@ pub fn solve_optics(photos: &[Projector], ratios: &[Ratio], options: &ExposureOp
     if !(options.vignetting || options.offset) || ratios.is_empty() {
         return none;
     }
-    let unknowns = Unknowns::of(photos, ratios, options);
+    let unknowns = Unknowns::new(photos, ratios, options);
     let mut found = vec![0.0; unknowns.count];
     let mut sigma = sigma_of_residuals(&unknowns, ratios, &found);
     for _ in 0..MOST_ROUNDS {
@@ -115,7 +115,7 @@ struct Unknowns {
 type Row = Vec<(usize, f64)>;
 
 impl Unknowns {
-    fn of(photos: &[Projector], ratios: &[Ratio], options: &ExposureOptions) -> Self {
+    fn new(photos: &[Projector], ratios: &[Ratio], options: &ExposureOptions) -> Self {
         let pinholes: Vec<Pinhole> = photos.iter().map(|photo| photo.camera).collect();
         let first = |photo: &Pinhole| pinholes.iter().position(|p| p == photo).expect("itself at least");
         let group: Vec<usize> = pinholes.iter().map(first).collect();

@@ -39,7 +39,7 @@ pub struct Patch {
     pub px_per_unit: f64,
 }
 
-/// Queries of which surfaces the photos show.
+/// A source of answers about which surfaces the photos show.
 pub trait Visibility: Sync {
     /// Returns the face that the photo shows at an image point, and the point on it in world coordinates;
     /// `None` where there is none, and for billboards, whose appearance changes with the direction.
@@ -53,7 +53,7 @@ pub trait Visibility: Sync {
     fn shows_around(&self, photo: PhotoId, face: FaceId, image_px: DVec2, half_px: f64) -> bool;
 }
 
-/// Visibility by ray casting against the model, which agrees with the visible parts in stacks pixel by pixel.
+/// The visibility by ray casting against the model, which agrees with the visible parts in stacks pixel by pixel.
 #[derive(Debug)]
 pub struct RayVisibility<'a> {
     model: &'a Model,

@@ -26,7 +26,7 @@ pub(super) fn knots(times: &[f64], positions: &[DVec3], rotations: &[DQuat], spe
     if speed == Speed::Timed {
         return times.to_vec();
     }
-    let way = Way::of(positions, rotations);
+    let way = PathLength::new(positions, rotations);
     let mut knots = vec![0.0];
     for (i, positions) in positions.windows(2).enumerate() {
         let length = way.between((positions[0], rotations[i]), (positions[1], rotations[i + 1]));
@@ -40,15 +40,15 @@ pub(super) fn knots(times: &[f64], positions: &[DVec3], rotations: &[DQuat], spe
 /// A measure of path length that combines movement and rotation, which have equal weight over the whole
 /// flight.
 #[derive(Debug, Clone, Copy)]
-struct Way {
+struct PathLength {
     /// The total length in world units, or 1 where there is no movement; below, the total angle in radians,
     /// or 1.
     distance: f64,
     angle_rad: f64,
 }
 
-impl Way {
-    fn of(positions: &[DVec3], rotations: &[DQuat]) -> Self {
+impl PathLength {
+    fn new(positions: &[DVec3], rotations: &[DQuat]) -> Self {
         let distance: f64 = positions.windows(2).map(|p| p[0].distance(p[1])).sum();
         let angle_rad: f64 = rotations.windows(2).map(|r| angle(r[0], r[1])).sum();
         let or_one = |length: f64, least: f64| if length > least { length } else { 1.0 };
@@ -100,7 +100,7 @@ impl Pace {
         };
         let poses: Vec<(DVec3, DQuat)> = (0..=steps).map(|step| pose_at(flight, knot(step))).collect();
         let (positions, rotations): (Vec<_>, Vec<_>) = poses.iter().copied().unzip();
-        let way = Way::of(&positions, &rotations);
+        let way = PathLength::new(&positions, &rotations);
         let (mut done, mut marks) = (vec![0.0], vec![[knots[0]]]);
         for (step, pair) in poses.windows(2).enumerate() {
             let length = way.between(pair[0], pair[1]);

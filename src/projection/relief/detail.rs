@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::scene::{PhotoPixels, Samples};
 
-/// Luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. This removes
+/// An image of luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. This removes
 /// exposure, vignetting and haze, which change slowly over a photo, and differences of contrast between
 /// photos.
 #[derive(Debug, Clone, PartialEq)]
@@ -52,7 +52,7 @@ impl Detail {
         Some((upper + (lower - upper) * sy) / STEPS)
     }
 
-    fn of(image: &Luminance) -> Self {
+    fn from_luminance(image: &Luminance) -> Self {
         let squares = image.map(|value| value * value);
         let valid = image.map(|_| 1.0);
         let [sum, squares, count] = [image, &squares, &valid].map(Luminance::box_sums);
@@ -74,11 +74,11 @@ impl Detail {
 /// Computes the details of a photo: level `l` has `2^l` of its pixels per texel. Levels that are too large to
 /// keep are `None`. The last level is at least [`AROUND`] texels wide.
 pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
-    let mut image = Luminance::of(pixels);
+    let mut image = Luminance::from_pixels(pixels);
     let mut levels = Vec::new();
     loop {
         let kept = image.values.len() <= MOST_TEXELS;
-        levels.push(kept.then(|| Detail::of(&image)));
+        levels.push(kept.then(|| Detail::from_luminance(&image)));
         if image.width.min(image.height) < 8 * AROUND {
             return levels;
         }
@@ -86,7 +86,7 @@ pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
     }
 }
 
-/// Luma in the photo's own encoding, 0 to 1; NaN where the photo is not valid.
+/// An image of luma in the photo's own encoding, 0 to 1; NaN where the photo is not valid.
 struct Luminance {
     width: usize,
     height: usize,
@@ -94,7 +94,7 @@ struct Luminance {
 }
 
 impl Luminance {
-    fn of(pixels: &PhotoPixels) -> Self {
+    fn from_pixels(pixels: &PhotoPixels) -> Self {
         let [width, height] = [pixels.width as usize, pixels.height as usize];
         let mut values = vec![0.0; width * height];
         values.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {

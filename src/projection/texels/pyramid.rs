@@ -19,7 +19,7 @@ pub struct PyramidOptions {
     pub ramp: Ramp,
 }
 
-/// All levels of detail of a sheet.
+/// The levels of detail of a sheet.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
     /// The size of the sheet.

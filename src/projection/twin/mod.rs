@@ -124,6 +124,8 @@ impl Twin {
 }
 
 impl Renders for Twin {
+    /// Renders the image of a view, by one sample per pixel.
+    ///
     /// # Errors
     /// As [`Renders::picture`], and [`Error::Request`] for anything but [`Shown::Colour`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {

@@ -24,7 +24,9 @@ const MIXED: f64 = 0.3;
 /// A filtered texel: linear colour and confidence.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Texel {
+    /// Linear light.
     pub colour: [f64; 3],
+    /// The confidence, 0..1.
     pub confidence: f64,
 }
 

@@ -37,7 +37,7 @@ pub fn levels(canvas: &Canvas, filled: Vec<[f32; 3]>) -> Vec<Level> {
     while canvases[canvases.len() - 1].size.iter().all(|side| *side >= LEAST_SIDE) {
         canvases.push(halved(&canvases[canvases.len() - 1]));
     }
-    canvases.into_par_iter().map(Level::of).collect()
+    canvases.into_par_iter().map(Level::new).collect()
 }
 
 /// Halves a canvas: a cell is known where all four cells are, and outside where all four are.
@@ -64,7 +64,7 @@ fn halved(canvas: &Canvas) -> Canvas {
 }
 
 impl Level {
-    fn of(canvas: Canvas) -> Self {
+    fn new(canvas: Canvas) -> Self {
         let Canvas { size, colours, cells } = canvas;
         let unknown: Vec<bool> = cells.iter().map(|cell| *cell == Cell::Unknown).collect();
         let known: Vec<bool> = cells.iter().map(|cell| *cell == Cell::Known).collect();
