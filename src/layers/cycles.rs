@@ -228,8 +228,8 @@ impl<'a> Tangle<'a> {
         }
     }
 
-    /// Builds the component's graph over all parts. `grown` is the number of parts to assume, when not
-    /// today's.
+    /// Builds the component's graph over all parts. `grown` is the number of parts to assume, if it is not
+    /// the present one.
     fn graph(&self, edges: &Edges, grown: Option<u32>) -> Graph {
         let len = grown.unwrap_or(self.parts.len() as u32);
         Graph::new(len, edges.iter().map(|(&(f, b), &px)| (f, b, px)))

@@ -9,7 +9,7 @@ use crate::geometry::{Pinhole, Pose};
 /// heading would be undefined.
 const STEEPEST_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
 
-/// The least distance from the pivot that zooming leads to, as a share of the site's radius; each further
+/// The least distance from its target that zooming leads to, as a share of the site's radius; each further
 /// step would be imperceptible.
 const NEAREST_SHARE: f64 = 1e-4;
 
@@ -272,7 +272,7 @@ impl Viewpoint {
     }
 
     /// Computes a smooth flight to another viewpoint in `seconds`, with gentle start and end; camera and lens
-    /// change together. The caller sets the pivot at the end. Returns `None` where no such flight exists.
+    /// change together. The flight does not include the pivot. Returns `None` where no such flight exists.
     pub fn flight_to(&self, there: &Self, seconds: f64, up: DVec3) -> Option<Flight> {
         let frame = |view: &Self, time_s| Keyframe {
             time_s,

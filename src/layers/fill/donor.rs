@@ -172,8 +172,8 @@ impl Donor {
         &self.view.items[item as usize]
     }
 
-    /// Returns true when the photo shows the item's plane at a position in pixels, at least [`INSIDE_PX`]
-    /// from the next depth discontinuity.
+    /// Returns true when the photo shows the item's plane at a position in pixels, at least four pixels from
+    /// the next depth discontinuity.
     pub fn shows(&self, item: u32, px: DVec2) -> bool {
         let inside = px.x >= 0.0 && px.y >= 0.0;
         let (x, y) = (px.x as u32, px.y as u32);

@@ -101,7 +101,7 @@ pub struct Offered {
     pub dissent: Option<PhotoId>,
 }
 
-/// Ranks the donor photos for a spot, by rising penalty. Photos that show one of the probes or have
+/// Ranks the donor photos for a neighbourhood, by rising penalty. Photos that show one of the probes or have
 /// paint on the surface are preferred when there are too many.
 pub fn givers<'a>(donors: &'a [(PhotoId, Arc<Donor>)], gains: &Gains, spot: &Place) -> Vec<Giver<'a>> {
     let mut found: Vec<(bool, Giver)> =

@@ -24,8 +24,8 @@ pub struct StrangerOptions {
     /// The radius within which colours of the other photos are accepted: it covers model errors that remain
     /// after relief.
     pub reach: i32,
-    /// The disagreement that a suggested region reaches somewhere, as a natural logarithm; 0.45 is a third of
-    /// the light.
+    /// The disagreement that a suggested region reaches somewhere, as a natural logarithm; 0.45 corresponds
+    /// to a third of the light.
     pub strong: f32,
     /// The disagreement that all pixels of a suggested region reach.
     pub weak: f32,

@@ -189,8 +189,8 @@ fn bleed(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 3
     (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
 }
 
-/// Multiplies alpha with the ramp of confidence. Filled texels keep theirs: they are a continuation of what
-/// the photo shows, not likely to be mistaken for it.
+/// Multiplies alpha with the ramp of confidence. Filled texels keep theirs, because they are not read from
+/// the photo and cannot show the neighbouring surface by mistake.
 fn trust(level: &mut Level, filled: &Spans, ramp: Ramp) {
     let content = std::mem::take(&mut level.content);
     ramp.each(&content.minus(filled), |x, y, trust| {
