@@ -16,7 +16,7 @@ pub enum Error {
         file: PathBuf,
         /// The position in it: `line 12`, `face 7 of "roof"`, `byte 1024`; empty for the whole file.
         place: String,
-        /// What was found, and what was expected.
+        /// The finding: what was found, and what was expected.
         found: String,
         /// The remedy: what the user can do.
         remedy: String,
@@ -26,7 +26,7 @@ pub enum Error {
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// What was attempted, as a verb phrase: `read it`, `create the folder`.
+        /// The attempted operation as a verb phrase: `read it`, `create the folder`.
         doing: &'static str,
         /// The system's error.
         source: std::io::Error,

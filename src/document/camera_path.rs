@@ -28,7 +28,7 @@ pub struct CameraPath {
     /// The frame rate in frames per second.
     #[serde(default = "usual_fps")]
     pub fps: f64,
-    /// How the flight's speed is chosen.
+    /// The rule for the flight's speed.
     #[serde(default)]
     pub speed: PathSpeed,
     /// The direction of the world that is up in the pictures of keyframes with `look_at`.
@@ -38,7 +38,7 @@ pub struct CameraPath {
     pub keyframes: Vec<PathKeyframe>,
 }
 
-/// How the speed of a flight is chosen.
+/// A rule for the speed of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathSpeed {

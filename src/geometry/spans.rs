@@ -223,7 +223,7 @@ mod tests {
 
     const SIDE: i32 = 24;
 
-    /// The same set as a bitmap, which is slow and simple.
+    /// Returns the set as a bitmap, which is slow and simple.
     fn picture(spans: &Spans) -> Vec<bool> {
         let mut picture = vec![false; (3 * SIDE * 3 * SIDE) as usize];
         for (y, run) in spans.iter() {

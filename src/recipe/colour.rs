@@ -126,9 +126,9 @@ pub struct ColourReport {
     pub groups: usize,
     /// The median absolute log ratio in stops for R, G, B, before correction.
     pub before: [f64; 3],
-    /// The same after the estimated gains are applied.
+    /// The median absolute log ratio in stops for R, G, B, after the estimated gains are applied.
     pub after: [f64; 3],
-    /// How much exposures follow the meter reading, for R, G, B: 0 not at all, 1 entirely.
+    /// The share of the meter reading that exposures follow, for R, G, B: 0 not at all, 1 entirely.
     pub metered: [f64; 3],
 }
 
@@ -148,7 +148,7 @@ pub struct PhotoColour {
     pub left_out: bool,
     /// Whether it is the reference, whose exposure all views have.
     pub reference: bool,
-    /// How much darker its corners are than its middle, in stops.
+    /// The darkening of its corners relative to its middle, in stops.
     pub corner: f64,
     /// The light that was added everywhere, as a linear share of white.
     pub offset: f64,

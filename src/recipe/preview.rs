@@ -49,7 +49,7 @@ pub struct Preview {
     relief: Option<SiteRelief>,
     /// The photos without which the relief on the device was made.
     without: Vec<PhotoId>,
-    /// What all pictures lack: unreadable stacks and paint.
+    /// Messages about unreadable stacks and paint, which all pictures lack.
     problems: Vec<String>,
     textures: TextureOptions,
 }

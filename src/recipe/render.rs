@@ -26,11 +26,11 @@ const WAITING: usize = 2;
 /// The appearance of views: everything in a [`Shot`] except the camera.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Look {
-    /// How photos are blended.
+    /// The method by which photos are blended.
     pub blend: Blend,
     /// The quality of texture filtering.
     pub quality: Quality,
-    /// What is displayed.
+    /// The quantity that is displayed.
     pub shown: Shown,
     /// The exposure of the pictures.
     pub exposure: Exposure,

@@ -80,7 +80,7 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// What a stack contains of a face.
+/// The state of a face in a stack.
 #[derive(Debug, PartialEq)]
 pub enum FaceInStack<'a> {
     /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or

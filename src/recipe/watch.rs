@@ -91,7 +91,7 @@ struct Watching<'a> {
     /// The documents with their stamps at the time when they were imported, or recognised as unedited
     /// exports.
     seen: BTreeMap<PathBuf, Stamp>,
-    /// The same for earlier sessions, stored in the project.
+    /// The documents that were imported in earlier sessions, as stored in the project.
     taken: TakenDocuments,
     /// The time since which a document cannot be read.
     failing: BTreeMap<PathBuf, Instant>,

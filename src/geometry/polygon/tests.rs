@@ -273,7 +273,7 @@ fn rings() -> impl Strategy<Value = Vec<DVec3>> {
     )
 }
 
-/// Where the ring's flat picture says "inside" by the even-odd rule.
+/// Returns true when a point is inside the flattened ring by the even-odd rule.
 fn even_odd(ring: &[DVec3], at: DVec2) -> bool {
     let n = ring.len();
     let met = |i: &usize| {

@@ -24,7 +24,7 @@ fn project() -> Project {
     serde_json::from_str(text).unwrap()
 }
 
-/// What a build makes of the first photo.
+/// Returns the stack that a build makes of the first photo.
 fn stack(site: &Site, project: &Project) -> Stack {
     let (photo, options) = (&site.photos[0], Options::default());
     let decided = project.decisions.of(&photo.name);

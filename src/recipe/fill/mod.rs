@@ -53,7 +53,7 @@ pub struct FillRequest {
     pub keep_former: bool,
 }
 
-/// What is done with the computed filling.
+/// The purpose for which a filling is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Purpose {
     /// Fill the stacks and write them.

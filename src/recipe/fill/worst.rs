@@ -82,7 +82,7 @@ pub fn worst_first(
     Ok(layers)
 }
 
-/// How much of a layer's hidden points all views see.
+/// A count of the rays of all views that hit hidden points of a layer.
 #[derive(Default)]
 struct Seen {
     count: u64,

@@ -48,7 +48,7 @@ fn view(x: f64) -> PaintedView {
     }
 }
 
-/// Where paint of `entry` belongs in a stack of `surfaces`.
+/// Finds the parts to which paint of `entry` belongs in a stack of `surfaces`.
 fn home_among(entry: &PaintEntry, surfaces: &[Surface]) -> Home {
     let view = view(0.0);
     let scenery = Scenery { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
