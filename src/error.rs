@@ -66,9 +66,8 @@ impl Error {
         if errors.len() > 1 { Some(Self::Several(errors)) } else { errors.pop() }
     }
 
-    /// Returns the messages of errors in order of first occurrence. Errors that are the same for several
-    /// files make one message,
-    /// with the number of files and the first of their names.
+    /// Returns the messages of errors in order of first occurrence. Errors that are the same for several files make
+    /// one message, with the number of files and the first of their names.
     pub fn gathered(errors: &[&Self]) -> Vec<String> {
         let mut groups: Vec<(&Self, Vec<&Path>)> = Vec::new();
         for error in errors {

@@ -3,8 +3,7 @@
 //! own, and writes the result as a layered file that an artist can paint on.
 //!
 //! The modules are listed bottom to top. Each may use only the modules above it in this table, which
-//! `tests/architecture.rs`
-//! verifies.
+//! `tests/architecture.rs` verifies.
 //!
 //!  module | contents |
 //! |---|---|
@@ -21,9 +20,8 @@
 //!
 //! # Use as a library
 //!
-//! The following does what `quadratura build` does: it opens a project as a site, makes a rasteriser, and
-//! builds the stack of every
-//! photo.
+//! The following does what `quadratura build` does: it opens a project as a site, makes a rasteriser, and builds
+//! the stack of every photo.
 //!
 //! ```no_run
 //! use std::path::Path;

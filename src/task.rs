@@ -9,8 +9,8 @@ use crate::error::{Error, Result};
 /// A message of a long computation to its observer.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Event {
-    /// A step of progress: `done` of `total` units of `stage` are finished. `subject` is the photo or file,
-    /// or empty.
+    /// A step of progress: `done` of `total` units of `stage` are finished. `subject` is the photo or file, or
+    /// empty.
     Step { stage: &'static str, subject: String, done: u64, total: u64 },
     /// A message for the user about something that did not stop the work.
     Note { subject: String, text: String },
@@ -44,8 +44,8 @@ impl Task {
         Self { subject: subject.into(), ..self.clone() }
     }
 
-    /// Returns the same task with another flag for cancellation, for one of many short jobs that report to
-    /// the same sink.
+    /// Returns the same task with another flag for cancellation, for one of many short jobs that report to the same
+    /// sink.
     pub fn stopped_by(&self, stop: Arc<AtomicBool>) -> Self {
         Self { stop, ..self.clone() }
     }

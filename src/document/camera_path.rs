@@ -80,9 +80,8 @@ fn usual_fps() -> f64 {
 }
 
 impl CameraPath {
-    /// Makes a path through cameras, `seconds` from one to the next, with frames of `size`. The flight is at
-    /// rest at the first
-    /// and at the last one.
+    /// Makes a path through cameras, `seconds` from one to the next, with frames of `size`. The flight is at rest
+    /// at the first and at the last one.
     pub fn through(cameras: &[(Pinhole, Pose)], size: [u32; 2], seconds: f64) -> Self {
         let keyframe = |(i, (camera, pose)): (usize, &(Pinhole, Pose))| {
             let turn = DQuat::from_mat3(&pose.rotation);

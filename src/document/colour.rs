@@ -4,13 +4,11 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-/// The largest permitted gain in stops, up or down. Moonlight and noon are 18 stops apart, so no photo needs
-/// more.
+/// The largest permitted gain in stops, up or down. Moonlight and noon are 18 stops apart, so no photo needs more.
 pub const MOST_STOPS: f64 = 20.0;
 
-/// Decisions about colour, by the photos' names. They affect how photos are shown and how fillings are made,
-/// never a photo or
-/// paint. Without them, and with [`Colour::even`] off, colours are as photographed.
+/// Decisions about colour, by the photos' names. They affect how photos are shown and how fillings are made, never
+/// a photo or paint. Without them, and with [`Colour::even`] off, colours are as photographed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Colour {
@@ -21,8 +19,7 @@ pub struct Colour {
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
     /// Gains that replace the estimated ones, in stops (factors of 2 in linear light) for R, G, B: how much
-    /// brighter the photo is
-    /// than the common exposure.
+    /// brighter the photo is than the common exposure.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub fixed: BTreeMap<String, [f64; 3]>,
     /// Photos that the estimation of gains ignores; their gains are 0 unless they are fixed.
@@ -31,8 +28,7 @@ pub struct Colour {
     /// Whether the darkening of corners by lenses is estimated and corrected.
     #[serde(skip_serializing_if = "is_false")]
     pub vignetting: bool,
-    /// Whether light that is added everywhere in a photo (haze, a wrong black level) is estimated and
-    /// subtracted.
+    /// Whether light that is added everywhere in a photo (haze, a wrong black level) is estimated and subtracted.
     #[serde(skip_serializing_if = "is_false")]
     pub offset: bool,
 }

@@ -9,9 +9,8 @@ use crate::layers::{Faces, Options, Wishes};
 /// The longest permitted name of a layer, in bytes; no image editor truncates shorter ones.
 pub const LONGEST_NAME: usize = 120;
 
-/// Decisions by the photos' names. They identify faces, so that they apply to every stack that is built
-/// later. Decisions to
-/// which nothing in a stack corresponds are kept.
+/// Decisions by the photos' names. They identify faces, so that they apply to every stack that is built later.
+/// Decisions to which nothing in a stack corresponds are kept.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Decisions {
@@ -189,9 +188,8 @@ impl Decisions {
         }
     }
 
-    /// Returns the one of these photos to which a face is pinned. A pin of the face itself takes precedence
-    /// over a pin of its
-    /// whole object, and an earlier photo over a later one.
+    /// Returns the one of these photos to which a face is pinned. A pin of the face itself takes precedence over a
+    /// pin of its whole object, and an earlier photo over a later one.
     pub fn pinned<'a>(
         &self,
         photos: impl Iterator<Item = &'a str> + Clone,
@@ -206,9 +204,8 @@ impl Decisions {
         of_face.or_else(|| photos.clone().find(|photo| pins(true, photo)))
     }
 
-    /// Returns a sentence, with the photo's name, about decisions that are empty, contradict each other, or
-    /// are out of range
-    /// together with the project's `options`.
+    /// Returns a sentence, with the photo's name, about decisions that are empty, contradict each other, or are out
+    /// of range together with the project's `options`.
     pub fn problem(&self, options: &Options) -> Option<String> {
         self.photos
             .iter()

@@ -1,6 +1,5 @@
 //! Export records: `exports/<document key>.json` describes what was exported, so that edited documents can be
-//! imported even
-//! after the stack was rebuilt.
+//! imported even after the stack was rebuilt.
 
 use std::collections::BTreeSet;
 
@@ -29,15 +28,13 @@ pub enum ExportFormat {
     Xcf,
 }
 
-/// A record of one export. It contains everything that an import needs to know, without the stack of that
-/// time.
+/// A record of one export. It contains everything that an import needs to know, without the stack of that time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportRecord {
     /// The format's version, [`RECORD_VERSION`].
     pub version: u32,
-    /// The document's key, also stored in the file where the format has a place for it. The same stack
-    /// exported in the same way
-    /// gets the same key.
+    /// The document's key, also stored in the file where the format has a place for it. The same stack exported in
+    /// the same way gets the same key.
     pub key: String,
     /// The format of the file.
     pub format: ExportFormat,
@@ -51,9 +48,8 @@ pub struct ExportRecord {
     pub inputs: String,
     /// All files that were ever written under this key. A file with other content was changed since.
     pub files: BTreeSet<ExportedFile>,
-    /// The factors for R, G, B that the linear colours were multiplied with, in an export with matched
-    /// exposure. Such a file is only
-    /// for viewing: no layers are listed, and it is not imported.
+    /// The factors for R, G, B that the linear colours were multiplied with, in an export with matched exposure.
+    /// Such a file is only for viewing: no layers are listed, and it is not imported.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evened: Option<[f64; 3]>,
     /// The image layers, nearest first.
@@ -99,9 +95,8 @@ pub struct ExportedLayer {
     pub exported_rect: PixelRect,
     /// The bounding box of the pixels that elements cover, in photo pixels; a part of `exported_rect`.
     pub needed_rect: PixelRect,
-    /// The hash of the visible pixels and their positions. It is the same for a layer that was not edited,
-    /// even when the editor
-    /// cropped it to its non-transparent part.
+    /// The hash of the visible pixels and their positions. It is the same for a layer that was not edited, even
+    /// when the editor cropped it to its non-transparent part.
     pub pixels: String,
     /// The exported pixels.
     pub baseline: Baseline,

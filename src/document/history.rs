@@ -12,8 +12,8 @@ use super::paint::ImportedMask;
 /// The most steps that can be undone.
 pub const MOST_STEPS: usize = 1000;
 
-/// The authored project over time: one named step per gesture. Undone steps can be redone until another edit
-/// is made.
+/// The authored project over time: one named step per gesture. Undone steps can be redone until another edit is
+/// made.
 #[derive(Debug, Clone)]
 pub struct History {
     /// The steps, oldest first; the last `undone` of them are undone.
@@ -27,8 +27,7 @@ pub struct History {
     gesture: Option<Gesture>,
 }
 
-/// An id that combines the edits of one drag or one stretch of typing into one step. The editing code chooses
-/// it.
+/// An id that combines the edits of one drag or one stretch of typing into one step. The editing code chooses it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Gesture(pub u64);
 
@@ -56,9 +55,8 @@ pub enum Turn {
     /// [`History::present`] is another project; nothing remains to be done.
     Project,
     /// The caller undoes the import with this number and reports it with [`History::took_back`].
-    /// [`crate::document::paint::PaintBook::take_back`] undoes the last import; where that is another one, or
-    /// none is left, the step
-    /// cannot be undone, and the caller calls [`History::forget_import`].
+    /// [`crate::document::paint::PaintBook::take_back`] undoes the last import; where that is another one, or none
+    /// is left, the step cannot be undone, and the caller calls [`History::forget_import`].
     TakeBack(u32),
     /// The caller imports these files again, in their present state, and reports the new number with
     /// [`History::imported_again`]. The number given here is that of the undone import.
@@ -77,9 +75,8 @@ impl History {
         &self.present
     }
 
-    /// Records an edit as a step. Consecutive edits of one gesture make one step with the first edit's name;
-    /// a gesture that ends
-    /// where it began leaves no step, nor does an edit without effect.
+    /// Records an edit as a step. Consecutive edits of one gesture make one step with the first edit's name; a
+    /// gesture that ends where it began leaves no step, nor does an edit without effect.
     pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
         let continues = gesture.is_some() && self.gesture == gesture && self.undone == 0;
         if *self.present == project {
@@ -108,9 +105,8 @@ impl History {
         self.gesture = None;
     }
 
-    /// Records an import as a step. The import is on disk already; in the project only the masks that came
-    /// with it have changed,
-    /// on disk as well.
+    /// Records an import as a step. The import is on disk already; in the project only the masks that came with it
+    /// have changed, on disk as well.
     pub fn imported(
         &mut self,
         name: impl Into<String>,
@@ -141,9 +137,8 @@ impl History {
         self.steps.iter().position(is_it)
     }
 
-    /// Records that an import was undone, and that the masks it had replaced are on disk again. Where the
-    /// import is not a step
-    /// that can be redone, its masks are removed from all steps.
+    /// Records that an import was undone, and that the masks it had replaced are on disk again. Where the import is
+    /// not a step that can be redone, its masks are removed from all steps.
     pub fn took_back(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
@@ -180,9 +175,8 @@ impl History {
         }
     }
 
-    /// Removes an import from the history, because it can no longer be undone or redone. An import that is
-    /// not undone remains in
-    /// effect: earlier steps get its masks.
+    /// Removes an import from the history, because it can no longer be undone or redone. An import that is not
+    /// undone remains in effect: earlier steps get its masks.
     pub fn forget_import(&mut self, number: u32) {
         let made = self.place_of_import(number).filter(|index| *index < self.steps.len() - self.undone);
         if let Some((index, Change::Import { masks, .. })) =
@@ -260,9 +254,8 @@ impl History {
         self.gesture = None;
     }
 
-    /// Returns true when the present project differs from the saved one. Steps that lead back to the saved
-    /// state make the project
-    /// clean again.
+    /// Returns true when the present project differs from the saved one. Steps that lead back to the saved state
+    /// make the project clean again.
     pub fn is_dirty(&self) -> bool {
         !Arc::ptr_eq(&self.present, &self.saved) && self.present != self.saved
     }

@@ -1,6 +1,5 @@
 //! Masks of the photos: `masks` of `project.json`. Their pixels are in files that are never modified, so that
-//! copies of these
-//! entries are enough to undo an edit.
+//! copies of these entries are enough to undo an edit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -64,9 +63,8 @@ pub struct MaskedObject {
 }
 
 impl MaskFrom {
-    /// Returns true for the same origin, of which a photo has one mask at most. Object masks that differ only
-    /// in the margin have the
-    /// same origin.
+    /// Returns true for the same origin, of which a photo has one mask at most. Object masks that differ only in
+    /// the margin have the same origin.
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Object(a), Self::Object(b)) => a.name == b.name,
@@ -152,8 +150,8 @@ impl Masks {
         }
     }
 
-    /// Returns these masks with external changes merged in: every mask that differs between `known` and `now`
-    /// is taken from `now`.
+    /// Returns these masks with external changes merged in: every mask that differs between `known` and `now` is
+    /// taken from `now`.
     pub fn with_news(&self, known: &Self, now: &Self) -> Self {
         let mut masks = self.clone();
         let of_both = [known, now].into_iter().flat_map(Self::photos);

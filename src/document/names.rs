@@ -2,15 +2,12 @@
 
 use std::collections::BTreeSet;
 
-/// Returns a name for a file or folder that stands for `photo`: every byte outside `A-Za-z0-9._-` becomes
-/// `%XX` (upper-case
-/// hexadecimal). Different photos get different names, and [`photo_of_file_name`] is the inverse. The result
-/// never contains `/`, `\`,
-/// `+` or `~`, so that a caller may add its own suffix after one of these.
+/// Returns a name for a file or folder that stands for `photo`: every byte outside `A-Za-z0-9._-` becomes `%XX`
+/// (upper-case hexadecimal). Different photos get different names, and [`photo_of_file_name`] is the inverse. The
+/// result never contains `/`, `\`, `+` or `~`, so that a caller may add its own suffix after one of these.
 ///
-/// Three names would not be valid file names although the rule keeps them: the empty name becomes `%`, `.`
-/// becomes `%2E`
-/// and `..` becomes `%2E%2E`.
+/// Three names would not be valid file names although the rule keeps them: the empty name becomes `%`, `.` becomes
+/// `%2E` and `..` becomes `%2E%2E`.
 pub fn file_name_of_photo(photo: &str) -> String {
     match photo {
         "" => return "%".into(),
@@ -29,9 +26,8 @@ pub fn file_name_of_photo(photo: &str) -> String {
     name
 }
 
-/// Returns distinct names without extensions for the pictures of photos: `nord/1.jpg` gives `nord%2F1`.
-/// Photos that differ
-/// only in their extensions keep them: `1.jpg` and `1.png`.
+/// Returns distinct names without extensions for the pictures of photos: `nord/1.jpg` gives `nord%2F1`. Photos that
+/// differ only in their extensions keep them: `1.jpg` and `1.png`.
 pub fn picture_names(photos: &[&str]) -> Vec<String> {
     let short: Vec<String> =
         photos.iter().map(|photo| file_name_of_photo(without_extension(photo))).collect();

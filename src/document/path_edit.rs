@@ -68,8 +68,7 @@ impl CameraPath {
         self.size = size.map(|side| side.max(1));
     }
 
-    /// Returns a sentence that says why the path cannot be flown, or `None` if it can or has no keyframes
-    /// yet.
+    /// Returns a sentence that says why the path cannot be flown, or `None` if it can or has no keyframes yet.
     pub fn problem(&self) -> Option<String> {
         let flown = (!self.keyframes.is_empty()).then(|| self.flight(DVec3::Z))?;
         flown.err().map(|(place, found)| format!("{place}: {found}"))

@@ -12,9 +12,8 @@ use crate::layers::fill::FillOptions;
 /// The version of the format that this program writes; it also reads older ones.
 pub const PROJECT_VERSION: u32 = 1;
 
-/// The authored part of a project. Paths are relative to the project's folder, with `/`, and absolute only
-/// where no relative
-/// path exists (another drive).
+/// The authored part of a project. Paths are relative to the project's folder, with `/`, and absolute only where no
+/// relative path exists (another drive).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Project {

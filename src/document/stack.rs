@@ -15,16 +15,14 @@ pub struct Stack {
     pub version: u32,
     /// The method that found the visibility layers.
     pub method: Method,
-    /// The hash of everything that the stack was made from; while it matches, the stack is not rebuilt.
-    /// Decisions about this photo's
-    /// layers have a hash of their own, after a `-`.
+    /// The hash of everything that the stack was made from; while it matches, the stack is not rebuilt. Decisions
+    /// about this photo's layers have a hash of their own, after a `-`.
     pub inputs: String,
     /// The photo.
     pub photo: StackPhoto,
     /// The photo's camera.
     pub camera: StackCamera,
-    /// The elements of each visibility layer, nearest layer first. Occlusions number the elements in this
-    /// order.
+    /// The elements of each visibility layer, nearest layer first. Occlusions number the elements in this order.
     pub visibility_layers: Vec<Vec<Element>>,
     /// The flat surfaces that elements consist of, as they were in the model, in its order.
     pub surfaces: Vec<Surface>,
@@ -34,9 +32,8 @@ pub struct Stack {
     pub occlusions: Vec<Support>,
     /// Occlusions against the order that were ignored as contact noise.
     pub forgiven: Vec<Support>,
-    /// Occlusions against the order that are more than noise and could not be resolved by a cut. The two
-    /// elements are in separate
-    /// image layers, and `notes` names them.
+    /// Occlusions against the order that are more than noise and could not be resolved by a cut. The two elements
+    /// are in separate image layers, and `notes` names them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unresolved: Vec<Support>,
     /// The image layers, nearest first: `order` never decreases.
@@ -85,9 +82,9 @@ impl Stack {
         renamed == *other
     }
 
-    /// Checks the image layers: their elements have to exist, and their sides to have a valid number of
-    /// pixels. Returns where the first
-    /// problem is and what was found. Readers of stack files call this once; all other code relies on it.
+    /// Checks the image layers: their elements have to exist, and their sides to have a valid number of pixels.
+    /// Returns where the first problem is and what was found. Readers of stack files call this once; all other code
+    /// relies on it.
     pub fn flaw(&self) -> Option<(String, String)> {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
@@ -131,8 +128,7 @@ pub struct StackCamera {
 pub struct Element {
     /// The unique name of the object.
     pub object: String,
-    /// The faces that are contained as a whole: their indices within the object as in the model file,
-    /// ascending.
+    /// The faces that are contained as a whole: their indices within the object as in the model file, ascending.
     pub faces: Vec<u32>,
     /// The contained pieces of faces as `[face, piece]`, ascending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -143,9 +139,8 @@ pub struct Element {
 }
 
 impl Element {
-    /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if
-    /// there are none, those of
-    /// its pieces.
+    /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if there
+    /// are none, those of its pieces.
     pub fn known_by(&self) -> Faces {
         let faces = if self.faces.is_empty() { self.all_faces() } else { self.faces.clone() };
         Faces { object: self.object.clone(), faces }
@@ -206,9 +201,8 @@ pub struct Support {
 /// An image layer: a rectangle of the photo with the elements that it textures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImageLayer {
-    /// The permanent token of this image layer of this stack: a short hash of photo, elements and rectangle,
-    /// in lower-case letters
-    /// and digits.
+    /// The permanent token of this image layer of this stack: a short hash of photo, elements and rectangle, in
+    /// lower-case letters and digits.
     pub id: String,
     /// The readable name.
     pub name: String,
@@ -221,8 +215,8 @@ pub struct ImageLayer {
     pub rect: PixelRect,
     /// The elements, numbered in reading order of `visibility_layers`.
     pub elements: Vec<u32>,
-    /// The file of the layer, an RGBA PNG of the rectangle: the photo's colour, opaque, where visible;
-    /// transparent elsewhere.
+    /// The file of the layer, an RGBA PNG of the rectangle: the photo's colour, opaque, where visible; transparent
+    /// elsewhere.
     pub file: String,
     /// The file of the needed area, a 1-bit PNG of the rectangle: white where at least one element covers it.
     pub needed_file: String,
@@ -243,17 +237,14 @@ pub struct ImageLayer {
 /// The filling of an image layer, as files of its rectangle.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerFill {
-    /// An RGBA PNG, opaque where a hidden texel was filled, else transparent. It never covers a texel of
-    /// `file`.
+    /// An RGBA PNG, opaque where a hidden texel was filled, else transparent. It never covers a texel of `file`.
     pub filled_file: String,
     /// An 8-bit PNG of the filling's confidence in 255ths; 0 where nothing was filled.
     pub confidence_file: String,
-    /// An 8- or 16-bit PNG: for each filled texel, the index in [`StackFill::origins`] of its source; 0
-    /// elsewhere.
+    /// An 8- or 16-bit PNG: for each filled texel, the index in [`StackFill::origins`] of its source; 0 elsewhere.
     pub provenance_file: String,
-    /// An RGBA PNG, opaque where paint was propagated from another photo over what `file` shows, else
-    /// transparent. It covers texels of
-    /// `file` only. The confidence and provenance files describe these texels, too.
+    /// An RGBA PNG, opaque where paint was propagated from another photo over what `file` shows, else transparent.
+    /// It covers texels of `file` only. The confidence and provenance files describe these texels, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_file: Option<String>,
     /// The number of filled texels.
@@ -271,8 +262,7 @@ impl LayerFill {
 /// A summary of the filling of a stack's hidden texels.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackFill {
-    /// The hash of everything that the filling was made from; while it matches, the stack is not filled
-    /// again.
+    /// The hash of everything that the filling was made from; while it matches, the stack is not filled again.
     pub inputs: String,
     /// The meanings of the numbers in provenance files; the first one stands for no filling.
     pub origins: Vec<String>,
@@ -287,8 +277,8 @@ pub struct StackFill {
     pub texels_by_example: u64,
     /// The number of hidden texels that were inpainted by diffusion.
     pub texels_diffused: u64,
-    /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there:
-    /// by face and photo.
+    /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there: by face
+    /// and photo.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub spread: Vec<SpreadPaint>,
     /// The size of the filling's files in bytes.
@@ -378,9 +368,8 @@ pub enum Reason {
     Masked,
     /// The face has no area.
     Degenerate,
-    /// The user excluded the face from this photo's textures. Such a face is in the stack, because it
-    /// occludes others; so this reason
-    /// is never in the file, but in lists of reasons.
+    /// The user excluded the face from this photo's textures. Such a face is in the stack, because it occludes
+    /// others; so this reason is never in the file, but in lists of reasons.
     Excluded,
 }
 

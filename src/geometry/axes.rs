@@ -2,9 +2,8 @@
 
 use glam::{DMat3, DVec3};
 
-/// Returns all 24 rotations that map axes to axes, with their names. The name `x,-z,y` lists, for the world's
-/// x, y and z,
-/// the signed model axis that each is taken from. The identity, `x,y,z`, comes first.
+/// Returns all 24 rotations that map axes to axes, with their names. The name `x,-z,y` lists, for the world's x, y
+/// and z, the signed model axis that each is taken from. The identity, `x,y,z`, comes first.
 pub fn conventions() -> Vec<(String, DMat3)> {
     const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let mut conventions = Vec::with_capacity(24);
@@ -29,9 +28,8 @@ fn name(order: &[usize; 3], sign: impl Fn(usize) -> f64) -> String {
     [axis(0), axis(1), axis(2)].join(",")
 }
 
-/// Returns the rotation that a name stands for, or `None` for an unknown name. Upper and lower case are
-/// equal. Names are
-/// those of [`conventions`] and these:
+/// Returns the rotation that a name stands for, or `None` for an unknown name. Upper and lower case are equal.
+/// Names are those of [`conventions`] and these:
 ///
 /// | name | meaning | same as |
 /// |---|---|---|

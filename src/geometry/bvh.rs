@@ -103,8 +103,7 @@ impl Bvh {
         best
     }
 
-    /// Returns t and the index of the first triangle that the ray `origin + t direction` hits for 0 < t <
-    /// `limit`.
+    /// Returns t and the index of the first triangle that the ray `origin + t direction` hits for 0 < t < `limit`.
     pub fn first_hit(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
         let inverse = direction.recip();
         let mut best: Option<(f64, u32)> = None;
@@ -136,9 +135,8 @@ impl Bvh {
         best
     }
 
-    /// Calls `visit` with t and the triangle's index for each hit of the ray `origin + t direction` with 0 <
-    /// t <= `limit`, in
-    /// no particular order.
+    /// Calls `visit` with t and the triangle's index for each hit of the ray `origin + t direction` with 0 < t <=
+    /// `limit`, in no particular order.
     pub fn each_hit(&self, origin: DVec3, direction: DVec3, limit: f64, mut visit: impl FnMut(f64, u32)) {
         let inverse = direction.recip();
         let mut open = Vec::with_capacity(64);
@@ -202,9 +200,8 @@ impl Bvh {
     }
 }
 
-/// A stack of nodes to visit, each with the t at which the ray enters it. It holds at most one node per level
-/// of the tree
-/// and one more; a tree made by halving has no more levels than the number of triangles has bits.
+/// A stack of nodes to visit, each with the t at which the ray enters it. It holds at most one node per level of
+/// the tree and one more; a tree made by halving has no more levels than the number of triangles has bits.
 struct Open {
     nodes: [(u32, f64); 34],
     count: usize,

@@ -2,9 +2,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
-/// A pinhole camera without distortion. Units are pixels; pixel (0, 0) is the top-left one and its centre is
-/// (0.5, 0.5),
-/// which is COLMAP's convention; x points right, y down, z forward.
+/// A pinhole camera without distortion. Units are pixels; pixel (0, 0) is the top-left one and its centre is (0.5,
+/// 0.5), which is COLMAP's convention; x points right, y down, z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pinhole {
     /// The photo's width in pixels.
@@ -22,8 +21,8 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
-    /// Projects a point of the camera frame to image coordinates in pixels; `None` where it is not in front
-    /// (z <= 0).
+    /// Projects a point of the camera frame to image coordinates in pixels; `None` where it is not in front (z <=
+    /// 0).
     pub fn image_from_camera(&self, point_in_camera: DVec3) -> Option<DVec2> {
         let DVec3 { x, y, z } = point_in_camera;
         (z > 0.0).then(|| DVec2::new(self.fx * x / z + self.cx, self.fy * y / z + self.cy))

@@ -5,18 +5,15 @@ use glam::{DVec2, DVec3};
 use super::Pinhole;
 
 /// Clips a polygon (camera frame) to what projects into the box `low_px..high_px`; the result is empty where
-/// nothing does.
-/// Parts behind the camera are removed without a near plane: the box's sides are half spaces through the
-/// camera centre, applied
-/// one after the other (Sutherland and Hodgman 1974). Parts of a concave polygon may stay connected by edges
-/// along the box.
+/// nothing does. Parts behind the camera are removed without a near plane: the box's sides are half spaces through
+/// the camera centre, applied one after the other (Sutherland and Hodgman 1974). Parts of a concave polygon may
+/// stay connected by edges along the box.
 pub fn clipped_to_box(polygon: &[DVec3], camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> Vec<DVec3> {
     sides(camera, low_px, high_px).iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
 }
 
-/// Clips a segment (camera frame) to what projects into the box `low_px..high_px`; `None` where nothing does.
-/// Both ends of the
-/// result are in front of the camera.
+/// Clips a segment (camera frame) to what projects into the box `low_px..high_px`; `None` where nothing does. Both
+/// ends of the result are in front of the camera.
 pub fn segment_in_box(
     ends: [DVec3; 2],
     camera: &Pinhole,
@@ -24,8 +21,7 @@ pub fn segment_in_box(
     high_px: DVec2,
 ) -> Option<[DVec3; 2]> {
     let [from, to] = ends;
-    // A rounding error in front of the camera: the apex of the four half spaces would count as inside
-    // otherwise.
+    // A rounding error in front of the camera: the apex of the four half spaces would count as inside otherwise.
     let least = 1e-9 * from.distance(to);
     let ahead = |p: DVec3| p.z - least;
     let distances = sides(camera, low_px, high_px).map(|side| [side.dot(from), side.dot(to)]);

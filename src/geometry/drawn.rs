@@ -1,6 +1,5 @@
-//! Freehand shapes as pixel sets: the stroke of a round brush and the area that a lasso encloses. A pixel
-//! belongs to a shape
-//! when its centre does. Coordinates are in pixels of the picture, with (0, 0) its top-left corner.
+//! Freehand shapes as pixel sets: the stroke of a round brush and the area that a lasso encloses. A pixel belongs
+//! to a shape when its centre does. Coordinates are in pixels of the picture, with (0, 0) its top-left corner.
 
 use glam::DVec2;
 
@@ -17,8 +16,8 @@ pub fn brushed(line: &[DVec2], radius_px: f64, within: PixelRect) -> Spans {
     }
 }
 
-/// Returns the pixels that a disc covers while it moves along a segment. The shape is convex, so each row has
-/// one run.
+/// Returns the pixels that a disc covers while it moves along a segment. The shape is convex, so each row has one
+/// run.
 fn swept(ends: [DVec2; 2], radius_px: f64, within: PixelRect) -> Spans {
     let low = ends[0].y.min(ends[1].y) - radius_px;
     let high = ends[0].y.max(ends[1].y) + radius_px;
@@ -31,9 +30,8 @@ fn swept(ends: [DVec2; 2], radius_px: f64, within: PixelRect) -> Spans {
     })
 }
 
-/// Returns the leftmost and rightmost x of the swept disc at height `y`: the extremes over the discs at both
-/// ends and the
-/// rectangle between them; `None` where the shape does not reach `y`.
+/// Returns the leftmost and rightmost x of the swept disc at height `y`: the extremes over the discs at both ends
+/// and the rectangle between them; `None` where the shape does not reach `y`.
 fn reach(ends: [DVec2; 2], radius_px: f64, y: f64) -> Option<[f64; 2]> {
     let across = (ends[1] - ends[0]).normalize_or_zero().perp() * radius_px;
     let corners = [ends[0] + across, ends[1] + across, ends[1] - across, ends[0] - across];
@@ -53,9 +51,8 @@ fn reach(ends: [DVec2; 2], radius_px: f64, y: f64) -> Option<[f64; 2]> {
     })
 }
 
-/// Returns the pixels of `within` that a closed line encloses, by the nonzero rule: a lasso that crosses
-/// itself near its start,
-/// or that runs around twice, still selects all of its inside.
+/// Returns the pixels of `within` that a closed line encloses, by the nonzero rule: a lasso that crosses itself
+/// near its start, or that runs around twice, still selects all of its inside.
 pub fn enclosed(line: &[DVec2], within: PixelRect) -> Spans {
     let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); within.h as usize];
     for (at, from) in line.iter().enumerate() {
@@ -132,8 +129,8 @@ mod tests {
         let (radius, length) = (31.0, ends[0].distance(ends[1]));
         let drawn = brushed(&ends, radius, PICTURE).count() as f64;
         let exact = PI * radius * radius + 2.0 * radius * length;
-        // Centres on a rim are in or out by chance: the error is about the root of the rim's length, rarely
-        // three times that.
+        // Centres on a rim are in or out by chance: the error is about the root of the rim's length, rarely three
+        // times that.
         let rim = 2.0 * PI * radius + 2.0 * length;
         assert!((drawn - exact).abs() < 3.0 * rim.sqrt(), "{drawn}, {exact}");
     }

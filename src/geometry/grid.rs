@@ -1,6 +1,5 @@
-//! A pixel set resampled to another grid, such as a screen: the cells that show it, its rim, and rectangles
-//! to draw it with.
-//! The cost grows with the rows and outlines of the cells, not with the picture's size.
+//! A pixel set resampled to another grid, such as a screen: the cells that show it, its rim, and rectangles to draw
+//! it with. The cost grows with the rows and outlines of the cells, not with the picture's size.
 
 use glam::DVec2;
 
@@ -23,9 +22,8 @@ impl Grid {
         PixelRect { x: 0, y: 0, w: self.size[0], h: self.size[1] }
     }
 
-    /// Returns the cells that show pixels of a set. Where cells are larger than pixels, a cell counts if any
-    /// pixel within it is
-    /// in the set; otherwise the pixel under the cell's centre decides.
+    /// Returns the cells that show pixels of a set. Where cells are larger than pixels, a cell counts if any pixel
+    /// within it is in the set; otherwise the pixel under the cell's centre decides.
     pub fn cells(&self, pixels: &Spans) -> Spans {
         let mut runs = Vec::new();
         Spans::of_rows(0..self.size[1] as i32, |row, out| {
@@ -60,8 +58,8 @@ impl Grid {
     }
 }
 
-/// Returns the cells of a set that are at most `width` rows and columns away from a cell of `whole` outside
-/// the set.
+/// Returns the cells of a set that are at most `width` rows and columns away from a cell of `whole` outside the
+/// set.
 pub fn rim(cells: &Spans, width: i32, whole: PixelRect) -> Spans {
     cells.intersection(&cells.complement(whole).grown(width))
 }

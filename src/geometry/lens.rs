@@ -1,13 +1,10 @@
 //! Forward lens distortion: from the undistorted to the distorted image plane.
 //!
-//! Coordinates are normalised: x = X/Z, y = Y/Z in the camera frame, x right, y down. Pixels follow as f * x
-//! + c with the
-//! focal lengths and the principal point of the *distorted* photo. Every model maps (0, 0) to itself. Sources
-//! of the formulas: Brown
-//! 1966 (radial, tangential), Devernay and Faugeras 2001 (field of view), Kannala and Brandt 2006 (fisheye),
-//! Weng et al. 1992 (thin
-//! prism), Fitzgibbon 2001 (division), Khomutenko et al. 2016 (enhanced unified). Parameters are in COLMAP's
-//! order.
+//! Coordinates are normalised: x = X/Z, y = Y/Z in the camera frame, x right, y down. Pixels follow as f * x + c
+//! with the focal lengths and the principal point of the *distorted* photo. Every model maps (0, 0) to itself.
+//! Sources of the formulas: Brown 1966 (radial, tangential), Devernay and Faugeras 2001 (field of view), Kannala
+//! and Brandt 2006 (fisheye), Weng et al. 1992 (thin prism), Fitzgibbon 2001 (division), Khomutenko et al. 2016
+//! (enhanced unified). Parameters are in COLMAP's order.
 
 use glam::{DMat2, DVec2};
 
@@ -16,8 +13,7 @@ use glam::{DMat2, DVec2};
 pub enum Lens {
     /// No distortion.
     None,
-    /// Brown's model: radial `(1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6)`, then
-    /// tangential.
+    /// Brown's model: radial `(1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6)`, then tangential.
     Brown {
         /// Radial coefficients k1..k6.
         k: [f64; 6],
@@ -29,9 +25,8 @@ pub enum Lens {
         /// The model's opening angle in radians.
         omega: f64,
     },
-    /// An equidistant fisheye: the radius is the angle theta to the axis, times `1 + k1 theta^2 + .. + k4
-    /// theta^8`, with
-    /// tangential and thin-prism terms added.
+    /// An equidistant fisheye: the radius is the angle theta to the axis, times `1 + k1 theta^2 + .. + k4 theta^8`,
+    /// with tangential and thin-prism terms added.
     Fisheye {
         /// Radial coefficients k1..k4.
         k: [f64; 4],
@@ -84,10 +79,9 @@ impl Lens {
         }
     }
 
-    /// Maps the undistorted point `xy` to the distorted plane, both normalised. It does not check that `xy`
-    /// is within the
-    /// range where the model is valid (see [`super::RangedLens`]); the result is not finite where the formula
-    /// has no value.
+    /// Maps the undistorted point `xy` to the distorted plane, both normalised. It does not check that `xy` is
+    /// within the range where the model is valid (see [`super::RangedLens`]); the result is not finite where the
+    /// formula has no value.
     pub fn distort(&self, xy: DVec2) -> DVec2 {
         match *self {
             Self::None => xy,

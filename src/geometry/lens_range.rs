@@ -6,22 +6,19 @@ use glam::{DMat2, DVec2};
 
 use super::Lens;
 
-/// A lens with the disc around the axis in which it is injective. Polynomial models are fitted to the photo's
-/// own field of
-/// view; a little beyond it they may fold back and show everything a second time, mirrored.
+/// A lens with the disc around the axis in which it is injective. Polynomial models are fitted to the photo's own
+/// field of view; a little beyond it they may fold back and show everything a second time, mirrored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangedLens {
     lens: Lens,
     radius: f64,
 }
 
-/// The largest half opening angle of a pinhole image, 60 degrees: there it already needs four times the
-/// pixels along a
-/// radius that a fisheye has.
+/// The largest half opening angle of a pinhole image, 60 degrees: there it already needs four times the pixels
+/// along a radius that a fisheye has.
 const WIDEST_ANGLE: f64 = FRAC_PI_3;
-/// The range ends where the distortion's area factor falls below this share of the central one, so that one
-/// source pixel would
-/// be stretched over fifty.
+/// The range ends where the distortion's area factor falls below this share of the central one, so that one source
+/// pixel would be stretched over fifty.
 const LEAST_SLOPE: f64 = 0.02;
 /// The number of directions and of steps of the search: terms without symmetry vary slowly around the axis.
 const DIRECTIONS: u32 = 32;
@@ -54,8 +51,8 @@ impl RangedLens {
         (xy.length_squared() <= self.radius * self.radius).then(|| self.lens.distort(xy))
     }
 
-    /// Returns the undistorted point within the range that maps to `distorted`, both normalised; `None` where
-    /// there is none.
+    /// Returns the undistorted point within the range that maps to `distorted`, both normalised; `None` where there
+    /// is none.
     pub fn undistort(&self, distorted: DVec2) -> Option<DVec2> {
         let start = self.same_radius(distorted);
         let solved = self.newton(start, distorted)?;
@@ -63,9 +60,8 @@ impl RangedLens {
         (solved.length() <= self.radius * (1.0 + 1e-9)).then_some(solved)
     }
 
-    /// Returns the point in the direction of `distorted` whose image has the same distance from the centre.
-    /// It is the solution for
-    /// lenses with radial terms only, and near it for all others.
+    /// Returns the point in the direction of `distorted` whose image has the same distance from the centre. It is
+    /// the solution for lenses with radial terms only, and near it for all others.
     fn same_radius(&self, distorted: DVec2) -> DVec2 {
         let (direction, target) = (distorted.normalize_or_zero(), distorted.length());
         let (mut low, mut high) = (0.0, self.radius);

@@ -15,8 +15,7 @@ pub struct PixelRect {
 }
 
 impl PixelRect {
-    /// Makes the rectangle from left, top (inclusive) and right, bottom (exclusive); empty where they are
-    /// reversed.
+    /// Makes the rectangle from left, top (inclusive) and right, bottom (exclusive); empty where they are reversed.
     pub fn from_edges(x0: i32, y0: i32, x1: i32, y1: i32) -> Self {
         Self { x: x0, y: y0, w: x1.saturating_sub(x0).max(0) as u32, h: y1.saturating_sub(y0).max(0) as u32 }
     }

@@ -6,9 +6,8 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::axes;
 
-/// The transform `p -> scale * rotation * p + translation`. In files it is the four rows of a 4 x 4 matrix
-/// that applies to
-/// columns (x, y, z, 1).
+/// The transform `p -> scale * rotation * p + translation`. In files it is the four rows of a 4 x 4 matrix that
+/// applies to columns (x, y, z, 1).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "[[f64; 4]; 4]", into = "[[f64; 4]; 4]")]
 pub struct Similarity {

@@ -1,6 +1,5 @@
-//! Pixel and texel sets as runs per row, with set operations, growing and halving. Their cost is proportional
-//! to outlines, not
-//! to areas.
+//! Pixel and texel sets as runs per row, with set operations, growing and halving. Their cost is proportional to
+//! outlines, not to areas.
 
 use std::ops::Range;
 
@@ -90,8 +89,8 @@ impl Spans {
         let wide = |run: &Run| run.start - by..run.end + by;
         let mut grown = Self::of_rows(self.rows(), |y, out| out.extend(self.row(y).iter().map(wide)));
         let mut reach = 0;
-        // First rows -1, 0, 1 are united, then rows -3, 0, 3 of the result: the reach triples, so few unions
-        // are needed.
+        // First rows -1, 0, 1 are united, then rows -3, 0, 3 of the result: the reach triples, so few unions are
+        // needed.
         while reach < by && !grown.is_empty() {
             let step = (2 * reach + 1).min(by - reach);
             grown = grown.stacked(step);
@@ -150,8 +149,8 @@ impl Spans {
         Self::of_rows(rows, |y, out| subtract(std::slice::from_ref(&whole), self.row(y), out))
     }
 
-    /// Returns the texels of half the resolution that contain any texel of this set: columns are halved where
-    /// `x`, rows where `y`.
+    /// Returns the texels of half the resolution that contain any texel of this set: columns are halved where `x`,
+    /// rows where `y`.
     pub fn halved(&self, [x, y]: [bool; 2]) -> Self {
         let narrow = |run: &Run| if x { run.start >> 1..(run.end + 1) >> 1 } else { run.clone() };
         let rows = if y { self.top >> 1..(self.rows().end + 1) >> 1 } else { self.rows() };

@@ -10,9 +10,8 @@ pub fn area_vector([a, b, c]: &Triangle) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// Returns the point of the triangle that is nearest to `p`, by the Voronoi region of corners, edges and
-/// inside that `p` lies in
-/// (Ericson, Real-Time Collision Detection, 5.1.5).
+/// Returns the point of the triangle that is nearest to `p`, by the Voronoi region of corners, edges and inside
+/// that `p` lies in (Ericson, Real-Time Collision Detection, 5.1.5).
 pub fn nearest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -41,8 +40,7 @@ pub fn nearest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
 }
 
 /// Returns the t > 0 at which the ray `origin + t direction` meets the triangle, from either side (Moller and
-/// Trumbore
-/// 1997).
+/// Trumbore 1997).
 pub fn ray_hit(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
     let across = direction.cross(ac);
@@ -62,9 +60,8 @@ pub fn ray_hit(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option
     (v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
 }
 
-/// Returns how deeply two triangles intersect, in their unit: the least of how far each reaches through the
-/// other's plane and
-/// of the length of their common line. It is 0 where they do not intersect or only touch.
+/// Returns how deeply two triangles intersect, in their unit: the least of how far each reaches through the other's
+/// plane and of the length of their common line. It is 0 where they do not intersect or only touch.
 pub fn crossing_depth(a: &Triangle, b: &Triangle) -> f64 {
     let (Some(normal_a), Some(normal_b)) = (area_vector(a).try_normalize(), area_vector(b).try_normalize())
     else {
@@ -84,9 +81,8 @@ pub fn crossing_depth(a: &Triangle, b: &Triangle) -> f64 {
     depth_a.min(depth_b).min(common).max(0.0)
 }
 
-/// Returns how far the triangle's shorter side reaches beyond a plane, and the segment in which it meets the
-/// plane; `None`
-/// when it lies on one side.
+/// Returns how far the triangle's shorter side reaches beyond a plane, and the segment in which it meets the plane;
+/// `None` when it lies on one side.
 fn cut(triangle: &Triangle, normal: DVec3, point: DVec3) -> Option<(f64, [DVec3; 2])> {
     let d = triangle.map(|p| normal.dot(p - point));
     let depth = d[0].max(d[1]).max(d[2]).min(-d[0].min(d[1]).min(d[2]));

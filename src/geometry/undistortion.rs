@@ -1,5 +1,5 @@
-//! Undistortion: the rectangle of a photo's pinhole image, and the position in the photo that each of its
-//! pixels comes from.
+//! Undistortion: the rectangle of a photo's pinhole image, and the position in the photo that each of its pixels
+//! comes from.
 
 use std::f64::consts::TAU;
 
@@ -7,15 +7,12 @@ use glam::DVec2;
 
 use super::{Lens, Pinhole, RangedLens};
 
-/// The mapping between a distorted photo and its pinhole image. The pinhole image keeps the focal length at
-/// the photo's
-/// centre, so that one pixel there stays one pixel, and contains all of the photo within the lens's valid
-/// range and within twice the
-/// photo's number of pixels. Its principal point need not be in its middle.
+/// The mapping between a distorted photo and its pinhole image. The pinhole image keeps the focal length at the
+/// photo's centre, so that one pixel there stays one pixel, and contains all of the photo within the lens's valid
+/// range and within twice the photo's number of pixels. Its principal point need not be in its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Undistortion {
-    /// The photo as taken: its size, and the focal lengths and principal point of its distorted image, in
-    /// pixels.
+    /// The photo as taken: its size, and the focal lengths and principal point of its distorted image, in pixels.
     pub photo: Pinhole,
     /// The pinhole image's camera, in pixels.
     pub pinhole: Pinhole,
@@ -54,8 +51,8 @@ impl Undistortion {
         Some(Self { lost: bounded.lost_share(), ..bounded })
     }
 
-    /// Maps a position in the pinhole image to the photo, both in pixels; `None` outside the photo or the
-    /// lens's range.
+    /// Maps a position in the pinhole image to the photo, both in pixels; `None` outside the photo or the lens's
+    /// range.
     #[inline]
     pub fn photo_from_pinhole(&self, at: DVec2) -> Option<DVec2> {
         let (pinhole, photo) = (&self.pinhole, &self.photo);
@@ -65,9 +62,8 @@ impl Undistortion {
         holds(photo, at).then_some(at)
     }
 
-    /// Maps a position in the photo to the pinhole image, both in pixels; it may lie outside of that image.
-    /// `None` outside the
-    /// lens's range.
+    /// Maps a position in the photo to the pinhole image, both in pixels; it may lie outside of that image. `None`
+    /// outside the lens's range.
     pub fn pinhole_from_photo(&self, at: DVec2) -> Option<DVec2> {
         let (pinhole, photo) = (&self.pinhole, &self.photo);
         let distorted = DVec2::new((at.x - photo.cx) / photo.fx, (at.y - photo.cy) / photo.fy);
@@ -75,9 +71,8 @@ impl Undistortion {
         Some(DVec2::new(pinhole.fx * xy.x + pinhole.cx, pinhole.fy * xy.y + pinhole.cy))
     }
 
-    /// Returns what the photo covers of the pinhole plane: the bounds of the photo's outline within the
-    /// lens's range, and of the
-    /// range's outline within the photo.
+    /// Returns what the photo covers of the pinhole plane: the bounds of the photo's outline within the lens's
+    /// range, and of the range's outline within the photo.
     fn bounds(&self) -> Option<Bounds> {
         let outline = outline_points(&self.photo).filter_map(|at| self.pinhole_from_photo(at));
         let range = self.range_points().filter(|&at| self.photo_from_pinhole(at).is_some());
@@ -117,8 +112,7 @@ fn holds(image: &Pinhole, at: DVec2) -> bool {
 }
 
 /// Returns points all around a photo with all four corners, close enough together that a curved border is met
-/// within a
-/// hundredth of a pixel.
+/// within a hundredth of a pixel.
 fn outline_points(photo: &Pinhole) -> impl Iterator<Item = DVec2> + use<> {
     let (width, height) = (f64::from(photo.width), f64::from(photo.height));
     let points = (photo.width.max(photo.height) / 8).clamp(64, 1024);

@@ -19,8 +19,7 @@ use crate::projection::frustum::uv_from_world;
 use crate::scene::{FaceId, Model, ObjectId, Photo};
 
 /// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
-/// automatic names,
-/// and `bytes` is still 0.
+/// automatic names, and `bytes` is still 0.
 pub fn assemble(
     model: &Model,
     photo: &Photo,
@@ -202,8 +201,7 @@ fn image_layer(
 }
 
 /// Names a layer after the object with most visible texels in it (most covered ones, if none is visible), and
-/// appends the
-/// number of further objects.
+/// appends the number of further objects.
 fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) -> String {
     let mut texels: BTreeMap<ObjectId, [u64; 2]> = BTreeMap::new();
     for patch in &cluster.patches {
@@ -223,9 +221,8 @@ fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) ->
     }
 }
 
-/// Returns a token of eight characters of 5 bits each: short enough for a layer's name. Two layers of a
-/// project of ten thousand
-/// share one with a probability of 1 in 20,000; within a stack `salt` prevents that.
+/// Returns a token of eight characters of 5 bits each: short enough for a layer's name. Two layers of a project of
+/// ten thousand share one with a probability of 1 in 20,000; within a stack `salt` prevents that.
 fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> String {
     const DIGITS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
     let named: Vec<_> = cluster

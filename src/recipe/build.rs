@@ -51,13 +51,11 @@ pub struct Built {
     pub kept: Vec<PathBuf>,
 }
 
-/// Builds the stacks of a site's photos, several at a time. An error in one photo is in its [`Built`] and
-/// does not stop the
-/// others. Results are in the site's order.
+/// Builds the stacks of a site's photos, several at a time. An error in one photo is in its [`Built`] and does not
+/// stop the others. Results are in the site's order.
 ///
 /// # Errors
-/// Returns [`crate::Error::Request`] for a photo name that the site does not have, or
-/// [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Request`] for a photo name that the site does not have, or [`crate::Error::Cancelled`].
 pub fn build(
     site: &Site,
     store: &StackStore,
@@ -73,9 +71,8 @@ pub fn build(
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
 }
 
-/// Returns the peak memory for one photo in bytes: pixels, fragment lists and runs, layers being written. A
-/// second photo at the
-/// same time took 28 bytes per pixel more on a site of mean depth 1.8; the lists are longer where more
+/// Returns the peak memory for one photo in bytes: pixels, fragment lists and runs, layers being written. A second
+/// photo at the same time took 28 bytes per pixel more on a site of mean depth 1.8; the lists are longer where more
 /// surfaces lie behind each other.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 48
@@ -111,9 +108,8 @@ impl Job<'_> {
         Ok((committed.stack, committed.kept))
     }
 
-    /// Builds one photo unless its stack is up to date. Returns the stack, whether it was up to date, and the
-    /// files moved to the
-    /// inbox.
+    /// Builds one photo unless its stack is up to date. Returns the stack, whether it was up to date, and the files
+    /// moved to the inbox.
     fn try_photo(&self, photo: &Photo, task: &Task) -> Result<(Stack, bool, Vec<PathBuf>)> {
         task.go_on()?;
         let inputs = self.inputs.hash(photo)?;
@@ -151,8 +147,7 @@ fn note_unsatisfied(stack: &Stack, task: &Task) {
     stack.unmet.iter().for_each(|unmet| task.note(unmet));
 }
 
-/// Renames the layers as decided and reports names for which no layer was found. Returns true when a name
-/// changed.
+/// Renames the layers as decided and reports names for which no layer was found. Returns true when a name changed.
 fn give_names(stack: &mut Stack, decided: &PhotoDecisions, task: &Task) -> bool {
     let renamed = rename(stack, &decided.names);
     renamed.homeless.iter().for_each(|name| task.note(name));

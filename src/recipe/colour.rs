@@ -1,5 +1,4 @@
-//! Exposure matching as the user sees it: a table of the photos' gains, and edits of `colour` in
-//! `project.json`.
+//! Exposure matching as the user sees it: a table of the photos' gains, and edits of `colour` in `project.json`.
 
 use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
@@ -43,8 +42,8 @@ pub enum ColourEdit {
 /// Returns `colour` after the edits, applied in order.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for photos that the site does not have, all of them together, and for gains out
-/// of range.
+/// Returns [`Error::Request`] for photos that the site does not have, all of them together, and for gains out of
+/// range.
 pub fn edited(colour: &Colour, edits: &[ColourEdit], site: &Site) -> Result<Colour> {
     let mut edited = colour.clone();
     let errors = edits.iter().filter_map(|edit| apply(&mut edited, edit, site).err()).collect();
@@ -73,9 +72,8 @@ fn apply(colour: &mut Colour, edit: &ColourEdit, site: &Site) -> Result<()> {
     Ok(())
 }
 
-/// Returns the exposure of the project's views unless another is requested: the reference photo's, if there
-/// is one, else that of
-/// the photos near each view.
+/// Returns the exposure of the project's views unless another is requested: the reference photo's, if there is one,
+/// else that of the photos near each view.
 pub fn usual_exposure(opened: &Opened) -> Exposure {
     reference(&opened.project.colour, &opened.site).map_or(Exposure::Near, Exposure::Of)
 }
@@ -88,8 +86,7 @@ pub fn reference(colour: &Colour, site: &Site) -> Option<PhotoId> {
 }
 
 /// Returns the factors for R, G, B that match the photos' linear colours, by photo name: to the reference's
-/// exposure, if there
-/// is one, else to the common exposure.
+/// exposure, if there is one, else to the common exposure.
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
@@ -101,9 +98,8 @@ pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTree
     Ok(names.zip(factors(&gains, &project.colour, site)).collect())
 }
 
-/// Returns the factors for R, G, B that match the photos' linear colours, in the site's order. `gains` are
-/// the photos' own
-/// gains as natural logarithms.
+/// Returns the factors for R, G, B that match the photos' linear colours, in the site's order. `gains` are the
+/// photos' own gains as natural logarithms.
 pub fn factors(gains: &[[f64; 3]], colour: &Colour, site: &Site) -> Vec<[f64; 3]> {
     let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
     gains.iter().map(|gain| [0, 1, 2].map(|c| (target[c] - gain[c]).exp())).collect()
@@ -137,8 +133,7 @@ pub struct ColourReport {
 pub struct PhotoColour {
     /// The photo's name.
     pub photo: String,
-    /// How much brighter it is than the common exposure, in stops for R, G, B, as used for showing and
-    /// filling.
+    /// How much brighter it is than the common exposure, in stops for R, G, B, as used for showing and filling.
     pub stops: [f64; 3],
     /// The estimated gain in stops; `None` where the photo shares no point with another one.
     pub estimated: Option<[f64; 3]>,
@@ -219,8 +214,7 @@ fn photo_colour(index: usize, site: &Site, colour: &Colour, estimate: &Estimate)
     }
 }
 
-/// Notes decisions about photos that are not in the site. They are kept, and apply again when the photo is
-/// back.
+/// Notes decisions about photos that are not in the site. They are kept, and apply again when the photo is back.
 fn note_absent_photos(colour: &Colour, site: &Site, task: &Task) {
     let known = |name: &&str| site.photos.iter().any(|photo| photo.name == *name);
     for name in colour.named().into_iter().filter(|name| !known(name)) {

@@ -92,9 +92,8 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
     }
 }
 
-/// Removes what a failed attempt created. Files that cannot be removed stay, because the user already gets
-/// the failure's
-/// reason.
+/// Removes what a failed attempt created. Files that cannot be removed stay, because the user already gets the
+/// failure's reason.
 fn leave_as_it_was(folder: &Path, was_there: bool) {
     if was_there {
         let _ = fs::remove_dir_all(folder.join("cache"));

@@ -1,5 +1,4 @@
-//! Documents for the image editor: which document of a photo is opened for painting, and where these
-//! documents are.
+//! Documents for the image editor: which document of a photo is opened for painting, and where these documents are.
 
 use std::path::{Path, PathBuf};
 
@@ -15,8 +14,7 @@ use crate::scene::Photo;
 use crate::task::Task;
 
 /// The project's subfolder of documents for painting, beside `exports/` with their records. It contains the
-/// artist's own files, so
-/// nothing in it is ever removed, nor overwritten once it was changed.
+/// artist's own files, so nothing in it is ever removed, nor overwritten once it was changed.
 pub const FOLDER: &str = "editing";
 
 /// Returns the folder of documents for painting.
@@ -33,11 +31,10 @@ pub struct ToEdit {
     pub begun: bool,
 }
 
-/// Returns a photo's document to paint on: the most recently changed one that was exported from the current
-/// layers, or else a new
-/// export with `options`, whose layer [`ExportOptions::selected`] is the one to paint on. With `fresh` it is
-/// always a new export.
-/// Documents that were changed after their export are never overwritten. The caller holds the project's lock.
+/// Returns a photo's document to paint on: the most recently changed one that was exported from the current layers,
+/// or else a new export with `options`, whose layer [`ExportOptions::selected`] is the one to paint on. With
+/// `fresh` it is always a new export. Documents that were changed after their export are never overwritten. The
+/// caller holds the project's lock.
 ///
 /// # Errors
 /// Returns the errors of [`export`] for the project and the photo.
@@ -69,9 +66,8 @@ pub fn to_edit(
     }
 }
 
-/// Returns the documents with paint, as paths from the project, that are in [`FOLDER`] and were exported from
-/// this stack in this
-/// format.
+/// Returns the documents with paint, as paths from the project, that are in [`FOLDER`] and were exported from this
+/// stack in this format.
 fn begun(book: &PaintBook, records: &[ExportRecord], stack: &Stack, format: ExportFormat) -> Vec<String> {
     let is_current = |key: &str| {
         let record = records.iter().find(|record| record.key == key);

@@ -1,6 +1,5 @@
-//! The photos' exposure gains, estimated once from the photos and then cached in `cache/`. The user's
-//! decisions are applied to
-//! them whenever they are used.
+//! The photos' exposure gains, estimated once from the photos and then cached in `cache/`. The user's decisions are
+//! applied to them whenever they are used.
 
 use std::f64::consts::LN_2;
 use std::path::Path;
@@ -40,8 +39,7 @@ const INPUTS_VERSION: u32 = 1;
 const LARGEST: u64 = 64 << 20;
 
 /// Returns the gains with which a project's photos are shown and used for filling, in the site's order: the
-/// estimate
-/// ([`photo_estimate`]) with the decisions in `colour` applied.
+/// estimate ([`photo_estimate`]) with the decisions in `colour` applied.
 ///
 /// # Errors
 /// Returns the errors of [`photo_estimate`].
@@ -60,11 +58,9 @@ pub fn photo_gains(
     Ok(decided_gains(&estimate, colour, site))
 }
 
-/// Returns the cached estimate if it was made from the same stacks and without the same photos; otherwise
-/// estimates the gains and
-/// caches them. `stacks` are in the site's order; only their input hashes are used. A photo that cannot be
-/// read is noted and gets gain
-/// 0. `memory` is the budget in bytes for photos decoded at the same time.
+/// Returns the cached estimate if it was made from the same stacks and without the same photos; otherwise estimates
+/// the gains and caches them. `stacks` are in the site's order; only their input hashes are used. A photo that
+/// cannot be read is noted and gets gain 0. `memory` is the budget in bytes for photos decoded at the same time.
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled. A cache that cannot be written is only noted.
@@ -88,8 +84,8 @@ pub fn photo_estimate(
     Ok(estimate)
 }
 
-/// Applies decisions to an estimate: fixed gains replace estimated ones. All gains are 0 where exposures are
-/// not matched.
+/// Applies decisions to an estimate: fixed gains replace estimated ones. All gains are 0 where exposures are not
+/// matched.
 pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains {
     if !colour.even {
         return Gains::none(site.photos.len());
@@ -103,8 +99,7 @@ pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains
     gains
 }
 
-/// Estimates the gains from the photos' files, whatever is cached. Photos that `colour` leaves out are not
-/// read.
+/// Estimates the gains from the photos' files, whatever is cached. Photos that `colour` leaves out are not read.
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`] when the task was cancelled.
@@ -151,11 +146,9 @@ fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> R
     Ok(vec![None; centers.len()])
 }
 
-/// Returns the hash of what an estimate depends on. Stacks contain the hash of their pixels, camera, model
-/// and program; decisions
-/// about layers have no influence. Photos without a stack are represented by their camera alone, so the gains
-/// are estimated again once
-/// they have one.
+/// Returns the hash of what an estimate depends on. Stacks contain the hash of their pixels, camera, model and
+/// program; decisions about layers have no influence. Photos without a stack are represented by their camera alone,
+/// so the gains are estimated again once they have one.
 pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
         let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
@@ -168,8 +161,8 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     hash_bytes(&text)
 }
 
-/// Returns the decisions about the gains themselves, without the exposure of views, as JSON; empty where
-/// there are none.
+/// Returns the decisions about the gains themselves, without the exposure of views, as JSON; empty where there are
+/// none.
 pub(super) fn decisions(colour: &Colour) -> String {
     let of_gains = Colour { reference: None, ..colour.clone() };
     if of_gains.is_default() {

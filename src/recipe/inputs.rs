@@ -11,9 +11,8 @@ use crate::scene::{Model, Photo};
 /// A counter of changes in what a build makes from the same inputs.
 const REVISION: u32 = 1;
 
-/// The inputs of stacks: the model, options and program that all photos of a project share, and the decisions
-/// about single photos'
-/// layers.
+/// The inputs of stacks: the model, options and program that all photos of a project share, and the decisions about
+/// single photos' layers.
 #[derive(Debug)]
 pub struct Inputs<'a> {
     model: String,
@@ -27,9 +26,8 @@ impl<'a> Inputs<'a> {
         Self { model: hash_of_model(model), options, decisions }
     }
 
-    /// Returns the hash of all inputs of the stack of `photo`: 64 hexadecimal digits, and where decisions
-    /// about its layers exist,
-    /// `-` and 64 more.
+    /// Returns the hash of all inputs of the stack of `photo`: 64 hexadecimal digits, and where decisions about its
+    /// layers exist, `-` and 64 more.
     ///
     /// # Errors
     /// Returns [`crate::Error::Io`] when the photo cannot be read.

@@ -16,9 +16,8 @@ pub struct Renamed {
 }
 
 /// Returns, for each image layer, the index of its name in `names`. Pairs of a name and a layer are matched
-/// greedily, those with
-/// most faces in common first (ties: name, layer); each layer gets at most one name, and each name at most
-/// one layer.
+/// greedily, those with most faces in common first (ties: name, layer); each layer gets at most one name, and each
+/// name at most one layer.
 pub fn layers_of_names(stack: &Stack, names: &[LayerName]) -> Vec<Option<usize>> {
     let layers = || stack.image_layers.iter().enumerate();
     let mut pairs: Vec<(Reverse<usize>, usize, usize)> = names
@@ -50,8 +49,8 @@ fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
     held.map(common).sum()
 }
 
-/// Names the image layers: as decided, or else with their automatic names. Equal names are numbered:
-/// `fountain`, `fountain (2)`.
+/// Names the image layers: as decided, or else with their automatic names. Equal names are numbered: `fountain`,
+/// `fountain (2)`.
 pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
     let of_layer = layers_of_names(stack, names);
     let own_names = own_names(stack);
@@ -67,11 +66,9 @@ pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
     renamed
 }
 
-/// Returns the automatic names of the image layers, which are names of objects. Of layers with the same name,
-/// such as those of an
-/// object's parts before and behind another one, the second from the front becomes `fountain (2)`, the next
-/// `fountain (3)`. The same
-/// stack always gets the same names.
+/// Returns the automatic names of the image layers, which are names of objects. Of layers with the same name, such
+/// as those of an object's parts before and behind another one, the second from the front becomes `fountain (2)`,
+/// the next `fountain (3)`. The same stack always gets the same names.
 fn own_names(stack: &Stack) -> Vec<String> {
     let layers = stack.image_layers.iter();
     let plain: Vec<String> =

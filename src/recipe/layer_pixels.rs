@@ -1,6 +1,5 @@
 //! The complete pixels of an image layer, for editors and for the renderer: the photo's visible pixels, the
-//! filling, and paint from
-//! other photos and from this one.
+//! filling, and paint from other photos and from this one.
 
 use std::path::Path;
 
@@ -12,11 +11,9 @@ use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::io::layered::png::read_rgba;
 
-/// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling
-/// over photo, where the
-/// filling includes paint that was propagated from other photos over visible pixels. Each painted pixel is as
-/// it was painted, except
-/// that semitransparent paint on empty pixels is blended with the filling.
+/// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
+/// photo, where the filling includes paint that was propagated from other photos over visible pixels. Each painted
+/// pixel is as it was painted, except that semitransparent paint on empty pixels is blended with the filling.
 ///
 /// # Errors
 /// Returns the errors of reading the layer's files and paint.

@@ -107,9 +107,9 @@ impl Column {
     }
 }
 
-/// Returns the indices of a stack's layers, sorted by one column. Ties are in index order, and layers without
-/// a value come last.
-/// `trust` returns the mean confidence of the filling of the layer at an index, where that is known.
+/// Returns the indices of a stack's layers, sorted by one column. Ties are in index order, and layers without a
+/// value come last. `trust` returns the mean confidence of the filling of the layer at an index, where that is
+/// known.
 pub fn sorted(
     stack: &Stack,
     column: Column,

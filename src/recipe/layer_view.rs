@@ -208,8 +208,7 @@ impl Files<'_> {
     }
 }
 
-/// Returns the name of a filling's source, and its colour. Other photos get distinct colours by their number
-/// `at`.
+/// Returns the name of a filling's source, and its colour. Other photos get distinct colours by their number `at`.
 fn origin(name: &str, at: usize) -> (String, [u8; 3]) {
     match origin_of(name) {
         Origin::Photo => (String::new(), [0; 3]),

@@ -1,5 +1,4 @@
-//! Whole tasks without a user interface: open, sort, cluster, extract, fill, save, import, export, render,
-//! score.
+//! Whole tasks without a user interface: open, sort, cluster, extract, fill, save, import, export, render, score.
 
 pub mod assemble;
 pub mod budget;

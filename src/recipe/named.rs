@@ -4,9 +4,8 @@ use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::scene::{Photo, Site};
 
-/// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may
-/// omit the folder and the
-/// extension where it remains unambiguous.
+/// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
+/// folder and the extension where it remains unambiguous.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for names that match no photo or several; all of them together.

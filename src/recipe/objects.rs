@@ -20,8 +20,8 @@ pub enum ObjectEdit {
 /// Returns the removed objects after the edits, applied in order. `whole` is the model with all objects.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for names that the model does not have, all of them together, and when no
-/// object would remain.
+/// Returns [`Error::Request`] for names that the model does not have, all of them together, and when no object
+/// would remain.
 pub fn edited(off: &BTreeSet<String>, edits: &[ObjectEdit], whole: &Model) -> Result<BTreeSet<String>> {
     let mut edited = off.clone();
     let errors = edits.iter().filter_map(|edit| apply(&mut edited, edit, whole).err()).collect();

@@ -26,8 +26,8 @@ pub struct Opened {
     pub site: Site,
     /// The complete model, including removed objects.
     pub whole: Arc<Model>,
-    /// The points from structure from motion, in the cameras' world; their observations refer to indices of
-    /// the site's photos.
+    /// The points from structure from motion, in the cameras' world; their observations refer to indices of the
+    /// site's photos.
     pub points: Arc<Vec<SparsePoint>>,
     /// The reasons why photos of the cameras' file are not in the site, one each.
     pub problems: Arc<Vec<Error>>,
@@ -51,9 +51,8 @@ pub struct Unmasked {
 /// Opens the project in `folder`. Causes of missing photos are in `problems`; other findings are noted.
 ///
 /// # Errors
-/// Returns [`Error::Input`] and [`Error::Io`] for what concerns all photos: no project, no cameras, no model,
-/// or no usable photo;
-/// all of them together in [`Error::Several`].
+/// Returns [`Error::Input`] and [`Error::Io`] for what concerns all photos: no project, no cameras, no model, or no
+/// usable photo; all of them together in [`Error::Several`].
 pub fn open(folder: &Path, task: &Task) -> Result<Opened> {
     let project = read_project(folder)?;
     open_site(folder, project, task)
@@ -88,8 +87,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
 
 impl Opened {
     /// Returns the same site with another project, which is in `folder`. The two projects must be equal in
-    /// everything that the site
-    /// is made from (files, the model's transform), except the photos' masks.
+    /// everything that the site is made from (files, the model's transform), except the photos' masks.
     pub fn with_project(&self, folder: &Path, project: Project) -> Self {
         let mut site = self.site.clone();
         attach(folder, &project.masks, &mut site.photos);
@@ -104,9 +102,8 @@ impl Opened {
         }
     }
 
-    /// Returns the same site with a project that differs in the removed objects and in nothing else that the
-    /// site is made from. No
-    /// file is read.
+    /// Returns the same site with a project that differs in the removed objects and in nothing else that the site
+    /// is made from. No file is read.
     ///
     /// # Errors
     /// Returns [`Error::Request`] when no object would remain.
@@ -132,9 +129,8 @@ impl Opened {
     }
 }
 
-/// Adds the masks to the photos. Photos with an unusable mask are left out, because they would show what
-/// should be masked; these
-/// masks are returned as well.
+/// Adds the masks to the photos. Photos with an unusable mask are left out, because they would show what should be
+/// masked; these masks are returned as well.
 fn with_masks(
     folder: &Path,
     masks: &Masks,
@@ -204,8 +200,8 @@ pub fn whole_model(folder: &Path, project: &Project, task: &Task) -> Result<Mode
     read_world_model(folder, project, task)
 }
 
-/// Converts observations from indices of the cameras' file to indices of `photos`. Observations in missing
-/// photos are dropped.
+/// Converts observations from indices of the cameras' file to indices of `photos`. Observations in missing photos
+/// are dropped.
 fn points_of_photos(
     mut points: Vec<SparsePoint>,
     cameras: &[CameraPhoto],

@@ -1,6 +1,5 @@
 //! Layer textures that show the sources of their texels as colours ([`Origin::colour`]), so that they can be
-//! projected like the
-//! textures themselves.
+//! projected like the textures themselves.
 
 use crate::document::stack::origins;
 use crate::error::Result;

@@ -66,9 +66,8 @@ impl PhotoPlan {
         }
     }
 
-    /// Returns the most memory in bytes that [`PhotoPlan::make_image`] takes: the photo's pixels, those of
-    /// the image, and as much
-    /// again for the compressed image.
+    /// Returns the most memory in bytes that [`PhotoPlan::make_image`] takes: the photo's pixels, those of the
+    /// image, and as much again for the compressed image.
     pub fn memory(&self) -> u64 {
         let pixels = |camera: &Pinhole| u64::from(camera.width) * u64::from(camera.height);
         let with = |to: &Undistortion| (4 * pixels(&to.photo) + 8 * pixels(&to.pinhole)) * self.sample_bytes;

@@ -1,5 +1,5 @@
-//! Import of photos: the file of each of the cameras' photos is found and, if distorted, resampled to a
-//! pinhole image.
+//! Import of photos: the file of each of the cameras' photos is found and, if distorted, resampled to a pinhole
+//! image.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -30,14 +30,12 @@ pub struct PhotoImport {
     pub notes: Vec<String>,
 }
 
-/// Finds the file of every photo below `photo_dir` and checks it against its camera. A photo without
-/// distortion is used as it is.
-/// Each other one has a pinhole image in `cache_dir/photos` afterwards, which is made where it is missing or
-/// out of date.
+/// Finds the file of every photo below `photo_dir` and checks it against its camera. A photo without distortion is
+/// used as it is. Each other one has a pinhole image in `cache_dir/photos` afterwards, which is made where it is
+/// missing or out of date.
 ///
 /// # Errors
-/// Returns only errors that concern all photos: a folder cannot be read or written, or the task was
-/// cancelled.
+/// Returns only errors that concern all photos: a folder cannot be read or written, or the task was cancelled.
 pub fn import_photos(
     cameras: &Cameras,
     photo_dir: &Path,
@@ -89,8 +87,8 @@ fn plans(
     photos.map(plan).collect()
 }
 
-/// Makes the missing pinhole images, several at a time: decoding and writing keep one thread each busy,
-/// resampling all of them.
+/// Makes the missing pinhole images, several at a time: decoding and writing keep one thread each busy, resampling
+/// all of them.
 ///
 /// # Errors
 /// Returns [`Error::Cancelled`]; an error with one photo is in its own result.

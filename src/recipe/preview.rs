@@ -57,16 +57,13 @@ pub struct Preview {
 /// The divisor of the texture memory for provenance colours, which have little detail.
 const ORIGINS_SHARE: u64 = 4;
 
-/// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the
-/// project are. Both are
-/// noted. A stack that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the first
-/// time and cached in
-/// `cache/`.
+/// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the project are.
+/// Both are noted. A stack that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the
+/// first time and cached in `cache/`.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that
-/// cannot be read, or
-/// [`Error::Gpu`].
+/// Returns [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that cannot
+/// be read, or [`Error::Gpu`].
 pub fn open(
     folder: &Path,
     opened: &Opened,
@@ -97,8 +94,7 @@ pub fn open(
 }
 
 /// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.
-/// Nothing is done
-/// while a photo has no up-to-date stack, because the estimates would soon be obsolete.
+/// Nothing is done while a photo has no up-to-date stack, because the estimates would soon be obsolete.
 ///
 /// # Errors
 /// Returns the errors of [`open`].
@@ -141,9 +137,8 @@ impl Preview {
         &mut self.renderer
     }
 
-    /// Shows the present paint of the photos with these names. Only layer textures that change are read
-    /// again. Gains stay, and so does
-    /// the relief, which is estimated from photos without paint.
+    /// Shows the present paint of the photos with these names. Only layer textures that change are read again.
+    /// Gains stay, and so does the relief, which is estimated from photos without paint.
     ///
     /// # Errors
     /// Returns an error when the project's paint cannot be read, or [`Error::Gpu`].
@@ -156,10 +151,9 @@ impl Preview {
         self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
     }
 
-    /// Applies the present decisions about which photos may texture a face, and which one does so alone.
-    /// Stacks stay as they are, and so
-    /// do their texels on the device: other decisions take effect only after a build. The model must be the
-    /// one with which this was opened.
+    /// Applies the present decisions about which photos may texture a face, and which one does so alone. Stacks
+    /// stay as they are, and so do their texels on the device: other decisions take effect only after a build. The
+    /// model must be the one with which this was opened.
     ///
     /// # Errors
     /// Returns [`Error::Gpu`] when the device fails.
@@ -172,8 +166,8 @@ impl Preview {
         self.renderer.set_gains(gains);
     }
 
-    /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were
-    /// needed until now.
+    /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
+    /// until now.
     pub fn problems(&self) -> Vec<String> {
         let unreadable = self.renderer.tiles().unreadable().len();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };

@@ -25,14 +25,12 @@ pub struct SiteRelief {
 }
 
 impl SiteRelief {
-    /// Returns the relief cached in the project's folder if it was made from the same `inputs`; otherwise
-    /// estimates and caches it.
-    /// `memory` is the budget in bytes for photos decoded at the same time.
+    /// Returns the relief cached in the project's folder if it was made from the same `inputs`; otherwise estimates
+    /// and caches it. `memory` is the budget in bytes for photos decoded at the same time.
     ///
     /// # Errors
-    /// Returns [`Error::Cancelled`] when the task was cancelled. A photo that cannot be read is noted and not
-    /// used; a cache that
-    /// cannot be written is noted.
+    /// Returns [`Error::Cancelled`] when the task was cancelled. A photo that cannot be read is noted and not used;
+    /// a cache that cannot be written is noted.
     pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();

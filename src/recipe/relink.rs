@@ -1,6 +1,5 @@
-//! Missing parts of a project: which ones are not where `project.json` says, where they might be now, and
-//! storing their new places.
-//! Callers of the functions that write hold the project's lock.
+//! Missing parts of a project: which ones are not where `project.json` says, where they might be now, and storing
+//! their new places. Callers of the functions that write hold the project's lock.
 
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};
@@ -12,8 +11,8 @@ use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically_with;
 use crate::io::project::{read_project, relative_to, write_project};
 
-/// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they
-/// exist or not.
+/// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they exist or
+/// not.
 pub fn parts_of(folder: &Path, project: &Project) -> Parts {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
     let place = |path: &str| {
@@ -53,9 +52,8 @@ pub fn missing_photos(opened: &Opened, parts: &Parts) -> Vec<String> {
     opened.problems.iter().filter_map(missing).collect()
 }
 
-/// Guesses where something that was at `gone` may be now: moved as other parts were (`moved`, from and to),
-/// or in a folder above
-/// the project under the end of its old path. `is_there` tests whether a path exists.
+/// Guesses where something that was at `gone` may be now: moved as other parts were (`moved`, from and to), or in a
+/// folder above the project under the end of its old path. `is_there` tests whether a path exists.
 pub fn guess(
     gone: &Path,
     moved: &[(PathBuf, PathBuf)],
@@ -65,8 +63,7 @@ pub fn guess(
     let like_others = moved.iter().flat_map(|(from, to)| places_beside(gone, from, to));
     let parts: Vec<Component> =
         gone.components().filter(|part| matches!(part, Component::Normal(_))).collect();
-    // A longer common end of the path is more likely the same thing; among equal ones, nearer folders come
-    // first.
+    // A longer common end of the path is more likely the same thing; among equal ones, nearer folders come first.
     let ends = (0..parts.len()).map(|start| parts[start..].iter().collect::<PathBuf>());
     let above = ends.flat_map(|end| project.ancestors().take(ANCESTORS).map(move |folder| folder.join(&end)));
     like_others.chain(above).find(|place| is_there(place))
@@ -75,8 +72,8 @@ pub fn guess(
 /// The number of folders that are searched: the project's own, and those above it.
 const ANCESTORS: usize = 4;
 
-/// Returns where `gone` is if it moved together with something that moved from `from` to `to`, the likeliest
-/// place first.
+/// Returns where `gone` is if it moved together with something that moved from `from` to `to`, the likeliest place
+/// first.
 fn places_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
     let (mut from, mut to) = (from.to_path_buf(), to.to_path_buf());
     let mut places = Vec::new();

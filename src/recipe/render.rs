@@ -111,14 +111,12 @@ pub struct RenderReport {
     pub film: Option<PathBuf>,
 }
 
-/// Draws the views one after the other and writes them as RGBA PNG (alpha is the textured share of a pixel),
-/// as a video, or both.
-/// An error in one view is in [`RenderReport::failed`] and does not stop the others.
+/// Draws the views one after the other and writes them as RGBA PNG (alpha is the textured share of a pixel), as a
+/// video, or both. An error in one view is in [`RenderReport::failed`] and does not stop the others.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for a video of pictures of different sizes or of a format that cannot be made,
-/// [`Error::Io`] when the
-/// folder cannot be created, or [`Error::Cancelled`].
+/// [`Error::Io`] when the folder cannot be created, or [`Error::Cancelled`].
 pub fn render(views: &[View], draw: &mut Draw, options: &RenderOptions, task: &Task) -> Result<RenderReport> {
     let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
     if !options.only_film() {

@@ -18,9 +18,8 @@ use crate::projection::legend::Origin;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
 use crate::projection::{SheetId, SheetPixels, Texels};
 
-/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::sheets`]:
-/// photo by photo, image
-/// layers as in the stack.
+/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::sheets`]: photo
+/// by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
 pub struct SheetFiles {
     files: Arc<[SheetFile]>,
@@ -63,11 +62,9 @@ struct FilledFiles {
 }
 
 impl SheetFiles {
-    /// Lists the image layers of these stacks, in their order; photos without a stack have `None`. Files are
-    /// read when they are
-    /// needed: where a build replaces a stack in the meantime they no longer exist, and the stacks have to be
-    /// read again. `filled` tells
-    /// whether fillings of hidden texels are used.
+    /// Lists the image layers of these stacks, in their order; photos without a stack have `None`. Files are read
+    /// when they are needed: where a build replaces a stack in the meantime they no longer exist, and the stacks
+    /// have to be read again. `filled` tells whether fillings of hidden texels are used.
     pub fn new(store: &StackStore, stacks: &[Option<Stack>], filled: bool) -> Self {
         let stacks = stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
         let files = stacks.flat_map(|(photo, stack)| {
@@ -108,9 +105,8 @@ impl SheetFiles {
         Ok(self)
     }
 
-    /// Returns the same with the present paint of these photos (indices in the site), and the layer textures
-    /// that may have changed
-    /// by it.
+    /// Returns the same with the present paint of these photos (indices in the site), and the layer textures that
+    /// may have changed by it.
     ///
     /// # Errors
     /// Returns an error when the paint book cannot be read.
@@ -142,9 +138,8 @@ impl SheetFiles {
         paint.flat_map(|paint| paint.damaged().iter().cloned()).collect()
     }
 
-    /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row;
-    /// their colours are in
-    /// [`Texels::sheet`].
+    /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row; their
+    /// colours are in [`Texels::sheet`].
     ///
     /// # Errors
     /// Returns the errors of [`Texels::sheet`].
@@ -229,8 +224,8 @@ impl Texels for SheetFiles {
     }
 }
 
-/// Marks texels that contain the photo's colour outside of the layer's visible part: transparent pixels that
-/// are not black.
+/// Marks texels that contain the photo's colour outside of the layer's visible part: transparent pixels that are
+/// not black.
 fn mark_bleed(rgba: &[u8], needed: &mut [u8]) {
     for (texel, needed) in rgba.as_chunks::<4>().0.iter().zip(needed) {
         let [r, g, b, a] = *texel;

@@ -18,12 +18,12 @@ pub(super) struct SideBySide {
 }
 
 impl SideBySide {
-    /// Runs `work` on all items and returns the results in their order; `bytes` returns the memory that an
-    /// item takes.
+    /// Runs `work` on all items and returns the results in their order; `bytes` returns the memory that an item
+    /// takes.
     ///
     /// # Errors
-    /// Returns [`crate::Error::Cancelled`] when the task was cancelled. Long-running `work` should check
-    /// `task`, too.
+    /// Returns [`crate::Error::Cancelled`] when the task was cancelled. Long-running `work` should check `task`,
+    /// too.
     pub fn run<I: Sync, T: Send>(
         &self,
         items: &[I],
@@ -46,8 +46,8 @@ impl SideBySide {
                 }
             }
         };
-        // These are separate threads, not rayon's: a rayon thread that waits inside one item would start
-        // another one and hold both.
+        // These are separate threads, not rayon's: a rayon thread that waits inside one item would start another
+        // one and hold both.
         std::thread::scope(|scope| {
             (0..self.threads.clamp(1, items.len().max(1))).for_each(|_| drop(scope.spawn(take)));
         });

@@ -22,8 +22,7 @@ pub struct SiteStamp {
 }
 
 impl SiteStamp {
-    /// Takes the stamps of the files of the project in `folder`. Files that cannot be accessed count as
-    /// empty.
+    /// Takes the stamps of the files of the project in `folder`. Files that cannot be accessed count as empty.
     pub fn of(folder: &Path, project: &Project) -> Self {
         let together = |files: Vec<PathBuf>| {
             files.iter().map(|file| Stamp::of(file)).fold(Stamp::default(), |all, stamp| all.and(stamp))
@@ -38,8 +37,7 @@ impl SiteStamp {
         }
     }
 
-    /// Returns the names of the parts that differ in `now`, for messages. Only masks that are in both are
-    /// compared.
+    /// Returns the names of the parts that differ in `now`, for messages. Only masks that are in both are compared.
     pub fn changes(&self, now: &Self) -> Vec<&'static str> {
         let other_masks =
             self.masks.iter().any(|(file, stamp)| now.masks.get(file).is_some_and(|it| it != stamp));

@@ -1,5 +1,4 @@
-//! Conversion of stacks to the photos that can texture each face: `document::Stack` becomes
-//! `projection::Sources`.
+//! Conversion of stacks to the photos that can texture each face: `document::Stack` becomes `projection::Sources`.
 
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
@@ -15,18 +14,15 @@ use crate::projection::tiles::in_few_tiles;
 use crate::projection::{Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, Sources};
 use crate::scene::{FaceId, Model, Photo, Site};
 
-/// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses
-/// shows both sides of
-/// it, each looked up at the pixel's centre, which is at most half a diagonal away.
+/// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
+/// both sides of it, each looked up at the pixel's centre, which is at most half a diagonal away.
 const CUT_SLACK_PX: f64 = 0.75;
 
-/// Points closer than this share of the face's size are equal: pieces are cut in f64 from the face's own
-/// corners.
+/// Points closer than this share of the face's size are equal: pieces are cut in f64 from the face's own corners.
 const SAME_PLACE: f64 = 1e-9;
 
 /// Makes the sources of a site from its stacks, in the site's order; photos without a stack (`None`) texture
-/// nothing. The decisions
-/// exclude photos from faces, and pin faces to photos.
+/// nothing. The decisions exclude photos from faces, and pin faces to photos.
 pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &Decisions) -> Sources {
     let pinned = pinned_faces(site, decisions);
     let faces = FaceIndex::new(&site.model);
@@ -79,8 +75,7 @@ impl<'a> FaceIndex<'a> {
         Self(model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect())
     }
 
-    /// Returns a face; `None` where the present model no longer has it, so that the stack does not texture
-    /// it.
+    /// Returns a face; `None` where the present model no longer has it, so that the stack does not texture it.
     fn get(&self, object: &str, index: u32) -> Option<FaceId> {
         self.0.get(object)?.get(index as usize).copied()
     }
@@ -161,9 +156,8 @@ fn is_convex(ring: &[DVec3], normal: DVec3) -> bool {
     })
 }
 
-/// Returns the half planes, in photo pixels, of those edges of a convex polygon that are not edges of the
-/// face. The face's own
-/// outline needs no half planes, because nothing is drawn beyond it.
+/// Returns the half planes, in photo pixels, of those edges of a convex polygon that are not edges of the face. The
+/// face's own outline needs no half planes, because nothing is drawn beyond it.
 fn inside(polygon: &[DVec3], outline: &[DVec3], camera: &Pinhole, pose: &Pose) -> Domain {
     let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
     let middle = pose.camera_from_world(middle);
@@ -177,9 +171,8 @@ fn inside(polygon: &[DVec3], outline: &[DVec3], camera: &Pinhole, pose: &Pose) -
     if sides.is_empty() { Domain::Whole } else { Domain::Inside(sides) }
 }
 
-/// Returns the half plane, in pixels, on the middle's side of the line through two points (camera frame). It
-/// is correct for points
-/// behind the camera, too, because the plane through the camera and both points is what divides.
+/// Returns the half plane, in pixels, on the middle's side of the line through two points (camera frame). It is
+/// correct for points behind the camera, too, because the plane through the camera and both points is what divides.
 fn half_plane(a: DVec3, b: DVec3, middle: DVec3, camera: &Pinhole) -> Option<HalfPlane> {
     let through = a.cross(b);
     let through = if through.dot(middle) < 0.0 { -through } else { through };
@@ -206,8 +199,8 @@ fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     if share.is_finite() { p.distance(a + along * share) } else { p.distance(a) }
 }
 
-/// Restricts a domain to the layer's needed rectangle: an element that is too large for one layer is divided
-/// among several.
+/// Restricts a domain to the layer's needed rectangle: an element that is too large for one layer is divided among
+/// several.
 fn within(domain: Domain, layer: &ImageLayer) -> Domain {
     let mut sides = match domain {
         Domain::Whole => Vec::new(),

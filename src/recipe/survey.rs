@@ -57,9 +57,8 @@ impl<'a> Survey<'a> {
         Self { store, decisions: &project.decisions, inputs }
     }
 
-    /// Returns the state of a photo's stack, with its layers named as decided. It is broken where the photo
-    /// cannot be read any
-    /// more, so that the others can still be used.
+    /// Returns the state of a photo's stack, with its layers named as decided. It is broken where the photo cannot
+    /// be read any more, so that the others can still be used.
     ///
     /// # Errors
     /// Returns [`Error::Cancelled`] only.
@@ -83,8 +82,7 @@ impl<'a> Survey<'a> {
 /// The state of a face in a stack.
 #[derive(Debug, PartialEq)]
 pub enum FaceInStack<'a> {
-    /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or
-    /// not.
+    /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or not.
     Textured { image_layers: Vec<usize>, back: bool },
     /// The face has no texture, for the given reason.
     Untextured(&'a Untextured),

@@ -8,14 +8,12 @@ use crate::io::thumbnails::{Stamp, Thumbnails};
 use crate::projection::Picture;
 use crate::scene::{Photo, PhotoPixels};
 
-/// The number of pixels sampled along each side of the area of a thumbnail's pixel; more make no visible
-/// difference at this
-/// size.
+/// The number of pixels sampled along each side of the area of a thumbnail's pixel; more make no visible difference
+/// at this size.
 const SAMPLES: u32 = 4;
 
 /// Makes a picture of `photo` whose longer side has at most `longest` pixels, in sRGB as the photo has it,
-/// transparent where the
-/// photo is invalid.
+/// transparent where the photo is invalid.
 ///
 /// # Errors
 /// Returns the errors of [`read_photo`].

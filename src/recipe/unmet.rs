@@ -5,8 +5,7 @@ use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, Unmet};
 use crate::layers::{Faces, Sorted, Wishes};
 
-/// Returns a message for each merge or split that the stack of these elements does not satisfy, with the
-/// reason.
+/// Returns a message for each merge or split that the stack of these elements does not satisfy, with the reason.
 pub fn unmet(wishes: &Wishes, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
     let mut messages = Vec::new();
     for (number, merge) in (0u32..).zip(&wishes.merge) {
@@ -64,9 +63,8 @@ pub fn of_merge<'a>(
     of_merge.iter().copied().filter(stays).collect()
 }
 
-/// Returns true when the merge contains another element with the same faces. The pieces of a cut face may be
-/// in several elements;
-/// one of them in the merge is enough.
+/// Returns true when the merge contains another element with the same faces. The pieces of a cut face may be in
+/// several elements; one of them in the merge is enough.
 fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[Element]) -> bool {
     let element = &elements[item as usize];
     let joined = |other: &Element, number: u32| {
@@ -79,8 +77,7 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[El
     })
 }
 
-/// Returns the message why an element stays out of a merge; `order` is the graph of occlusions between
-/// elements.
+/// Returns the message why an element stays out of a merge; `order` is the graph of occlusions between elements.
 pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
     let name = |element: u32| elements[element as usize].known_by().to_string();
     let (item, with) = (name(unmet.item), name(unmet.with));

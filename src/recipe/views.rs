@@ -93,9 +93,8 @@ pub struct Views {
 /// Returns the requested views. A problem with one camera leaves out only that one.
 ///
 /// # Errors
-/// Returns [`Error::Input`] and [`Error::Io`] for what concerns all views, or [`Error::Request`] for photos
-/// of a flight that do
-/// not exist.
+/// Returns [`Error::Input`] and [`Error::Io`] for what concerns all views, or [`Error::Request`] for photos of a
+/// flight that do not exist.
 pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
     let Asked { size, fps, .. } = *asked;
     match &asked.source {

@@ -15,9 +15,8 @@ use crate::io::taken::TakenDocuments;
 use crate::io::watch::FolderWatch;
 use crate::task::Task;
 
-/// The time for which a file has to stay unchanged, and be readable to its end, to be complete. Most editors
-/// rename a complete
-/// file into place; one that is still being written is detected by its end.
+/// The time for which a file has to stay unchanged, and be readable to its end, to be complete. Most editors rename
+/// a complete file into place; one that is still being written is detected by its end.
 const STEADY: Duration = Duration::from_millis(50);
 /// The default of [`WatchOptions::patience`]. A photo's layers on a slow disk take a few seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
@@ -33,9 +32,8 @@ pub struct WatchOptions {
     pub import: ImportOptions,
     /// Whether to end after the first import that changed something.
     pub once: bool,
-    /// The time for which a file that cannot be read to its end is tried again, because editors write large
-    /// files slowly. After that,
-    /// its readable part is imported.
+    /// The time for which a file that cannot be read to its end is tried again, because editors write large files
+    /// slowly. After that, its readable part is imported.
     pub patience: Duration,
 }
 
@@ -45,18 +43,15 @@ impl Default for WatchOptions {
     }
 }
 
-/// Imports every document in `folder` and its subfolders whenever it is saved, until the task is cancelled,
-/// and passes each result
-/// to `report`. Documents that were saved before are imported first, unless they were imported in their
-/// present state already (see
-/// [`TakenDocuments`]). `hold` returns what has to be held while the project's paint is written: the lock
-/// ([`project_lock`]) or, where
-/// the program has that already, whatever synchronises its own writers.
+/// Imports every document in `folder` and its subfolders whenever it is saved, until the task is cancelled, and
+/// passes each result to `report`. Documents that were saved before are imported first, unless they were imported
+/// in their present state already (see [`TakenDocuments`]). `hold` returns what has to be held while the project's
+/// paint is written: the lock ([`project_lock`]) or, where the program has that already, whatever synchronises its
+/// own writers.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when the folder cannot be watched, and the errors of [`import`] that concern
-/// the project. A problem
-/// with one file is passed to `report` and does not end the watch.
+/// Returns [`Error::Request`] when the folder cannot be watched, and the errors of [`import`] that concern the
+/// project. A problem with one file is passed to `report` and does not end the watch.
 pub fn watch<Held>(
     project: &Path,
     folder: &Path,
@@ -88,8 +83,7 @@ struct Watching<'a> {
     folder: &'a Path,
     options: WatchOptions,
     task: &'a Task,
-    /// The documents with their stamps at the time when they were imported, or recognised as unedited
-    /// exports.
+    /// The documents with their stamps at the time when they were imported, or recognised as unedited exports.
     seen: BTreeMap<PathBuf, Stamp>,
     /// The documents that were imported in earlier sessions, as stored in the project.
     taken: TakenDocuments,
@@ -182,8 +176,7 @@ impl<'a> Watching<'a> {
         Ok(files.into_iter().filter(|(path, _)| is_own(path)).map(|(path, _)| path.clone()).collect())
     }
 
-    /// Imports documents. With `only_whole`, incomplete ones are left for a later round, until their time is
-    /// over.
+    /// Imports documents. With `only_whole`, incomplete ones are left for a later round, until their time is over.
     fn import(&mut self, documents: &[Document], only_whole: bool) -> Result<Imported> {
         let files: Vec<PathBuf> = documents.iter().map(|(path, _)| path.clone()).collect();
         let options = ImportOptions { only_whole, ..self.options.import };
@@ -200,9 +193,8 @@ impl<'a> Watching<'a> {
         Ok(imported)
     }
 
-    /// Stores in the project which documents need not be imported again. If that fails, they are read again
-    /// at the next opening,
-    /// which only takes time.
+    /// Stores in the project which documents need not be imported again. If that fails, they are read again at the
+    /// next opening, which only takes time.
     fn remember(&mut self, batch: &[Document]) {
         let taken: Vec<Document> =
             batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)).cloned().collect();

@@ -123,8 +123,8 @@ impl ModelBuilder {
         Ok((self.model, flaws))
     }
 
-    /// Returns the end of the faces from `start` on that have [`CORNERS_A_STEP`] corners together, at least
-    /// one face.
+    /// Returns the end of the faces from `start` on that have [`CORNERS_A_STEP`] corners together, at least one
+    /// face.
     fn end_of_step(&self, start: usize) -> usize {
         let faces = &self.model.faces;
         let most = faces[start].ring.start.saturating_add(CORNERS_A_STEP);

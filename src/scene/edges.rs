@@ -9,8 +9,8 @@ use super::model::{FaceId, Model};
 /// The edges of a model's outlines, as pairs of indices into its vertices.
 #[derive(Debug, Clone, Default)]
 pub struct Edges {
-    /// The outlines' edges by face, in their direction, without the bridges to holes, which run along the
-    /// same edge twice.
+    /// The outlines' edges by face, in their direction, without the bridges to holes, which run along the same edge
+    /// twice.
     edges: Vec<[u32; 2]>,
     of_face: Vec<Range<u32>>,
     /// Each edge once, no matter how many faces share it, with the smaller index first, sorted.

@@ -21,8 +21,7 @@ pub struct Object {
     pub name: String,
     /// The object's faces; the position in this list is the face's index within the object.
     pub faces: Vec<FaceId>,
-    /// Whether the object is a billboard, a flat stand-in for foliage and the like that is visible from both
-    /// sides.
+    /// Whether the object is a billboard, a flat stand-in for foliage and the like that is visible from both sides.
     pub billboard: bool,
 }
 
@@ -34,11 +33,9 @@ pub struct Face {
     /// The index within the object, as in the model file.
     pub index: u32,
     /// The outline as a range in [`Model::ring_vertices`]: one ring with holes bridged by doubled edges,
-    /// counter-clockwise seen
-    /// from the visible side.
+    /// counter-clockwise seen from the visible side.
     pub ring: Range<u32>,
-    /// The triangles as a range in [`Model::triangles`], wound like the outline; empty for a face without
-    /// area.
+    /// The triangles as a range in [`Model::triangles`], wound like the outline; empty for a face without area.
     pub triangles: Range<u32>,
     /// The least-squares plane of the outline (Newell's normal).
     pub plane: Plane,
@@ -101,9 +98,8 @@ impl Model {
         format!("{}[{}]", self.object(face.object).name, face.index)
     }
 
-    /// Returns the model without some of its objects. The others keep their order and their faces are
-    /// renumbered. All vertices
-    /// stay, whether a face still uses them or not.
+    /// Returns the model without some of its objects. The others keep their order and their faces are renumbered.
+    /// All vertices stay, whether a face still uses them or not.
     pub fn without(&self, leave_out: impl Fn(&Object) -> bool) -> Self {
         let mut model = Self { vertices: self.vertices.clone(), ..Self::default() };
         let mut numbered = vec![None; self.objects.len()];

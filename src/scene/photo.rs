@@ -8,9 +8,8 @@ use glam::{DVec2, DVec3};
 use super::Model;
 use crate::geometry::{Pinhole, Pose};
 
-/// A photo. From import on it is an undistorted pinhole image with its own K and pose. The pixels stay in the
-/// file; the valid
-/// area is where alpha is full (everywhere in an image without alpha), without the masked pixels.
+/// A photo. From import on it is an undistorted pinhole image with its own K and pose. The pixels stay in the file;
+/// the valid area is where alpha is full (everywhere in an image without alpha), without the masked pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photo {
     /// The unique name: the path below the photo folder as the cameras file gives it, with `/`.
@@ -19,11 +18,9 @@ pub struct Photo {
     pub camera: Pinhole,
     /// The pose, world to camera.
     pub pose: Pose,
-    /// The file of the pinhole image: the user's own file where nothing had to be resampled, else one in the
-    /// cache.
+    /// The file of the pinhole image: the user's own file where nothing had to be resampled, else one in the cache.
     pub file: PathBuf,
-    /// Mask files that mark pixels as not part of the photo (see `io::mask_file`), as large as the pinhole
-    /// image.
+    /// Mask files that mark pixels as not part of the photo (see `io::mask_file`), as large as the pinhole image.
     pub masks: Vec<PathBuf>,
 }
 
@@ -32,9 +29,8 @@ pub struct Photo {
 pub struct SparsePoint {
     /// The position in the cameras' world.
     pub position: DVec3,
-    /// The observations: the photo's index (into the cameras' list while that is read, into [`Site::photos`]
-    /// once a project is
-    /// open), and the image position in pixels of the photo as taken, with its distortion.
+    /// The observations: the photo's index (into the cameras' list while that is read, into [`Site::photos`] once a
+    /// project is open), and the image position in pixels of the photo as taken, with its distortion.
     pub observations: Vec<(u32, DVec2)>,
 }
 

@@ -26,9 +26,8 @@ impl Samples {
     }
 }
 
-/// The pixels of a photo: RGB or RGBA in the photo's own colour space, never converted. Alpha is not
-/// premultiplied; a pixel
-/// is valid where it is full.
+/// The pixels of a photo: RGB or RGBA in the photo's own colour space, never converted. Alpha is not premultiplied;
+/// a pixel is valid where it is full.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoPixels {
     /// The width in pixels.

@@ -1,12 +1,9 @@
 //! Resampling of a distorted photo to its pinhole image, done once at import.
 //!
-//! The filter is Lanczos with three lobes, which preserves detail best; everything later is cut from these
-//! pixels. It works on
-//! stored values, not on linear light: scales stay near one, so hardly anything is averaged, and the kernel's
-//! overshoot is equally
-//! visible beside dark and bright edges. Where the pinhole image is smaller than the photo (pincushion
-//! lenses, near the border), it is
-//! only slightly smaller, so the kernel is not widened.
+//! The filter is Lanczos with three lobes, which preserves detail best; everything later is cut from these pixels.
+//! It works on stored values, not on linear light: scales stay near one, so hardly anything is averaged, and the
+//! kernel's overshoot is equally visible beside dark and bright edges. Where the pinhole image is smaller than the
+//! photo (pincushion lenses, near the border), it is only slightly smaller, so the kernel is not widened.
 
 use std::f64::consts::PI;
 
@@ -18,10 +15,9 @@ use crate::error::Result;
 use crate::geometry::Undistortion;
 use crate::task::Task;
 
-/// Computes the pinhole image of `photo` as RGBA, in the photo's depth and colour space. Alpha is full where
-/// the photo has
-/// valid pixels; elsewhere the whole pixel is zero. A position on a pixel's centre gets exactly that pixel's
-/// value.
+/// Computes the pinhole image of `photo` as RGBA, in the photo's depth and colour space. Alpha is full where the
+/// photo has valid pixels; elsewhere the whole pixel is zero. A position on a pixel's centre gets exactly that
+/// pixel's value.
 ///
 /// # Errors
 /// Returns [`crate::Error::Cancelled`] on request.
@@ -81,8 +77,7 @@ struct Source<'a, T, const CHANNELS: usize> {
 }
 
 impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
-    /// Returns the colour at a position in pixels within the photo; `None` where one of the four nearest
-    /// pixels is
+    /// Returns the colour at a position in pixels within the photo; `None` where one of the four nearest pixels is
     /// invalid.
     #[inline]
     fn at(&self, position: DVec2, kernel: &Kernel) -> Option<[f32; 3]> {
@@ -117,8 +112,7 @@ impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
         sum
     }
 
-    /// Interpolates an image with alpha: invalid pixels have no weight, and the others' weights are
-    /// normalised.
+    /// Interpolates an image with alpha: invalid pixels have no weight, and the others' weights are normalised.
     fn masked(&self, columns: [usize; 6], across: &[f32; 6], rows: [usize; 6], down: &[f32; 6]) -> [f32; 3] {
         let (mut sum, mut total) = ([0.0; 3], 0.0);
         for (row, weight_down) in rows.into_iter().zip(down) {
@@ -146,9 +140,8 @@ fn inside(index: i32, size: usize) -> usize {
     index.clamp(0, size as i32 - 1) as usize
 }
 
-/// A table of the weights of six neighbours, for positions between two pixel centres in steps of 1/1024. The
-/// error is at
-/// most 1/8 of a level beside an edge from black to white.
+/// A table of the weights of six neighbours, for positions between two pixel centres in steps of 1/1024. The error
+/// is at most 1/8 of a level beside an edge from black to white.
 struct Kernel {
     weights: Vec<[f32; 6]>,
 }
@@ -173,11 +166,9 @@ impl Kernel {
 
 /// Returns the weights of the neighbours at -2..=3 for a position `fraction` after neighbour 0.
 ///
-/// Lanczos weights neither add up to one nor have their centre of mass at the position: they would shift the
-/// image by up to a
-/// hundredth of a pixel, back and forth. A window times `a + b * distance` is added so that both hold, which
-/// keeps constant colours
-/// and ramps exact.
+/// Lanczos weights neither add up to one nor have their centre of mass at the position: they would shift the image
+/// by up to a hundredth of a pixel, back and forth. A window times `a + b * distance` is added so that both hold,
+/// which keeps constant colours and ramps exact.
 fn weights(fraction: f64) -> [f32; 6] {
     let distances = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0].map(|tap| tap - fraction);
     let raw = distances.map(lanczos3);
@@ -274,9 +265,8 @@ mod tests {
         PhotoPixels { width, height, channels: 3, samples, icc: Some(vec![1, 2]) }
     }
 
-    /// The difference from the pattern seen through the pinhole, at each pixel that has all its neighbours:
-    /// the position in
-    /// blocks of 40 pixels, the ray, and the errors of red and green.
+    /// The difference from the pattern seen through the pinhole, at each pixel that has all its neighbours: the
+    /// position in blocks of 40 pixels, the ray, and the errors of red and green.
     fn errors(lens: &Lens) -> Vec<([u32; 2], DVec2, [f64; 2])> {
         let undistortion = Undistortion::new(&PHOTO, *lens).unwrap();
         let image = undistorted(&photographed(lens), &undistortion, &Task::silent()).unwrap();

@@ -1,6 +1,5 @@
-//! The paint book `paint/paint.json`: all paint of a project by surface, in photo pixels (see
-//! `docs/formats.md`). It is authored
-//! data; nothing in it is derived.
+//! The paint book `paint/paint.json`: all paint of a project by surface, in photo pixels (see `docs/formats.md`).
+//! It is authored data; nothing in it is derived.
 
 pub mod patch;
 
@@ -27,8 +26,7 @@ pub struct PaintBook {
     pub version: u32,
     /// The cameras under which paint was imported, by [`PaintEntry::view`].
     pub views: BTreeMap<String, PaintedView>,
-    /// The entries, sorted by photo, surface and import. Where two have the same pixel, the later import is
-    /// on top.
+    /// The entries, sorted by photo, surface and import. Where two have the same pixel, the later import is on top.
     pub entries: Vec<PaintEntry>,
     /// The edited files as they were at their last import, by [`PaintEntry::document`].
     pub documents: BTreeMap<String, PaintedDocument>,
@@ -62,19 +60,18 @@ pub struct PaintEntry {
     pub beyond: bool,
     /// The token of the image layer in which it was painted.
     pub layer: String,
-    /// The document in which it was painted: the export's key, `@`, and the file's path from the project,
-    /// because two people may
-    /// paint on copies of one export.
+    /// The document in which it was painted: the export's key, `@`, and the file's path from the project, because
+    /// two people may paint on copies of one export.
     pub document: String,
     /// The number of the import; paint of a higher one lies on top.
     pub import: u32,
     /// The key in [`PaintBook::views`] of the camera at the time of the import.
     pub view: String,
-    /// The surface at the time of the import: one ring in world coordinates with bridged holes, or empty
-    /// where it is unknown.
+    /// The surface at the time of the import: one ring in world coordinates with bridged holes, or empty where it
+    /// is unknown.
     pub outline: Vec<[f64; 3]>,
-    /// An RGBA PNG of `rect`, below `paint/`. A black transparent pixel is not painted, a white transparent
-    /// one is erased.
+    /// An RGBA PNG of `rect`, below `paint/`. A black transparent pixel is not painted, a white transparent one is
+    /// erased.
     pub file: String,
     /// The rectangle in photo pixels; it may extend beyond the photo.
     pub rect: PixelRect,
@@ -211,9 +208,8 @@ impl PaintBook {
         self.imports.drain(..surplus);
     }
 
-    /// Undoes the last import; `None` when there is none. The entries that it added are removed, those that
-    /// it replaced are
-    /// restored.
+    /// Undoes the last import; `None` when there is none. The entries that it added are removed, those that it
+    /// replaced are restored.
     pub fn take_back(&mut self) -> Option<PaintImport> {
         let import = self.imports.pop()?;
         self.entries.retain(|entry| !import.added.contains(&entry.name()));

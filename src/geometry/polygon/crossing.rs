@@ -1,10 +1,8 @@
 //! Self-intersecting outlines, split at their crossings.
 //!
-//! Constraints that split each other inside a floating-point triangulation were tried first: about one
-//! scribble in ten thousand
-//! came out wrong or panicked, because a rounded crossing lies beside both edges. Here the outline is snapped
-//! to an integer grid, on
-//! which the resulting contours do not cross at all.
+//! Constraints that split each other inside a floating-point triangulation were tried first: about one scribble in
+//! ten thousand came out wrong or panicked, because a rounded crossing lies beside both edges. Here the outline is
+//! snapped to an integer grid, on which the resulting contours do not cross at all.
 
 use std::ops::Range;
 
@@ -22,8 +20,7 @@ use super::triangulate::ring_edges;
 /// Grid steps per unit of extent: 2 nm on a 4 m wall. Sums of two grid coordinates fit into 31 bits.
 const GRID: f64 = (1 << 28) as f64;
 
-/// The most edges of a self-intersecting outline that is split: the search for crossings takes quadratic
-/// time.
+/// The most edges of a self-intersecting outline that is split: the search for crossings takes quadratic time.
 const LONGEST: usize = 5000;
 
 /// The most crossings per edge of an outline; an outline with more is a tangle that cannot be intended.
@@ -40,8 +37,7 @@ pub(super) struct Uncrossed {
     pub edges: Vec<[usize; 2]>,
 }
 
-/// Splits the rings' edges at their crossings; `None` when the outline is too long or crosses itself too
-/// often.
+/// Splits the rings' edges at their crossings; `None` when the outline is too long or crosses itself too often.
 pub(super) fn uncross(flat: &Flat, rings: &[Range<usize>]) -> Option<Uncrossed> {
     if is_tangled(flat, rings) {
         return None;
@@ -74,9 +70,8 @@ fn on_grid(point: DVec2) -> IntPoint {
     IntPoint::new((point.x * GRID).round() as i32, (point.y * GRID).round() as i32)
 }
 
-/// Returns the outline's corner within two grid steps of a crossing: a corner that touches an edge lies
-/// beside it after
-/// rounding, so the crossing next to it is that corner.
+/// Returns the outline's corner within two grid steps of a crossing: a corner that touches an edge lies beside it
+/// after rounding, so the crossing next to it is that corner.
 fn touched(grid: &[IntPoint], crossing: IntPoint) -> Option<usize> {
     let beside = |p: &IntPoint| (p.x - crossing.x).abs() <= 2 && (p.y - crossing.y).abs() <= 2;
     grid.iter().position(beside)

@@ -5,9 +5,8 @@ use glam::{DVec2, DVec3};
 use super::plane_fit::{extent, resolution};
 use crate::geometry::Plane;
 
-/// An orthonormal frame (u, v) of a plane with `u x v` its normal: what runs counter-clockwise around the
-/// normal runs
-/// counter-clockwise in (u, v). Axis-parallel planes get axis-parallel axes.
+/// An orthonormal frame (u, v) of a plane with `u x v` its normal: what runs counter-clockwise around the normal
+/// runs counter-clockwise in (u, v). Axis-parallel planes get axis-parallel axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneFrame {
     /// The point of the plane with coordinates (0, 0).
@@ -37,9 +36,8 @@ impl PlaneFrame {
     }
 }
 
-/// Points in plane coordinates, scaled to an extent of one, which keeps products of tiny and of huge models
-/// within the
-/// range of f64.
+/// Points in plane coordinates, scaled to an extent of one, which keeps products of tiny and of huge models within
+/// the range of f64.
 pub(super) struct Flat {
     pub frame: PlaneFrame,
     /// Units of the model per unit of `points`.

@@ -5,16 +5,13 @@ use rustc_hash::FxHashMap;
 
 use super::outline::outlines;
 
-/// Neighbours that bend less than this (tan 0.25 degrees) belong to one face. A round tower of 256 facets
-/// bends 1.4 degrees
-/// at each, so its facets stay separate faces.
+/// Neighbours that bend less than this (tan 0.25 degrees) belong to one face. A round tower of 256 facets bends 1.4
+/// degrees at each, so its facets stay separate faces.
 const BEND: f64 = 0.004_36;
 
-/// Joins triangles that share edges and lie in one plane into weakly simple rings with bridged holes; all
-/// others are
-/// returned as they are. Results are in the order of their first triangles. `noise` is the rounding error of
-/// a coordinate, in the
-/// positions' unit.
+/// Joins triangles that share edges and lie in one plane into weakly simple rings with bridged holes; all others
+/// are returned as they are. Results are in the order of their first triangles. `noise` is the rounding error of a
+/// coordinate, in the positions' unit.
 pub fn join_coplanar(triangles: &[[u32; 3]], positions: &[DVec3], noise: f64) -> Vec<Vec<u32>> {
     let soup = Soup::new(triangles, positions, noise);
     let mut seeds: Vec<u32> = (0..triangles.len() as u32).collect();
@@ -33,8 +30,8 @@ pub fn join_coplanar(triangles: &[[u32; 3]], positions: &[DVec3], noise: f64) ->
     faces.into_iter().map(|(_, ring)| ring).collect()
 }
 
-/// Returns the outlines of triangles that are known to make one face, or the triangles themselves where these
-/// have no outline.
+/// Returns the outlines of triangles that are known to make one face, or the triangles themselves where these have
+/// no outline.
 pub fn join_all(triangles: &[[u32; 3]], positions: &[DVec3]) -> Vec<Vec<u32>> {
     if let [single] = triangles {
         return vec![single.to_vec()];
@@ -84,8 +81,7 @@ impl<'a> Soup<'a> {
         self.by_edge.get(&edge).copied().filter(|&owner| owner != SEVERAL)
     }
 
-    /// Grows a region of one plane from a seed triangle across shared edges, and marks its triangles as
-    /// taken.
+    /// Grows a region of one plane from a seed triangle across shared edges, and marks its triangles as taken.
     fn grown(&self, seed: u32, taken: &mut [bool]) -> Vec<u32> {
         taken[seed as usize] = true;
         let mut region = vec![seed];
@@ -108,9 +104,8 @@ impl<'a> Soup<'a> {
         region
     }
 
-    /// Returns true when the triangle's corner opposite `edge` lies in the plane. The tolerance grows with
-    /// the corner's distance
-    /// from the edge, because slivers have no usable normal.
+    /// Returns true when the triangle's corner opposite `edge` lies in the plane. The tolerance grows with the
+    /// corner's distance from the edge, because slivers have no usable normal.
     fn continues(&self, triangle: u32, edge: [u32; 2], normal: DVec3, origin: DVec3) -> bool {
         let corners = self.triangles[triangle as usize];
         let Some(&apex) = corners.iter().find(|corner| !edge.contains(corner)) else { return false };

@@ -2,13 +2,10 @@
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// Returns the outlines of polygons that lie side by side in one plane, given as cycles of point indices, all
-/// wound alike.
-/// Polygons that share an edge (in opposite directions) form a group. Each group becomes one weakly simple
-/// ring, wound like the
-/// polygons, whose holes are bridged along existing edges, those of least `bridge_cost(from, to)` first
-/// (usually the length). Groups
-/// are in the order of their first polygon.
+/// Returns the outlines of polygons that lie side by side in one plane, given as cycles of point indices, all wound
+/// alike. Polygons that share an edge (in opposite directions) form a group. Each group becomes one weakly simple
+/// ring, wound like the polygons, whose holes are bridged along existing edges, those of least `bridge_cost(from,
+/// to)` first (usually the length). Groups are in the order of their first polygon.
 ///
 /// An edge that more than two polygons use, or two in the same direction, connects nothing.
 pub fn outlines(polygons: &[Vec<u32>], bridge_cost: impl Fn(u32, u32) -> f64) -> Vec<Vec<u32>> {
@@ -17,9 +14,8 @@ pub fn outlines(polygons: &[Vec<u32>], bridge_cost: impl Fn(u32, u32) -> f64) ->
     mesh.rings()
 }
 
-/// The directed edges of all polygons. Edge h runs `from[h] -> from[next[h]]`; `twin[h]` is the opposite edge
-/// in the
-/// neighbouring polygon.
+/// The directed edges of all polygons. Edge h runs `from[h] -> from[next[h]]`; `twin[h]` is the opposite edge in
+/// the neighbouring polygon.
 struct Mesh {
     from: Vec<u32>,
     next: Vec<u32>,
@@ -106,8 +102,7 @@ impl Mesh {
         self.twin[h as usize] == NONE || self.bridge[h as usize]
     }
 
-    /// Returns the walked edge that follows `h`: the first one met when turning through the polygons at its
-    /// end.
+    /// Returns the walked edge that follows `h`: the first one met when turning through the polygons at its end.
     fn following(&self, h: u32) -> u32 {
         let mut h = self.next[h as usize];
         while !self.is_walked(h) {
@@ -135,9 +130,8 @@ impl Mesh {
         loops
     }
 
-    /// Connects the loops of each group by the cheapest inner edges that do (a minimum spanning tree by
-    /// Kruskal's algorithm).
-    /// Branches that end at an inner point connect nothing and are removed.
+    /// Connects the loops of each group by the cheapest inner edges that do (a minimum spanning tree by Kruskal's
+    /// algorithm). Branches that end at an inner point connect nothing and are removed.
     fn bridge_holes(&mut self, cost: impl Fn(u32, u32) -> f64) {
         let loops = self.loops();
         let groups = self.group.iter().max().map_or(0, |&g| g as usize + 1);
@@ -164,8 +158,7 @@ impl Mesh {
         }
     }
 
-    /// Returns the start point of an edge together with its group: groups that only touch at a point stay
-    /// separate.
+    /// Returns the start point of an edge together with its group: groups that only touch at a point stay separate.
     fn corner(&self, h: u32) -> (u32, u32) {
         (self.group[h as usize], self.from[h as usize])
     }

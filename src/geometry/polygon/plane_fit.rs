@@ -6,16 +6,13 @@ use crate::geometry::Plane;
 
 /// The planarity limit: no point of a planar outline is farther from its plane than this share of its extent.
 ///
-/// Files written with few decimals move the corners of flat faces off their plane (the sample sites, four
-/// decimals in metres: up to
-/// 6e-5 of the extent), which must not split walls into triangles. At this limit a face that fills a photo of
-/// 3000 pixels is off by
-/// at most 3 pixels.
+/// Files written with few decimals move the corners of flat faces off their plane (the sample sites, four decimals
+/// in metres: up to 6e-5 of the extent), which must not split walls into triangles. At this limit a face that fills
+/// a photo of 3000 pixels is off by at most 3 pixels.
 pub const PLANARITY: f64 = 1e-3;
 
-/// Returns Newell's normal: the ring's area vector times two, in the points' unit squared. It is computed
-/// relative to the
-/// first point, so that a site far from the origin loses no digits.
+/// Returns Newell's normal: the ring's area vector times two, in the points' unit squared. It is computed relative
+/// to the first point, so that a site far from the origin loses no digits.
 pub fn newell(ring: &[DVec3]) -> DVec3 {
     let Some(&origin) = ring.first() else { return DVec3::ZERO };
     let mut normal = DVec3::ZERO;
@@ -28,9 +25,8 @@ pub fn newell(ring: &[DVec3]) -> DVec3 {
     normal
 }
 
-/// Fits the plane through the mean of the points with Newell's normal; `None` for a ring without area (fewer
-/// than three
-/// points, all on a line, or lobes that cancel out).
+/// Fits the plane through the mean of the points with Newell's normal; `None` for a ring without area (fewer than
+/// three points, all on a line, or lobes that cancel out).
 pub fn fit_plane(ring: &[DVec3]) -> Option<Plane> {
     let normal = newell(ring);
     // A ring thinner than the rounding of its coordinates has a meaningless area.
@@ -54,16 +50,14 @@ pub fn farthest_off(ring: &[DVec3], plane: &Plane) -> f64 {
     ring.iter().map(|&p| plane.signed_distance(p).abs()).fold(0.0, f64::max)
 }
 
-/// Returns true when every point is within [`PLANARITY`] of the extent from the plane, or within the rounding
-/// error of
-/// coordinates far from the origin.
+/// Returns true when every point is within [`PLANARITY`] of the extent from the plane, or within the rounding error
+/// of coordinates far from the origin.
 pub fn is_planar(ring: &[DVec3], plane: &Plane) -> bool {
     farthest_off(ring, plane) <= (PLANARITY * extent(ring)).max(resolution(ring))
 }
 
-/// Returns the distance below which differences are rounding errors: 1e-12 of the extent, or a few units in
-/// the last place
-/// of the largest coordinate.
+/// Returns the distance below which differences are rounding errors: 1e-12 of the extent, or a few units in the
+/// last place of the largest coordinate.
 pub(super) fn resolution(ring: &[DVec3]) -> f64 {
     let largest = ring.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     (1e-12 * extent(ring)).max(8.0 * f64::EPSILON * largest)

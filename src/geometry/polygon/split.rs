@@ -9,18 +9,14 @@ use super::plane_fit::{extent, fit_plane, resolution};
 use super::triangulate::{triangulate, triangulate_rings};
 use crate::geometry::Plane;
 
-/// A corner closer to the cutting plane than this share of the outline's extent counts as on it, so that a
-/// cut leaves no
-/// thinner slivers.
+/// A corner closer to the cutting plane than this share of the outline's extent counts as on it, so that a cut
+/// leaves no thinner slivers.
 const ON_PLANE: f64 = 1e-9;
 
 /// Cuts a ring by a plane and returns the rings on its positive side and those on its negative side. They are
-/// weakly simple,
-/// with bridged holes, wound like the ring, concave where it is, and several where the cut separates it.
-/// Points of the ring keep their
-/// exact coordinates; points within 1e-9 of the extent from the plane count as on it. A ring that lies in the
-/// plane as a whole is on
-/// the positive side. A ring without area gives no rings.
+/// weakly simple, with bridged holes, wound like the ring, concave where it is, and several where the cut separates
+/// it. Points of the ring keep their exact coordinates; points within 1e-9 of the extent from the plane count as on
+/// it. A ring that lies in the plane as a whole is on the positive side. A ring without area gives no rings.
 pub fn split_by_plane(ring: &[DVec3], plane: &Plane) -> (Vec<Vec<DVec3>>, Vec<Vec<DVec3>>) {
     let Some(own_plane) = fit_plane(ring) else { return Default::default() };
     let triangulation = triangulate(ring, &own_plane);
@@ -31,11 +27,9 @@ pub fn split_by_plane(ring: &[DVec3], plane: &Plane) -> (Vec<Vec<DVec3>>, Vec<Ve
     (cut.rings(&cut.positive), cut.rings(&cut.negative))
 }
 
-/// Merges an outer outline and its holes into one ring, connected by doubled edges that cross nothing. The
-/// result is wound
-/// like `outer`; the holes may have either winding. Where the holes leave several separate areas, there are
-/// several rings. The result
-/// is empty when the outline has no area.
+/// Merges an outer outline and its holes into one ring, connected by doubled edges that cross nothing. The result
+/// is wound like `outer`; the holes may have either winding. Where the holes leave several separate areas, there
+/// are several rings. The result is empty when the outline has no area.
 pub fn bridge_holes(outer: &[DVec3], holes: &[Vec<DVec3>]) -> Vec<Vec<DVec3>> {
     let mut points = outer.to_vec();
     let mut rings: Vec<_> = std::iter::once(0..outer.len()).collect();
@@ -60,9 +54,8 @@ struct Cut {
     points: Vec<DVec3>,
     /// The signed distance of each point from the plane, exactly zero for points that count as on it.
     distances: Vec<f64>,
-    /// The points where the plane crosses an edge, by the edge's ends (lower index first), so that both
-    /// triangles at the edge
-    /// share one point.
+    /// The points where the plane crosses an edge, by the edge's ends (lower index first), so that both triangles
+    /// at the edge share one point.
     met: FxHashMap<[u32; 2], u32>,
     /// Convex polygons on the positive side, as indices into `points`.
     positive: Vec<Vec<u32>>,
@@ -108,9 +101,8 @@ impl Cut {
                 back.push(middle);
             }
         }
-        // A triangle that only touches the plane would leave a point or an edge on the other side; a triangle
-        // in the plane belongs
-        // to the positive side.
+        // A triangle that only touches the plane would leave a point or an edge on the other side; a triangle in
+        // the plane belongs to the positive side.
         let off = |polygon: &[u32], d: &[f64]| polygon.iter().any(|&i| d[i as usize] != 0.0);
         let is_flat = !off(triangle, &self.distances);
         if is_flat || off(&front, &self.distances) {
@@ -144,9 +136,8 @@ impl Cut {
         outlines(polygons, cost).into_iter().map(placed).collect()
     }
 
-    /// Leaves out the points that the cut made on edges between two triangles, where the ring runs straight
-    /// on along the
-    /// plane.
+    /// Leaves out the points that the cut made on edges between two triangles, where the ring runs straight on
+    /// along the plane.
     fn without_seams<'a>(&'a self, ring: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
         let n = ring.len();
         let on_plane = |i: u32| self.distances[i as usize] == 0.0;

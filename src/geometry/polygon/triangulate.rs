@@ -27,8 +27,7 @@ pub enum Flaw {
 /// The result of [`triangulate`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Triangulation {
-    /// Triangles as indices into the ring, wound like it; indices from the ring's length on refer to
-    /// `crossings`.
+    /// Triangles as indices into the ring, wound like it; indices from the ring's length on refer to `crossings`.
     pub triangles: Vec<[u32; 3]>,
     /// The points where the outline crosses itself.
     pub crossings: Vec<DVec3>,
@@ -43,11 +42,9 @@ impl Triangulation {
     }
 }
 
-/// Triangulates a ring in `plane`, its own (see [`super::fit_plane`]). Holes are bridged. The inside is what
-/// an odd number of
-/// outline edges separates from the outside, where a bridge counts twice. No points are added except where
-/// the outline crosses itself.
-/// The function never fails; defects are in [`Triangulation::flaw`].
+/// Triangulates a ring in `plane`, its own (see [`super::fit_plane`]). Holes are bridged. The inside is what an odd
+/// number of outline edges separates from the outside, where a bridge counts twice. No points are added except
+/// where the outline crosses itself. The function never fails; defects are in [`Triangulation::flaw`].
 pub fn triangulate(ring: &[DVec3], plane: &Plane) -> Triangulation {
     if ring.len() < 3 {
         return Triangulation::flawed(Flaw::TooFewPoints);
@@ -62,9 +59,8 @@ pub fn triangulate(ring: &[DVec3], plane: &Plane) -> Triangulation {
     triangulate_rings(&flat, std::slice::from_ref(&(0..ring.len())))
 }
 
-/// The most points of an outline, more than any real face has. Points are inserted one by one, each located
-/// by walking from
-/// the one before: a scribble of a million points would take minutes.
+/// The most points of an outline, more than any real face has. Points are inserted one by one, each located by
+/// walking from the one before: a scribble of a million points would take minutes.
 const MOST_POINTS: usize = 100_000;
 
 /// Triangulates several rings at once (an outer outline and its holes), given as ranges of points; see
@@ -93,9 +89,8 @@ fn fan(corners: u32) -> Vec<[u32; 3]> {
     (1..corners - 1).map(|i| [0, i, i + 1]).collect()
 }
 
-/// Returns true when every corner clearly turns left and the ring goes round once. Most faces of most models
-/// are such quads
-/// and need no triangulation.
+/// Returns true when every corner clearly turns left and the ring goes round once. Most faces of most models are
+/// such quads and need no triangulation.
 fn is_strictly_convex(ring: &[DVec2]) -> bool {
     let n = ring.len();
     let edge = |i: usize| ring[(i + 1) % n] - ring[i % n];

@@ -1,16 +1,12 @@
 //! Tests the alignment of the model with the photos, and searches a better one.
 //!
-//! The criterion is the sparse points. A ray from a camera to a point observed in its photo has to hit the
-//! model first at that point;
-//! a wall in front of it, or no surface at all, is a mismatch. The tolerance is relative to the ray's length,
-//! so that neither a huge
-//! nor a tiny model has an advantage.
+//! The criterion is the sparse points. A ray from a camera to a point observed in its photo has to hit the model
+//! first at that point; a wall in front of it, or no surface at all, is a mismatch. The tolerance is relative to
+//! the ray's length, so that neither a huge nor a tiny model has an advantage.
 //!
-//! The search goes through the 24 axis conventions. For each, scale and shift are fitted to the points by
-//! iterative closest points
-//! (robustly weighted) from several starts: the present transform, scales between common units, and the size
-//! of the points relative
-//! to the model's.
+//! The search goes through the 24 axis conventions. For each, scale and shift are fitted to the points by iterative
+//! closest points (robustly weighted) from several starts: the present transform, scales between common units, and
+//! the size of the points relative to the model's.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use rayon::prelude::*;
@@ -38,9 +34,8 @@ pub struct Alignment {
     pub agreement: f64,
 }
 
-/// An observation matches when the ray hits the model within this share of its length from the point: 20 cm
-/// at 20 m, the detail that
-/// a coarse model leaves out.
+/// An observation matches when the ray hits the model within this share of its length from the point: 20 cm at 20
+/// m, the detail that a coarse model leaves out.
 const AGREEMENT: f64 = 0.01;
 
 /// Returns the share of observations that match the model moved by `correction`; 0 when there are none.
@@ -54,16 +49,13 @@ pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) ->
     sightings.iter().filter(agrees).count() as f64 / sightings.len().max(1) as f64
 }
 
-/// The largest plausible ratio between the sizes of model and points, either way: the model may be a town
-/// around photos of a square,
-/// or a statue in photos of that square. Beyond this ratio, a single face is enlarged until it lies under all
-/// points, or the model
-/// becomes a speck among them.
+/// The largest plausible ratio between the sizes of model and points, either way: the model may be a town around
+/// photos of a square, or a statue in photos of that square. Beyond this ratio, a single face is enlarged until it
+/// lies under all points, or the model becomes a speck among them.
 const TIMES_LARGER: f64 = 30.0;
 
-/// Returns true when the model, moved by `correction`, has a size and position similar to the points'.
-/// Without this test, almost any
-/// model can be stretched until it matches some of the points.
+/// Returns true when the model, moved by `correction`, has a size and position similar to the points'. Without this
+/// test, almost any model can be stretched until it matches some of the points.
 pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> bool {
     if tree.triangles().is_empty() || sightings.is_empty() {
         return false;
@@ -93,8 +85,8 @@ const SEEDED: usize = 8;
 /// The number of conventions that reach the last stage.
 const FINALISTS: usize = 4;
 
-/// Returns the best alignment over all axis conventions; `None` without observations or triangles. The result
-/// is deterministic.
+/// Returns the best alignment over all axis conventions; `None` without observations or triangles. The result is
+/// deterministic.
 ///
 /// # Errors
 /// Returns [`crate::Error::Cancelled`] on request.
@@ -158,8 +150,8 @@ fn different(
     kept
 }
 
-/// Returns a sum over the points of their closeness to the model: 1 on it, 0 from a twentieth of their ray's
-/// length on.
+/// Returns a sum over the points of their closeness to the model: 1 on it, 0 from a twentieth of their ray's length
+/// on.
 fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
     let back = correction.inverse();
     let of = |sighting: &Sighting| {
@@ -171,8 +163,7 @@ fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64
 }
 
 /// Returns the candidate with the highest agreement. An earlier candidate wins unless a later one is clearly
-/// better, so that
-/// round numbers are not replaced by a fit that gains nothing.
+/// better, so that round numbers are not replaced by a fit that gains nothing.
 fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[Sighting]) -> Alignment {
     let judged = |correction| Alignment { correction, agreement: agreement(tree, &correction, sightings) };
     let clearly = |a: &Alignment, b: &Alignment| b.agreement > a.agreement + 0.01;
@@ -180,9 +171,8 @@ fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[S
     best.expect("every convention has a start")
 }
 
-/// Returns the fit with its scale rounded to the ratio of two units where it is close: a model in centimetres
-/// is smaller by
-/// exactly 100, not by 99.8.
+/// Returns the fit with its scale rounded to the ratio of two units where it is close: a model in centimetres is
+/// smaller by exactly 100, not by 99.8.
 fn in_whole_units(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
     let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < NEARLY;
     let Some(scale) = UNITS.into_iter().chain([1.0]).find(near) else { return *fine };
@@ -273,12 +263,11 @@ fn fitted(tree: &Bvh, start: Similarity, sightings: &[Sighting], steps: usize, s
 }
 
 /// Distances beyond this share of the points' size lose weight: objects that are not modelled (trees, people,
-/// neighbouring houses)
-/// should have little influence, except where nothing else constrains a direction.
+/// neighbouring houses) should have little influence, except where nothing else constrains a direction.
 const NEAR: f64 = 0.005;
 
-/// Makes one Gauss-Newton step on the distances between the model and the points, transformed to its frame as
-/// `u (R^T (x - m)) + s` with the unknowns u and s and Cauchy weights. `None` where the step fails.
+/// Makes one Gauss-Newton step on the distances between the model and the points, transformed to its frame as `u
+/// (R^T (x - m)) + s` with the unknowns u and s and Cauchy weights. `None` where the step fails.
 fn step(
     tree: &Bvh,
     current: &Similarity,

@@ -92,9 +92,8 @@ fn from_least(mut ring: Vec<[i64; 3]>) -> Vec<[i64; 3]> {
 /// Faces intersect when they reach through each other by more than this share of the smaller one's extent.
 const CROSSING: f64 = 1e-2;
 
-/// The number of triangle pairs after which the search is abandoned: a million overlapping faces have too
-/// many pairs to test in
-/// reasonable time.
+/// The number of triangle pairs after which the search is abandoned: a million overlapping faces have too many
+/// pairs to test in reasonable time.
 const MOST_PAIRS: u64 = 50_000_000;
 
 /// The intersecting faces.

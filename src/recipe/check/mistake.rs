@@ -7,9 +7,8 @@ use glam::DMat3;
 /// Scales that differ from 1 by less than this are a finer fit, not another unit.
 const SAME_UNIT: f64 = 0.02;
 
-/// Compares the present transform with a better one and returns one sentence for each likely mistake: axes,
-/// unit, position. Both
-/// transforms take the model to the cameras' world.
+/// Compares the present transform with a better one and returns one sentence for each likely mistake: axes, unit,
+/// position. Both transforms take the model to the cameras' world.
 pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
     let correction = better.compose(&now.inverse());
     let mut mistakes = Vec::new();

@@ -1,8 +1,7 @@
 //! The command `check`: assesses a site before work starts.
 //!
-//! It tests whether the model is aligned with the photos and, if not, suggests a transform that aligns it; it
-//! finds defects of the
-//! model's faces and what the photos see of them; and it draws the model's edges over each photo.
+//! It tests whether the model is aligned with the photos and, if not, suggests a transform that aligns it; it finds
+//! defects of the model's faces and what the photos see of them; and it draws the model's edges over each photo.
 
 pub mod alignment;
 mod faces;
@@ -52,8 +51,7 @@ impl Default for CheckOptions {
 ///
 /// # Errors
 /// Returns [`Error::Io`] when the folder of the pictures cannot be created, [`Error::Gpu`], or
-/// [`Error::Cancelled`]. A picture that
-/// cannot be made is reported with its photo.
+/// [`Error::Cancelled`]. A picture that cannot be made is reported with its photo.
 pub fn check_site(
     site: &Site,
     points: &[SparsePoint],
@@ -139,11 +137,9 @@ fn median(mut values: Vec<f64>) -> f64 {
 /// The share of matching observations from which on a model counts as aligned.
 const FITS: f64 = 0.5;
 
-/// Judges the alignment. A coarse model leaves out much of what the points lie on (trees, furniture,
-/// neighbouring houses), so
-/// matching half of them is good; by chance a few in a hundred match. Without points, a model that covers at
-/// least a twentieth of most
-/// photos is where the cameras look.
+/// Judges the alignment. A coarse model leaves out much of what the points lie on (trees, furniture, neighbouring
+/// houses), so matching half of them is good; by chance a few in a hundred match. Without points, a model that
+/// covers at least a twentieth of most photos is where the cameras look.
 fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
     let (value, poor, fits) = match agreement {
         Some(agreement) => (agreement, 0.15, FITS),
@@ -160,10 +156,9 @@ fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
 const WORTH_CHANGING: f64 = 0.1;
 
 /// Returns true when moving the model is worthwhile: it matches `now` of the observations, and `found` after
-/// moving, which has to
-/// be enough to count as aligned. The search tries every axis convention, scale and position, so that even a
-/// model of another site
-/// matches a fifth somewhere; models of the right site match more than four fifths once they are aligned.
+/// moving, which has to be enough to count as aligned. The search tries every axis convention, scale and position,
+/// so that even a model of another site matches a fifth somewhere; models of the right site match more than four
+/// fifths once they are aligned.
 fn is_worth_moving(found: f64, now: f64) -> bool {
     found >= FITS && found >= now + WORTH_CHANGING
 }
@@ -189,8 +184,8 @@ fn by_points(
     }))
 }
 
-/// Searches the axis convention that covers the photos most, for sites without points. Others may do nearly
-/// as well.
+/// Searches the axis convention that covers the photos most, for sites without points. Others may do nearly as
+/// well.
 fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) -> Option<Suggestion> {
     let cover = |(_, rotation)| {
         let correction = Similarity { rotation, ..Similarity::IDENTITY };
@@ -314,8 +309,8 @@ struct Sides {
     balance: Vec<i32>,
 }
 
-/// The least number of pixels at which a face's visible side counts: beyond a ridge, a sliver of the other
-/// slope shows its back.
+/// The least number of pixels at which a face's visible side counts: beyond a ridge, a sliver of the other slope
+/// shows its back.
 const WELL_SEEN_PX: u32 = 64;
 
 impl Sides {

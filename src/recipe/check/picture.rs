@@ -24,13 +24,12 @@ const FAINT: f32 = 0.22;
 /// An edge is hidden when a surface is nearer by more than this share of the distance.
 const HIDES: f64 = 2e-3;
 
-/// Draws the edges of the faces that the photo sees, each object in its own colour and hidden parts faint,
-/// and writes the
-/// picture.
+/// Draws the edges of the faces that the photo sees, each object in its own colour and hidden parts faint, and
+/// writes the picture.
 ///
 /// # Errors
-/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture
-/// cannot be written.
+/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture cannot be
+/// written.
 pub fn draw(model: &Model, surface: &Surface, photo: &Photo, seen: &Seen, path: &Path) -> Result<()> {
     let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
     let mut overlay = Overlay::new(&pixels, LONGEST_SIDE);
@@ -114,8 +113,7 @@ fn draw_edge(
     }
 }
 
-/// Returns a bright colour. Neighbouring objects differ strongly, because the hue advances by the golden
-/// angle.
+/// Returns a bright colour. Neighbouring objects differ strongly, because the hue advances by the golden angle.
 fn color_of(object: u32) -> [u8; 3] {
     let hue = (f64::from(object) * 0.618_033_988_75).fract() * 6.0;
     let channel = |shift: f64| {

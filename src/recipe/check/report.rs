@@ -26,9 +26,8 @@ pub enum Verdict {
 pub struct CheckReport {
     /// The verdict whether the model is aligned with the photos.
     pub verdict: Verdict,
-    /// The share of sparse-point observations at which the model is hit first within 1 % of the distance;
-    /// `None` where there are too
-    /// few observations.
+    /// The share of sparse-point observations at which the model is hit first within 1 % of the distance; `None`
+    /// where there are too few observations.
     pub agreement: Option<f64>,
     /// The median over the photos of the share of pixels that the model covers.
     pub covered: f64,
@@ -83,8 +82,8 @@ pub struct FaceReport {
     pub not_planar: Names,
     /// Faces with the same corners in the same order as an earlier face.
     pub duplicate: Names,
-    /// Faces that most photos see from behind, except billboards and walls with two sides. It is empty where
-    /// the model is not aligned.
+    /// Faces that most photos see from behind, except billboards and walls with two sides. It is empty where the
+    /// model is not aligned.
     pub flipped: Names,
     /// Faces that no photo sees. It is empty where the model is not aligned.
     pub unseen: Names,

@@ -7,8 +7,8 @@ use crate::layers::{Fragments, Rasteriser, View};
 use crate::scene::{FaceId, Model, Photo};
 use crate::task::Task;
 
-/// The longest side in pixels at which the model is rendered: the user should know of faces smaller than a
-/// pixel at this size.
+/// The longest side in pixels at which the model is rendered: the user should know of faces smaller than a pixel at
+/// this size.
 const LONGEST_SIDE: u32 = 2048;
 
 /// The model as seen by one photo.

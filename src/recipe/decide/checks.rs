@@ -49,8 +49,7 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
 /// Checks the last merge, together with all earlier decisions.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when the merge changes nothing, or when an element cannot join it, with the
-/// reason.
+/// Returns [`Error::Request`] when the merge changes nothing, or when an element cannot join it, with the reason.
 pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Result<()> {
     let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
     let grouping = grouping(decided, &elements, model);

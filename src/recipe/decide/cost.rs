@@ -6,8 +6,7 @@ use crate::layers::Options;
 use crate::layers::cluster::{box_size, longest_side};
 
 /// The ratio of texels after and before up to which a merge is cheap. Rounding to powers of two costs up to a
-/// factor of two even
-/// where two layers are adjacent; beyond that the rectangle holds empty space.
+/// factor of two even where two layers are adjacent; beyond that the rectangle holds empty space.
 const MOST_TIMES: u64 = 2;
 /// The additional texels that are acceptable in any case, as a divisor of the photo's pixels.
 const NOTICED: u64 = 10;
@@ -32,8 +31,8 @@ pub struct MergeCost {
 }
 
 impl MergeCost {
-    /// Computes the cost of merging layers of a stack, by index; `options` are the photo's. `None` for fewer
-    /// than two layers.
+    /// Computes the cost of merging layers of a stack, by index; `options` are the photo's. `None` for fewer than
+    /// two layers.
     pub fn of(stack: &Stack, layers: &[usize], options: &Options) -> Option<Self> {
         let parts: Vec<_> = layers.iter().filter_map(|index| stack.image_layers.get(*index)).collect();
         let bounds = parts.iter().map(|layer| layer.needed_rect).reduce(|a, b| a.union(&b))?;
@@ -55,8 +54,8 @@ impl MergeCost {
         self.texels > MOST_TIMES * self.before && more > self.photo / NOTICED
     }
 
-    /// Returns true when the rectangle exceeds the permitted size, so that the next build would keep parts of
-    /// it separate.
+    /// Returns true when the rectangle exceeds the permitted size, so that the next build would keep parts of it
+    /// separate.
     pub fn is_too_large(&self) -> bool {
         self.size.iter().any(|side| *side > self.longest)
     }

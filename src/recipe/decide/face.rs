@@ -77,9 +77,8 @@ fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> G
     }
 }
 
-/// Returns, for each of an object's faces, how many stacks texture it, without exclusions. Each stack comes
-/// with the decisions about
-/// its photo.
+/// Returns, for each of an object's faces, how many stacks texture it, without exclusions. Each stack comes with
+/// the decisions about its photo.
 pub fn photos_of_faces(stacks: &[(&Stack, PhotoDecisions)], object: &str, faces: usize) -> Vec<u32> {
     let mut counts = vec![0; faces];
     for (stack, decided) in stacks {

@@ -1,6 +1,5 @@
-//! Decisions about single photos' layers: edits of `decisions` in `project.json`, each checked against the
-//! present stacks. The
-//! functions are pure; the caller saves the result.
+//! Decisions about single photos' layers: edits of `decisions` in `project.json`, each checked against the present
+//! stacks. The functions are pure; the caller saves the result.
 
 mod checks;
 mod cost;
@@ -95,14 +94,12 @@ fn in_short(of: &[Faces]) -> String {
     }
 }
 
-/// Returns the project after an edit. `stacks` are in the site's order. For a photo without a stack the edit
-/// is not checked against
-/// its layers; the next build reports what cannot be satisfied.
+/// Returns the project after an edit. `stacks` are in the site's order. For a photo without a stack the edit is not
+/// checked against its layers; the next build reports what cannot be satisfied.
 ///
 /// # Errors
-/// Returns [`Error::Request`] with the obstacle and a remedy: a photo, object or face that does not exist, a
-/// face that the photo
-/// does not show, elements that hide each other, decisions that contradict the edit.
+/// Returns [`Error::Request`] with the obstacle and a remedy: a photo, object or face that does not exist, a face
+/// that the photo does not show, elements that hide each other, decisions that contradict the edit.
 pub fn edited(
     project: &Project,
     edit: &LayerEdit,
@@ -125,8 +122,8 @@ pub fn edited(
     }
 }
 
-/// Returns the full name of a photo. Decisions may outlive their photos, so they can be removed by a photo's
-/// full name.
+/// Returns the full name of a photo. Decisions may outlive their photos, so they can be removed by a photo's full
+/// name.
 fn whole_name(typed: &str, edit: &LayerEdit, project: &Project, site: &Site) -> Result<String> {
     let takes_back = matches!(edit, LayerEdit::Forget { .. } | LayerEdit::Reset { .. });
     if takes_back && project.decisions.photos.contains_key(typed) {
@@ -258,8 +255,7 @@ fn united(mut list: Vec<Faces>) -> Vec<Faces> {
     united
 }
 
-/// Returns a list without some faces. Faces that the model does not have remain, unless they are named
-/// identically.
+/// Returns a list without some faces. Faces that the model does not have remain, unless they are named identically.
 fn without(list: &[Faces], of: &[Faces], model: &Model) -> Vec<Faces> {
     let rest = |faces: &Faces| {
         if of.contains(faces) {

@@ -5,9 +5,8 @@ use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::scene::Model;
 
-/// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of
-/// one as
-/// `OBJECT[3, 5-8]`.
+/// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of one
+/// as `OBJECT[3, 5-8]`.
 ///
 /// # Errors
 /// Returns [`Error::Request`] when it is none of these.

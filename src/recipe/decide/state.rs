@@ -34,8 +34,8 @@ pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Op
     decisions.pin.iter().any(|faces| faces.holds(object, index)).then_some("pinned to this photo")
 }
 
-/// Returns messages about decisions that refer to missing photos or faces. They are kept, and apply again
-/// when these are back.
+/// Returns messages about decisions that refer to missing photos or faces. They are kept, and apply again when
+/// these are back.
 pub fn strangers(decisions: &Decisions, site: &Site) -> Vec<String> {
     let mut messages = Vec::new();
     for (photo, decisions) in &decisions.photos {

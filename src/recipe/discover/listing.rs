@@ -9,12 +9,11 @@ use crate::io::photo::EXTENSIONS;
 use crate::io::project::PROJECT_FILE;
 use crate::task::Task;
 
-/// The deepest level of subfolders that is searched: enough for `dense/0/sparse/0`, and finite where links
-/// form cycles.
+/// The deepest level of subfolders that is searched: enough for `dense/0/sparse/0`, and finite where links form
+/// cycles.
 const DEEPEST: usize = 6;
-/// The largest number of folder entries that is read: enough for a large survey with everything that COLMAP
-/// leaves, and still a
-/// matter of seconds when the folder is a whole disk.
+/// The largest number of folder entries that is read: enough for a large survey with everything that COLMAP leaves,
+/// and still a matter of seconds when the folder is a whole disk.
 const MOST_ENTRIES: usize = 100_000;
 /// The extensions of the model formats that are read.
 const MODELS: [&str; 3] = ["obj", "gltf", "glb"];
@@ -42,8 +41,8 @@ pub(super) struct Listing {
 }
 
 impl Listing {
-    /// Searches `root` and its subfolders. Hidden folders, projects of this program and unreadable folders
-    /// are skipped.
+    /// Searches `root` and its subfolders. Hidden folders, projects of this program and unreadable folders are
+    /// skipped.
     ///
     /// # Errors
     /// Returns [`Error::Io`] when `root` cannot be read, or [`Error::Cancelled`].

@@ -150,8 +150,8 @@ impl Look {
     }
 }
 
-/// Returns the stamp of a folder, or of a file together with files of the same stem beside it, such as the
-/// buffers of a glTF model.
+/// Returns the stamp of a folder, or of a file together with files of the same stem beside it, such as the buffers
+/// of a glTF model.
 fn stamp_of(path: &Path) -> Stamp {
     if path.as_os_str().is_empty() {
         return Stamp::default();

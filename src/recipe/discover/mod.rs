@@ -1,8 +1,7 @@
 //! Discovery of a site's parts: photos, cameras and a model in a folder, and what each of them contains.
 //!
-//! [`find_site`] searches a folder and lists candidates, the likeliest first; [`look_at`] reads the chosen
-//! parts and reports on each
-//! separately, so that the caller can show each error where it belongs.
+//! [`find_site`] searches a folder and lists candidates, the likeliest first; [`look_at`] reads the chosen parts
+//! and reports on each separately, so that the caller can show each error where it belongs.
 
 mod listing;
 mod look;
@@ -88,9 +87,8 @@ impl Parts {
         }
     }
 
-    /// Returns the part that an error concerns: the one whose path is the closest ancestor of the error's
-    /// file. `None` for errors that
-    /// concern no part, such as those of the project's own folder.
+    /// Returns the part that an error concerns: the one whose path is the closest ancestor of the error's file.
+    /// `None` for errors that concern no part, such as those of the project's own folder.
     pub fn part_of(&self, error: &Error) -> Option<Part> {
         let file = match error {
             Error::Input { file, .. } => file,
@@ -137,13 +135,12 @@ impl Candidates {
     }
 }
 
-/// The number of photo folders that are compared with the cameras' names; the others are less likely by their
-/// own names.
+/// The number of photo folders that are compared with the cameras' names; the others are less likely by their own
+/// names.
 const LOOKED_AT: usize = 12;
 
 /// Searches `root` and its subfolders for the parts of a site. Photo folders are ranked by how many of the
-/// likeliest cameras'
-/// photos they contain, everything else by names, locations and sizes.
+/// likeliest cameras' photos they contain, everything else by names, locations and sizes.
 ///
 /// # Errors
 /// Returns [`Error::Input`] when `root` is not a folder, [`Error::Io`] when it cannot be read, or
@@ -167,9 +164,8 @@ fn joined(root: &Path, below: &Path) -> PathBuf {
     if below.as_os_str().is_empty() { root.to_path_buf() } else { root.join(below) }
 }
 
-/// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be
-/// read; whoever uses
-/// them reports the error.
+/// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be read;
+/// whoever uses them reports the error.
 fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
     match read_cameras(cameras, &Task::silent().stopped_by(task.stop_flag())) {
         Ok(cameras) => Ok(cameras.photos.into_iter().map(|photo| photo.name).collect()),
@@ -178,8 +174,7 @@ fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
     }
 }
 
-/// Sorts folders by how many of the photos they contain; of equal ones, those with fewer other files come
-/// first.
+/// Sorts folders by how many of the photos they contain; of equal ones, those with fewer other files come first.
 fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<Vec<PathBuf>> {
     folders.truncate(LOOKED_AT);
     if names.is_empty() {
@@ -197,8 +192,8 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
     Ok(ranked.into_iter().map(|(.., folder)| folder).collect())
 }
 
-/// Returns the part that a file or folder is by its name and contents; `None` for a folder that may contain a
-/// whole site.
+/// Returns the part that a file or folder is by its name and contents; `None` for a folder that may contain a whole
+/// site.
 pub fn part_at(path: &Path) -> Option<Part> {
     if path.is_dir() {
         return holds_cameras(path).then_some(Part::Cameras);

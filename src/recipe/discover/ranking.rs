@@ -17,9 +17,8 @@ const DENSE: [&str; 6] = ["dense", "poisson", "delaunay", "fused", "mesh", "poin
 /// The size in bytes that no coarse model of some thousand faces reaches.
 const COARSE_BYTES: u64 = 64 << 20;
 
-/// Returns the folders that may contain the photos, the likeliest first: folders with images, and common
-/// parents of several of
-/// them, because cameras of a rig have names such as `left/0001.jpg`.
+/// Returns the folders that may contain the photos, the likeliest first: folders with images, and common parents of
+/// several of them, because cameras of a rig have names such as `left/0001.jpg`.
 pub(super) fn photos(listing: &Listing) -> Vec<PathBuf> {
     let with_images: Vec<&Folder> = listing.folders.iter().filter(|folder| folder.images > 0).collect();
     let mut all: BTreeSet<PathBuf> = with_images.iter().map(|folder| folder.path.clone()).collect();
@@ -46,9 +45,8 @@ fn common(a: &Path, b: &Path) -> PathBuf {
     a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
 }
 
-/// Returns the folders with cameras, those nearest to the root first; of several reconstructions side by
-/// side, the one with most
-/// photos comes first.
+/// Returns the folders with cameras, those nearest to the root first; of several reconstructions side by side, the
+/// one with most photos comes first.
 pub(super) fn cameras(listing: &Listing) -> Vec<PathBuf> {
     let found = listing.folders.iter().filter_map(|folder| Some((folder.cameras?, &folder.path)));
     let mut ranked: Vec<_> = found
@@ -58,8 +56,7 @@ pub(super) fn cameras(listing: &Listing) -> Vec<PathBuf> {
     ranked.into_iter().map(|(.., path)| path).collect()
 }
 
-/// Returns the model files: coarse ones first, then those nearest to the root, then OBJ, which preserves
-/// polygons.
+/// Returns the model files: coarse ones first, then those nearest to the root, then OBJ, which preserves polygons.
 pub(super) fn models(listing: &Listing) -> Vec<PathBuf> {
     let of_folder = |folder: &Folder| {
         let path = folder.path.clone();

@@ -66,9 +66,8 @@ pub fn draw(layers: &[Layer], photo_px: (usize, usize), size_px: (usize, usize))
     canvas.resized(size_px.0, size_px.1)
 }
 
-/// Returns the corners of a pane at `depth`, clockwise from the top left; the photo's camera is at the origin
-/// and looks along
-/// z.
+/// Returns the corners of a pane at `depth`, clockwise from the top left; the photo's camera is at the origin and
+/// looks along z.
 fn corners(aspect: f64, depth: f64) -> [DVec3; 4] {
     let half = depth / FIRST / 2.0;
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
@@ -86,8 +85,7 @@ fn panes(layers: &[Layer], size: (usize, usize)) -> Vec<Pane> {
     groups.into_iter().enumerate().map(make).collect()
 }
 
-/// Groups the layers by consecutive orders so that panes have similar numbers of covered pixels, nearest
-/// first.
+/// Groups the layers by consecutive orders so that panes have similar numbers of covered pixels, nearest first.
 fn grouped(layers: &[Layer]) -> Vec<Vec<&Layer>> {
     let mut orders: Vec<Vec<&Layer>> = Vec::new();
     for layer in layers {
@@ -132,9 +130,8 @@ fn shadow_of(picture: &Canvas) -> Canvas {
 }
 
 impl Eye {
-    /// Places the camera to the right of the photo's camera, behind and above it, so that the panes appear in
-    /// a row, and zooms until
-    /// all of them fill the picture.
+    /// Places the camera to the right of the photo's camera, behind and above it, so that the panes appear in a
+    /// row, and zooms until all of them fill the picture.
     fn before(panes: &[Pane], aspect: f64, size_px: [f64; 2]) -> Self {
         let last = panes.last().map_or(FIRST, |pane| pane.depth);
         let middle = DVec3::new(0.0, 0.0, last * 0.6);

@@ -1,6 +1,5 @@
-//! The exploded view of a photo's stack: its layers as panes in the photo's view frustum, one behind the
-//! other, with needed and
-//! hidden pixels hatched.
+//! The exploded view of a photo's stack: its layers as panes in the photo's view frustum, one behind the other,
+//! with needed and hidden pixels hatched.
 
 pub mod canvas;
 mod drawing;
@@ -78,9 +77,8 @@ impl LayerPicture {
         Ok(Self { name: layer.name.clone(), order: layer.order, rect, pixels, hidden })
     }
 
-    /// Returns the pixels with stripes, `pitch` pixels apart, where they are needed and hidden. The stripes
-    /// are aligned to the photo, so
-    /// that those of adjacent layers connect.
+    /// Returns the pixels with stripes, `pitch` pixels apart, where they are needed and hidden. The stripes are
+    /// aligned to the photo, so that those of adjacent layers connect.
     pub fn hatched(&self, pitch: usize) -> Canvas {
         let mut out = self.pixels.clone();
         let faint = Ink(NEEDED.0, 0.16).linear();

@@ -48,9 +48,8 @@ impl SheetPicture {
     }
 }
 
-/// Reads the image layers of a stack that need any pixels, in the stack's order, from the stack's `folder`.
-/// All are reduced by the same
-/// factor, so that a layer as large as the photo has no side longer than `longest_px`.
+/// Reads the image layers of a stack that need any pixels, in the stack's order, from the stack's `folder`. All are
+/// reduced by the same factor, so that a layer as large as the photo has no side longer than `longest_px`.
 ///
 /// # Errors
 /// Returns [`crate::Error::Io`] and [`crate::Error::Input`] for their files, or [`crate::Error::Cancelled`].
@@ -80,9 +79,8 @@ pub fn sheet_pictures(
     Ok(sheets)
 }
 
-/// Draws stripes where texels are needed and empty, and clears texels that are not needed. The stripes are
-/// aligned to the photo, so
-/// that those of adjacent layers connect.
+/// Draws stripes where texels are needed and empty, and clears texels that are not needed. The stripes are aligned
+/// to the photo, so that those of adjacent layers connect.
 fn hatch(rgba: &mut [u8], needed: &[u8], rect: PixelRect, halvings: u32) {
     let pitch = PITCH << halvings;
     for (at, (texel, needed)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed).enumerate() {

@@ -1,5 +1,5 @@
-//! Composition of a layered document from a stack: the photo at the bottom, and a group per order, the
-//! nearest on top.
+//! Composition of a layered document from a stack: the photo at the bottom, and a group per order, the nearest on
+//! top.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -32,8 +32,8 @@ pub struct Content<'a> {
     pub photo: Arc<Raster>,
     /// The photo's colour profile.
     pub icc: Option<Vec<u8>>,
-    /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all
-    /// of it.
+    /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all of
+    /// it.
     pub margin: Option<u32>,
     /// Whether guides are included.
     pub guides: bool,
@@ -41,9 +41,8 @@ pub struct Content<'a> {
     pub selected: Option<&'a str>,
     /// The paint on the layers.
     pub paint: PhotoPaint,
-    /// The factors that multiply the layers' linear colours; `photo` has been multiplied already. Such a
-    /// document is only for viewing:
-    /// its layers have no tokens, because an import would regard the changed colours as paint.
+    /// The factors that multiply the layers' linear colours; `photo` has been multiplied already. Such a document
+    /// is only for viewing: its layers have no tokens, because an import would regard the changed colours as paint.
     pub evened: Option<[f64; 3]>,
     /// The task, which is checked for cancellation before each layer is read.
     pub task: &'a Task,
@@ -141,9 +140,8 @@ impl<'a> Content<'a> {
         self.photo.depth()
     }
 
-    /// Returns the record's entries for the image layers, and stores their pixels in `kept`. There are no
-    /// entries with matched
-    /// exposure.
+    /// Returns the record's entries for the image layers, and stores their pixels in `kept`. There are no entries
+    /// with matched exposure.
     ///
     /// # Errors
     /// Returns an error when a layer's file cannot be read, or its pixels cannot be stored.
@@ -168,8 +166,8 @@ impl<'a> Content<'a> {
         self.stack.image_layers.iter().enumerate().map(exported).collect()
     }
 
-    /// Stores the pixels that a layer is later compared with; without paint and filling they are the stack's
-    /// own file.
+    /// Stores the pixels that a layer is later compared with; without paint and filling they are the stack's own
+    /// file.
     fn baseline(&self, index: usize, kept: &Baselines) -> Result<Baseline> {
         let layer = self.layer(index);
         if !self.paint.is_on(index) && layer.fill.is_none() {
@@ -198,9 +196,8 @@ impl<'a> Content<'a> {
         Ok(helpers)
     }
 
-    /// Returns the rectangle of the pixels of `layer` in the document: the needed part with a margin, within
-    /// the layer's
-    /// rectangle.
+    /// Returns the rectangle of the pixels of `layer` in the document: the needed part with a margin, within the
+    /// layer's rectangle.
     pub fn exported_rect(&self, layer: &ImageLayer) -> PixelRect {
         match self.margin {
             Some(margin) => layer.needed_rect.grown(margin).intersection(&layer.rect),
@@ -237,9 +234,8 @@ impl<'a> Content<'a> {
         layers
     }
 
-    /// Returns true when the layer has hidden pixels without paint. An error while reading the pixels counts
-    /// as true, because they
-    /// are read again later, which reports the error.
+    /// Returns true when the layer has hidden pixels without paint. An error while reading the pixels counts as
+    /// true, because they are read again later, which reports the error.
     fn is_unfinished(&self, index: usize) -> bool {
         let is_hidden = self.layer(index).texels_visible < self.layer(index).texels_used;
         let any_left = || self.hidden(index).map_or(true, |hidden| hidden.bits.contains(&true));

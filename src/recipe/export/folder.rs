@@ -1,6 +1,5 @@
-//! The folder format: a PNG per image layer of the size of its rectangle, with a `stack.json` that is valid
-//! for them; the photo as it
-//! is; needed areas and guides in subfolders.
+//! The folder format: a PNG per image layer of the size of its rectangle, with a `stack.json` that is valid for
+//! them; the photo as it is; needed areas and guides in subfolders.
 //!
 //! ```text
 //! <photo>.layers/order-00 tree (k7q2m9).png     image layers, by order
@@ -10,9 +9,8 @@
 //! <photo>.layers/stack.json
 //! ```
 //!
-//! The token is in round brackets, because shells and ImageMagick interpret square brackets as a pattern or
-//! as a part of the
-//! picture.
+//! The token is in round brackets, because shells and ImageMagick interpret square brackets as a pattern or as a
+//! part of the picture.
 
 use std::path::Path;
 
@@ -24,8 +22,7 @@ use crate::io::json::to_json;
 use crate::io::layered::folder::NewFolder;
 use crate::io::layered::{KEY_FILE, LayeredDocument};
 
-/// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file
-/// systems.
+/// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file systems.
 const LONGEST_READABLE: usize = 120;
 
 /// Fills a folder with the document of `content`; the photo is in `photo_file`.

@@ -1,10 +1,8 @@
 //! The guide of a group: where its layers are hidden in the photo and remain to be painted.
 //!
-//! Each layer with something to paint has one of six colours, in the editor's list of layers and in the
-//! guide, where its hidden part is
-//! hatched and outlined in this colour. The hatching alternates between left and right, for people who cannot
-//! distinguish the
-//! colours.
+//! Each layer with something to paint has one of six colours, in the editor's list of layers and in the guide,
+//! where its hidden part is hatched and outlined in this colour. The hatching alternates between left and right,
+//! for people who cannot distinguish the colours.
 
 use super::compose::Hidden;
 use crate::geometry::PixelRect;
@@ -61,9 +59,8 @@ impl Pattern {
     }
 }
 
-/// Draws the hidden parts into a raster of `rect`, which contains them all. Each comes with its number among
-/// the layers that remain
-/// to be painted.
+/// Draws the hidden parts into a raster of `rect`, which contains them all. Each comes with its number among the
+/// layers that remain to be painted.
 pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth: Depth) -> Raster {
     let mut raster = Raster::blank(rect.w, rect.h, depth);
     for (index, hidden) in parts {

@@ -1,9 +1,8 @@
 //! Export to the image editor: one layered file per photo.
 //!
-//! The photo is at the bottom as a locked reference. Above it is a group per `order`, the nearest on top,
-//! with a layer per image layer
-//! and a hidden guide that shows where these are hidden in the photo. A file that was changed since its
-//! export is never overwritten.
+//! The photo is at the bottom as a locked reference. Above it is a group per `order`, the nearest on top, with a
+//! layer per image layer and a hidden guide that shows where these are hidden in the photo. A file that was changed
+//! since its export is never overwritten.
 
 mod compose;
 mod folder;
@@ -39,23 +38,19 @@ use crate::task::Task;
 pub struct ExportOptions {
     /// The file format.
     pub format: ExportFormat,
-    /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all
-    /// of it. In the folder format,
-    /// layers are always complete, so that its `stack.json` is valid for them.
+    /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all of
+    /// it. In the folder format, layers are always complete, so that its `stack.json` is valid for them.
     pub margin: Option<u32>,
     /// Whether each group with occluded parts to paint has a hidden guide.
     pub guides: bool,
     /// The token of the image layer that is active when the file is opened, in formats that support this.
     pub selected: Option<String>,
-    /// The factors for R, G, B that multiply a photo's linear colours, by photo name. Such exports are only
-    /// for viewing and cannot be
-    /// imported. Photos without factors are exported as they are.
+    /// The factors for R, G, B that multiply a photo's linear colours, by photo name. Such exports are only for
+    /// viewing and cannot be imported. Photos without factors are exported as they are.
     pub evened: BTreeMap<String, [f64; 3]>,
-    /// The decisions from which layers get their present names; `None` keeps the names from when they were
-    /// built.
+    /// The decisions from which layers get their present names; `None` keeps the names from when they were built.
     pub decisions: Option<Decisions>,
-    /// The approximate memory budget in bytes for photos processed at the same time; at least one is
-    /// processed.
+    /// The approximate memory budget in bytes for photos processed at the same time; at least one is processed.
     pub memory: u64,
 }
 
@@ -96,14 +91,13 @@ pub const STAGE_WRITE: &str = "write layers";
 /// The stage that is reported for all photos together.
 pub const STAGE: &str = "export";
 
-/// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`, which
-/// is created if
-/// necessary. An error in one photo is in [`Exported::failed`] and does not stop the others.
+/// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`, which is
+/// created if necessary. An error in one photo is in [`Exported::failed`] and does not stop the others.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for the folder format with matched exposure, because its `stack.json` would not
-/// be valid, [`Error::Io`]
-/// when `out` cannot be created or the records of earlier exports cannot be read, or [`Error::Cancelled`].
+/// Returns [`Error::Request`] for the folder format with matched exposure, because its `stack.json` would not be
+/// valid, [`Error::Io`] when `out` cannot be created or the records of earlier exports cannot be read, or
+/// [`Error::Cancelled`].
 pub fn export(
     project: &Path,
     photos: &[&Photo],
@@ -139,9 +133,8 @@ pub fn export(
     Ok(exported)
 }
 
-/// Returns the peak memory for one photo in bytes. Per pixel these are the photo as RGBA, its merged picture
-/// also compressed, and a
-/// guide, with 16 bits at worst; in addition a batch of layers before and after compression.
+/// Returns the peak memory for one photo in bytes. Per pixel these are the photo as RGBA, its merged picture also
+/// compressed, and a guide, with 16 bits at worst; in addition a batch of layers before and after compression.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 4 * 2 * 3 + (128 << 20)
 }

@@ -5,9 +5,8 @@ use crate::io::layered::document::LONGEST_NAME;
 /// The name of the photo's layer at the bottom.
 pub const REFERENCE: &str = "photo - reference, do not paint here";
 
-/// Returns `readable object name [token]`, at most 63 characters. The token is the image layer's id, so that
-/// names are unique and
-/// identify the layer; editors that append to names do so after it.
+/// Returns `readable object name [token]`, at most 63 characters. The token is the image layer's id, so that names
+/// are unique and identify the layer; editors that append to names do so after it.
 pub fn layer_name(readable: &str, id: &str) -> String {
     ended(readable, &format!(" [{id}]"))
 }
@@ -26,8 +25,7 @@ fn ended(readable: &str, ending: &str) -> String {
 }
 
 /// Returns the name without characters that could confuse editors or readers: square brackets, which mark the
-/// token, control
-/// characters, and symbols of no script. Consecutive spaces become one.
+/// token, control characters, and symbols of no script. Consecutive spaces become one.
 fn plain(readable: &str) -> String {
     let harmless = |c: char| match c {
         '[' => '(',

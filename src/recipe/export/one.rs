@@ -69,9 +69,8 @@ impl Exporter<'_> {
     /// Exports one photo.
     ///
     /// # Errors
-    /// Returns [`Error::Request`] when the photo has no stack, [`Error::Input`] when the stack or the photo
-    /// cannot be read, or
-    /// [`Error::Io`] when something cannot be written. No incomplete file remains.
+    /// Returns [`Error::Request`] when the photo has no stack, [`Error::Input`] when the stack or the photo cannot
+    /// be read, or [`Error::Io`] when something cannot be written. No incomplete file remains.
     pub fn export(&self, photo: &Photo, task: &Task) -> Result<ExportReport> {
         let mut stack = self.stacks.current(&photo.name)?.ok_or_else(|| no_stack(photo))?;
         if let Some(decisions) = &self.options.decisions {
@@ -105,9 +104,8 @@ impl Exporter<'_> {
         Ok(ExportReport { photo, path, spared, key: job.key, layers, groups, bytes, problems })
     }
 
-    /// Returns the document's key: the same stack with the same paint, exported with the same options, has
-    /// the same key.
-    /// (`stack.json` and the paint book name their files by the hash of their content, so they represent the
+    /// Returns the document's key: the same stack with the same paint, exported with the same options, has the same
+    /// key. (`stack.json` and the paint book name their files by the hash of their content, so they represent the
     /// pixels, too.)
     fn key(&self, content: &Content) -> String {
         let options = (self.options.format, self.options.margin, self.options.guides);
@@ -217,9 +215,9 @@ impl Job<'_> {
         place::find(self.exporter.out, photo, extension, &self.exporter.written)
     }
 
-    /// Moves a complete file to its destination, which is determined again because someone may have saved
-    /// there while the file was
-    /// written. The record is written first: a file without a record would count as changed for ever.
+    /// Moves a complete file to its destination, which is determined again because someone may have saved there
+    /// while the file was written. The record is written first: a file without a record would count as changed for
+    /// ever.
     fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<Written> {
         let destination = self.place(extension)?;
         file.redirect(&destination.target);

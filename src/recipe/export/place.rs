@@ -7,9 +7,8 @@ use crate::error::{Error, Result};
 use crate::io::exports::WrittenFiles;
 use crate::io::stack_store::LITTER;
 
-/// The extension of a folder of layers. It is not the name of an image format, because people and tools would
-/// take the folder for a
-/// file.
+/// The extension of a folder of layers. It is not the name of an image format, because people and tools would take
+/// the folder for a file.
 pub const FOLDER: &str = "layers";
 
 /// The destination of an export.
@@ -21,9 +20,8 @@ pub struct Place {
     pub spared: Vec<PathBuf>,
 }
 
-/// Finds a destination for the export of `photo` in `out`: `<photo>.EXTENSION`, or `<photo>-2.EXTENSION` and
-/// so on where earlier
-/// ones were changed. The extension [`FOLDER`] stands for a folder.
+/// Finds a destination for the export of `photo` in `out`: `<photo>.EXTENSION`, or `<photo>-2.EXTENSION` and so on
+/// where earlier ones were changed. The extension [`FOLDER`] stands for a folder.
 ///
 /// # Errors
 /// Returns [`Error::Io`] when existing files cannot be read.

@@ -1,6 +1,5 @@
 //! Pictures of the provenance of filled texels, with a colour for each source photo and for each kind of
-//! inpainting, and a
-//! legend.
+//! inpainting, and a legend.
 
 use std::path::Path;
 
@@ -48,10 +47,9 @@ struct Picture {
     rect: PixelRect,
 }
 
-/// Writes `OUT/<photo>.provenance/`: a PNG for the needed part of each filled image layer, and `legend.json`.
-/// A picture that was
-/// changed by hand is kept, and the new one gets a number. Photos without a filling are noted. `decisions`
-/// contain the layers' names.
+/// Writes `OUT/<photo>.provenance/`: a PNG for the needed part of each filled image layer, and `legend.json`. A
+/// picture that was changed by hand is kept, and the new one gets a number. Photos without a filling are noted.
+/// `decisions` contain the layers' names.
 ///
 /// # Errors
 /// Returns [`crate::Error::Io`], [`crate::Error::Input`] for a stack's files, or [`crate::Error::Cancelled`].

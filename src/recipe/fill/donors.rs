@@ -17,15 +17,13 @@ pub(super) struct PhotoDonors<'a> {
     paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
-    /// The photos that were used last, the most recent one at the end; `None` for a photo that cannot be
-    /// read.
+    /// The photos that were used last, the most recent one at the end; `None` for a photo that cannot be read.
     recent: Mutex<Vec<(PhotoId, Option<Arc<Donor>>)>>,
 }
 
 impl<'a> PhotoDonors<'a> {
-    /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos;
-    /// donors in use remain in
-    /// memory.
+    /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
+    /// in use remain in memory.
     pub fn new(
         opened: &'a Opened,
         surfaces: &'a Surfaces,
@@ -85,9 +83,9 @@ impl<'a> PhotoDonors<'a> {
 }
 
 impl Donors for PhotoDonors<'_> {
-    /// Returns a donor. No lock is held while a photo is read: that work is divided among threads, and a
-    /// thread that waits for it may
-    /// be given other work that calls this function. So occasionally two threads read the same photo.
+    /// Returns a donor. No lock is held while a photo is read: that work is divided among threads, and a thread
+    /// that waits for it may be given other work that calls this function. So occasionally two threads read the
+    /// same photo.
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         if let Some(known) = self.known(photo) {
             return Ok(known);
@@ -97,9 +95,8 @@ impl Donors for PhotoDonors<'_> {
         Ok(donor)
     }
 
-    /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other
-    /// half is for what is made
-    /// from them.
+    /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half
+    /// is for what is made from them.
     fn at_once(&self) -> usize {
         let photos = self.opened.site.photos.iter();
         let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);

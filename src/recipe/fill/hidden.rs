@@ -57,11 +57,9 @@ impl Pixels {
 /// Marks a pixel at which no layer is visible.
 const NOTHING: u32 = u32::MAX;
 
-/// Finds the hidden pixels of all image layers. A pixel that would cover what another layer shows is left
-/// out: that happens where an
-/// overlap was ignored as noise, and the stack must still reproduce the photo. For the surfaces in `spread`
-/// the visible pixels are
-/// returned, too.
+/// Finds the hidden pixels of all image layers. A pixel that would cover what another layer shows is left out: that
+/// happens where an overlap was ignored as noise, and the stack must still reproduce the photo. For the surfaces in
+/// `spread` the visible pixels are returned, too.
 ///
 /// # Errors
 /// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
@@ -144,9 +142,8 @@ struct Shaper<'a> {
 }
 
 impl Shaper<'_> {
-    /// Returns the outlines of elements in model order: where outlines share a pixel, the last one owns it.
-    /// Cut faces are added as a
-    /// whole at the beginning, for pixels that rounding leaves between their pieces.
+    /// Returns the outlines of elements in model order: where outlines share a pixel, the last one owns it. Cut
+    /// faces are added as a whole at the beginning, for pixels that rounding leaves between their pieces.
     fn shapes(&self, elements: &[&Element]) -> Vec<Shape> {
         let mut behind: Vec<(FaceId, Shape)> = Vec::new();
         let mut shapes: Vec<(FaceId, Shape)> = Vec::new();

@@ -17,9 +17,8 @@ use crate::recipe::paint::parts::points;
 /// A counter of changes in how the same inputs are filled.
 const VERSION: u32 = 2;
 
-/// The distance, as a share of a surface's size, beyond which paint on another plane does not concern the
-/// surface. Surfaces that
-/// count as one are much closer to each other.
+/// The distance, as a share of a surface's size, beyond which paint on another plane does not concern the surface.
+/// Surfaces that count as one are much closer to each other.
 const SAME_PLACE: f64 = 0.05;
 
 /// The inputs of all fillings: every photo, and its paint, may contribute to every other photo.
@@ -53,8 +52,7 @@ impl FillInputs {
         &self.book
     }
 
-    /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes
-    /// counts.
+    /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts.
     pub fn of_stack(&self, stack: &Stack) -> String {
         let planes: Vec<(Plane, f64)> = stack
             .surfaces
@@ -80,8 +78,8 @@ impl FillInputs {
     }
 }
 
-/// Returns the exclusions, because photos do not fill faces for which they are excluded; empty where there
-/// are none.
+/// Returns the exclusions, because photos do not fill faces for which they are excluded; empty where there are
+/// none.
 fn excluded(decisions: &Decisions) -> String {
     let of_photo = decisions.photos.iter().filter(|(_, decided)| !decided.exclude.is_empty());
     let of_photo: Vec<_> = of_photo.map(|(photo, decided)| (photo, &decided.exclude)).collect();

@@ -109,20 +109,18 @@ impl FillState {
 }
 
 /// Fills the hidden texels of the photos' current stacks, photo by photo. An error in one photo is in its
-/// [`FilledPhoto`] and does
-/// not stop the others. Results are in the site's order.
+/// [`FilledPhoto`] and does not stop the others. Results are in the site's order.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for a photo name that the site does not have, for an object to leave unfilled
-/// that the model does not
-/// have, and when no photo has a stack; an error when the paint book cannot be read; or [`Error::Cancelled`].
+/// Returns [`Error::Request`] for a photo name that the site does not have, for an object to leave unfilled that
+/// the model does not have, and when no photo has a stack; an error when the paint book cannot be read; or
+/// [`Error::Cancelled`].
 pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
     fill_or_report(folder, opened, request, Purpose::Fill, task)
 }
 
-/// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not.
-/// The stacks are not
-/// modified.
+/// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
+/// stacks are not modified.
 ///
 /// # Errors
 /// Returns the errors of [`fill`].

@@ -47,8 +47,7 @@ impl<'a> SitePaint<'a> {
         Ok(painted.collect())
     }
 
-    /// Returns messages about a photo's paint that is damaged or missing, so that the pixels below it are
-    /// used.
+    /// Returns messages about a photo's paint that is damaged or missing, so that the pixels below it are used.
     pub fn damaged(&self, photo: PhotoId) -> &[String] {
         self.photos[photo.0 as usize].as_ref().map_or(&[], |(_, paint)| paint.damaged())
     }

@@ -1,5 +1,5 @@
-//! Propagation of paint from single photos to the others: which photos have paint, which of it is propagated,
-//! and where it conflicts.
+//! Propagation of paint from single photos to the others: which photos have paint, which of it is propagated, and
+//! where it conflicts.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -76,8 +76,8 @@ pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<SpreadOn> {
     most_disputed_first(laid.map(|(photo, paint)| SpreadOn { photo, paint }).collect())
 }
 
-/// Sorts by the number of conflicting texels, then of propagated texels, both descending; ties by photo, face
-/// and painter.
+/// Sorts by the number of conflicting texels, then of propagated texels, both descending; ties by photo, face and
+/// painter.
 pub fn most_disputed_first(mut spread: Vec<SpreadOn>) -> Vec<SpreadOn> {
     spread.sort_by(|a, b| {
         let rank = |it: &SpreadOn| (std::cmp::Reverse(it.disputed()), std::cmp::Reverse(it.paint.texels));

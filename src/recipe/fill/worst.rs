@@ -24,27 +24,22 @@ pub struct HiddenLayer {
     pub hidden: u64,
     /// The number of hidden texels that are filled.
     pub filled: u64,
-    /// The share of all views' pixels that show a point which the layer covers and its photo does not show:
-    /// hidden area times
-    /// visibility.
+    /// The share of all views' pixels that show a point which the layer covers and its photo does not show: hidden
+    /// area times visibility.
     pub seen: f64,
     /// The index of the view that shows most of it.
     pub view: usize,
 }
 
-/// The number of rays along the longer side of a view; shares are then accurate to about a third of a
-/// percent.
+/// The number of rays along the longer side of a view; shares are then accurate to about a third of a percent.
 const RAYS_ACROSS: u32 = 48;
-/// The relative distance by which a surface has to be nearer than a point to hide it; adjoining faces of
-/// coarse models overlap by
-/// less.
+/// The relative distance by which a surface has to be nearer than a point to hide it; adjoining faces of coarse
+/// models overlap by less.
 const NEARER: f64 = 1e-3;
 
-/// Returns the image layers of `stacks` (in the site's order) with hidden texels that are seen from `views`,
-/// sorted by how much of
-/// them is seen, the most visible first; ties by photo and layer. Ray casts on the model determine what a
-/// view shows, and which of that
-/// a photo does not show. The result does not depend on the number of threads.
+/// Returns the image layers of `stacks` (in the site's order) with hidden texels that are seen from `views`, sorted
+/// by how much of them is seen, the most visible first; ties by photo and layer. Ray casts on the model determine
+/// what a view shows, and which of that a photo does not show. The result does not depend on the number of threads.
 ///
 /// # Errors
 /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
@@ -139,9 +134,8 @@ fn seen_from(view: &View, scene: &Scene<'_>) -> Counted {
 }
 
 impl Scene<'_> {
-    /// Returns the layer of a photo that covers a point of a face which the photo does not show; `None` where
-    /// it shows the point, or
-    /// does not contain the face.
+    /// Returns the layer of a photo that covers a point of a face which the photo does not show; `None` where it
+    /// shows the point, or does not contain the face.
     fn hides(&self, photo: usize, face: FaceId, point: glam::DVec3) -> Option<(usize, usize)> {
         let layers_of = self.layers_of[photo].as_ref()?;
         let it = &self.site.photos[photo];
@@ -194,8 +188,8 @@ mod tests {
     use crate::scene::Photo;
     use crate::scene::synthetic::closed_form;
 
-    /// Makes two quads, the nearer one in front of a part of the other, and a second photo from where that
-    /// part is visible.
+    /// Makes two quads, the nearer one in front of a part of the other, and a second photo from where that part is
+    /// visible.
     fn site() -> (Site, Vec<Stack>) {
         let scene = closed_form::two_quads();
         let mut site = scene.site();

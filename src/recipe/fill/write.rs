@@ -18,9 +18,8 @@ use crate::scene::Samples;
 /// The sources that are not photos; their indices are the first ones of the list of sources.
 const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED];
 
-/// Writes the filling of each image layer into `folder` and describes it in `stack`. The caller adds the hash
-/// of the inputs, the
-/// number of hidden texels and the list of propagated paint. `names` are the photos' names.
+/// Writes the filling of each image layer into `folder` and describes it in `stack`. The caller adds the hash of
+/// the inputs, the number of hidden texels and the list of propagated paint. `names` are the photos' names.
 ///
 /// # Errors
 /// Returns [`crate::Error::Io`] when a file cannot be written.
@@ -162,8 +161,7 @@ impl Maps {
         };
     }
 
-    /// Writes the files, unless nothing was filled or propagated. Returns their names and their size in
-    /// bytes.
+    /// Writes the files, unless nothing was filled or propagated. Returns their names and their size in bytes.
     fn write(
         self,
         folder: &Path,

@@ -6,9 +6,8 @@ use crate::io::colour::Conversion;
 use crate::io::layered::raster::in_8_bits;
 use crate::io::layered::{Depth, Raster};
 
-/// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8
-/// bits. Editors round,
-/// and their tables differ from ours.
+/// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8 bits.
+/// Editors round, and their tables differ from ours.
 const CONVERTED: u16 = 3 * 257;
 
 /// A raster with its position in the photo.
@@ -58,9 +57,8 @@ pub struct Comparison<'a> {
 impl Comparison<'_> {
     /// Returns all pixels that differ from what was exported.
     ///
-    /// Transparent pixels are equal, whatever their colour. Between 16 and 8 bits, a rounded or truncated
-    /// value is equal; in another profile,
-    /// values within the error of the conversions are.
+    /// Transparent pixels are equal, whatever their colour. Between 16 and 8 bits, a rounded or truncated value is
+    /// equal; in another profile, values within the error of the conversions are.
     pub fn painted(&self) -> Patch {
         let rect = match (self.base.rect.is_empty(), self.found.rect.is_empty()) {
             (true, _) => self.found.rect,

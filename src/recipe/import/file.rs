@@ -72,9 +72,8 @@ const VOTERS: usize = 8;
 /// Reads an edited file. `before` returns what an export's layers showed when this file was last imported.
 ///
 /// # Errors
-/// Returns [`Error::Input`] for a file that cannot be read or is not an export of this project, or when the
-/// image was scaled and that
-/// is not permitted; or [`Error::Io`].
+/// Returns [`Error::Input`] for a file that cannot be read or is not an export of this project, or when the image
+/// was scaled and that is not permitted; or [`Error::Io`].
 pub fn read<'a>(
     file: &Path,
     reading: Reading<'a>,
@@ -191,8 +190,8 @@ fn document_context<'a>(
     let profiles = profiles(file, document, record, originals.kept)?;
     let absent =
         missing(record, sorted).into_iter().map(|(index, layer)| Absent { place: index, layer }).collect();
-    // An equivalent profile may be written anew with every save, with the date in it, so only profiles that
-    // differ count.
+    // An equivalent profile may be written anew with every save, with the date in it, so only profiles that differ
+    // count.
     let other_profile = profiles.is_some().then(|| document.icc.as_deref().map(hash_bytes));
     let ground = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
     let named = document.format != ExportFormat::Folder;
@@ -239,9 +238,8 @@ fn where_is(
     Ok(place(document, size, voters))
 }
 
-/// Compares the profiles; `None` where they agree. A document without a profile is assumed to have the
-/// photo's, because some editors drop
-/// it.
+/// Compares the profiles; `None` where they agree. A document without a profile is assumed to have the photo's,
+/// because some editors drop it.
 fn profiles(
     file: &Path,
     document: &EditedDocument,

@@ -21,12 +21,9 @@ pub struct Gathered {
 /// Composites the layers of one token from bottom to top.
 ///
 /// Invisible layers are left out, unless all are invisible; but below a copy that contains only strokes an
-/// invisible original stays. The
-/// lowest layer is the image layer itself: its opacity, visibility and blend mode are only viewing aids while
-/// painting, but its mask
-/// counts, and so does what groups around it do. Copies above it are composited with mask and opacity; copies
-/// with another blend mode than
-/// normal are left out.
+/// invisible original stays. The lowest layer is the image layer itself: its opacity, visibility and blend mode are
+/// only viewing aids while painting, but its mask counts, and so does what groups around it do. Copies above it are
+/// composited with mask and opacity; copies with another blend mode than normal are left out.
 ///
 /// # Errors
 /// Returns the errors of reading the layers' pixels.
@@ -79,8 +76,7 @@ fn visible<'a>(layers: &[&'a EditedLayer]) -> (Vec<&'a EditedLayer>, Vec<String>
     (visible, notes)
 }
 
-/// Returns true when a copy replaces an invisible original: it contains at least half of the original's
-/// pixels.
+/// Returns true when a copy replaces an invisible original: it contains at least half of the original's pixels.
 fn replaces(copy: &EditedLayer, original: &EditedLayer) -> Result<bool> {
     let (above, below) = (copy.pixels.read()?, original.pixels.read()?);
     let mut all = 0u64;

@@ -1,5 +1,4 @@
-//! Identification of the export of a file and of its layers: by token, then by key, then by position and
-//! content.
+//! Identification of the export of a file and of its layers: by token, then by key, then by position and content.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -10,9 +9,8 @@ use crate::document::export_record::{ExportRecord, ExportedLayer, Helper, KEY_DI
 use crate::error::{Error, Result};
 use crate::io::layered::{EditedDocument, EditedLayer};
 
-/// Returns the token of one of `layers` that a name contains: the last one in brackets. Editors append to
-/// names after it
-/// (` copy`, `#1`, a NUL).
+/// Returns the token of one of `layers` that a name contains: the last one in brackets. Editors append to names
+/// after it (` copy`, `#1`, a NUL).
 pub fn token_in<'a>(name: &str, layers: &'a [ExportedLayer]) -> Option<&'a str> {
     let bracketed = name.rsplit('[').filter_map(|rest| rest.split(']').next());
     let known = |token: &str| layers.iter().find(|layer| layer.id == token.trim());
@@ -25,9 +23,8 @@ fn token_of<'a>(layer: &EditedLayer, layers: &'a [ExportedLayer]) -> Option<&'a 
     token_in(&layer.name, layers).or_else(beside)
 }
 
-/// Returns the export that a document comes from: the one with its key; otherwise the one with most of its
-/// tokens, and of several
-/// the one whose pixels most of its layers still have. `None` where nothing identifies it.
+/// Returns the export that a document comes from: the one with its key; otherwise the one with most of its tokens,
+/// and of several the one whose pixels most of its layers still have. `None` where nothing identifies it.
 pub fn record_of<'a>(document: &EditedDocument, records: &'a [ExportRecord]) -> Option<&'a ExportRecord> {
     if let Some(record) = records.iter().find(|record| Some(&record.key) == document.key.as_ref()) {
         return Some(record);
@@ -54,10 +51,9 @@ pub fn record_of<'a>(document: &EditedDocument, records: &'a [ExportRecord]) -> 
     best.filter(|record| most > 0 || untouched(record).0 > 0)
 }
 
-/// Rejects a file with the key of an export that this project does not know. It must not be compared with
-/// another export: tokens are
-/// the same in all projects of the same photos and model, and differences between projects would be taken for
-/// paint.
+/// Rejects a file with the key of an export that this project does not know. It must not be compared with another
+/// export: tokens are the same in all projects of the same photos and model, and differences between projects would
+/// be taken for paint.
 ///
 /// # Errors
 /// Returns [`Error::Input`] with the key.
@@ -97,9 +93,8 @@ pub struct Sorted<'a> {
     pub unknown: Vec<&'a EditedLayer>,
 }
 
-/// Identifies the layers of a document that comes from `record`. A layer that lost its token is identified by
-/// the rectangle of its
-/// pixels, if that is unambiguous.
+/// Identifies the layers of a document that comes from `record`. A layer that lost its token is identified by the
+/// rectangle of its pixels, if that is unambiguous.
 pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sorted<'a> {
     let mut sorted = Sorted::default();
     let index = |token: &str| record.layers.iter().position(|layer| layer.id == token);

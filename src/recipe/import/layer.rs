@@ -138,9 +138,8 @@ impl Desk<'_> {
         shown == exported.pixels || before.is_some_and(|before| before.shown == shown)
     }
 
-    /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again
-    /// when `enough` accepts the hash of
-    /// what they show.
+    /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again when
+    /// `enough` accepts the hash of what they show.
     fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<Seen> {
         let code = code_of(&self.ground, layers)?;
         let before = code.as_deref().and_then(|code| self.recall.sight(code));
@@ -180,8 +179,8 @@ impl Desk<'_> {
         }))
     }
 
-    /// Returns the hash of a helper's stored pixels, without its opacity. `None` where an editor with fewer
-    /// bits has rounded them.
+    /// Returns the hash of a helper's stored pixels, without its opacity. `None` where an editor with fewer bits
+    /// has rounded them.
     fn hash_of_helper(&self, layer: &EditedLayer) -> Result<Option<String>> {
         let code = layer.pixels.code()?;
         let code =
@@ -217,8 +216,8 @@ impl Desk<'_> {
         }
     }
 
-    /// Returns the hash of pixels in the bit depth of the export, so that a file that was only converted
-    /// counts as unchanged.
+    /// Returns the hash of pixels in the bit depth of the export, so that a file that was only converted counts as
+    /// unchanged.
     fn hash(&self, pixels: &Raster, rect: PixelRect) -> String {
         let hash = match pixels.depth() == self.depth {
             true => pixels.hash_at(rect.x, rect.y),

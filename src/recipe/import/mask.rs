@@ -1,8 +1,7 @@
 //! Layers called `mask`: the pixels painted in them are masked.
 //!
-//! All such layers of one file are one mask of the project, whose origin is the file: importing the file
-//! again replaces it. A file without
-//! such a layer does not change masks.
+//! All such layers of one file are one mask of the project, whose origin is the file: importing the file again
+//! replaces it. A file without such a layer does not change masks.
 
 use std::path::Path;
 
@@ -87,8 +86,8 @@ impl MaskDesk {
         !self.arrived.is_empty()
     }
 
-    /// Adds the mask that a document contains for a photo of this size. Returns the number of pixels whose
-    /// masking changes.
+    /// Adds the mask that a document contains for a photo of this size. Returns the number of pixels whose masking
+    /// changes.
     ///
     /// # Errors
     /// Returns [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read.

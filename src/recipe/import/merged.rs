@@ -16,14 +16,12 @@ pub struct Absent<'a> {
     pub layer: &'a ExportedLayer,
 }
 
-/// The share of a layer's pixels that has to be in the other layer, pixel by pixel, for the two to count as
-/// merged. An artist who
-/// deletes a column and paints the wall behind it paints other pixels.
+/// The share of a layer's pixels that has to be in the other layer, pixel by pixel, for the two to count as merged.
+/// An artist who deletes a column and paints the wall behind it paints other pixels.
 const MERGED_SHARE: f64 = 0.5;
 
-/// Removes from `patch` the pixels of absent layers that were merged into `survivor`. Paint on such pixels of
-/// a layer that was in
-/// front is that layer's paint, and is returned with the layer's index.
+/// Removes from `patch` the pixels of absent layers that were merged into `survivor`. Paint on such pixels of a
+/// layer that was in front is that layer's paint, and is returned with the layer's index.
 ///
 /// # Errors
 /// Returns the errors of reading the exported pixels.

@@ -1,6 +1,6 @@
-//! Import from the image editor: edited files are compared with what was exported, and the differences become
-//! the project's paint, by
-//! surface. Nothing else of the project is changed except masks, and the last imports can be undone.
+//! Import from the image editor: edited files are compared with what was exported, and the differences become the
+//! project's paint, by surface. Nothing else of the project is changed except masks, and the last imports can be
+//! undone.
 
 mod compare;
 mod file;
@@ -51,9 +51,8 @@ pub struct ImportOptions {
     pub dry_run: bool,
     /// Whether paint of images that were scaled is imported.
     pub scaled: bool,
-    /// Whether a file is rejected when one of its layers cannot be read, because it may still be being
-    /// written; otherwise the layer is
-    /// left out.
+    /// Whether a file is rejected when one of its layers cannot be read, because it may still be being written;
+    /// otherwise the layer is left out.
     pub only_whole: bool,
 }
 
@@ -75,18 +74,14 @@ pub struct Imported {
 /// The stage that is reported.
 pub const STAGE: &str = "import";
 
-/// Imports edited files into the project in the folder `project`, as one import that can be undone as a
-/// whole. For a folder that is
-/// not an export, all layered files in it are imported. An error in one file is in [`Imported::failed`], and
-/// an unreadable layer is left
-/// out; neither stops the others. `recall` makes the next import of the same file fast. The caller holds the
-/// project's lock, unless it is
-/// a dry run.
+/// Imports edited files into the project in the folder `project`, as one import that can be undone as a whole. For
+/// a folder that is not an export, all layered files in it are imported. An error in one file is in
+/// [`Imported::failed`], and an unreadable layer is left out; neither stops the others. `recall` makes the next
+/// import of the same file fast. The caller holds the project's lock, unless it is a dry run.
 ///
 /// # Errors
-/// Returns [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be
-/// read, or nothing can be
-/// written, or [`Error::Cancelled`]. The project's paint is then unchanged.
+/// Returns [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be read, or
+/// nothing can be written, or [`Error::Cancelled`]. The project's paint is then unchanged.
 pub fn import(
     project: &Path,
     files: &[PathBuf],
@@ -132,9 +127,8 @@ pub fn import(
     Ok(imported)
 }
 
-/// Imports as [`import`] does, for callers that do not watch the files. The files are recorded in their
-/// present state, so that a later
-/// watch of their folder does not import them again, even if this import is undone.
+/// Imports as [`import`] does, for callers that do not watch the files. The files are recorded in their present
+/// state, so that a later watch of their folder does not import them again, even if this import is undone.
 ///
 /// # Errors
 /// Returns the errors of [`import`].
@@ -194,9 +188,8 @@ pub fn history(project: &Path) -> Result<Vec<PaintImport>> {
 /// Undoes the last import. The caller holds the project's lock.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when there is none, or [`Error::Io`] and [`Error::Input`] when the project's
-/// paint cannot be read or
-/// written.
+/// Returns [`Error::Request`] when there is none, or [`Error::Io`] and [`Error::Input`] when the project's paint
+/// cannot be read or written.
 pub fn take_back(project: &Path) -> Result<PaintImport> {
     let store = PaintStore::new(project);
     let mut book = store.read()?;
@@ -283,9 +276,8 @@ impl ImportSession<'_> {
         relative_to(self.project, file).unwrap_or_else(|_| file.display().to_string())
     }
 
-    /// Returns what a document's layers showed at its last import. Layers whose paint was lost since are
-    /// omitted, so that they are
-    /// compared again.
+    /// Returns what a document's layers showed at its last import. Layers whose paint was lost since are omitted,
+    /// so that they are compared again.
     fn seen_before(&self, document: &str) -> PaintedDocument {
         let mut seen = self.book.documents.get(document).cloned().unwrap_or_default();
         let of_document = self.book.entries.iter().filter(|entry| entry.document == document);
@@ -321,9 +313,8 @@ impl ImportSession<'_> {
         }
     }
 
-    /// Writes the pending paint, then the book that refers to it, and finally the masks into `project.json`.
-    /// If the program is killed
-    /// in between, the same file imports the masks again, as an import that can be undone.
+    /// Writes the pending paint, then the book that refers to it, and finally the masks into `project.json`. If the
+    /// program is killed in between, the same file imports the masks again, as an import that can be undone.
     fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<Vec<MaskChange>> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
@@ -355,8 +346,8 @@ impl ImportSession<'_> {
         self.book.tidy();
         self.store.commit(&self.book)?;
         masks.commit(self.project).inspect_err(|_| {
-            // The import is atomic: if the masks cannot be written, the paint is undone, too, as far as the
-            // disk permits.
+            // The import is atomic: if the masks cannot be written, the paint is undone, too, as far as the disk
+            // permits.
             self.book.take_back();
             let _ = self.store.commit(&self.book);
         })?;

@@ -25,9 +25,8 @@ pub struct Originals<'a> {
 }
 
 impl Originals<'_> {
-    /// Returns the pixels of a layer of `record`, as large as its baseline; `None` when they are no longer
-    /// stored, and the present stack
-    /// with the paint of that time gives other pixels.
+    /// Returns the pixels of a layer of `record`, as large as its baseline; `None` when they are no longer stored,
+    /// and the present stack with the paint of that time gives other pixels.
     ///
     /// # Errors
     /// Returns the errors of reading stored pixels.
@@ -36,8 +35,7 @@ impl Originals<'_> {
         Ok(kept.or_else(|| self.made_again(record, layer)))
     }
 
-    /// Recomputes the pixels. Only a result with the hash of the export is used, so errors are simply
-    /// ignored.
+    /// Recomputes the pixels. Only a result with the hash of the export is used, so errors are simply ignored.
     fn made_again(&self, record: &ExportRecord, exported: &ExportedLayer) -> Option<Raster> {
         let store = StackStore::new(self.project);
         let stack = store.current(&record.photo.name).ok()??;

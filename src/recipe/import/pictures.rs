@@ -35,17 +35,15 @@ pub struct ChangedLayer {
     pub after: Picture,
 }
 
-/// The margin around changed pixels, as a share of their rectangle's longer side, so that their location can
-/// be recognised.
+/// The margin around changed pixels, as a share of their rectangle's longer side, so that their location can be
+/// recognised.
 const AROUND: f64 = 0.25;
 /// The least margin in pixels, so that single pixels are visible, too.
 const LEAST_AROUND: f64 = 12.0;
 
-/// Returns the image layers that the import `number` of the project's history changed, sorted by photo and
-/// image layer, with pictures
-/// of at most `longest` pixels in width and height. The result is empty where the import is not in the
-/// history, or its photos have no
-/// stack.
+/// Returns the image layers that the import `number` of the project's history changed, sorted by photo and image
+/// layer, with pictures of at most `longest` pixels in width and height. The result is empty where the import is
+/// not in the history, or its photos have no stack.
 ///
 /// # Errors
 /// Returns an error when paint, stacks or layers cannot be read, or [`crate::Error::Cancelled`].
@@ -113,8 +111,8 @@ impl Look<'_> {
     }
 }
 
-/// Returns the bounding box and the number of the pixels that differ between two states of paint; `None`
-/// where there are none.
+/// Returns the bounding box and the number of the pixels that differ between two states of paint; `None` where
+/// there are none.
 fn difference(old: &Patch, new: &Patch) -> Option<(PixelRect, u64)> {
     let others = |one: &Patch, two: &Patch| {
         let other = one.iter().filter(|(x, y, colour)| two.at(*x, *y) != Some(*colour));

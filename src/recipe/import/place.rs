@@ -21,9 +21,8 @@ pub enum Place {
 }
 
 /// Locates the photo of `width` x `height` on the canvas of a document. `layers` yields layers as they were
-/// exported and as they are in
-/// the document, each with its rectangle; it is used only where the canvas has another size. The majority of
-/// the layers decides.
+/// exported and as they are in the document, each with its rectangle; it is used only where the canvas has another
+/// size. The majority of the layers decides.
 pub fn place<'a>(
     document: &EditedDocument,
     (width, height): (u32, u32),

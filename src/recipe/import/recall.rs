@@ -1,6 +1,5 @@
-//! A cache of what layers showed at earlier imports, by the hash of their stored data: a watched folder is
-//! read after each save, and
-//! most layers of a file have not changed then.
+//! A cache of what layers showed at earlier imports, by the hash of their stored data: a watched folder is read
+//! after each save, and most layers of a file have not changed then.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -11,9 +10,8 @@ use crate::geometry::PixelRect;
 use crate::io::hash::Hashing;
 use crate::io::layered::EditedLayer;
 
-/// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys
-/// cover everything they were made
-/// from.
+/// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
+/// everything they were made from.
 #[derive(Debug, Default)]
 pub struct Recall {
     sights: Mutex<FxHashMap<String, Sight>>,
@@ -42,9 +40,8 @@ impl Recall {
     }
 }
 
-/// Returns a hash of everything that determines what the layers of a token show, without decoding their
-/// pixels; `desk` contains what all
-/// layers of the document share. `None` where the format does not permit that.
+/// Returns a hash of everything that determines what the layers of a token show, without decoding their pixels;
+/// `desk` contains what all layers of the document share. `None` where the format does not permit that.
 ///
 /// # Errors
 /// Returns the errors of reading the file.

@@ -24,8 +24,7 @@ pub struct FileReport {
 }
 
 impl FileReport {
-    /// Returns a message about layers that were left out although they may contain paint, for the exit
-    /// status.
+    /// Returns a message about layers that were left out although they may contain paint, for the exit status.
     pub fn problem(&self) -> Option<String> {
         let left_out = self.layers.iter().filter(|layer| layer.state == LayerState::LeftOut);
         let reasons = left_out.map(|layer| format!("{}: {}", layer.name, layer.notes.join("; ")));
@@ -50,8 +49,8 @@ pub struct LayerReport {
     pub erased: u64,
     /// The number of pixels whose paint (for a mask: masking) differs from the project's.
     pub changed: u64,
-    /// The offset in pixels by which the layer was moved against all others; its paint is imported to its
-    /// proper position.
+    /// The offset in pixels by which the layer was moved against all others; its paint is imported to its proper
+    /// position.
     pub moved: Option<[i32; 2]>,
     /// Whether the layer was cropped or enlarged.
     pub resized: bool,

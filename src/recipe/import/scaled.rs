@@ -1,10 +1,8 @@
 //! Import of scaled documents: their paint is resampled to the photo's size.
 //!
-//! No pixel of a scaled image is as it was, and the filter is unknown. So a pixel counts as paint only where
-//! it is outside the range of all
-//! colours that its neighbourhood had before: filters mix neighbours, and overshoot a little. Faint paint is
-//! lost by this, which is why it
-//! is done on request only.
+//! No pixel of a scaled image is as it was, and the filter is unknown. So a pixel counts as paint only where it is
+//! outside the range of all colours that its neighbourhood had before: filters mix neighbours, and overshoot a
+//! little. Faint paint is lost by this, which is why it is done on request only.
 
 use super::compare::Placed;
 use crate::document::paint::{Colour, ERASED, Patch};
@@ -12,13 +10,11 @@ use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 
 /// The distance from the neighbourhood's range, of 65535, from which on a colour counts as paint: sharpening
-/// filters overshoot by a tenth
-/// of a step in brightness, which is rarely more than half of the range.
+/// filters overshoot by a tenth of a step in brightness, which is rarely more than half of the range.
 const BEYOND: u16 = 20 * 257;
 
-/// Resamples a raster of the canvas to the photo's size, bilinearly, which suits doubled and halved images.
-/// Returns it with its rectangle
-/// in photo pixels. Alpha is not premultiplied.
+/// Resamples a raster of the canvas to the photo's size, bilinearly, which suits doubled and halved images. Returns
+/// it with its rectangle in photo pixels. Alpha is not premultiplied.
 pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelRect) {
     let low = |edge: i32| (f64::from(edge) / scale).floor() as i32;
     let high = |edge: i32| (f64::from(edge) / scale).ceil() as i32;

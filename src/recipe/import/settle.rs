@@ -1,10 +1,8 @@
 //! Merging of new paint with the project's: what stays, what is replaced, what conflicts.
 //!
-//! The paint of a document's layer is *all* of its paint: earlier paint that it no longer contains was
-//! removed in the editor. A pixel that
-//! is the same as at an earlier import keeps its position among the imports, so that saving a file again does
-//! not move its old strokes
-//! above newer ones of another file.
+//! The paint of a document's layer is *all* of its paint: earlier paint that it no longer contains was removed in
+//! the editor. A pixel that is the same as at an earlier import keeps its position among the imports, so that
+//! saving a file again does not move its old strokes above newer ones of another file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -69,8 +67,8 @@ fn key_of(entry: &PaintEntry) -> SurfaceKey {
     (entry.object.clone(), entry.face, entry.triangle, entry.beyond)
 }
 
-/// Merges the paint of one layer into the book. `read` returns the pixels of an entry, or `None` where its
-/// file is damaged.
+/// Merges the paint of one layer into the book. `read` returns the pixels of an entry, or `None` where its file is
+/// damaged.
 ///
 /// # Errors
 /// Returns the errors of `read`.

@@ -1,6 +1,5 @@
-//! Assignment of paint to surfaces: every painted pixel belongs to the surfaces that cover it in its image
-//! layer, and paint outside of
-//! all outlines belongs to the nearest surface.
+//! Assignment of paint to surfaces: every painted pixel belongs to the surfaces that cover it in its image layer,
+//! and paint outside of all outlines belongs to the nearest surface.
 
 use std::collections::VecDeque;
 
@@ -19,9 +18,8 @@ pub struct Share {
     pub patch: Patch,
 }
 
-/// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it,
-/// so that it is visible
-/// whichever of them is drawn there.
+/// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it, so that
+/// it is visible whichever of them is drawn there.
 pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
     let mut shares = Vec::new();
     for (index, part) in parts.list.iter().enumerate() {

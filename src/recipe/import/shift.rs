@@ -1,5 +1,4 @@
-//! Detection of a moved layer: the offset between exported and edited pixels, found from the pixels
-//! themselves.
+//! Detection of a moved layer: the offset between exported and edited pixels, found from the pixels themselves.
 
 use rustc_hash::FxHashMap;
 
@@ -15,9 +14,9 @@ const LEAST_VOTES: usize = 12;
 /// ... and its least share of all votes.
 const LEAST_SHARE: f64 = 0.3;
 
-/// Returns the offset of `found` from `base`: a pixel of `base` at (x, y) is at (x + dx, y + dy) in `found`.
-/// It is determined from
-/// patterns of adjacent pixels that occur once in `base`; `None` where too few of them are found again.
+/// Returns the offset of `found` from `base`: a pixel of `base` at (x, y) is at (x + dx, y + dy) in `found`. It is
+/// determined from patterns of adjacent pixels that occur once in `base`; `None` where too few of them are found
+/// again.
 pub fn shift(base: &Raster, at: PixelRect, found: &Raster, found_at: PixelRect) -> Option<[i32; 2]> {
     let wanted = distinctive(base);
     let mut votes: FxHashMap<[i32; 2], usize> = FxHashMap::default();

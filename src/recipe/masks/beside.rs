@@ -17,9 +17,8 @@ use crate::scene::Site;
 use crate::task::Task;
 
 /// Returns the possible names of a photo's mask, as paths from the photo folder: `0028.mask.png` and
-/// `0028_mask.png` beside the photo,
-/// also after its full name; and, as COLMAP does it, in a folder `masks` in or beside the photo folder,
-/// `masks/0028.jpg.png`.
+/// `0028_mask.png` beside the photo, also after its full name; and, as COLMAP does it, in a folder `masks` in or
+/// beside the photo folder, `masks/0028.jpg.png`.
 pub fn mask_names(photo: &str) -> [String; 6] {
     let stem = without_extension(photo);
     [

@@ -1,10 +1,9 @@
 //! Masks of a project's photos: edits, and the sources of masks.
 //!
-//! A mask makes pixels of a photo invalid and has no other effect: occlusion is sorted as before, and the
-//! masked pixels of a surface count
-//! as hidden. All edits of masks go through [`edited`], whether masks are drawn or suggestions accepted; only
-//! a mask that is imported with
-//! paint replaces that of the same file by itself ([`crate::recipe::import`]).
+//! A mask makes pixels of a photo invalid and has no other effect: occlusion is sorted as before, and the masked
+//! pixels of a surface count as hidden. All edits of masks go through [`edited`], whether masks are drawn or
+//! suggestions accepted; only a mask that is imported with paint replaces that of the same file by itself
+//! ([`crate::recipe::import`]).
 
 pub mod beside;
 pub mod list;
@@ -52,15 +51,13 @@ impl MaskEdit {
     }
 }
 
-/// Returns the masks after the edits, applied in order. New files are written to the project's folder and old
-/// ones stay, so that undoing
-/// needs only the earlier masks. The edits take effect when `project.json` is saved. The caller holds the
-/// project's lock.
+/// Returns the masks after the edits, applied in order. New files are written to the project's folder and old ones
+/// stay, so that undoing needs only the earlier masks. The edits take effect when `project.json` is saved. The
+/// caller holds the project's lock.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for a photo that the site does not have, or [`Error::Io`] and [`Error::Input`]
-/// when files cannot be read
-/// or written.
+/// Returns [`Error::Request`] for a photo that the site does not have, or [`Error::Io`] and [`Error::Input`] when
+/// files cannot be read or written.
 pub fn edited(folder: &Path, masks: &Masks, edits: &[MaskEdit], site: &Site) -> Result<Masks> {
     let store = MaskStore::new(folder);
     let mut editor = MaskEditor { store: &store, masks: masks.clone() };
@@ -84,9 +81,8 @@ pub fn attach(folder: &Path, masks: &Masks, photos: &mut [Photo]) {
     }
 }
 
-/// Returns the masks without those of the photos of these names, full or abbreviated; without any masks for
-/// an empty list. The photos need
-/// not be in the site.
+/// Returns the masks without those of the photos of these names, full or abbreviated; without any masks for an
+/// empty list. The photos need not be in the site.
 ///
 /// # Errors
 /// Returns [`Error::Request`] for names that match no photo with a mask, all of them together.
@@ -166,9 +162,8 @@ fn whole(photo: &Photo) -> Spans {
     Spans::of_rows(0..height as i32, |_, out| out.push(0..width as i32))
 }
 
-/// Removes mask files to which neither `masks` (the project's, and unsaved ones of a window that ended) nor
-/// imports that can be undone
-/// refer. It must not be called while edits may still be undone.
+/// Removes mask files to which neither `masks` (the project's, and unsaved ones of a window that ended) nor imports
+/// that can be undone refer. It must not be called while edits may still be undone.
 ///
 /// # Errors
 /// Returns [`Error::Io`] when a file cannot be removed.

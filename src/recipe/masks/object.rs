@@ -26,9 +26,8 @@ pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     Ok(meant)
 }
 
-/// Returns the pixels at which a photo shows the objects, grown by `margin` pixels (rows and columns).
-/// `model` is the complete one,
-/// including removed objects; `tolerance` is the occlusion tolerance.
+/// Returns the pixels at which a photo shows the objects, grown by `margin` pixels (rows and columns). `model` is
+/// the complete one, including removed objects; `tolerance` is the occlusion tolerance.
 pub fn object_pixels(
     photo: &Photo,
     model: &Model,

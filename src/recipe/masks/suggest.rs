@@ -1,6 +1,5 @@
-//! Suggested masks: transient objects that only one photo shows, found by comparison with the others, and
-//! kept in `cache/suggestions/`
-//! until they are accepted.
+//! Suggested masks: transient objects that only one photo shows, found by comparison with the others, and kept in
+//! `cache/suggestions/` until they are accepted.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -82,11 +81,10 @@ pub fn suggestion_folder(project: &Path) -> PathBuf {
     project.join("cache/suggestions")
 }
 
-/// Searches these photos (full names; all photos for an empty list) for transient objects, by comparison with
-/// all photos. The results
-/// replace earlier suggestions for the same photos; those for others stay, with their numbers. Masked pixels
-/// are neither used nor found
-/// again. `memory` is the budget in bytes for photos decoded at the same time.
+/// Searches these photos (full names; all photos for an empty list) for transient objects, by comparison with all
+/// photos. The results replace earlier suggestions for the same photos; those for others stay, with their numbers.
+/// Masked pixels are neither used nor found again. `memory` is the budget in bytes for photos decoded at the same
+/// time.
 ///
 /// # Errors
 /// Returns [`Error::Io`] when nothing can be written, or [`Error::Cancelled`]. A photo that cannot be read is
@@ -160,8 +158,7 @@ fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
 /// Returns the present suggestions.
 ///
 /// # Errors
-/// Returns [`Error::Request`] when there are none, or [`Error::Input`] and [`Error::Io`] when they cannot be
-/// read.
+/// Returns [`Error::Request`] when there are none, or [`Error::Input`] and [`Error::Io`] when they cannot be read.
 pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
@@ -177,8 +174,7 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
 ///
 /// # Errors
 /// Returns [`Error::Request`] for numbers that do not exist, all of them together, or [`Error::Input`] and
-/// [`Error::Io`] for masks that
-/// cannot be read.
+/// [`Error::Io`] for masks that cannot be read.
 pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     let suggestions = suggestions(project)?;
     let known = |number: &u32| suggestions.list.iter().any(|suggestion| suggestion.number == *number);

@@ -22,8 +22,8 @@ pub(super) fn read_undistorted(file: &Path, photo: &CameraPhoto) -> Result<Spans
     Ok(undistortion.map_or_else(Spans::default, |to| undistorted(&masked, &to)))
 }
 
-/// Masks a pixel where one of the four pixels around its position in the photo is masked, because resampling
-/// mixes them.
+/// Masks a pixel where one of the four pixels around its position in the photo is masked, because resampling mixes
+/// them.
 fn undistorted(masked: &Spans, undistortion: &Undistortion) -> Spans {
     let (w, h) = (undistortion.pinhole.width, undistortion.pinhole.height);
     let is_masked = |x: i32, y: i32| {

@@ -7,9 +7,8 @@ use crate::document::paint::{Colour, PaintEntry, PaintedView, Patch};
 use crate::geometry::polygon::{extent, fit_plane};
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 
-/// Outlines are equal when their corners differ by less than this share of their size: models are written
-/// with six digits or
-/// more.
+/// Outlines are equal when their corners differ by less than this share of their size: models are written with six
+/// digits or more.
 const SAME_OUTLINE: f64 = 1e-5;
 
 /// A remodelled face is still the same surface when its plane was rotated by less than about 8 degrees ...
@@ -28,9 +27,8 @@ pub enum Home {
     Lost,
 }
 
-/// Finds the surface of an entry among `parts`: by name and outline; by outline alone, if it was renamed; by
-/// object and plane, if it was
-/// remodelled.
+/// Finds the surface of an entry among `parts`: by name and outline; by outline alone, if it was renamed; by object
+/// and plane, if it was remodelled.
 pub fn home(entry: &PaintEntry, parts: &[&Part]) -> Home {
     let named = |part: &Part| {
         part.object == entry.object && part.face == entry.face && part.triangle == entry.triangle
@@ -81,8 +79,7 @@ fn same_plane(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
 /// A camera and its pose.
 type View = (Pinhole, Pose);
 
-/// The mapping of paint from the photo at the time of painting to the present photo, through the surface's
-/// plane.
+/// The mapping of paint from the photo at the time of painting to the present photo, through the surface's plane.
 pub struct Reprojection {
     plane: Plane,
     old: View,
@@ -106,9 +103,8 @@ impl Reprojection {
         Some(Self { plane, old, new })
     }
 
-    /// Returns the paint at its new pixels. Each new pixel shows what is at its centre on the surface,
-    /// interpolated from the old
-    /// pixels.
+    /// Returns the paint at its new pixels. Each new pixel shows what is at its centre on the surface, interpolated
+    /// from the old pixels.
     pub fn applied(&self, patch: &Patch, photo: PixelRect) -> Patch {
         let Some(rect) = self.bounds(patch.rect(), photo) else { return Patch::of_pixels(&[]) };
         let mut moved = Patch::new(rect);
@@ -168,8 +164,8 @@ fn carried(px: DVec2, plane: &Plane, (from, from_pose): View, (to, to_pose): Vie
     to.image_from_camera(to_pose.camera_from_world(hit))
 }
 
-/// Samples the paint at an image position: bilinear over painted pixels, `None` where the nearest pixel is
-/// not painted.
+/// Samples the paint at an image position: bilinear over painted pixels, `None` where the nearest pixel is not
+/// painted.
 fn sample(patch: &Patch, px: DVec2) -> Option<Colour> {
     let nearest = patch.at(px.x.floor() as i32, px.y.floor() as i32)?;
     if nearest[3] == 0 {

@@ -22,8 +22,7 @@ pub struct LostPaint {
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct PaintSurvey {
     /// For each photo: its name, the number of faces with paint, and the number of painted pixels (those that
-    /// coplanar faces share count for
-    /// each).
+    /// coplanar faces share count for each).
     pub photos: Vec<(String, usize, u64)>,
     /// The paint without a place in the present stacks.
     pub lost: Vec<LostPaint>,
@@ -31,9 +30,8 @@ pub struct PaintSurvey {
     pub damaged: Vec<String>,
 }
 
-/// Surveys all paint of the project that `store` belongs to, whose photos have the names `photos`. Photos
-/// without a stack count as
-/// having places for all their paint.
+/// Surveys all paint of the project that `store` belongs to, whose photos have the names `photos`. Photos without a
+/// stack count as having places for all their paint.
 ///
 /// # Errors
 /// Returns an error when the paint cannot be read.

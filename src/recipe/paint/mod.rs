@@ -1,6 +1,5 @@
-//! Paint on the image layers of the present stack: entries are assigned to surfaces, and surfaces to image
-//! layers. Nothing is written
-//! here: paint is authored, and its appearance in a stack is derived each time.
+//! Paint on the image layers of the present stack: entries are assigned to surfaces, and surfaces to image layers.
+//! Nothing is written here: paint is authored, and its appearance in a stack is derived each time.
 
 pub mod by_surface;
 mod home;
@@ -134,9 +133,8 @@ impl PhotoPaint {
         self.layers.get(layer).is_some_and(|placed| !placed.is_empty())
     }
 
-    /// Returns the image layers that may look different from `other`, which is paint of the same stack. Files
-    /// of paint are named by the hash
-    /// of their content.
+    /// Returns the image layers that may look different from `other`, which is paint of the same stack. Files of
+    /// paint are named by the hash of their content.
     pub fn differs_on(&self, other: &Self) -> Vec<usize> {
         let layers = self.layers.len().max(other.layers.len());
         (0..layers).filter(|&layer| !self.visible_on(layer).eq(other.visible_on(layer))).collect()
@@ -178,8 +176,7 @@ impl PhotoPaint {
         Ok(patch.picked(|x, y, _| inside(x, y)))
     }
 
-    /// Returns messages, with remedies, about paint that cannot be shown because its files are damaged or
-    /// missing.
+    /// Returns messages, with remedies, about paint that cannot be shown because its files are damaged or missing.
     pub fn damaged(&self) -> &[String] {
         &self.damaged
     }

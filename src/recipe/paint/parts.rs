@@ -67,9 +67,8 @@ pub struct Scenery<'a> {
 }
 
 impl<'a> Scenery<'a> {
-    /// Makes the parts of an image layer with these elements and this rectangle. Of an element that other
-    /// layers contain, too, the layer has
-    /// the part within `tile`.
+    /// Makes the parts of an image layer with these elements and this rectangle. Of an element that other layers
+    /// contain, too, the layer has the part within `tile`.
     pub fn parts(&self, elements: &[(&'a Element, Option<PixelRect>)], rect: PixelRect) -> Parts<'a> {
         let (camera, pose) = camera_of(self.photo, self.camera);
         let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };

@@ -1,7 +1,6 @@
-//! A view of a photo with visibility layers removed from the front, to inspect the result of the sort. Where
-//! a layer is removed, the
-//! layers behind it show their content: the photo where they are visible, otherwise filling, paint, or
-//! hatching where they are empty.
+//! A view of a photo with visibility layers removed from the front, to inspect the result of the sort. Where a
+//! layer is removed, the layers behind it show their content: the photo where they are visible, otherwise filling,
+//! paint, or hatching where they are empty.
 
 mod content;
 mod shapes;
@@ -70,8 +69,8 @@ pub struct PhotoLayers {
     camera: Pinhole,
     /// The contents by image layer.
     contents: Vec<Content>,
-    /// The indices of `shapes` in drawing order: from the last visibility layer to the first, and within each
-    /// in the model's order.
+    /// The indices of `shapes` in drawing order: from the last visibility layer to the first, and within each in
+    /// the model's order.
     order: Vec<usize>,
     /// Whether any layer has paint.
     painted: bool,
@@ -159,9 +158,9 @@ impl PhotoLayers {
         mask
     }
 
-    /// Removes layers from `photo`, the picture to which they belong (see [`photo_picture`]). The remaining
-    /// ones are drawn from back to front in
-    /// the order of the sort. Without any removed layers the result is the photo, except where paint is.
+    /// Removes layers from `photo`, the picture to which they belong (see [`photo_picture`]). The remaining ones
+    /// are drawn from back to front in the order of the sort. Without any removed layers the result is the photo,
+    /// except where paint is.
     ///
     /// # Errors
     /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
@@ -184,9 +183,8 @@ impl PhotoLayers {
 struct Canvas {
     picture: Picture,
     hidden: Mask,
-    /// The pixels at which a remaining surface is visible in the photo. Hidden surfaces are never drawn over
-    /// it: where the sort ignored the
-    /// contact of two surfaces, the order of their layers alone would permit that.
+    /// The pixels at which a remaining surface is visible in the photo. Hidden surfaces are never drawn over it:
+    /// where the sort ignored the contact of two surfaces, the order of their layers alone would permit that.
     visible: Mask,
 }
 

@@ -114,9 +114,8 @@ fn edges_of(ring: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
     ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
 }
 
-/// Counts the outlines of one element that have each edge. A surface that is modelled once for each side
-/// counts once, because nothing
-/// continues beyond its edges.
+/// Counts the outlines of one element that have each edge. A surface that is modelled once for each side counts
+/// once, because nothing continues beyond its edges.
 fn shared_edges(outlines: &[Vec<DVec3>]) -> BTreeMap<EdgeKey, u32> {
     let keys = |outline: &Vec<DVec3>| {
         let mut keys: Vec<EdgeKey> = edges_of(outline).map(|(from, to)| key(from, to)).collect();

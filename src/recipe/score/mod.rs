@@ -1,9 +1,8 @@
 //! The command `score`: photos are predicted from others and compared with themselves.
 //!
-//! Pixels are counted in two ways. *Covered* counts only predicted pixels, which tells how good these are.
-//! *With holes* counts all pixels,
-//! black where nothing was predicted, so that leaving out difficult ones gains nothing. Ignored objects are
-//! excluded from both.
+//! Pixels are counted in two ways. *Covered* counts only predicted pixels, which tells how good these are. *With
+//! holes* counts all pixels, black where nothing was predicted, so that leaving out difficult ones gains nothing.
+//! Ignored objects are excluded from both.
 
 mod one;
 mod picture;
@@ -41,8 +40,7 @@ pub const STAGE: &str = "score";
 /// Options of [`score`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScoreOptions {
-    /// The appearance of predictions. Colours are displayed in any case, and the predicted photo is never
-    /// used.
+    /// The appearance of predictions. Colours are displayed in any case, and the predicted photo is never used.
     pub look: Look,
     /// The size at which photos are compared.
     pub size: Size,
@@ -54,13 +52,12 @@ pub struct ScoreOptions {
     pub pictures: Option<PathBuf>,
 }
 
-/// Predicts photos and compares them. An error in one photo is in [`ScoreReport::failed`] and does not stop
-/// the others.
+/// Predicts photos and compares them. An error in one photo is in [`ScoreReport::failed`] and does not stop the
+/// others.
 ///
 /// # Errors
-/// Returns [`Error::Request`] for an ignored object that the model does not have, [`Error::Io`] when the
-/// folder of the pictures cannot
-/// be created, or [`Error::Cancelled`].
+/// Returns [`Error::Request`] for an ignored object that the model does not have, [`Error::Io`] when the folder of
+/// the pictures cannot be created, or [`Error::Cancelled`].
 pub fn score(
     model: &Model,
     questions: &[Question],

@@ -35,9 +35,8 @@ pub(super) struct Pixels {
 }
 
 impl Scorer<'_> {
-    /// Scores one photo and returns tallies by object, the last one for the background. The picture is
-    /// `STEM.png`, if pictures are
-    /// requested.
+    /// Scores one photo and returns tallies by object, the last one for the background. The picture is `STEM.png`,
+    /// if pictures are requested.
     ///
     /// # Errors
     /// Returns the errors of drawing and of reading the photo, or [`Error::Request`] when no pixel is left to

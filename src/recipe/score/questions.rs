@@ -24,9 +24,8 @@ pub fn leave_one_out(site: &Site) -> Vec<Question> {
     numbered.map(|(photo, id)| Question { photo: photo.clone(), without: vec![id] }).collect()
 }
 
-/// Reads the photos of COLMAP's `cameras` whose files are in `photos`. Pinhole images of distorted ones are
-/// made in `cache/photos`. The
-/// second list contains the problems with single photos.
+/// Reads the photos of COLMAP's `cameras` whose files are in `photos`. Pinhole images of distorted ones are made in
+/// `cache/photos`. The second list contains the problems with single photos.
 ///
 /// # Errors
 /// Returns errors that concern all photos, as [`crate::recipe::open::open`] does.

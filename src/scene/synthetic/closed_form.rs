@@ -1,8 +1,7 @@
 //! Small scenes whose layers are known in advance, each about one property of coarse models.
 //!
-//! Unless stated otherwise the camera frame is the world (x right, y down, z forward), the photo has 160 x
-//! 120 pixels, and one
-//! unit at depth 10 covers 12 pixels.
+//! Unless stated otherwise the camera frame is the world (x right, y down, z forward), the photo has 160 x 120
+//! pixels, and one unit at depth 10 covers 12 pixels.
 
 use glam::{DMat3, DVec3, dvec3};
 
@@ -50,8 +49,7 @@ pub fn two_quads() -> Scene {
     scene("two quads", &mut m, layers(&[&["near"], &["far"]]))
 }
 
-/// Makes five steps, each behind the one before: five layers, although each step overlaps only its
-/// neighbours.
+/// Makes five steps, each behind the one before: five layers, although each step overlaps only its neighbours.
 pub fn stairs() -> Scene {
     let mut m = Modeller::new();
     for (step, name) in ["e", "d", "c", "b", "a"].into_iter().enumerate() {
@@ -195,9 +193,8 @@ pub fn bent_quad() -> Scene {
     scene("a bent quad", &mut m, layers(&[&["bent"], &["flat"]]))
 }
 
-/// Makes the counterexample for stencil peeling: A hides Y, Y hides X, and Z lies behind X where Y hides it.
-/// One round takes
-/// out Y and Z together; then X looks free and gets a layer before Y, which hides it.
+/// Makes the counterexample for stencil peeling: A hides Y, Y hides X, and Z lies behind X where Y hides it. One
+/// round takes out Y and Z together; then X looks free and gets a layer before Y, which hides it.
 pub fn stencil_trap() -> Scene {
     let mut m = Modeller::new();
     m.object("a").screen(6.0, [-3.0, -1.0, -1.5, 1.0]);

@@ -1,8 +1,7 @@
 //! A small pseudo-random number generator with the same sequence on every machine and in every version.
 
 /// A SplitMix64 generator (Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014): a
-/// counter that
-/// steps by the golden ratio, and a mixing function. It is not for cryptography.
+/// counter that steps by the golden ratio, and a mixing function. It is not for cryptography.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Dice(u64);
 

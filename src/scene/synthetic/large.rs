@@ -9,11 +9,9 @@ const STREET_HOUSE_FACES: u32 = 16;
 /// The number of faces of a house in the town.
 const TOWN_HOUSE_FACES: u32 = 40;
 
-/// Makes a street of about `faces` faces, seen from its middle at the height of a first floor, in 480 x 360
-/// pixels. All the
-/// houses before it cover a house's gable except for a strip, so where there are houses more than five
-/// surfaces lie one behind the
-/// other.
+/// Makes a street of about `faces` faces, seen from its middle at the height of a first floor, in 480 x 360 pixels.
+/// All the houses before it cover a house's gable except for a strip, so where there are houses more than five
+/// surfaces lie one behind the other.
 pub fn street(faces: u32) -> Scene {
     let mut dice = Dice::new(1);
     let mut m = Modeller::new();
@@ -58,8 +56,8 @@ const STREET_HOUSE_DEPTH: f64 = 4.0;
 const STREET_ROOF: f64 = 3.0;
 
 impl StreetHouse {
-    /// Returns a point of the world: `outwards` from the middle of the street, `along` it from the near
-    /// gable, at height `z`.
+    /// Returns a point of the world: `outwards` from the middle of the street, `along` it from the near gable, at
+    /// height `z`.
     fn at(&self, outwards: f64, along: f64, z: f64) -> DVec3 {
         dvec3(self.side * outwards, self.y + along, z)
     }
@@ -126,8 +124,7 @@ impl StreetHouse {
 }
 
 /// Makes `panes` panes like a fan of cards, in 480 x 360 pixels: each pane stands a little farther right and
-/// farther back,
-/// and half of them lie one behind the other at a pixel in the middle.
+/// farther back, and half of them lie one behind the other at a pixel in the middle.
 pub fn fan(panes: u32) -> Scene {
     let mut m = Modeller::new();
     for pane in 0..panes {
@@ -147,8 +144,7 @@ pub fn fan(panes: u32) -> Scene {
 }
 
 /// Makes a town of about `faces` faces on a square grid, seen from a tower, in 480 x 360 pixels: boxes with
-/// chimneys and with
-/// seven windows on every wall.
+/// chimneys and with seven windows on every wall.
 pub fn town(faces: u32) -> Scene {
     let mut dice = Dice::new(2);
     let houses = (faces / TOWN_HOUSE_FACES).max(1);

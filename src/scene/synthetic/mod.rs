@@ -1,8 +1,7 @@
 //! Synthetic scenes with known answers, for tests, benchmarks and examples.
 //!
-//! [`closed_form`] holds the typical situations of coarse models, each with the layers that the sort must
-//! find; [`random`]
-//! makes any number of scenes from seeds; [`large`] makes heavy ones.
+//! [`closed_form`] holds the typical situations of coarse models, each with the layers that the sort must find;
+//! [`random`] makes any number of scenes from seeds; [`large`] makes heavy ones.
 //!
 //! ```
 //! use quadratura::scene::synthetic::{Truth, closed_form};
@@ -48,8 +47,7 @@ pub struct Scene {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Truth {
     /// The names of the objects in the working set, by visibility layer, sorted. Each object is one element,
-    /// nothing is cut and no
-    /// occlusion is ignored.
+    /// nothing is cut and no occlusion is ignored.
     Layers(Vec<Vec<&'static str>>),
     /// Some faces occlude each other in a cycle and have to be cut.
     Cycle,

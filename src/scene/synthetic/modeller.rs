@@ -49,8 +49,8 @@ impl Modeller {
         self.face(&corners, &[[0, 1, 2], [0, 2, 3]], false)
     }
 
-    /// Adds the parallelogram `origin`, `origin + u`, `origin + u + v`, `origin + v`, visible from the side
-    /// of `u x v`.
+    /// Adds the parallelogram `origin`, `origin + u`, `origin + u + v`, `origin + v`, visible from the side of `u x
+    /// v`.
     pub fn quad(&mut self, origin: DVec3, u: DVec3, v: DVec3) -> &mut Self {
         self.polygon(&[origin, origin + u, origin + u + v, origin + v])
     }
@@ -60,17 +60,15 @@ impl Modeller {
         if u.cross(v).dot(towards) > 0.0 { self.quad(origin, u, v) } else { self.quad(origin, v, u) }
     }
 
-    /// Adds a rectangle parallel to the image of a camera whose frame is the world, at depth `z`, `[x0, x1] x
-    /// [y0, y1]` with y
-    /// down. The camera sees its front.
+    /// Adds a rectangle parallel to the image of a camera whose frame is the world, at depth `z`, `[x0, x1] x [y0,
+    /// y1]` with y down. The camera sees its front.
     pub fn screen(&mut self, z: f64, [x0, y0, x1, y1]: [f64; 4]) -> &mut Self {
         let (down, right) = (DVec3::Y * (y1 - y0), DVec3::X * (x1 - x0));
         self.quad(DVec3::new(x0, y0, z), down, right)
     }
 
-    /// Adds the six faces of a box, visible from outside. `axes` rotates the box's frame into the world,
-    /// `half` is half its size
-    /// along its own axes.
+    /// Adds the six faces of a box, visible from outside. `axes` rotates the box's frame into the world, `half` is
+    /// half its size along its own axes.
     pub fn cuboid(&mut self, centre: DVec3, half: DVec3, axes: DMat3) -> &mut Self {
         let half_axes = [axes.x_axis * half.x, axes.y_axis * half.y, axes.z_axis * half.z];
         for axis in 0..3 {

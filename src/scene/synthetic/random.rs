@@ -7,9 +7,8 @@ use glam::{DMat3, DQuat, DVec3, dvec2, dvec3};
 use super::{Dice, Modeller, Scene, Truth, look_at};
 use crate::geometry::{Pinhole, Pose};
 
-/// Makes convex polygons of 3 to 7 corners with random orientations, in several objects. They intersect,
-/// occlude each other
-/// in cycles, and extend behind the camera and out of the photo; the scene has no structure.
+/// Makes convex polygons of 3 to 7 corners with random orientations, in several objects. They intersect, occlude
+/// each other in cycles, and extend behind the camera and out of the photo; the scene has no structure.
 pub fn soup(seed: u64, faces: u32) -> Scene {
     let mut dice = Dice::new(seed);
     let (camera, pose) = (any_camera(&mut dice), any_pose(&mut dice));
@@ -25,9 +24,8 @@ pub fn soup(seed: u64, faces: u32) -> Scene {
     Scene { name, model: m.finish(), camera, pose, truth: Truth::Unknown }
 }
 
-/// Makes boxes on a ground, upright and rotated, with windows drawn on their walls; some touch, some
-/// intersect. It resembles
-/// the model of a real site.
+/// Makes boxes on a ground, upright and rotated, with windows drawn on their walls; some touch, some intersect. It
+/// resembles the model of a real site.
 pub fn boxes(seed: u64, count: u32) -> Scene {
     let mut dice = Dice::new(seed);
     let camera = any_camera(&mut dice);
@@ -54,8 +52,8 @@ fn window(dice: &mut Dice, m: &mut Modeller, centre: DVec3, half: DVec3, axes: D
     m.quad(centre + out - size * (u + v), 2.0 * size * u, 2.0 * size * v);
 }
 
-/// Returns a random camera of 96 x 64 to 160 x 120 pixels, landscape or portrait, with its principal point
-/// near the middle.
+/// Returns a random camera of 96 x 64 to 160 x 120 pixels, landscape or portrait, with its principal point near the
+/// middle.
 fn any_camera(dice: &mut Dice) -> Pinhole {
     let (width, height) = (dice.whole(96, 160), dice.whole(64, 120));
     let focal = f64::from(width) * dice.between(0.5, 1.4);
@@ -83,9 +81,8 @@ fn any_rotation(dice: &mut Dice) -> DQuat {
     DQuat::from_xyzw(r1 * first.sin(), r1 * first.cos(), r2 * second.sin(), r2 * second.cos())
 }
 
-/// Returns corners on a circle in camera coordinates, in or near the photo. One polygon in ten is large and
-/// may reach behind
-/// the camera.
+/// Returns corners on a circle in camera coordinates, in or near the photo. One polygon in ten is large and may
+/// reach behind the camera.
 fn any_polygon(dice: &mut Dice, camera: &Pinhole) -> Vec<DVec3> {
     let depth = 2.0 * (16.0_f64).powf(dice.unit());
     let (x, y) = (dice.between(-0.1, 1.1), dice.between(-0.1, 1.1));
