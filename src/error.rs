@@ -151,11 +151,11 @@ mod tests {
 
     #[test]
     fn a_disk_that_is_full_or_may_not_be_written_to_is_told_with_what_helps() {
-        let told = |kind: ErrorKind| Error::io("a.png", "write it")(kind.into()).to_string();
-        assert!(told(ErrorKind::StorageFull).ends_with("free some space on that disk, then do it again"));
-        assert!(told(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
-        assert!(told(ErrorKind::PermissionDenied).contains("give yourself the right"));
-        assert_eq!(told(ErrorKind::NotFound), "a.png: could not write it: entity not found");
+        let message = |kind: ErrorKind| Error::io("a.png", "write it")(kind.into()).to_string();
+        assert!(message(ErrorKind::StorageFull).ends_with("free some space on that disk, then do it again"));
+        assert!(message(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
+        assert!(message(ErrorKind::PermissionDenied).contains("give yourself the right"));
+        assert_eq!(message(ErrorKind::NotFound), "a.png: could not write it: entity not found");
     }
 
     #[test]
@@ -166,10 +166,10 @@ mod tests {
         errors.insert(1, photo("odd.jpg", "turned"));
         errors.push(Error::input("site/a.obj", "line 3", "no faces", "export them"));
         errors.push(Error::input("site/a.obj", "line 4", "no faces", "export them"));
-        let told = Error::gathered(&errors.iter().collect::<Vec<_>>());
-        assert_eq!(told[0], "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)");
+        let messages = Error::gathered(&errors.iter().collect::<Vec<_>>());
+        assert_eq!(messages[0], "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)");
         assert_eq!(
-            told[1..],
+            messages[1..],
             errors[1..2].iter().chain(&errors[20..]).map(ToString::to_string).collect::<Vec<_>>()
         );
     }

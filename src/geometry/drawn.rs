@@ -97,21 +97,21 @@ mod tests {
 
     const PICTURE: PixelRect = PixelRect { x: 0, y: 0, w: 400, h: 300 };
 
-    fn place(dice: &mut Dice) -> DVec2 {
+    fn point(dice: &mut Dice) -> DVec2 {
         DVec2::new(dice.between(60.0, 340.0), dice.between(60.0, 240.0))
     }
 
-    fn distance(ends: [DVec2; 2], place: DVec2) -> f64 {
+    fn distance(ends: [DVec2; 2], point: DVec2) -> f64 {
         let along = ends[1] - ends[0];
-        let share = ((place - ends[0]).dot(along) / along.length_squared().max(1e-300)).clamp(0.0, 1.0);
-        place.distance(ends[0] + along * share)
+        let share = ((point - ends[0]).dot(along) / along.length_squared().max(1e-300)).clamp(0.0, 1.0);
+        point.distance(ends[0] + along * share)
     }
 
     #[test]
     fn a_brush_covers_the_pixels_whose_centres_it_reaches_and_no_other() {
         let mut dice = Dice::new(5);
         for _ in 0..20 {
-            let ends = [place(&mut dice), place(&mut dice)];
+            let ends = [point(&mut dice), point(&mut dice)];
             let radius = dice.between(0.4, 50.0);
             let drawn = brushed(&ends, radius, PICTURE);
             let close = Spans::of_pixels(PICTURE, |x, y| {

@@ -110,8 +110,8 @@ mod tests {
             let cells = grid.cells(&pixels);
             for (x, y) in (0..90).flat_map(|x| (0..70).map(move |y| (x, y))) {
                 let middle = (DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) - grid.origin) / scale;
-                let shown = pixels.holds(middle.x.floor() as i32, middle.y.floor() as i32);
-                assert_eq!(cells.holds(x, y), shown, "{x}, {y} at {scale}");
+                let visible = pixels.holds(middle.x.floor() as i32, middle.y.floor() as i32);
+                assert_eq!(cells.holds(x, y), visible, "{x}, {y} at {scale}");
             }
         }
     }

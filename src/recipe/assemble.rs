@@ -345,7 +345,9 @@ mod tests {
         modeller.object("panel").screen(10.0, [-2.0, 1.2, 2.0, 2.9]);
         // Two ends of the beam are left.
         modeller.object("front").screen(8.0, [-4.4, -1.0, 4.4, 0.9]);
-        let (model, camera, pose) = (modeller.finish(), centred(160, 120, 120.0), camera_is_world());
+        let model = modeller.finish();
+        let camera = centred(160, 120, 120.0);
+        let pose = camera_is_world();
         let together = ["beam", "panel"].map(Faces::whole).to_vec();
         let wishes = Wishes { merge: vec![together], ..Wishes::default() };
         let options = Options::default();

@@ -269,8 +269,8 @@ mod tests {
     #[test]
     fn wrong_names_are_told_all_at_once_and_a_photo_that_is_gone_can_be_forgotten() {
         let wrong = [ColourEdit::LeaveOut("x".into()), ColourEdit::Fix("y".into(), [0.0; 3])];
-        let told = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
-        assert!(told.contains("called x") && told.contains("called y"), "{told}");
+        let message = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
+        assert!(message.contains("called x") && message.contains("called y"), "{message}");
         let mut colour = Colour::default();
         colour.left_out.insert("gone.jpg".into());
         let free = [ColourEdit::Free("gone.jpg".into())];

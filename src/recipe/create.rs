@@ -57,7 +57,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let mut opened = open_site(folder, described(folder, new)?, task)?;
     let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
     found.iter().for_each(|found| task.of(&found.photo).note(format!("masked by {}", found.file)));
-    Arc::get_mut(&mut opened.problems).expect("nobody else has them yet").extend(problems);
+    Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
     let edits: Vec<MaskEdit> = found.into_iter().map(Found::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
     attach(folder, &opened.project.masks, &mut opened.site.photos);

@@ -42,10 +42,10 @@ impl<'a> Inputs<'a> {
         // introduced.
         let mut masks = photo.masks.iter().map(hash_file).collect::<Result<Vec<_>>>()?;
         masks.sort_unstable();
-        let ground = hash_of(&all);
-        let ground = if masks.is_empty() { ground } else { hash_of(&(ground, masks)) };
+        let base = hash_of(&all);
+        let base = if masks.is_empty() { base } else { hash_of(&(base, masks)) };
         let decided = self.decisions.of(&photo.name).of_stack();
-        Ok(if decided.is_default() { ground } else { format!("{ground}-{}", hash_of(&decided)) })
+        Ok(if decided.is_default() { base } else { format!("{base}-{}", hash_of(&decided)) })
     }
 }
 
@@ -128,7 +128,9 @@ mod tests {
     #[test]
     fn a_decision_changes_the_hash_of_its_own_photo_and_leaves_its_ground() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        let (model, options, photo) = (Model::default(), Options::default(), photo(file.path()));
+        let model = Model::default();
+        let options = Options::default();
+        let photo = photo(file.path());
         let hash = |name: &str, text: &str| {
             let mut decisions = Decisions::default();
             decisions.set(name, serde_json::from_str(text).unwrap());

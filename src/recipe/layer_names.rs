@@ -61,8 +61,8 @@ pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
         layer.name = given.clone();
         layer.own_name = (own != layer.name).then_some(own);
     }
-    let homeless = (0..names.len()).filter(|name| !of_layer.contains(&Some(*name)));
-    renamed.homeless = homeless.map(|name| unmatched_message(&names[name])).collect();
+    let unmatched = (0..names.len()).filter(|name| !of_layer.contains(&Some(*name)));
+    renamed.homeless = unmatched.map(|name| unmatched_message(&names[name])).collect();
     renamed
 }
 

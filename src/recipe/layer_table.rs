@@ -165,7 +165,9 @@ mod tests {
     fn stack() -> Stack {
         let scene = closed_form::stairs();
         let (site, photo) = (scene.site(), scene.photo());
-        let (options, wishes, task) = (Options::default(), Wishes::default(), Task::silent());
+        let options = Options::default();
+        let wishes = Wishes::default();
+        let task = Task::silent();
         let sorted = sort_photo(
             &site.model,
             &photo.camera,

@@ -94,7 +94,7 @@ mod tests {
         let found = photos_named(&site, &names(&["3", "1", "1.jpg"])).unwrap();
         assert_eq!(found.iter().map(|photo| photo.name.as_str()).collect::<Vec<_>>(), ["1.jpg", "3.jpg"]);
         assert_eq!(photos_named(&site, &[]).unwrap().len(), 3);
-        let told = photos_named(&site, &names(&["8", "9"])).unwrap_err().to_string();
-        assert!(told.contains('8') && told.contains('9'), "{told}");
+        let message = photos_named(&site, &names(&["8", "9"])).unwrap_err().to_string();
+        assert!(message.contains('8') && message.contains('9'), "{message}");
     }
 }

@@ -96,10 +96,11 @@ mod tests {
     fn strangers_are_told_all_at_once_and_something_must_be_left() {
         let model = closed_form::two_quads().model;
         let wrong = [ObjectEdit::Off("x".into()), ObjectEdit::On("y".into())];
-        let told = edited(&BTreeSet::new(), &wrong, &model).unwrap_err().to_string();
-        assert!(told.contains("\"x\"") && told.contains("\"y\""), "{told}");
-        let told = edited(&BTreeSet::new(), &[ObjectEdit::Off("*".into())], &model).unwrap_err().to_string();
-        assert!(told.contains("nothing would be left"), "{told}");
+        let message = edited(&BTreeSet::new(), &wrong, &model).unwrap_err().to_string();
+        assert!(message.contains("\"x\"") && message.contains("\"y\""), "{message}");
+        let message =
+            edited(&BTreeSet::new(), &[ObjectEdit::Off("*".into())], &model).unwrap_err().to_string();
+        assert!(message.contains("nothing would be left"), "{message}");
         let gone = BTreeSet::from(["gone".to_owned()]);
         assert!(edited(&gone, &[ObjectEdit::On("gone".into())], &model).unwrap().is_empty());
     }

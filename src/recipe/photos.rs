@@ -117,12 +117,12 @@ fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<
     let masks: FxHashSet<String> = cameras.photos.iter().flat_map(|photo| mask_names(&photo.name)).collect();
     let unused = (0..folder.len()).filter(|&file| !used[file]).map(|f| folder.name(f));
     let unused: Vec<_> = unused.filter(|name| !masks.contains(*name)).collect();
-    let shown = unused[..unused.len().min(5)].join(", ");
+    let listed = unused[..unused.len().min(5)].join(", ");
     match unused.len() {
         0 => None,
-        1 => Some(format!("{shown}: no camera for this photo; it is not used")),
-        n if n <= 5 => Some(format!("{shown}: no cameras for these photos; they are not used")),
-        n => Some(format!("{shown} and {} more: no cameras for these photos; they are not used", n - 5)),
+        1 => Some(format!("{listed}: no camera for this photo; it is not used")),
+        n if n <= 5 => Some(format!("{listed}: no cameras for these photos; they are not used")),
+        n => Some(format!("{listed} and {} more: no cameras for these photos; they are not used", n - 5)),
     }
 }
 

@@ -113,10 +113,10 @@ mod tests {
         let mut site = closed_form::two_quads().site();
         site.photos[0].file = folder.path().join("gone.png");
         let notes: Arc<Mutex<Vec<String>>> = Arc::default();
-        let told = notes.clone();
+        let sink = notes.clone();
         let task = Task::new(move |event| {
             if let Event::Note { text, .. } = event {
-                told.lock().unwrap().push(text);
+                sink.lock().unwrap().push(text);
             }
         });
         let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();

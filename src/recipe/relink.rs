@@ -15,11 +15,15 @@ use crate::io::project::{read_project, relative_to, write_project};
 /// not.
 pub fn parts_of(folder: &Path, project: &Project) -> Parts {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
-    let place = |path: &str| {
-        let place = folder.join(path);
-        place.canonicalize().unwrap_or_else(|_| without_detours(&place))
+    let resolve = |path: &str| {
+        let path = folder.join(path);
+        path.canonicalize().unwrap_or_else(|_| without_detours(&path))
     };
-    Parts { photos: place(&project.photos), cameras: place(&project.cameras), model: place(&project.model) }
+    Parts {
+        photos: resolve(&project.photos),
+        cameras: resolve(&project.cameras),
+        model: resolve(&project.model),
+    }
 }
 
 /// Resolves `.` and `..` in a path without looking at the disk.
@@ -60,13 +64,13 @@ pub fn guess(
     project: &Path,
     is_there: impl Fn(&Path) -> bool,
 ) -> Option<PathBuf> {
-    let like_others = moved.iter().flat_map(|(from, to)| places_beside(gone, from, to));
+    let like_others = moved.iter().flat_map(|(from, to)| candidates_beside(gone, from, to));
     let parts: Vec<Component> =
         gone.components().filter(|part| matches!(part, Component::Normal(_))).collect();
     // A longer common end of the path is more likely the same thing; among equal ones, nearer folders come first.
     let ends = (0..parts.len()).map(|start| parts[start..].iter().collect::<PathBuf>());
     let above = ends.flat_map(|end| project.ancestors().take(ANCESTORS).map(move |folder| folder.join(&end)));
-    like_others.chain(above).find(|place| is_there(place))
+    like_others.chain(above).find(|path| is_there(path))
 }
 
 /// The number of folders that are searched: the project's own, and those above it.
@@ -74,21 +78,21 @@ const ANCESTORS: usize = 4;
 
 /// Returns where `gone` is if it moved together with something that moved from `from` to `to`, the likeliest place
 /// first.
-fn places_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
+fn candidates_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
     let (mut from, mut to) = (from.to_path_buf(), to.to_path_buf());
-    let mut places = Vec::new();
+    let mut candidates = Vec::new();
     while let (Some(was), Some(is)) = (from.file_name(), to.file_name()) {
         let same = was == is;
         // The moved item may have been renamed; the folders around it moved all the same.
         if !(from.pop() && to.pop()) {
             break;
         }
-        places.extend(gone.strip_prefix(&from).ok().map(|below| to.join(below)));
+        candidates.extend(gone.strip_prefix(&from).ok().map(|below| to.join(below)));
         if !same {
             break;
         }
     }
-    places
+    candidates
 }
 
 /// Returns the project with the parts' present paths and without any other change.

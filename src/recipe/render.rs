@@ -338,8 +338,8 @@ mod tests {
     #[test]
     fn a_film_of_two_sizes_is_refused_before_anything_is_drawn() {
         let (folder, report) = rendered(&[view("a", 8), view("b", 9)], None, true);
-        let told = report.unwrap_err().to_string();
-        assert!(told.contains("--size") && told.contains("9 x 6"), "{told}");
+        let message = report.unwrap_err().to_string();
+        assert!(message.contains("--size") && message.contains("9 x 6"), "{message}");
         assert!(!folder.path().join("out").exists());
     }
 

@@ -293,7 +293,7 @@ mod tests {
     fn transparent_pixels_with_a_colour_lie_beside_what_the_layer_shows() {
         let rgba = [[7, 7, 7, 255], [0, 0, 1, 0], [0, 0, 0, 0], [0, 0, 0, 255], [9, 0, 0, 0]].concat();
         let mut needed = [COVERED, COVERED, COVERED, COVERED, 0];
-        mark_beside(&rgba, &mut needed);
+        mark_bleed(&rgba, &mut needed);
         assert_eq!(needed, [COVERED, COVERED | BESIDE, COVERED, COVERED, BESIDE]);
     }
 
@@ -310,7 +310,7 @@ mod tests {
     fn paint_of_another_photo_takes_the_place_of_what_the_photo_shows_and_is_trusted_less() {
         let mut rgba = [[1, 2, 3, 255]; 2].concat();
         let mut needed = vec![COVERED; 2];
-        lay_spread(&mut rgba, &mut needed, &[7, 8, 9, 255, 0, 0, 0, 0], &[100, 0]);
+        lay_propagated(&mut rgba, &mut needed, &[7, 8, 9, 255, 0, 0, 0, 0], &[100, 0]);
         assert_eq!((rgba, needed), (vec![7, 8, 9, 100, 1, 2, 3, 255], vec![COVERED | FILLED, COVERED]));
     }
 

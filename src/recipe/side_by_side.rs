@@ -54,7 +54,9 @@ impl SideBySide {
         task.go_on()?;
         let taken =
             results.into_iter().map(|result| result.into_inner().expect("no holder of this lock panics"));
-        Ok(taken.map(|result| result.expect("nobody stopped, so every item was worked on")).collect())
+        Ok(taken
+            .map(|result| result.expect("the task was not cancelled, so every item was processed"))
+            .collect())
     }
 }
 

@@ -284,8 +284,11 @@ mod tests {
         let (_folder, source) = file("list.txt", "c\na.jpg\nz.jpg\nc.jpg\n");
         let views = asked(source, Size::Own).unwrap();
         assert_eq!(names(&views), ["c", "a"]);
-        let told: Vec<_> = views.problems.iter().map(ToString::to_string).collect();
-        assert!(told.len() == 1 && told[0].contains("line 3") && told[0].contains("z.jpg"), "{told:?}");
+        let message: Vec<_> = views.problems.iter().map(ToString::to_string).collect();
+        assert!(
+            message.len() == 1 && message[0].contains("line 3") && message[0].contains("z.jpg"),
+            "{message:?}"
+        );
     }
 
     #[test]
@@ -348,7 +351,7 @@ mod tests {
         let asked =
             |fps| views(&site(), &Asked { source: source.clone(), size: Size::Own, fps }, &Task::silent());
         assert_eq!(asked(None).unwrap().list.len(), 401);
-        let told = asked(Some(240.0)).unwrap_err().to_string();
-        assert!(told.contains("240 a second") && told.contains("100000 frames"), "{told}");
+        let message = asked(Some(240.0)).unwrap_err().to_string();
+        assert!(message.contains("240 a second") && message.contains("100000 frames"), "{message}");
     }
 }

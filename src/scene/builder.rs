@@ -115,7 +115,7 @@ impl ModelBuilder {
                 ids.clone().into_par_iter().map(|i| fill(&self.model, FaceId(i))).collect();
             for (id, face) in ids.map(FaceId).zip(filled) {
                 flaws.extend(face.flaws().map(|flaw| (id, flaw)));
-                self.place(id, face);
+                self.store(id, face);
             }
             start = end;
         }
@@ -131,7 +131,7 @@ impl ModelBuilder {
         start + faces[start..].partition_point(|face| face.ring.end <= most).max(1)
     }
 
-    fn place(&mut self, id: FaceId, filled: Filled) {
+    fn store(&mut self, id: FaceId, filled: Filled) {
         let model = &mut self.model;
         let ring = model.face(id).ring.clone();
         let first_crossing = model.vertices.len() as u32;

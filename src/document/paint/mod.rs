@@ -166,8 +166,12 @@ impl PaintEntry {
 
     /// Returns the entry's key.
     pub fn name(&self) -> EntryName {
-        let Self { file, document, layer, import, .. } = self.clone();
-        EntryName { file, document, layer, import }
+        EntryName {
+            file: self.file.clone(),
+            document: self.document.clone(),
+            layer: self.layer.clone(),
+            import: self.import,
+        }
     }
 
     /// Returns `object[index]`, the name of its face in messages.

@@ -164,7 +164,7 @@ impl Job<'_> {
     fn write_psd(&self, document: &LayeredDocument) -> Result<Written> {
         let mut kind = Kind::to_try_first(document);
         loop {
-            let destination = self.place(kind.extension())?;
+            let destination = self.find_destination(kind.extension())?;
             let mut file = AtomicFile::create(&destination.target)?;
             match psd::write(file.file(), &destination.target, document, kind)? {
                 Fit::Whole => return self.finish(file, kind.extension()),
@@ -177,7 +177,7 @@ impl Job<'_> {
     fn write_xcf(&self, document: &LayeredDocument) -> Result<Written> {
         let mut version = Version::to_try_first(document);
         loop {
-            let destination = self.place("xcf")?;
+            let destination = self.find_destination("xcf")?;
             let mut file = AtomicFile::create(&destination.target)?;
             match xcf::write(file.file(), &destination.target, document, version)? {
                 Fit::Whole => return self.finish(file, "xcf"),
@@ -187,20 +187,20 @@ impl Job<'_> {
     }
 
     fn write_ora(&self, document: &LayeredDocument) -> Result<Written> {
-        let destination = self.place("ora")?;
+        let destination = self.find_destination("ora")?;
         let mut file = AtomicFile::create(&destination.target)?;
         ora::write(BufWriter::new(file.file()), &destination.target, document)?;
         self.finish(file, "ora")
     }
 
     fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
-        let mut new = NewFolder::create(self.place(place::FOLDER)?.target)?;
+        let mut new = NewFolder::create(self.find_destination(place::FOLDER)?.target)?;
         folder::fill(&mut new, self.content, document, self.photo_file)?;
         let file = |name: &String| exported_file(new.path(), name);
         let mut files: Vec<_> = new.files().iter().map(file).collect::<Result<_>>()?;
         let sizes = new.files().iter().map(|name| size_of(&new.path().join(name)));
         let bytes = sizes.sum::<Result<u64>>()?;
-        let destination = self.place(place::FOLDER)?;
+        let destination = self.find_destination(place::FOLDER)?;
         new.redirect(&destination.target);
         let home = name_of(&destination.target);
         files.iter_mut().for_each(|file| file.name = format!("{home}/{}", file.name));
@@ -210,7 +210,7 @@ impl Job<'_> {
     }
 
     /// Returns the destination for a file with this extension.
-    fn place(&self, extension: &str) -> Result<Place> {
+    fn find_destination(&self, extension: &str) -> Result<Place> {
         let photo = &self.content.stack.photo.name;
         place::find(self.exporter.out, photo, extension, &self.exporter.written)
     }
@@ -219,7 +219,7 @@ impl Job<'_> {
     /// while the file was written. The record is written first: a file without a record would count as changed for
     /// ever.
     fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<Written> {
-        let destination = self.place(extension)?;
+        let destination = self.find_destination(extension)?;
         file.redirect(&destination.target);
         let bytes = size_of(file.path())?;
         let name = name_of(&destination.target);

@@ -99,7 +99,7 @@ mod tests {
         let target = || find(out.path(), "1.jpg", FOLDER, &WrittenFiles::default()).unwrap().target;
         assert_eq!(target(), out.path().join("1.jpg.layers"));
         std::fs::write(out.path().join("1.jpg.layers/.DS_Store"), "").unwrap();
-        assert_eq!(target(), out.path().join("1.jpg.layers"), "a desktop's litter is nobody's work");
+        assert_eq!(target(), out.path().join("1.jpg.layers"), "files that desktops leave are not edits");
         std::fs::write(out.path().join("1.jpg.layers/mine.kra"), "").unwrap();
         assert_eq!(target(), out.path().join("1.jpg-2.layers"));
     }

@@ -70,7 +70,7 @@ pub(super) fn hidden_regions(
     model: &Model,
     surfaces: &Surfaces,
     options: &FillOptions,
-    spread: &BTreeSet<SurfaceId>,
+    propagated: &BTreeSet<SurfaceId>,
 ) -> Result<Hidden> {
     let read = |layer: &ImageLayer| Pixels::read(layer, folder);
     let layers: Vec<Pixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
@@ -98,9 +98,9 @@ pub(super) fn hidden_regions(
         let hidden: Vec<bool> =
             hidden.iter().zip(&painted).map(|(hidden, id)| *hidden && id.is_none_or(fills)).collect();
         painted.iter_mut().for_each(|id| *id = id.filter(|id| fills(*id)));
-        let spreads = |id: &Option<SurfaceId>| id.is_some_and(|id| spread.contains(&id));
+        let is_propagated = |id: &Option<SurfaceId>| id.is_some_and(|id| propagated.contains(&id));
         let visible: Vec<bool> =
-            painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && spreads(id)).collect();
+            painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && is_propagated(id)).collect();
         (painted, hidden, visible, texels)
     };
     let found: Vec<_> = stack.image_layers.par_iter().zip(&layers).enumerate().map(of_layer).collect();

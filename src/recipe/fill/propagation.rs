@@ -78,12 +78,12 @@ pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<SpreadOn> {
 
 /// Sorts by the number of conflicting texels, then of propagated texels, both descending; ties by photo, face and
 /// painter.
-pub fn most_disputed_first(mut spread: Vec<SpreadOn>) -> Vec<SpreadOn> {
-    spread.sort_by(|a, b| {
+pub fn most_disputed_first(mut entries: Vec<SpreadOn>) -> Vec<SpreadOn> {
+    entries.sort_by(|a, b| {
         let rank = |it: &SpreadOn| (std::cmp::Reverse(it.disputed()), std::cmp::Reverse(it.paint.texels));
         rank(a).cmp(&rank(b)).then_with(|| (a.photo, &a.paint).cmp(&(b.photo, &b.paint)))
     });
-    spread
+    entries
 }
 
 #[cfg(test)]
@@ -107,7 +107,7 @@ mod tests {
 
     #[test]
     fn what_contradicts_most_comes_first() {
-        let spread = |photo, face: &str, texels, conflicts, dissents| SpreadOn {
+        let entry = |photo, face: &str, texels, conflicts, dissents| SpreadOn {
             photo,
             paint: SpreadPaint {
                 face: face.into(),
@@ -119,10 +119,10 @@ mod tests {
             },
         };
         let sorted = most_disputed_first(vec![
-            spread(1, "wall[0]", 900, 0, 0),
-            spread(2, "wall[1]", 10, 3, 0),
-            spread(0, "wall[2]", 10, 2, 9),
-            spread(1, "door[0]", 900, 0, 0),
+            entry(1, "wall[0]", 900, 0, 0),
+            entry(2, "wall[1]", 10, 3, 0),
+            entry(0, "wall[2]", 10, 2, 9),
+            entry(1, "door[0]", 900, 0, 0),
         ]);
         let order: Vec<_> = sorted.iter().map(|it| (it.photo, it.paint.face.as_str())).collect();
         assert_eq!(order, [(0, "wall[2]"), (2, "wall[1]"), (1, "door[0]"), (1, "wall[0]")]);

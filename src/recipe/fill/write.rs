@@ -27,13 +27,13 @@ pub(super) fn write_fill(
     folder: &Path,
     stack: &mut Stack,
     filled: &Filled,
-    spread: &Spread,
+    propagated: &Spread,
     own: &Donor,
     names: &[&str],
 ) -> Result<()> {
-    let sources = sources(filled.regions.iter().chain(&spread.regions));
+    let sources = sources(filled.regions.iter().chain(&propagated.regions));
     let count = stack.image_layers.len();
-    let (parts, laid) = (by_layer(&filled.regions, count), by_layer(&spread.regions, count));
+    let (parts, laid) = (by_layer(&filled.regions, count), by_layer(&propagated.regions, count));
     let layers: Vec<_> = stack.image_layers.iter().zip(parts).zip(laid).collect();
     let written: Vec<Option<(LayerFill, u64)>> = layers
         .into_par_iter()

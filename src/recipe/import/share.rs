@@ -144,8 +144,8 @@ mod tests {
         test(&scenery.parts(&[(&element, None)], PixelRect { x: 0, y: 0, w: 16, h: 8 }));
     }
 
-    fn paint(places: &[(i32, i32)]) -> Patch {
-        Patch::of_pixels(&places.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
+    fn paint(pixels: &[(i32, i32)]) -> Patch {
+        Patch::of_pixels(&pixels.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
     }
 
     fn summary(paint: &Patch, parts: &Parts) -> Vec<(usize, bool, u64)> {

@@ -242,8 +242,8 @@ mod tests {
         assert_eq!(bench.after(outside), 0);
         assert!(bench.masks.is_empty());
         let stranger = MaskEdit::Add { photo: "x".into(), from: MaskFrom::Drawn, masked: block(0, 0, 1, 1) };
-        let told = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
-        assert!(told.to_string().contains("called x"), "{told}");
+        let message = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
+        assert!(message.to_string().contains("called x"), "{message}");
     }
 
     #[test]

@@ -98,7 +98,7 @@ pub fn suggest(
 ) -> Result<Suggestions> {
     let options = StrangerOptions::default();
     let found =
-        task.timed("find transients", || transients(folder, opened, photos, &options, memory, task))?;
+        task.timed("find strangers", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
     let mut all: Vec<(&Photo, Found)> = Vec::new();
     for (index, found) in found {
@@ -425,8 +425,8 @@ mod tests {
             edits.iter().map(count).collect::<Vec<_>>()
         };
         assert_eq!((pixels(&[]), pixels(&[2])), (vec![1, 2], vec![2]));
-        let told = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
-        assert!(told.contains('7') && told.contains('8'), "{told}");
+        let message = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
+        assert!(message.contains('7') && message.contains('8'), "{message}");
         dismiss(project.path(), &[1]).unwrap();
         assert_eq!(pixels(&[]), [2], "the others stay, with their numbers");
         assert_eq!(super::suggestions(project.path()).unwrap().list[0].number, 2);

@@ -85,12 +85,12 @@ impl PhotoPaint {
         let views =
             entries.iter().map(|e| book.views.get(&e.view).cloned().unwrap_or_else(current)).collect();
         let mut paint = Self { store: Some(store), entries, views, damaged, ..Self::default() };
-        paint.place(stack);
+        paint.assign(stack);
         paint
     }
 
     /// Assigns all entries to image layers.
-    fn place(&mut self, stack: &Stack) {
+    fn assign(&mut self, stack: &Stack) {
         self.layers = vec![Vec::new(); stack.image_layers.len()];
         let parts = parts_of_stack(stack);
         let all: Vec<(usize, usize)> = parts

@@ -98,9 +98,9 @@ impl<'a> Scenery<'a> {
         tile: Option<PixelRect>,
     ) -> Part<'a> {
         let same = |s: &Surface| s.object == object && s.face == face && s.triangle == triangle;
-        let place = self.surfaces.iter().position(same);
-        let outline = place.map_or(&[][..], |place| &self.surfaces[place].outline);
-        let place = place.unwrap_or(self.surfaces.len());
+        let index = self.surfaces.iter().position(same);
+        let outline = index.map_or(&[][..], |index| &self.surfaces[index].outline);
+        let place = index.unwrap_or(self.surfaces.len());
         Part { object, face, triangle, outline, place, piece, tile, covered: OnceCell::new() }
     }
 }

@@ -144,7 +144,7 @@ mod tests {
             rect: PixelRect { x: 5, y: 0, w: 4, h: 1 },
             flags: vec![COVERED | VISIBLE, COVERED | VISIBLE, COVERED | VISIBLE, COVERED],
             filling: vec![[0; 4], [0; 4], [0; 4], [9, 9, 9, 255]],
-            spread: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
+            propagated: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
             paint: Patch::of_pixels(&[(7, 0, red)]),
         };
         let row = |filling| [5, 6, 7, 8].map(|x| content.texel(x, 0, filling, true));

@@ -1,4 +1,4 @@
-//! Layers taken off invented scenes, whose photos are noise: no pixel is right by chance.
+//! Peeled views of synthetic scenes, whose photos are noise, so that no pixel is right by chance.
 
 use std::path::Path;
 
