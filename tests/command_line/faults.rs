@@ -31,7 +31,7 @@ fn new_refuses_a_folder_that_is_not_empty_and_leaves_it_alone() {
     fs::create_dir(site.project()).unwrap();
     fs::write(site.path("project/thesis.txt"), "mine").unwrap();
     let failed = site.run("new project --photos photos --cameras sparse --model model.obj").failure().code(1);
-    assert!(stderr_of(&failed).contains("not empty (it holds thesis.txt)"));
+    assert!(stderr_of(&failed).contains("not empty (it contains thesis.txt)"));
     assert_eq!(fs::read_dir(site.project()).unwrap().count(), 1);
 }
 

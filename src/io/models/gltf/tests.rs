@@ -1,4 +1,4 @@
-//! glTF files, good and bad, written by the tests themselves.
+//! Tests with glTF files, valid and damaged, that the tests write themselves.
 
 use std::fs;
 
@@ -300,7 +300,7 @@ proptest! {
             let at = at % bytes.len();
             bytes[at] = byte;
         }
-        // Digits for digits: what still is JSON, but says something else.
+        // Digits are exchanged for digits, so the file stays JSON but has other values.
         let places: Vec<usize> = (0..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
         for (at, digit) in digits {
             if let Some(&place) = places.get(at) {
