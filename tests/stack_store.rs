@@ -229,7 +229,7 @@ fn a_file_that_is_cut_or_gone_is_told_and_one_that_was_painted_on_is_not() {
         "{told}"
     );
     fs::remove_file(&file).unwrap();
-    assert!(store.damage(PHOTO).unwrap().to_string().contains("it is gone"));
+    assert!(store.damage(PHOTO).unwrap().to_string().contains("the file is missing"));
 }
 
 #[test]

@@ -111,7 +111,7 @@ impl PhotoDecisions {
         let lists = [("exclude", &self.exclude), ("pin", &self.pin)];
         let of_lists = lists
             .into_iter()
-            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} has {faces} twice")));
+            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} lists {faces} twice")));
         of_lists
             .or_else(|| numbered("merge", &self.merge, |merge| empty(merge)))
             .or_else(|| numbered("split", &self.split, |split| problem_of_split(split)))

@@ -5,8 +5,8 @@ use wgpu::{Adapter, AdapterInfo, Backends, Device, DeviceType, ErrorFilter, Feat
 use crate::error::{Error, Result};
 
 /// What to do where no adapter is found.
-const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter found; a software one will do: on Debian and Ubuntu \
-     install the package mesa-vulkan-drivers (`sh examples/setup.sh` does)";
+const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter was found; a software adapter is sufficient: on \
+    Debian and Ubuntu install the package mesa-vulkan-drivers (`sh examples/setup.sh` does this)";
 
 /// A device with its queue. Passed to whoever draws, never global; cloning shares both.
 #[derive(Debug, Clone)]

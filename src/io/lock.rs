@@ -147,7 +147,7 @@ mod tests {
             );
         }
         let command = told(&["--json", "build", "castle"]);
-        assert!(command.contains("quadratura build (process 7) is writing") && command.contains("end it"));
+        assert!(command.contains("quadratura build (process 7) is writing") && command.contains("stop it"));
         assert_eq!(command_of("harness", ["edit".to_owned()].into_iter()), None);
     }
 

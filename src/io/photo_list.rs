@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn an_empty_list_and_a_picture_are_refused() {
-        assert!(read(b"# nothing\n").unwrap_err().to_string().contains("names no photo"));
+        assert!(read(b"# nothing\n").unwrap_err().to_string().contains("lists no photo"));
         assert!(read(&[0xff, 0xd8, 0xff]).unwrap_err().to_string().contains("UTF-8"));
     }
 }

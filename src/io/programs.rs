@@ -298,7 +298,7 @@ mod tests {
         let file = folder.path().join("wall.psd");
         fs::write(&file, "x").unwrap();
         let told = |program: &Path| check_program(program).unwrap_err().to_string();
-        assert!(told(&folder.path().join("gimp")).contains("no such program"));
+        assert!(told(&folder.path().join("gimp")).contains("this program does not exist"));
         assert!(told(folder.path()).contains("a folder"));
         assert!(told(&file).contains("no program") && told(&file).contains("Choose image editor"));
         assert!(check_program(Path::new("sh")).is_ok() && check_program(Path::new("/bin/sh")).is_ok());

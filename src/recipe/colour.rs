@@ -216,8 +216,8 @@ fn note_strangers(colour: &Colour, site: &Site, task: &Task) {
     let known = |name: &&str| site.photos.iter().any(|photo| photo.name == *name);
     for name in colour.named().into_iter().filter(|name| !known(name)) {
         task.note(format!(
-            "project.json decides about the colour of {name}, which is not among the photos \
-             (`quadratura colour --free {name}` forgets it)"
+            "project.json has colour settings for {name}, which is not among the photos \
+             (`quadratura colour --free {name}` removes them)"
         ));
     }
 }

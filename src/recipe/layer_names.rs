@@ -86,5 +86,5 @@ fn own_names(stack: &Stack) -> Vec<String> {
 
 fn homeless_in_words(name: &LayerName) -> String {
     let of: Vec<String> = name.of.iter().map(ToString::to_string).collect();
-    format!("no image layer is called {:?} now: none holds {}", name.name, of.join(", "))
+    format!("no image layer is named {:?} now, because none contains {}", name.name, of.join(", "))
 }

@@ -28,7 +28,7 @@ pub fn edited(off: &BTreeSet<String>, edits: &[ObjectEdit], whole: &Model) -> Re
         return Err(error);
     }
     if whole.objects.iter().all(|object| edited.contains(&object.name)) {
-        return Err(Error::Request("nothing would be left of the model: all objects would be off".into()));
+        return Err(Error::Request("this would remove all objects from the model".into()));
     }
     Ok(edited)
 }
@@ -97,7 +97,7 @@ mod tests {
         let told = edited(&BTreeSet::new(), &wrong, &model).unwrap_err().to_string();
         assert!(told.contains("\"x\"") && told.contains("\"y\""), "{told}");
         let told = edited(&BTreeSet::new(), &[ObjectEdit::Off("*".into())], &model).unwrap_err().to_string();
-        assert!(told.contains("nothing would be left"), "{told}");
+        assert!(told.contains("remove all objects"), "{told}");
         let gone = BTreeSet::from(["gone".to_owned()]);
         assert!(edited(&gone, &[ObjectEdit::On("gone".into())], &model).unwrap().is_empty());
     }

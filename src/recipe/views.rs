@@ -173,8 +173,8 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     if distorted > 0 {
         let (of, count) = (cameras.file.display(), cameras.photos.len());
         task.note(format!(
-            "{of}: {distorted} of {count} cameras have a lens with distortion; their pictures are without, at the \
-             same size and K"
+            "{of}: {distorted} of {count} cameras have lens distortion; their pictures are rendered without \
+             it, at the same size and K"
         ));
     }
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -197,7 +197,7 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
         return Err(error);
     }
     let Some((first, _)) = cameras.first() else {
-        return Err(Error::Request("a flight needs a photo to begin at".into()));
+        return Err(Error::Request("a flight needs at least one photo".into()));
     };
     let frame = size.of(first);
     let path = CameraPath::through(&cameras, [frame.width, frame.height], SECONDS_A_LEG);

@@ -164,7 +164,7 @@ fn exports_of_even_colour_look_alike_and_say_that_they_have_no_way_back() {
         assert!(!document.layers.iter().any(|layer| layer.name.contains('[')), "{name} has tokens");
     }
     let told = stderr_of(&site.run("import project even/left.png.ora").failure().code(1));
-    assert!(told.contains("no way back") && told.contains("export without --even-colour"), "{told}");
+    assert!(told.contains("cannot be imported") && told.contains("export without --even-colour"), "{told}");
     let told = site.run("export project --out folder --format folder --even-colour").failure().code(1);
     assert!(stderr_of(&told).contains("psd, xcf or ora"), "{}", stderr_of(&told));
 }

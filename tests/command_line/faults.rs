@@ -149,7 +149,10 @@ fn a_photo_whose_file_is_gone_is_told_so_wherever_it_is_asked_for() {
     fs::remove_file(site.path("photos/left.png")).unwrap();
     for command in ["export project --photo left --out layers", "info project --photo left.png"] {
         let told = stderr_of(&site.run(command).failure().code(1));
-        assert!(told.contains("left.png is left out") && told.contains("no such photo"), "{command}: {told}");
+        assert!(
+            told.contains("left.png is left out") && told.contains("no file of this name"),
+            "{command}: {told}"
+        );
     }
 }
 

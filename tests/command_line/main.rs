@@ -206,7 +206,7 @@ fn timings_are_a_table_for_people_and_numbers_for_programs() {
     let site = Site::new();
     site.make_project();
     let told = stderr_of(&site.run("build project --timings -q --threads 2").success());
-    assert!(told.contains("seconds") && told.contains("left.png") && told.contains("s passed"), "{told}");
+    assert!(told.contains("seconds") && told.contains("left.png") && told.contains("s elapsed"), "{told}");
     let json = site.json("build project --timings --force --json -q");
     assert!(json["timings"]["wall_seconds"].as_f64().unwrap() > 0.0, "{json:#}");
     assert!(json["timings"]["seconds"]["left.png"].is_object(), "{json:#}");

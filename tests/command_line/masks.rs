@@ -145,7 +145,7 @@ fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
     assert!(told("mask project --photo left --add black.png").contains("the whole photo"));
     assert!(told("mask project --photo nobody --add black.png").contains("nobody"));
     assert!(told("mask project --object tower").contains("tower"));
-    assert!(told("mask project --clear --photo left").contains("has a mask"));
+    assert!(told("mask project --clear --photo left").contains("has no mask"));
     site.run("mask project --add black.png").failure().code(2);
     assert_eq!(project_file(&site), before);
 

@@ -28,7 +28,7 @@ fn photos_are_rendered_from_their_own_cameras_and_an_edited_picture_stays() {
 
     image::RgbaImage::new(160, 120).save(site.path("views/left.png")).unwrap();
     let again = site.run("render project --cameras photos --out views --size 80x60").success();
-    assert!(stderr_of(&again).contains("stays"), "{}", stderr_of(&again));
+    assert!(stderr_of(&again).contains("is kept"), "{}", stderr_of(&again));
     let sizes =
         ["left.png", "left-2.png"].map(|name| image::open(site.path("views").join(name)).unwrap().width());
     assert_eq!(sizes, [160, 80]);

@@ -177,7 +177,7 @@ fn directions(keyframes: &[Keyframe], knots: &[f64], rotations: &[DQuat], up: DV
 /// The rotation of each keyframe, camera to world.
 fn judged(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, String)> {
     if keyframes.is_empty() {
-        return Err((0, "there is no keyframe".into()));
+        return Err((0, "the path has no keyframes".into()));
     }
     for (i, pair) in keyframes.windows(2).enumerate() {
         // False, too, for what is not a number.
@@ -192,7 +192,7 @@ fn judged(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, Strin
             let forward = point - frame.position;
             let across = forward.normalize_or_zero().cross(up.normalize_or_zero());
             if across.length() < 1e-6 {
-                let found = "it looks straight up or down, or at where it stands, which leaves its turn open";
+                let found = "it looks straight up or down, or at its own position, so its roll is undefined";
                 return Err((i, found.into()));
             }
             Ok(DQuat::from_mat3(&camera_from_world(forward, up).transpose()))

@@ -95,7 +95,7 @@ impl Exporter<'_> {
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
             let (old, new) = (file.display(), path.display());
-            task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
+            task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));
         }
         let (layers, groups) = (stack.image_layers.len(), content.orders().len());
         let (key, problems) = (job.key, content.paint.damaged().to_vec());
@@ -116,7 +116,7 @@ impl Exporter<'_> {
 }
 
 fn no_stack(photo: &Photo) -> Error {
-    Error::Request(format!("photo {} has no stack yet: run `quadratura build` first", photo.name))
+    Error::Request(format!("photo {} has no stack yet; run `quadratura build` first", photo.name))
 }
 
 fn read_reference(photo: &Photo, stack: &Stack) -> Result<crate::scene::PhotoPixels> {

@@ -125,7 +125,7 @@ pub fn read<'a>(
         let paint = of_absent.iter().filter(|(p, _)| *p == place).map(|(_, patch)| patch.clone());
         if let Some(patch) = paint.reduce(|a, b| a.under(&b)) {
             (told.painted, told.erased) = (patch.count(), patch.erased());
-            told.notes.push("it was merged into another layer; what was painted there is taken home".into());
+            told.notes.push("it was merged into another layer; its paint is imported from there".into());
             let surfaces = Some(by_surface(record, exported, &patch));
             let (token, index) = (exported.id.clone(), Some(report.layers.len()));
             layers.push(LayerShare { token, report: index, surfaces, seen: None });
@@ -142,8 +142,8 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
     if record.evened.is_none() {
         return Ok(());
     }
-    let found = "it was exported with --even-colour, for looking at; it has no way back";
-    Err(Error::input(file, "", found, "export without --even-colour, and paint on that"))
+    let found = "it was exported with --even-colour for viewing only, and cannot be imported";
+    Err(Error::input(file, "", found, "export without --even-colour, and paint on that file"))
 }
 
 fn missing<'a>(record: &'a ExportRecord, sorted: &Sorted) -> Vec<(usize, &'a ExportedLayer)> {
@@ -171,10 +171,10 @@ fn desk<'a>(
         Place::Unclear => {
             let (w, h) = size;
             let found = format!(
-                "a canvas of {} x {} pixels, the photo has {w} x {h}, and no layer tells where it lies",
+                "the canvas has {} x {} pixels but the photo {w} x {h}, and no layer shows the position",
                 document.width, document.height
             );
-            return Err(Error::input(file, "", found, "give the image its old canvas back in the editor"));
+            return Err(Error::input(file, "", found, "restore the image's canvas in the editor"));
         }
     };
     let canvas = match scale == 1.0 {
@@ -248,14 +248,14 @@ fn notes(desk: &Desk) -> Vec<String> {
     let mut notes = Vec::new();
     if desk.offset != [0, 0] {
         let [x, y] = desk.offset;
-        notes.push(format!("the canvas was cropped or enlarged: the photo lies at {x}, {y}"));
+        notes.push(format!("the canvas was cropped or enlarged: the photo is at {x}, {y}"));
     }
     if desk.scale != 1.0 {
         notes.push(format!("the image was scaled to {:.4} of its size; faint paint is lost", desk.scale));
     }
     if desk.profiles.is_some() {
         notes.push(
-            "its colours are in another profile; changes of less than 3 of 255 are taken for rounding".into(),
+            "its colours are in another profile; changes of less than 3 of 255 count as rounding".into(),
         );
     }
     notes
@@ -269,7 +269,7 @@ fn others(desk: &Desk, sorted: &Sorted) -> Result<Vec<LayerReport>> {
     let reports = looked_at.collect::<Result<Vec<_>>>()?;
     let stranger = |layer: &&EditedLayer| {
         let mut report = LayerReport::new(&layer.name, None, LayerState::Unknown);
-        report.notes.push("it has no [token]; merge it into the layer that it is meant for".into());
+        report.notes.push("it has no [token]; merge it into the layer that it belongs to".into());
         report
     };
     Ok(reports.into_iter().flatten().chain(sorted.unknown.iter().map(stranger)).collect())

@@ -56,7 +56,9 @@ pub fn mask_of(
     if masked.count() == photo.area() {
         told.state = LayerState::LeftOut;
         told.notes.push(
-            "it covers the whole photo; paint only what is to be masked, the rest is transparent".into(),
+            "it covers the whole photo; paint only the area to be masked and leave the rest \
+             transparent"
+                .into(),
         );
         report.layers.push(told);
         return Ok(None);

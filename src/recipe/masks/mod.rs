@@ -65,7 +65,7 @@ pub fn edited(folder: &Path, masks: &Masks, edits: &[MaskEdit], site: &Site) -> 
             // Masks outlive their photos: what is written may be taken back.
             (MaskEdit::Clear { photo }, _) => desk.masks.clear(photo),
             (MaskEdit::Remove { photo, from }, _) => drop(desk.masks.remove(photo, from)),
-            (_, None) => return Err(Error::Request(format!("no photo is called {}", edit.photo()))),
+            (_, None) => return Err(Error::Request(format!("there is no photo {}", edit.photo()))),
             (edit, Some(photo)) => desk.apply(edit, photo)?,
         }
     }
@@ -95,7 +95,7 @@ pub fn cleared(masks: &Masks, names: &[String]) -> Result<Masks> {
         let meant: Vec<&str> =
             masks.photos().map(|(photo, _)| photo).filter(|photo| answers(photo)).collect();
         if meant.is_empty() {
-            errors.push(Error::Request(format!("no photo called {name} has a mask")));
+            errors.push(Error::Request(format!("photo {name} has no mask")));
         }
         meant.into_iter().for_each(|photo| rest.clear(photo));
     }

@@ -157,7 +157,7 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
         return Err(Error::Request(
-            "nothing is suggested yet; `quadratura mask --suggest` looks for it".into(),
+            "there are no suggestions yet; `quadratura mask --suggest` finds transient objects".into(),
         ));
     }
     let found: Suggestions = read_json(&file, LARGEST, "run `quadratura mask --suggest` again")?;
@@ -236,14 +236,14 @@ fn strangers(
     let places: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
     for (done, &place) in (0..).zip(&places) {
-        task.step("ask the others", done, places.len() as u64)?;
+        task.step("compare photos", done, places.len() as u64)?;
         let Some(look) = &looks[place] else { continue };
         let apart = disagreement(&witnesses, place, options, task)?;
         let small = suspects(&apart, look.donor.camera.width as usize, options);
         let photo = &site.photos[place];
         found.push((place, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
-    task.step("ask the others", places.len() as u64, places.len() as u64)?;
+    task.step("compare photos", places.len() as u64, places.len() as u64)?;
     Ok(found)
 }
 
@@ -274,7 +274,7 @@ impl Reader<'_> {
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                self.task.of(&photo.name).note(format!("it is not asked: {error}"));
+                self.task.of(&photo.name).note(format!("the photo is not used for comparison: {error}"));
                 Ok(None)
             }
         }

@@ -53,7 +53,7 @@ pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> 
                 photo: name.to_owned(),
                 face: entry.face_name(),
                 pixels: entry.pixels,
-                reason: "the project has no such photo".into(),
+                reason: "the photo is not in the project".into(),
             }));
         // A stack that cannot be read is told elsewhere.
         } else if let Ok(Some(stack)) = store.current(name) {

@@ -226,9 +226,9 @@ fn faults_are_named_with_their_json_path() {
     for (said, place, found) in [
         (after(&|j| j["nodes"][0]["children"] = json!([0])), "nodes[0]: ", "its own ancestor"),
         (after(&|j| j["scenes"][0]["nodes"] = json!([0, 0])), "nodes[0]: ", "two parents"),
-        (after(&|j| j["scenes"][0]["nodes"] = json!([9])), "nodes[9]: ", "no such node"),
+        (after(&|j| j["scenes"][0]["nodes"] = json!([9])), "nodes[9]: ", "does not exist"),
         (after(&|j| j["scene"] = json!(3)), "scene: ", "scene 3 of 1"),
-        (after(&|j| j["nodes"][0]["mesh"] = json!(4)), "meshes[4]: ", "no such mesh"),
+        (after(&|j| j["nodes"][0]["mesh"] = json!(4)), "meshes[4]: ", "does not exist"),
         (after(&|j| j["nodes"][0]["rotation"] = json!([0, 0, 0, 0])), "nodes[0]: ", "not finite"),
         (after(&|j| j["nodes"][0]["scale"] = json!([1e30, 1e30, 1e30])), "nodes[0]: ", "within 1e15"),
         (

@@ -14,7 +14,7 @@ const RLE: u16 = 1;
 pub fn cut_short(cursor: &mut Cursor, head: &Head) -> Option<String> {
     let is_whole = length(cursor, head).is_ok_and(|length| length <= cursor.left());
     (!is_whole).then(|| {
-        "the file ends within its merged picture: it was cut short. All layers are there; save it once more to be \
+        "the file ends within its merged picture: it was cut short. All layers are there; save it again to be \
          sure of them"
             .to_owned()
     })
