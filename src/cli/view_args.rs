@@ -41,7 +41,7 @@ pub struct RenderArgs {
     /// Size of the pictures as a factor of the camera's width and height
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
     pub scale: Option<f64>,
-    /// What to show
+    /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,
     /// Write a video of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4,

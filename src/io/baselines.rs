@@ -160,7 +160,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_record_names_is_removed_and_other_files_stay() {
+    fn files_that_no_record_names_are_removed_and_other_files_stay() {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
         let names = [b"one", b"two"].map(|bytes| kept.keep_bytes(bytes, "icc").unwrap());

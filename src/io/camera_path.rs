@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_again() {
+    fn a_written_path_is_read_unchanged() {
         let (path, _) = read(PATH).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("path.json");

@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_added_counts_with_where_it_ends() {
+    fn the_end_of_each_part_changes_the_hash() {
         let hash = |parts: &[&str]| {
             let mut hashing = Hashing::default();
             parts.iter().for_each(|part| hashing.add(part.as_bytes()));

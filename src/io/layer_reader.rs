@@ -149,7 +149,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read_cropped_in_8_and_in_16_bits() {
+    fn a_written_layer_is_read_cropped_in_8_and_in_16_bits() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("layer.png");
         let value = |i: usize| (i * 7 % 256) as u8;

@@ -104,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_dark_and_opaque_is_masked_in_every_kind_of_picture() {
+    fn dark_opaque_pixels_are_masked_in_every_kind_of_picture() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("mask.png");
         let masked = |picture: image::DynamicImage| {
@@ -124,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_png_is_told() {
+    fn a_file_that_is_no_png_is_refused() {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), "black").unwrap();
         assert!(check_mask(file.path(), [1, 1]).unwrap_err().to_string().contains("save the mask as a PNG"));

@@ -198,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_names_is_cleared_away_and_other_peoples_files_are_not() {
+    fn unnamed_masks_are_removed_and_files_of_others_are_not() {
         let project = tempfile::tempdir().unwrap();
         let store = MaskStore::new(project.path());
         let kept = store.add("a.jpg", "drawn", &mask(2), [9, 4]).unwrap();

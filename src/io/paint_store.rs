@@ -373,7 +373,7 @@ mod tests {
         write_rgba(&mut other, &raster_of(&retouched), None).unwrap();
         fs::write(&file, other).unwrap();
         store.check(&entry).unwrap();
-        assert_eq!(store.patch(&entry).unwrap(), retouched, "somebody may have had a reason");
+        assert_eq!(store.patch(&entry).unwrap(), retouched, "a changed picture is used");
         for damage in [Some(&whole[..whole.len() / 2]), None] {
             match damage {
                 Some(bytes) => fs::write(&file, bytes).unwrap(),
@@ -398,7 +398,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_book_names_is_cleared_away_and_other_peoples_files_are_not() {
+    fn unnamed_pictures_are_removed_and_files_of_others_are_not() {
         let project = tempfile::tempdir().unwrap();
         let store = PaintStore::new(project.path());
         let (kept, _) = painted(&store, "kept", [257; 4]);
@@ -428,7 +428,7 @@ mod tests {
         );
         let (other, _) = painted(&store, "floor", [9 * 257; 4]);
         store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }).unwrap();
-        assert!(picture.is_file(), "nobody asked for it to be removed");
+        assert!(picture.is_file(), "it was not to be removed");
     }
 
     #[test]

@@ -293,7 +293,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_is_no_program_is_told_as_what_it_is() {
+    fn files_that_are_no_programs_are_refused_with_what_they_are() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("wall.psd");
         fs::write(&file, "x").unwrap();

@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_saved_is_found_again_and_project_json_is_as_it_was() {
+    fn unsaved_changes_are_found_and_project_json_is_unchanged() {
         let folder = folder();
         let before = fs::read(folder.path().join(PROJECT_FILE)).unwrap();
         assert_eq!(find_unsaved(folder.path(), &project(1)).unwrap(), None);
@@ -137,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_broken_is_told_with_its_file_and_stays() {
+    fn a_damaged_file_is_reported_and_stays() {
         let folder = folder();
         let file = folder.path().join(UNSAVED_FILE);
         for text in [

@@ -96,7 +96,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_invalid_pixel_has_a_share_in_is_not_valid() {
+    fn a_pixel_with_an_invalid_contribution_is_not_valid() {
         let half = reference(&photo(40, 8, 4, |_, _| 9), 20, 4);
         let row = &half.valid[20..40];
         assert!(!row[0] && !row[1] && row[3..].iter().all(|valid| *valid), "{row:?}");

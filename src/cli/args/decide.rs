@@ -24,7 +24,7 @@ pub struct DecideArgs {
     /// Separate these from everything else in image layers, or from what --from names
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub split: Vec<String>,
-    /// What --split separates them from
+    /// Separate the faces of --split from these
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "split")]
     pub from: Vec<String>,
     /// Name the image layer of --of; an empty name restores its own

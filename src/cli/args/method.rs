@@ -105,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_wrong_usage() {
+    fn values_out_of_range_are_wrong_usage() {
         for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0"] {
             let error = Cli::try_parse_from(NEW.split(' ').chain([option])).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{option}");

@@ -288,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_file_does_not_have_is_an_error_with_its_place_and_no_allocation() {
+    fn reading_beyond_the_end_is_an_error_with_its_place_and_allocates_nothing() {
         let (_folder, bytes) = file(&[0; 10]);
         let error = bytes.read(4, u64::MAX - 2).unwrap_err().to_string();
         assert!(error.contains("byte 4") && error.contains("ends at byte 10"), "{error}");

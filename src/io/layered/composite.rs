@@ -109,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reaches_outside_the_canvas_is_left_out() {
+    fn pixels_outside_the_canvas_are_left_out() {
         let mut canvas = Raster::blank(2, 2, Depth::Sixteen);
         let layer = Raster::new(3, 3, Samples::U16(vec![65535; 36]));
         lay_over(&mut canvas, &layer, PixelRect { x: -2, y: 1, w: 3, h: 3 });

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unbalanced_is_said() {
+    fn unbalanced_groups_are_reported() {
         let (mut groups, mut notes) = (OpenGroups::default(), Vec::new());
         groups.close(&mut notes);
         groups.open(group("a", true));

@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_png_or_of_another_size_is_said() {
+    fn a_file_that_is_no_png_or_has_another_size_is_refused() {
         assert!(head(Cursor::new(b"no PNG")).is_err());
         let bytes = encoded(ColorType::Grayscale, BitDepth::Eight, None, &[7, 9]);
         let other = PngHead { height: 5, ..head(Cursor::new(&bytes)).unwrap() };

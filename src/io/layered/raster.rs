@@ -354,7 +354,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_nothing_to_be_seen_has_one_hash_wherever_it_lies() {
+    fn an_empty_raster_has_one_hash_at_every_position() {
         assert_eq!(raster(6, 5, &[]).hash_at(40, -3), raster(1, 1, &[(0, 0, [9, 9, 9, 0])]).hash_at(0, 0));
     }
 

@@ -88,7 +88,7 @@ mod tests {
 
     #[test]
     fn one_that_is_cut_anywhere_is_not_whole() {
-        // Behind byte 8 ends the thumbnail in the first segment: that, at the very end, cannot be told.
+        // Byte 8 is the end of the thumbnail in the first segment, which looks like the end of the file.
         for length in (0..PICTURE.len()).filter(|length| *length != 8) {
             assert!(!whole(&PICTURE[..length]), "{length} bytes");
         }

@@ -125,7 +125,7 @@ fn a_photo_of_another_size_is_refused_with_both_sizes() {
 }
 
 #[test]
-fn what_is_no_photo_is_refused() {
+fn files_that_are_no_photos_are_refused() {
     let folder = Folder::new();
     for bytes in [&b""[..], b"GIF89a", b"\xFF\xD8\xFF\xE0", &jpeg()[..20]] {
         let path = folder.put("a.jpg", bytes);

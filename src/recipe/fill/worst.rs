@@ -53,7 +53,7 @@ pub fn worst_first(
     let homes: Vec<Option<Homes>> =
         stacks.iter().map(|stack| stack.map(|stack| Homes::new(stack, &site.model))).collect();
     let count = |(place, view): (usize, &View)| {
-        task.step("look for hidden parts", place as u64, views.len() as u64)?;
+        task.step("find occluded areas", place as u64, views.len() as u64)?;
         Ok(seen_from(view, &Scene { site, surface: &surface, homes: &homes }))
     };
     let counted: Vec<Counted> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;

@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_layer_is_said() {
+    fn elements_that_are_no_layers_are_reported() {
         let (image, notes) = parsed("<text name='t'/><layer name='no file'/>");
         assert!(image.layers.is_empty());
         assert!(notes.len() == 2 && notes[0].contains("<text> \"t\""), "{notes:?}");

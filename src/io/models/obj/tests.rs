@@ -16,7 +16,7 @@ fn model(text: impl AsRef<[u8]>) -> Model {
     read_text(text).unwrap().0
 }
 
-/// What the reader says about `text`, without the file's name.
+/// Returns the reader's error for `text`, without the file's name.
 fn complaint(text: impl AsRef<[u8]>) -> String {
     read_text(text).unwrap_err().to_string().replace("site.obj, ", "")
 }

@@ -67,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_profile_stays_as_it_is() {
+    fn data_that_is_no_profile_is_returned_unchanged() {
         for bytes in [vec![], vec![255; 140], vec![7; 131]] {
             assert_eq!(with_tone_curve(bytes.clone()), bytes);
         }
