@@ -248,7 +248,7 @@ mod tests {
         assert!(
             problem(r#"{"pin":[{"object":"a"}],"exclude":[{"object":"a"}]}"#).contains("pinned and excluded")
         );
-        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude has a twice"));
+        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude lists a twice"));
         assert!(problem(r#"{"options":{"tolerance":2}}"#).contains("options: tolerance is 2"));
         assert!(serde_json::from_str::<PhotoDecisions>(r#"{"merges":[]}"#).is_err(), "misspelt");
     }

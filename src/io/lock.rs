@@ -103,7 +103,7 @@ fn held(folder: &Path, file: &mut File) -> Error {
 /// Returns a message that names the holder of the lock and says what to do.
 pub fn advice(holder: &str) -> String {
     match holder.starts_with(&format!("{PROGRAM} {WINDOW_COMMAND} ")) {
-        true => format!("this project is already open in a window ({holder}); close the project there"),
+        true => format!("this project is already open in a window ({holder}); close it there"),
         false => format!("{holder} is writing to this project; wait until it has finished, or stop it"),
     }
 }

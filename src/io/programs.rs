@@ -300,7 +300,9 @@ mod tests {
         let told = |program: &Path| check_program(program).unwrap_err().to_string();
         assert!(told(&folder.path().join("gimp")).contains("this program does not exist"));
         assert!(told(folder.path()).contains("a folder"));
-        assert!(told(&file).contains("no program") && told(&file).contains("Choose image editor"));
+        assert!(
+            told(&file).contains("not an executable program") && told(&file).contains("Choose image editor")
+        );
         assert!(check_program(Path::new("sh")).is_ok() && check_program(Path::new("/bin/sh")).is_ok());
     }
 }

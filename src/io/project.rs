@@ -314,6 +314,6 @@ mod tests {
         std::fs::write(empty.join(LOCK_FILE), "").unwrap();
         refuse_content(&empty).unwrap();
         let message = refuse_content(folder.path()).unwrap_err().to_string();
-        assert!(message.contains("not empty (it holds a)"), "{message}");
+        assert!(message.contains("not empty (it contains a)"), "{message}");
     }
 }

@@ -267,7 +267,7 @@ mod tests {
     fn wrong_names_are_told_all_at_once_and_a_photo_that_is_gone_can_be_forgotten() {
         let wrong = [ColourEdit::LeaveOut("x".into()), ColourEdit::Fix("y".into(), [0.0; 3])];
         let told = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
-        assert!(told.contains("called x") && told.contains("called y"), "{told}");
+        assert!(told.contains("no photo x") && told.contains("no photo y"), "{told}");
         let mut colour = Colour::default();
         colour.left_out.insert("gone.jpg".into());
         let free = [ColourEdit::Free("gone.jpg".into())];

@@ -175,7 +175,7 @@ mod tests {
         let problems: Vec<_> = import.problems.iter().map(Error::to_string).collect();
         assert!(problems[0].contains("no file of this name"), "{problems:?}");
         assert!(problems[1].contains("7 x 6 pixels where the camera has 8 x 6"), "{problems:?}");
-        assert!(problems[2].contains("any of 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
+        assert!(problems[2].contains("matches 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
     }
 
@@ -240,7 +240,7 @@ mod tests {
         assert_eq!(
             import.notes,
             [
-                "a.jpg: found in another folder and image format, as sub/a.png",
+                "a.jpg: the file was found in another folder and image format, as sub/a.png",
                 "other.png: no camera for this photo; it is not used",
             ]
         );

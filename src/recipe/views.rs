@@ -296,7 +296,7 @@ mod tests {
         assert_eq!((names(&views), views.problems.len()), (vec!["x%2F0001"], 2));
         assert_eq!(views.list[0].camera, centred(128, 96, 100.0));
         assert!(
-            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have a lens")),
+            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have lens distortion")),
             "{noted:?}"
         );
     }
@@ -342,6 +342,6 @@ mod tests {
             |fps| views(&site(), &Asked { source: source.clone(), size: Size::Own, fps }, &Task::silent());
         assert_eq!(asked(None).unwrap().list.len(), 401);
         let told = asked(Some(240.0)).unwrap_err().to_string();
-        assert!(told.contains("240 a second") && told.contains("100000 frames"), "{told}");
+        assert!(told.contains("240 frames per second") && told.contains("100000 frames"), "{told}");
     }
 }

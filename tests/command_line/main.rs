@@ -93,7 +93,7 @@ fn info_says_why_a_face_has_no_texture_by_photo_and_by_face() {
     site.run("build project -q").success();
 
     let all = stdout_of(&site.run("info project").success());
-    assert!(all.contains("current") && all.contains("1 face without texture from any photo"), "{all}");
+    assert!(all.contains("current") && all.contains("1 face not textured by any photo"), "{all}");
     assert!(all.contains("shed[0]  hidden in 2"), "{all}");
     let one = stdout_of(&site.run("info project --photo left").success());
     assert!(one.contains("shed[0]  hidden by box 0[0] at pixel"), "{one}");

@@ -187,7 +187,7 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     assert!(seen + pixels(&wide) <= 160 * 120);
     site.run("fill project --without box* -q").success();
     let told = stdout_of(&site.run("info project").success());
-    assert!(told.contains("objects switched off: box 0"), "{told}");
+    assert!(told.contains("objects removed from the model: box 0"), "{told}");
 
     let mut command = site.command("object project --on");
     assert_eq!(json_of(&command.args(["box 0", "--json"]).assert().success())["changed"], true);

@@ -137,7 +137,7 @@ fn a_path_without_cameras_is_told_what_to_point_at() {
     let empty = tempfile::tempdir().unwrap();
     for path in [empty.path().to_path_buf(), empty.path().join("none"), PathBuf::from("")] {
         let error = read_cameras(&path, &Task::silent()).unwrap_err().to_string();
-        assert!(error.contains("; point at") || error.contains("check the path"), "{error}");
+        assert!(error.contains("; give the folder") || error.contains("check the path"), "{error}");
     }
 }
 
@@ -146,7 +146,7 @@ fn one_bad_photo_does_not_stop_the_others() {
     let bad = [
         ("7 1 0 0 0 0 0 0 1 b.jpg", "number 7"),
         ("8 1 0 0 0 0 0 0 1 ok.jpg", "appears twice"),
-        ("8 1 0 0 0 0 0 0 4 b.jpg", "camera 4, which the cameras file lacks"),
+        ("8 1 0 0 0 0 0 0 4 b.jpg", "camera 4, which is not in the cameras file"),
         ("8 1 0 0 0 0 0 0 3 b.jpg", "camera 3, which cannot be used"),
         ("8 0 0 0 0 0 0 0 1 b.jpg", "not a valid quaternion"),
         ("8 nan 0 0 0 0 0 0 1 b.jpg", "not a valid quaternion"),

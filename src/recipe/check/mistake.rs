@@ -77,8 +77,8 @@ mod tests {
         assert!(mistake.contains("y-up") || mistake.contains("x,"), "{mistake}");
         let centimetres = Similarity { scale: 0.01, ..Similarity::IDENTITY };
         let [mistake] = likely_mistakes(&Similarity::IDENTITY, &centimetres).try_into().unwrap();
-        assert!(mistake.contains("is 0.01 of theirs"), "{mistake}");
-        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of theirs"));
+        assert!(mistake.contains("is 0.01 of the cameras'"), "{mistake}");
+        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of the cameras'"));
     }
 
     #[test]

@@ -98,9 +98,9 @@ fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() 
     let told = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
     assert!(told.contains("no object \"gate\"") && told.contains("no face 7"), "{told}");
     let told = refused(&[LayerEdit::Exclude { photo: "a".into(), of: whole(&["shed"]) }]);
-    assert!(told.contains("gives shed no texture: hidden by"), "{told}");
+    assert!(told.contains("does not texture shed: hidden by"), "{told}");
     let told = refused(&[LayerEdit::Exclude { photo: "c".into(), of: whole(&["front"]) }]);
-    assert!(told.contains("no photo is called c"), "{told}");
+    assert!(told.contains("there is no photo c"), "{told}");
 }
 
 #[test]
@@ -119,7 +119,7 @@ fn merges_and_splits_that_contradict_each_other_are_refused() {
     let told = refused(&[apart(), merge(whole(&["pair", "back"]))]);
     assert!(told.contains("a split keeps it apart") && told.contains("remove that split"), "{told}");
     let told = refused(&[merge(whole(&["pair", "back"])), apart()]);
-    assert!(told.contains("the merge of back, pair holds both sides"), "{told}");
+    assert!(told.contains("the merge of back, pair contains both sides"), "{told}");
     let told = refused(&[split(vec![whole(&["pair"]), vec![faces("pair", &[1])]])]);
     assert!(told.contains("in two of its groups"), "{told}");
     // What is alone may be merged within itself.
@@ -221,7 +221,7 @@ fn decisions_about_what_is_gone_are_kept_told_and_can_be_forgotten() {
     assert!(told[0].contains("a.jpg, decision 1") && told[0].contains("pair"), "{told:?}");
     assert!(told[1].contains("gone.jpg") && told[1].contains("--reset"), "{told:?}");
     let stack = stack(&site, &project);
-    assert!(stack.unmet[0].contains("pair has no texture"), "{:?}", stack.unmet);
+    assert!(stack.unmet[0].contains("pair is not textured"), "{:?}", stack.unmet);
     let edit = LayerEdit::Reset { photo: Some("gone.jpg".into()) };
     assert_eq!(edited(&project, &edit, &site, &[]).unwrap().decisions.photos.len(), 1);
 }
@@ -316,7 +316,7 @@ fn every_edit_has_a_name_for_the_history() {
     assert_eq!(merge(whole(&["a", "b", "c", "d"])).name(), "merge of a, b and 2 more");
     assert_eq!(split(vec![whole(&["pair"])]).name(), "split of pair");
     let edit = LayerEdit::Forget { photo: "a".into(), number: 2 };
-    assert_eq!(edit.name(), "forget decision 2 of a");
+    assert_eq!(edit.name(), "remove decision 2 of a");
 }
 
 #[test]

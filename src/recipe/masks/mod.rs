@@ -236,7 +236,7 @@ mod tests {
         assert!(bench.masks.is_empty());
         let stranger = MaskEdit::Add { photo: "x".into(), from: MaskFrom::Drawn, masked: block(0, 0, 1, 1) };
         let told = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
-        assert!(told.to_string().contains("called x"), "{told}");
+        assert!(told.to_string().contains("no photo x"), "{told}");
     }
 
     #[test]

@@ -244,7 +244,7 @@ fn faults_are_named_with_their_json_path() {
         (
             after(&|j| j["accessors"][0]["count"] = json!(3)),
             "meshes[0].primitives[0]: ",
-            "an index names vertex 3 of 3",
+            "an index refers to vertex 3 of 3",
         ),
         (after(&|j| j["accessors"][0]["byteOffset"] = json!(huge)), "accessors[0]: ", "7 elements"),
         (
