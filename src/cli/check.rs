@@ -91,7 +91,8 @@ fn photos(report: &CheckReport) -> String {
         table.row([photo.name.clone()].into_iter().chain(shares).chain(rest));
     }
     format!(
-        "{}\nin front, inside: share of the model's vertices in front of the camera and inside the picture; covered: share of the photo\n",
+        "{}\nin front, inside: share of the model's vertices in front of the camera, and inside the picture\n\
+         covered: share of the photo\n",
         table.render()
     )
 }

@@ -12,7 +12,7 @@ const HEADINGS: [&str; 9] =
 
 const LEGEND: &str = "
 hidden: share of all texels that surfaces cover; the columns behind it: shares of the hidden texels
-patch-based, smooth: inpainted, because no photo shows the surface there; empty: not filled
+patch-based, smooth: inpainted, because no photo shows the surface there; empty: left without colour
 ";
 
 /// A table of fillings.

@@ -45,7 +45,7 @@ fn decisions_are_kept_in_the_project_and_taking_them_back_brings_every_byte_back
     let site = grey();
     let before = project_file(&site);
     let told = stdout_of(&site.run("colour project --fix left=0.3,0.2,-0.1 --reference left").success());
-    assert!(told.contains("+0.30") && told.contains("fixed; estimated -0.50") && told.contains("reference"));
+    assert!(told.contains("+0.30") && told.contains("fixed; estimate -0.50") && told.contains("reference"));
     let after = project_file(&site);
     assert!(after.contains("\"colour\"") && after.contains("left.png"), "{after}");
     let again = site.json("colour project --json");

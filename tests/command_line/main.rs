@@ -55,7 +55,7 @@ fn check_judges_the_site_and_draws_the_model_over_each_photo() {
     site.make_project();
     let checked = stdout_of(&site.run("check project").success());
     assert!(checked.contains("The model fits the photos") && checked.contains("4 faces:"), "{checked}");
-    assert!(checked.contains("1 seen by no photo: shed[0]"), "{checked}");
+    assert!(checked.contains("1 not covered by any photo: shed[0]"), "{checked}");
     for picture in ["left.png.jpg", "north%20side%2Ft%C3%BCr%202.png.jpg"] {
         assert!(image::open(site.path("project/cache/check").join(picture)).is_ok(), "{picture}");
     }

@@ -85,7 +85,7 @@ fn colmap_cameras_lists_and_flights_are_views_too() {
     assert!(site.path("flight/frame-00011.png").is_file());
     assert_eq!(count("--cameras path.json --out again"), 11);
     let told = stderr_of(&site.run(&format!("render project {flight}")).failure().code(1));
-    assert!(told.contains("path.json is there already"), "{told}");
+    assert!(told.contains("path.json already exists"), "{told}");
 }
 
 #[test]
