@@ -48,8 +48,8 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
     let mut harness = window(Some(folder.path().to_path_buf()));
     wait(&mut harness, "the refusal", |editor| editor.jobs.is_idle() && !editor.notes.list().is_empty());
     let note = &harness.state().notes.list()[0].text;
-    assert!(note.contains("there is no project here") && note.contains("New project…"), "{note}");
-    harness.get_by_label_contains("there is no project here");
+    assert!(note.contains("there is no project in this folder") && note.contains("New project…"), "{note}");
+    harness.get_by_label_contains("there is no project in this folder");
     assert!(harness.state().session.is_none());
 }
 

@@ -93,7 +93,7 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
 
     wait(&mut harness, "the check", idle);
     appears(&mut harness, "Mend it");
-    assert!(is_there(&harness, "axes point elsewhere"), "the mistake is named");
+    assert!(is_there(&harness, "axes differ"), "the mistake is named");
     harness.get_by_label("Mend it").click();
     harness.step();
     appears(&mut harness, "The model fits the photos");

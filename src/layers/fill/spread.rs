@@ -65,7 +65,7 @@ pub fn spread_paint(
     }
     let own = ground.source.donor(photo)?;
     let own =
-        own.ok_or_else(|| Error::Request("the photo cannot be read, so nothing is laid on it".into()))?;
+        own.ok_or_else(|| Error::Request("the photo cannot be read, so no paint is projected to it".into()))?;
     let donors = ground.donors(&others)?;
     let asking = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| asking.side(region).is_some()).collect();

@@ -106,7 +106,7 @@ fn look_at_all(
 ) -> Result<Vec<Seen>> {
     let mut seen = Vec::with_capacity(site.photos.len());
     for (done, photo) in site.photos.iter().enumerate() {
-        task.step("look through the cameras", done as u64, site.photos.len() as u64)?;
+        task.step("check views", done as u64, site.photos.len() as u64)?;
         let task = task.of(&photo.name);
         seen.push(seen::look(&site.model, photo, rasteriser, options.tolerance, &task)?);
     }

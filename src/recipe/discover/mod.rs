@@ -147,7 +147,7 @@ const LOOKED_AT: usize = 12;
 /// [`Error::Cancelled`].
 pub fn find_site(root: &Path, task: &Task) -> Result<Candidates> {
     if !root.is_dir() {
-        return Err(Error::input(root, "", "there is no such folder", "check the path"));
+        return Err(Error::input(root, "", "this folder does not exist", "check the path"));
     }
     let listing = Listing::of(root, task)?;
     let below = |paths: Vec<PathBuf>| paths.iter().map(|path| joined(root, path)).collect::<Vec<_>>();

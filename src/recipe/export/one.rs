@@ -95,7 +95,7 @@ impl Exporter<'_> {
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
             let (old, new) = (file.display(), path.display());
-            task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
+            task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));
         }
         let photo = photo.name.clone();
         let layers = stack.image_layers.len();
@@ -120,7 +120,7 @@ impl Exporter<'_> {
 
 /// Makes the error for a photo without a stack.
 fn no_stack(photo: &Photo) -> Error {
-    Error::Request(format!("photo {} has no stack yet: run `quadratura build` first", photo.name))
+    Error::Request(format!("photo {} has no stack yet; run `quadratura build` first", photo.name))
 }
 
 /// Reads the photo that the layers were cut from.

@@ -67,7 +67,7 @@ pub fn write_provenance(
         rename(&mut stack, &decisions.of(&photo.name).names);
         let Some(fill) = &stack.fill else {
             task.of(&photo.name)
-                .note("it is not filled, so there is no provenance; `quadratura fill` fills it");
+                .note("this photo is not filled, so there is no provenance; `quadratura fill` fills it");
             continue;
         };
         let folder = out.join(format!("{}.provenance", file_name_of_photo(&photo.name)));

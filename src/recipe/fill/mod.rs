@@ -145,7 +145,7 @@ fn fill_or_report(
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
+        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
     }
     let inputs = FillInputs::of(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::of(&site.model);
@@ -217,7 +217,10 @@ fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     let errors = options.without.iter().filter(unknown);
     let errors = errors.map(|o| {
         let known = objects_in_words(&opened.site.model);
-        Error::Request(format!("the model has no object {o:?} to leave unfilled; it has {known}"))
+        Error::Request(format!(
+            "the model has no object {o:?}, which is to stay unfilled; its objects are \
+            {known}"
+        ))
     });
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
@@ -390,11 +393,11 @@ impl Job<'_> {
 fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a Stack> {
     match state {
         StackState::Current(stack) => Ok(stack),
-        StackState::Stale(_) => Err(Error::Request(
-            "its stack is older than the project; run `quadratura build`, then fill again".into(),
-        )),
+        StackState::Stale(_) => {
+            Err(Error::Request("its stack is out of date; run `quadratura build`, then fill again".into()))
+        }
         StackState::Missing => {
-            Err(Error::Request(format!("{} has no stack yet; `quadratura build` makes it", photo.name)))
+            Err(Error::Request(format!("{} has no stack yet; `quadratura build` builds it", photo.name)))
         }
         StackState::Broken(error) => Err(Error::Request(error.to_string())),
     }

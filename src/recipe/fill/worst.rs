@@ -53,7 +53,7 @@ pub fn worst_first(
     let layers_of: Vec<Option<LayersOfFaces>> =
         stacks.iter().map(|stack| stack.map(|stack| LayersOfFaces::new(stack, &site.model))).collect();
     let count = |(index, view): (usize, &View)| {
-        task.step("look for hidden parts", index as u64, views.len() as u64)?;
+        task.step("find occluded areas", index as u64, views.len() as u64)?;
         Ok(seen_from(view, &Scene { site, surface: &surface, layers_of: &layers_of }))
     };
     let counted: Vec<Counted> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;

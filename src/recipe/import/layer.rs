@@ -110,8 +110,7 @@ impl Desk<'_> {
             return Ok(left_out(
                 report,
                 "its pixels as exported are no longer kept (exports/pixels holds those of the last eight exports of each \
-                 photo), and the stack has others now: what was painted cannot be told; export again, and copy the \
-                 layer over in the image editor"
+                 photo), and the stack has changed, so its paint cannot be identified; export again, and copy the layer over in the image editor"
                     .into(),
             ));
         };
@@ -173,7 +172,7 @@ impl Desk<'_> {
         Ok(shown.filter(|shown| *shown != helper.pixels).map(|_| {
             let mut report = LayerReport::new(&layer.name, None, LayerState::PaintedHelper);
             report.notes.push(
-                "it was painted on; nothing of that is taken home: paint on a layer with a [token]".into(),
+                "it was painted on, but this paint is not imported; paint on a layer with a [token]".into(),
             );
             report
         }))

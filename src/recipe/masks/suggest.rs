@@ -163,7 +163,7 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
         return Err(Error::Request(
-            "nothing is suggested yet; `quadratura mask --suggest` looks for it".into(),
+            "there are no suggestions yet; `quadratura mask --suggest` finds transient objects".into(),
         ));
     }
     let found: Suggestions = read_json(&file, LARGEST, "run `quadratura mask --suggest` again")?;
@@ -242,14 +242,14 @@ fn transients(
     let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
     for (done, &index) in (0..).zip(&indices) {
-        task.step("ask the others", done, indices.len() as u64)?;
+        task.step("compare photos", done, indices.len() as u64)?;
         let Some(look) = &looks[index] else { continue };
         let apart = disagreement(&witnesses, index, options, task)?;
         let small = suspects(&apart, look.donor.camera.width as usize, options);
         let photo = &site.photos[index];
         found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
-    task.step("ask the others", indices.len() as u64, indices.len() as u64)?;
+    task.step("compare photos", indices.len() as u64, indices.len() as u64)?;
     Ok(found)
 }
 
@@ -282,7 +282,7 @@ impl Reader<'_> {
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                self.task.of(&photo.name).note(format!("it is not asked: {error}"));
+                self.task.of(&photo.name).note(format!("the photo is not used for comparison: {error}"));
                 Ok(None)
             }
         }
