@@ -100,10 +100,10 @@ pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
     match &asked.source {
         ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
-        ViewSource::At(path) => match Kind::of(path) {
-            Kind::Colmap => of_cameras(path, size, task),
-            Kind::List => listed(site, path, size),
-            Kind::Path => {
+        ViewSource::At(path) => match ViewFormat::of(path) {
+            ViewFormat::Colmap => of_cameras(path, size, task),
+            ViewFormat::List => listed(site, path, size),
+            ViewFormat::Path => {
                 let (path, flight) = read_camera_path(path, up(&site.photos))?;
                 of_flight(path, &flight, size, fps)
             }
@@ -122,13 +122,13 @@ impl Opened {
 }
 
 /// The kind of a file or folder of views.
-enum Kind {
+enum ViewFormat {
     Colmap,
     List,
     Path,
 }
 
-impl Kind {
+impl ViewFormat {
     /// Determines the kind from the name; COLMAP's files always have the same names.
     fn of(path: &Path) -> Self {
         let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();

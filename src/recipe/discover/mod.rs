@@ -165,7 +165,7 @@ fn joined(root: &Path, below: &Path) -> PathBuf {
 }
 
 /// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be read;
-/// whoever uses them reports the error.
+/// the caller that uses them reports the error.
 fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
     match read_cameras(cameras, &Task::silent().stopped_by(task.stop_flag())) {
         Ok(cameras) => Ok(cameras.photos.into_iter().map(|photo| photo.name).collect()),
