@@ -32,7 +32,7 @@ fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
     let is_built = |editor: &Editor| {
-        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.running.is_idle()
+        editor.session.as_ref().is_some_and(|session| editor.device.is_some()) && editor.running.is_idle()
     };
     wait(&mut harness, "the layers", is_built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
