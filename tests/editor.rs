@@ -14,6 +14,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use quadratura::app::ask::TripAsk;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
@@ -70,7 +71,7 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
 
 fn is_current(editor: &Editor) -> bool {
     let session = editor.session.as_ref().unwrap();
-    session.painter.is_some()
+    editor.device.is_some()
         && editor.running.is_idle()
         && session.photos.iter().all(|photo| photo.is_current())
 }
@@ -247,9 +248,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.state_mut().settings.image_editor.program = NOBODY.into();
     harness.state_mut().settings.image_editor.format = ExportFormat::Xcf;
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    let built = |editor: &Editor| {
-        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.running.is_idle()
-    };
+    let built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
 
@@ -286,7 +285,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.get_by_label("None can be taken back.");
 
     // By hand it comes again.
-    harness.state_mut().import_files(vec![file]);
+    harness.state_mut().apply(TripAsk::ImportFiles(vec![file]));
     wait(&mut harness, "the import by hand", |editor| editor.trip.history.len() == 1);
 }
 

@@ -15,7 +15,7 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
-use quadratura::app::ask::{BuildAsk, DecideAsk};
+use quadratura::app::ask::{BuildAsk, DecideAsk, ProjectAsk};
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::document::Project;
@@ -274,7 +274,8 @@ fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     // What is decided meanwhile is saved beside the mask that is there.
     decide(&mut harness, 15);
     harness.state_mut().end_gesture();
-    assert!(harness.state_mut().save_project());
+    harness.state_mut().apply(ProjectAsk::Save);
+    assert!(!harness.state().is_dirty());
     let saved = read_project(&project).unwrap();
     assert_eq!((saved.options.margin, saved.masks.of(CHURCH).len()), (15, 1));
 }

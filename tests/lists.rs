@@ -251,7 +251,7 @@ fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() 
     let excluded = |editor: &Editor| {
         session!(editor).history.present().decisions.of("01_church.jpg").excludes("church.facade", 0)
     };
-    let drawn_by = |editor: &Editor| session!(editor).painter.as_ref().map(|painter| painter.surface.clone());
+    let drawn_by = |editor: &Editor| editor.work.painter.as_ref().map(|painter| painter.surface.clone());
     let painter = drawn_by(harness.state()).unwrap();
     click(&mut harness, Role::Button, "Exclude 01_church.jpg");
     assert!(excluded(harness.state()));

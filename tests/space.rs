@@ -31,9 +31,7 @@ fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
     let mut harness = window(Some(project.clone()));
     wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    let is_built = |editor: &Editor| {
-        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.running.is_idle()
-    };
+    let is_built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", is_built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     Some((harness, project))

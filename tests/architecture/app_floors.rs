@@ -24,10 +24,9 @@ const STILL_ABOVE: &[(&str, usize)] = &[
     ("app/action/flat.rs", 1),
     ("app/action/life.rs", 3),
     ("app/action/masks.rs", 10),
-    ("app/action/mod.rs", 24),
+    ("app/action/mod.rs", 25),
     ("app/command/file.rs", 2),
     ("app/command/mask.rs", 3),
-    ("app/panel/bar.rs", 1),
     ("app/panel/colour.rs", 2),
     ("app/panel/dialogs.rs", 3),
     ("app/panel/fill/mod.rs", 3),
@@ -64,14 +63,14 @@ const NOT_MOVED: &[(&str, usize)] = &[
     ("flat", 893),
     ("flight", 617),
     ("inspect", 594),
-    ("layer", 290),
+    ("layer", 285),
     ("lists", 1561),
-    ("masking", 1295),
+    ("masking", 1294),
     ("opening", 1527),
-    ("photo", 1084),
+    ("photo", 1081),
     ("pictures", 134),
     ("quality", 482),
-    ("space", 1679),
+    ("space", 1714),
     ("trip", 808),
 ];
 
@@ -82,7 +81,7 @@ const STILL_EGUI: &[&str] = &["app/work/painter/mod.rs"];
 pub const LARGEST_CIRCLE: usize = 91;
 
 /// Functions that take `&mut Editor`. They may only get fewer; none is wanted outside of the shell.
-pub const TAKE_THE_EDITOR: usize = 109;
+pub const TAKE_THE_EDITOR: usize = 80;
 
 /// The folder or file of `src/app` that a path or a file belongs to.
 fn floor_of(path: &[String]) -> &str {

@@ -30,7 +30,7 @@ use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAs
 use super::trip::choosing::choose_path;
 use super::trip::editing::edit_photo;
 use super::trip::exporting::export_chosen;
-use super::trip::importing::{import_chosen, look_at_import, paint_changed, take_back_last};
+use super::trip::importing::{import_chosen, import_files, look_at_import, paint_changed, take_back_last};
 use super::trip::take_home;
 use super::trip::watching::watch_for_saves;
 use super::work::Work;
@@ -137,6 +137,7 @@ fn trip(state: &mut State, work: &mut Work, ask: TripAsk) {
     match ask {
         TripAsk::ChooseImports => state.choose_imports(),
         TripAsk::Import => import_chosen(state, work),
+        TripAsk::ImportFiles(files) => import_files(state, work, files),
         TripAsk::ChooseExport => state.choose_export(),
         TripAsk::Export => export_chosen(state, work),
         TripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
@@ -171,3 +172,6 @@ fn project(state: &mut State, work: &mut Work, ask: ProjectAsk) {
         ProjectAsk::Dialog(wish) => grant_opening(state, work, wish),
     }
 }
+
+#[cfg(test)]
+pub mod tests;

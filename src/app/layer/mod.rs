@@ -89,7 +89,9 @@ pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             "Select an image layer in the list, or click one in the photo, to see it here.",
         );
     };
-    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(editor, ui, &layer, asks));
+    let mut aspect = editor.state.flat.layer.aspect;
+    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(ui, &editor.state, &mut aspect, &layer, asks));
+    editor.state.flat.layer.aspect = aspect;
     Panel::bottom("layer status").show(ui, |ui| tools::status_ui(editor, ui, &key, &layer));
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, &key, &layer));
 }

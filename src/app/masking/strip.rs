@@ -4,45 +4,44 @@ use eframe::egui::{Slider, SliderClamping, Ui};
 
 use super::{RADII_PX, Tool};
 use crate::app::command::{Command, keys_text, mask};
-use crate::app::editor::Editor;
 use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::inspector::button;
 use crate::app::state::State;
-use crate::app::state::ask::Ask;
+use crate::app::state::ask::{Ask, MaskAsk};
 
 /// Of the brush's slider, in points: the row has room for all of it in a window of usual size.
 const SLIDER: f32 = 60.0;
 
 /// What is needed most comes first.
-const PARTS: &[Part] = &[
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::BRUSH, "Brush", asks)),
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::LASSO, "Lasso", asks)),
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::UNCOVER, "Uncover", asks)),
+const PARTS: &[Part<()>] = &[
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Uncover", asks)),
     Part::Tool(brush),
     Part::Gap,
     Part::Tool(suggestions),
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::SHOW, "Show masks", asks)),
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
 ];
 
 /// Draws it.
-pub fn strip_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
-        bar_ui(editor, ui, "masks", None, PARTS, asks);
+        bar_ui(ui, state, &mut (), ("masks", None), PARTS, asks);
     });
 }
 
 /// How large the brush is; always there, so that the photo does not move when a tool is taken up.
-fn brush(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let brush = editor.state.masking.tool == Some(Tool::Brush);
-    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(editor, ui)));
+fn brush(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
+    let brush = state.masking.tool == Some(Tool::Brush);
+    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
 }
 
-fn suggestions(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
-    if editor.state.masking.suggested.count() > 0 {
-        toggle(editor, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
+fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
+    if state.masking.suggested.count() > 0 {
+        toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
     } else {
-        button(editor, ui, &mask::LOOK, asks);
+        button(state, ui, &mask::LOOK, asks);
     }
 }
 
@@ -56,9 +55,9 @@ fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, ask
     }
 }
 
-fn radius(editor: &mut Editor, ui: &mut Ui) {
-    let Some(size) = editor.state.selected_photo_size() else { return };
-    let before = editor.state.masking.radius_px(size);
+fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+    let Some(size) = state.selected_photo_size() else { return };
+    let before = state.masking.radius_px(size);
     let mut radius = before;
     ui.spacing_mut().slider_width = SLIDER;
     let slider = Slider::new(&mut radius, RADII_PX)
@@ -73,7 +72,7 @@ fn radius(editor: &mut Editor, ui: &mut Ui) {
         "How large the brush is, in pixels of the photo: also Ctrl and the wheel, {larger} and {smaller}."
     ));
     if radius != before {
-        editor.state.masking.resize(radius / before, size);
+        asks.push(MaskAsk::ResizeBrush(radius / before).into());
     }
 }
 

@@ -115,10 +115,12 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         return nothing_ui(ui, "Select a photo in the list to see it here.");
     };
     editor.state.flat.photo.turn_to(photo);
+    let mut taken_off = editor.state.flat.photo.taken_off;
     Panel::top("photo tools").show(ui, |ui| {
-        tools::tools_ui(editor, ui, photo, asks);
-        strip_ui(editor, ui, asks);
+        tools::tools_ui(ui, &editor.state, &mut taken_off, photo, asks);
+        strip_ui(ui, &editor.state, asks);
     });
+    editor.state.flat.photo.taken_off = taken_off;
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(editor, ui));
     if editor.state.flat.photo.reasons_shown {

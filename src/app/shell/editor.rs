@@ -101,6 +101,11 @@ impl Editor {
         apply(&mut self.state, &mut self.work, ask.into());
     }
 
+    /// Runs a command if it is ready, else says why not.
+    pub fn run(&mut self, command: &Command) {
+        self.apply(command.asked(&self.state));
+    }
+
     fn take_in(&mut self, context: &Context) {
         let dropped = context.input(|input| input.raw.dropped_files.clone());
         let dropped: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
@@ -183,7 +188,7 @@ impl eframe::App for Editor {
             while self.crash.is_none() {
                 let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
                 let Some(command) = command::next_pressed(context, self.state.space.id, heard) else { break };
-                self.apply(command.asked(&self.state));
+                self.run(command);
             }
             self.settle(context);
         };

@@ -140,14 +140,17 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_view_that_is_shown_is_the_one_that_commands_mean() {
-        let mut layout = Layout::default();
-        assert_eq!(layout.used(), Pane::Space);
+    fn a_view_that_comes_to_the_front_hides_the_others_of_its_tabs_and_what_would_be_seen_is_known_before() {
+        let (mut layout, mut panes) = (Layout::default(), Panes::default());
+        layout.tell(&mut panes);
+        assert_eq!((panes.used(), layout.seen()), (Pane::Space, [true, false, false]));
         for pane in [Pane::Layer, Pane::Photo] {
-            layout.show(pane);
-            assert!(layout.is_shown(pane));
-            assert_eq!(layout.used(), pane);
-            assert_eq!(Pane::ALL.iter().filter(|pane| layout.is_shown(**pane)).count(), 1);
+            panes.show(pane);
+            panes.take_to_front().into_iter().for_each(|pane| layout.show(pane));
+            let seen = Pane::ALL.map(|other| other == pane);
+            assert_eq!((layout.seen(), Pane::ALL.map(|pane| panes.is_shown(pane))), (seen, seen));
+            layout.tell(&mut panes);
+            assert_eq!((panes.used(), Pane::ALL.map(|pane| panes.is_shown(pane))), (pane, seen));
         }
     }
 
@@ -171,9 +174,9 @@ mod tests {
         let mut layout = Layout::default();
         layout.show(Pane::Photo);
         layout.keep(&mut storage);
-        assert!(Layout::kept(Some(&storage)).is_shown(Pane::Photo));
+        assert!(Layout::kept(Some(&storage)).seen()[Pane::Photo as usize]);
         layout.tree = Tree::new_tabs(Id::unique("centre"), vec![Pane::Photo]);
         layout.keep(&mut storage);
-        assert!(Layout::kept(Some(&storage)).is_shown(Pane::Space));
+        assert!(Layout::kept(Some(&storage)).seen()[Pane::Space as usize]);
     }
 }

@@ -240,7 +240,9 @@ pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         paint(editor, ui, rect);
         picking::pick(editor, ui, &response, rect, asks);
     }
-    tools::tools_ui(editor, ui, rect, asks);
+    let mut controls = tools::Controls::new(&editor.state);
+    tools::tools_ui(ui, &editor.state, &mut controls, rect, asks);
+    controls.put_back(&mut editor.state);
 }
 
 /// Takes in the newest picture.

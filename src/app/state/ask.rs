@@ -263,6 +263,8 @@ pub enum TripAsk {
     ChooseImports,
     /// Imports what was chosen in the dialog.
     Import,
+    /// Imports these files.
+    ImportFiles(Vec<PathBuf>),
     /// Shows the dialog for exports.
     ChooseExport,
     /// Exports as it was chosen in the dialog.
