@@ -67,7 +67,9 @@ fn where_nothing_is_hidden_layers_show_what_the_whole_photo_shows() {
         let mean = off.iter().map(|off| f64::from(*off)).sum::<f64>() / off.len() as f64;
         let most = *off.iter().max().unwrap();
         println!("{quality:?}: {} pixels, at most {most} off, {mean:.4} on average", off.len());
-        assert!(off.len() > 200_000 && most <= 2 && mean <= 0.1, "{most}, {mean} over {}", off.len());
+        // Both pictures look up the same texels; each may be stored 0.6 steps off, and a lookup lands up to 1/256 of a
+        // texel elsewhere. 2 was seen; what is wrong by a layer is off by tens.
+        assert!(off.len() > 200_000 && most <= 3 && mean <= 0.1, "{most}, {mean} over {}", off.len());
     }
 }
 
