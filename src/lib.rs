@@ -9,6 +9,7 @@
 //! |---|---|
 //! | [`error`], [`task`] | whose fault; progress and stop |
 //! | [`geometry`] | camera, lens, plane, polygon, rectangle: pure mathematics |
+//! | [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
 //! | [`scene`] | photo, model, site: what was photographed; immutable |
 //! | [`projection`] | novel views: sheared frusta, which image layers serve a face, weights |
 //! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
@@ -59,6 +60,7 @@ pub mod error;
 pub mod task;
 
 pub mod geometry;
+pub mod raster;
 pub mod scene;
 
 pub mod projection;
