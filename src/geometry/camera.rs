@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::PixelRect;
+
 /// A pinhole camera without distortion. Units: pixels; pixel (0,0) is the top-left pixel and its
 /// centre is (0.5, 0.5) (COLMAP's convention); x right, y down, z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +23,11 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
+    /// All pixels of the photo.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.width, self.height)
+    }
+
     /// Pixel coordinates of a point in the camera frame; `None` where it is not in front (z <= 0).
     pub fn image_from_camera(&self, point_in_camera: DVec3) -> Option<DVec2> {
         let DVec3 { x, y, z } = point_in_camera;

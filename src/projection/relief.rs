@@ -43,7 +43,7 @@ pub struct FaceRelief {
 
 impl FaceRelief {
     /// The height at a point of the plane: bilinear between cells' centres, constant beyond the outer
-    /// ones.
+    /// ones. Written out, not `raster::bilinear`: read it beside the shader (`height_at`), in doubles.
     pub fn height(&self, point_in_world: DVec3) -> f64 {
         let at = (self.frame.flat(point_in_world) - self.low) / self.cell - 0.5;
         let (x, y) = (at.x.max(0.0), at.y.max(0.0));

@@ -3,6 +3,9 @@
 
 use rayon::prelude::*;
 
+use super::Image;
+use crate::geometry::PixelRect;
+
 /// What becomes of the last column or row of a side of odd length.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum OddSide {
@@ -56,6 +59,14 @@ pub fn halved<T: Send>(size: [usize; 2], odd: OddSide, mean: impl Fn(&[usize]) -
         })
     };
     (0..rows).into_par_iter().flat_map_iter(row).collect()
+}
+
+impl<P> Image<P> {
+    /// Half the image, its corner at (0, 0): as [`halved`] makes it.
+    pub fn halved<T: Send>(&self, odd: OddSide, mean: impl Fn(&[usize]) -> T + Sync) -> Image<T> {
+        let [width, height] = odd.half_size(self.size());
+        Image::new(PixelRect::of_size(width as u32, height as u32), halved(self.size(), odd, mean))
+    }
 }
 
 #[cfg(test)]

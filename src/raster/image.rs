@@ -68,6 +68,11 @@ impl<P> Image<P> {
         self.rect.index(x, y).map(|index| &mut self.pixels[index])
     }
 
+    /// Each pixel changed into another one, perhaps of another format.
+    pub fn map<Q>(&self, change: impl FnMut(&P) -> Q) -> Image<Q> {
+        Image { rect: self.rect, pixels: self.pixels.iter().map(change).collect() }
+    }
+
     /// Every pixel with its column and row, row by row.
     pub fn iter(&self) -> impl Iterator<Item = ((i32, i32), &P)> {
         self.rect.pixels().zip(&self.pixels)
@@ -119,6 +124,7 @@ mod tests {
         let mut image = Image::from_fn(RECT, |(x, y)| 10 * y + x);
         assert_eq!(image.pixels(), [49, 50, 51, 59, 60, 61]);
         assert_eq!((image.get(1, 6), image.get(2, 6), image.get(-1, 4)), (Some(&61), None, None));
+        assert_eq!(image.map(|pixel| pixel % 10 == 0).held().collect::<Vec<_>>(), [(0, 5), (0, 6)]);
         *image.get_mut(0, 5).unwrap() = 7;
         assert_eq!(image.iter().nth(1), Some(((0, 5), &7)));
         assert_eq!((image.size(), image.into_pixels().len()), ([3, 2], 6));

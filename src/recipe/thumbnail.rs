@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::io::photo::{picture_size, read_photo};
 use crate::io::thumbnails::{Stamp, Thumbnails};
 use crate::projection::Picture;
+use crate::raster::in_8_bits;
 use crate::scene::{Photo, PhotoPixels};
 
 /// Of the pixels that a thumbnail's pixel stands for, so many are looked at along each side: more change
@@ -74,7 +75,7 @@ fn mean(pixels: &PhotoPixels, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
             alpha += weight;
         }
     }
-    let eight = |value: u64| ((value + 128) / 257) as u8;
+    let eight = |mean: u64| in_8_bits(mean as u16);
     let [r, g, b] = sum.map(|sum| eight(sum.checked_div(alpha).unwrap_or(0)));
     [r, g, b, eight(alpha / u64::from(SAMPLES * SAMPLES))]
 }

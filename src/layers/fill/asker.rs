@@ -148,7 +148,7 @@ impl Asking<'_> {
 
     /// All of the photo.
     pub fn frame(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.own.camera.width, h: self.own.camera.height }
+        self.own.camera.rect()
     }
 
     /// The point of a region's true surface that is seen at a photo position.

@@ -13,6 +13,7 @@ use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::radius2;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::projection::{Blend, Gains, PhotoId};
+use crate::raster::robust;
 
 /// So many photos are asked for a point at most: from the sixth on they change the median no more, and some
 /// of the best may be hidden there.
@@ -117,9 +118,7 @@ fn giver<'a>(photo: PhotoId, donor: &'a Donor, gains: &Gains, place: &Place) -> 
     let seen = |point: DVec3| {
         let in_camera = donor.pose.camera_from_world(point);
         let px = donor.camera.image_from_camera(in_camera)?;
-        let (width, height) = (f64::from(donor.camera.width), f64::from(donor.camera.height));
-        let inside = px.cmpge(DVec2::ZERO).all() && px.cmplt(DVec2::new(width, height)).all();
-        inside.then_some((px, in_camera.z))
+        donor.camera.rect().contains_position(px).then_some((px, in_camera.z))
     };
     let (at, (px, depth)) = place.probes.iter().find_map(|point| Some((*point, seen(*point)?)))?;
     let paint = donor.paint(item);
@@ -235,17 +234,18 @@ pub fn contradict(a: [f32; 3], b: [f32; 3]) -> bool {
 
 /// The place of the candidate that is taken, and how much the candidates agree, 0 to 1.
 fn chosen(candidates: &[Candidate]) -> (usize, f32) {
+    const COUNTED: &str = "two candidates at least are chosen from";
     let median = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_GIVERS];
         candidates.iter().zip(&mut values).for_each(|(candidate, value)| *value = candidate.log[c]);
-        median(&mut values[..candidates.len()])
+        robust::median(&mut values[..candidates.len()]).expect(COUNTED)
     });
     let mut distances = [0.0; MOST_GIVERS];
     for (candidate, distance) in candidates.iter().zip(&mut distances) {
         *distance = (0..3).map(|c| (candidate.log[c] - median[c]).abs()).sum::<f32>() / 3.0;
     }
     let mut sorted = distances;
-    let spread = self::median(&mut sorted[..candidates.len()]);
+    let spread = robust::median(&mut sorted[..candidates.len()]).expect(COUNTED);
     let agreement = 1.0 / (1.0 + (spread / USUAL_SPREAD).powi(2));
     if candidates.len() < MEDIAN_FROM {
         return (0, agreement);
@@ -253,13 +253,6 @@ fn chosen(candidates: &[Candidate]) -> (usize, f32) {
     // Half of them are as near as the spread; a usual one is near, too.
     let near = |place: &usize| distances[*place] <= spread.max(USUAL_SPREAD / 2.0);
     ((0..candidates.len()).find(near).unwrap_or(0), agreement)
-}
-
-/// The mean of the two in the middle where their number is even.
-fn median(values: &mut [f32]) -> f32 {
-    values.sort_unstable_by(f32::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
 }
 
 #[cfg(test)]

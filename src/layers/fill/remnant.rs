@@ -54,7 +54,7 @@ impl Remnant {
 /// The sum of the pixels at a place of which nothing is shown, and their number: what stands before it is as near as
 /// can be. What is masked says nothing; where all is, one looks farther around.
 fn around(own: &Donor, rect: PixelRect) -> ([f32; 3], f32) {
-    let photo = PixelRect { x: 0, y: 0, w: own.camera.width, h: own.camera.height };
+    let photo = own.camera.rect();
     let mut wide = rect;
     loop {
         let mut all = ([0.0; 3], 0.0);

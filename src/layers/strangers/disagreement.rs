@@ -8,6 +8,7 @@ use super::look::{Look, Tint, length};
 use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
+use crate::raster::robust::{median, of_rank};
 use crate::task::Task;
 
 /// So many photos are asked at most, the nearest ones.
@@ -87,9 +88,8 @@ impl Court<'_> {
             return None;
         }
         let quarrel = spread(&tints[..count]) / self.options.quarrel;
-        apart[..count].sort_unstable_by(f32::total_cmp);
         // One in four may be wrong as the asked one is: it shows the same stranger, or is out of register.
-        Some(apart[count / 4] / (1.0 + quarrel * quarrel))
+        Some(of_rank(&mut apart[..count], count / 4)? / (1.0 + quarrel * quarrel))
     }
 
     /// The surface that the asked photo shows at a pixel, and the point.
@@ -129,23 +129,17 @@ impl Court<'_> {
 
 /// How far colours are from the one in their middle: the median.
 fn spread(tints: &[Tint]) -> f32 {
+    const COUNTED: &str = "several witnesses say something";
     let middle = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_WITNESSES];
         tints.iter().zip(&mut values).for_each(|(tint, value)| *value = tint[c]);
-        median(&mut values[..tints.len()])
+        median(&mut values[..tints.len()]).expect(COUNTED)
     });
     let mut values = [0.0; MOST_WITNESSES];
     for (tint, value) in tints.iter().zip(&mut values) {
         *value = length([0, 1, 2].map(|c| tint[c] - middle[c]));
     }
-    median(&mut values[..tints.len()])
-}
-
-/// The mean of the two in the middle where their number is even.
-fn median(values: &mut [f32]) -> f32 {
-    values.sort_unstable_by(f32::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+    median(&mut values[..tints.len()]).expect(COUNTED)
 }
 
 #[cfg(test)]

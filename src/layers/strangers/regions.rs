@@ -18,7 +18,7 @@ pub struct Suspect {
 pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
     let smooth = smoothed(apart, width);
     let most = (apart.len() as f64 * options.most_share) as u64;
-    let whole = PixelRect { x: 0, y: 0, w: width as u32, h: (apart.len() / width.max(1)) as u32 };
+    let whole = PixelRect::of_size(width as u32, (apart.len() / width.max(1)) as u32);
     let mut taken = vec![false; apart.len()];
     let mut found = Vec::new();
     for start in 0..smooth.len() {

@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Ratio;
 use crate::projection::PhotoId;
+use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
 
 /// What fits the ratios.
 #[derive(Debug, Clone, PartialEq)]
@@ -29,9 +30,6 @@ pub(super) const CORRELATED: f64 = 10.0;
 /// Residuals beyond so many standard deviations count by their sign rather than by their size; 95 %
 /// as good as least squares where nothing is wrong (Huber 1981).
 pub(super) const HUBER: f64 = 1.345;
-
-/// The median of the absolute value of a normal variable, inverted.
-pub(super) const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
 /// Ratios of 8-bit values are not better than this, nor need gains be.
 pub(super) const LEAST_SIGMA: f64 = 1e-3;
@@ -68,7 +66,7 @@ fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[u
     let mut gains = vec![0.0; photos];
     let mut median = median_residual(ratios, channel, &gains);
     for _ in 0..MOST_ROUNDS {
-        let sigma = (SIGMA_PER_MEDIAN * median).max(LEAST_SIGMA);
+        let sigma = (SIGMA_PER_MAD * median).max(LEAST_SIGMA);
         let next = reweighted(ratios, channel, &gains, sigma);
         let moved = gains.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         gains = next;
@@ -131,11 +129,7 @@ pub(super) fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
 pub(super) fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -> f64 {
     let off = |r: &Ratio| (f64::from(r.log[channel]) - (gains[r.a.0 as usize] - gains[r.b.0 as usize])).abs();
     let mut residuals: Vec<f64> = ratios.iter().map(off).collect();
-    if residuals.is_empty() {
-        return 0.0;
-    }
-    let middle = residuals.len() / 2;
-    *residuals.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut residuals).unwrap_or(0.0)
 }
 
 /// For each photo the first photo of its component.

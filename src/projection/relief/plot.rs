@@ -6,6 +6,7 @@ use super::FaceRelief;
 use super::options::ReliefOptions;
 use super::witness::Witness;
 use crate::geometry::polygon::PlaneFrame;
+use crate::raster::robust::quantile;
 use crate::scene::{FaceId, Model};
 
 /// Cells in the plane of a face.
@@ -44,7 +45,7 @@ impl Plot {
         let corners = || model.ring_points(face).map(|point| frame.flat(point));
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let extent = corners().fold(DVec2::NEG_INFINITY, DVec2::max) - low;
-        let cell = cell_side(witnesses, extent, options);
+        let cell = cell_side(witnesses, extent, options)?;
         if cell == 0.0 || !cell.is_finite() {
             return None;
         }
@@ -53,7 +54,7 @@ impl Plot {
             return None;
         }
         let distances = witnesses.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
-        let reach = options.reach * at_share(distances, 0.5);
+        let reach = options.reach * at_share(distances, 0.5)?;
         let reach = reach.min(0.5 * (extent.x * extent.y).sqrt());
         Some(Self { face, frame, normal: plane.normal, low, cell, size, reach })
     }
@@ -79,18 +80,16 @@ impl Plot {
     }
 }
 
-fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptions) -> f64 {
+fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
     // A quarter of the witnesses see it better.
-    let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75);
+    let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75)?;
     let wanted = options.cell_px / px_per_unit;
     let most = f64::from(options.most_cells);
     // The second bound is for slivers, which have length but no area.
-    wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most)
+    Some(wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most))
 }
 
-/// The value with this share of the others below it.
-fn at_share(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_unstable_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
+/// None of nothing.
+fn at_share(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    quantile(&mut values.collect::<Vec<_>>(), share)
 }

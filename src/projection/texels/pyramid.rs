@@ -47,7 +47,7 @@ pub struct Level {
 impl Level {
     /// The byte where a texel of `rect` begins.
     pub fn index(&self, x: i32, y: i32) -> usize {
-        4 * ((y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize)
+        4 * self.rect.offset(x, y)
     }
 
     /// Room for this content and what is carried past it.
@@ -172,7 +172,7 @@ fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
     let content = std::mem::take(&mut level.content);
     for (y, run) in content.iter() {
         let to = level.index(run.start, y);
-        let from = 4 * ((y - rect.y) as usize * rect.w as usize + (run.start - rect.x) as usize);
+        let from = 4 * rect.offset(run.start, y);
         let bytes = 4 * run.len();
         level.rgba[to..to + bytes].copy_from_slice(&pixels.rgba[from..from + bytes]);
     }
@@ -181,8 +181,7 @@ fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
 
 /// What the photo shows at a texel that holds nothing, if the sheet's pixels tell.
 fn beside(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 3]> {
-    let inside = (rect.x..rect.right()).contains(&x) && (rect.y..rect.bottom()).contains(&y);
-    let index = inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)?;
+    let index = rect.index(x, y)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
     (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
 }
@@ -228,7 +227,7 @@ impl Rows for Decoded<'_> {
 fn encoded(light: Light, srgb: Srgb) -> Level {
     let mut level = Level::new(light.content.clone());
     for (y, run) in light.content.iter() {
-        let (from, to) = (light.index(run.start, y), level.index(run.start, y));
+        let (from, to) = (light.rect.offset(run.start, y), level.index(run.start, y));
         let texels = level.rgba[to..to + 4 * run.len()].as_chunks_mut().0;
         for (texel, i) in texels.iter_mut().zip(from..) {
             let colour = light.colour[i] / light.colour[i].w;

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::LayerPicture as Layer;
-use super::canvas::{Canvas, Ink, over, scaled};
+use super::canvas::{Canvas, Ink, scaled};
+use crate::raster::over::premultiplied;
 
 /// Drawn at so many times the size in each direction, then scaled down: smooth edges.
 const FINER: usize = 2;
@@ -112,7 +113,7 @@ fn composed(layers: &[&Layer], size: (usize, usize)) -> Canvas {
     canvas.pixels.fill(GLASS.linear());
     let pitch = (size.0 / 110).max(3);
     for layer in layers.iter().rev() {
-        canvas.draw(&layer.hatched(pitch), layer.rect.x.into(), layer.rect.y.into());
+        canvas.draw(&layer.hatched(pitch), layer.rect.x, layer.rect.y);
     }
     canvas
 }
@@ -195,7 +196,7 @@ impl Eye {
                 let color = picture.sample(s * picture.width as f64, t * picture.height as f64);
                 if color[3] > 0.0 {
                     let at = y * canvas.width + x;
-                    canvas.pixels[at] = over(color, canvas.pixels[at]);
+                    canvas.pixels[at] = premultiplied(color, canvas.pixels[at]);
                 }
             }
         }

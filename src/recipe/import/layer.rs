@@ -225,8 +225,8 @@ impl Desk<'_> {
     }
 
     fn moved(&self, base: Placed, found: Placed, patch: &Patch) -> Option<[i32; 2]> {
-        let pixels = || (0..base.pixels.height()).flat_map(|y| (0..base.pixels.width()).map(move |x| (x, y)));
-        let shown = pixels().filter(|&(x, y)| base.pixels.has_colour(x, y)).count();
+        let places = PixelRect::of_size(base.pixels.width(), base.pixels.height()).pixels();
+        let shown = places.filter(|&(x, y)| base.pixels.has_colour(x as u32, y as u32)).count();
         if shown == 0 || (patch.count() as f64) < MOST_PAINTED * shown as f64 || self.scale != 1.0 {
             return None;
         }

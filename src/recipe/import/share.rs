@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use crate::document::paint::{Colour, Patch};
 use crate::geometry::PixelRect;
+use crate::raster::Image;
 use crate::recipe::paint::parts::{Parts, holds};
 
 /// A surface of an image layer, by its place among the layer's parts, with its paint.
@@ -57,8 +58,7 @@ fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
 
 /// For every pixel of a rectangle the part that is the fewest steps away.
 struct Nearest {
-    rect: PixelRect,
-    part: Vec<u32>,
+    part: Image<u32>,
 }
 
 const NOBODY: u32 = u32::MAX;
@@ -67,33 +67,25 @@ impl Nearest {
     fn around(past: PixelRect, parts: &Parts) -> Self {
         let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());
         let rect = bounds.reduce(|a, b| a.union(&b)).map_or(past, |bounds| bounds.union(&past));
-        let mut nearest = Self { rect, part: vec![NOBODY; rect.area() as usize] };
+        let mut nearest = Self { part: Image::filled(rect, NOBODY) };
         for (index, part) in parts.list.iter().enumerate() {
             for (y, run) in parts.covered(part).iter() {
-                run.clone()
-                    .for_each(|x| *nearest.entry(x, y).expect("it is within the bounds") = index as u32);
+                let first = rect.offset(run.start, y);
+                nearest.part.pixels_mut()[first..first + run.len()].fill(index as u32);
             }
         }
         nearest.spread();
         nearest
     }
 
-    fn entry(&mut self, x: i32, y: i32) -> Option<&mut u32> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| &mut self.part[(y - top) as usize * w as usize + (x - left) as usize])
-    }
-
     /// From all covered pixels at once, step by step.
     fn spread(&mut self) {
-        let rect = self.rect;
-        let places = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-        let mut front: VecDeque<(i32, i32)> =
-            places.zip(&self.part).filter(|(_, part)| **part != NOBODY).map(|(place, _)| place).collect();
+        let covered = self.part.iter().filter(|(_, part)| **part != NOBODY);
+        let mut front: VecDeque<(i32, i32)> = covered.map(|(place, _)| place).collect();
         while let Some((x, y)) = front.pop_front() {
-            let part = *self.entry(x, y).expect("only pixels of the rectangle are in the queue");
+            let part = *self.part.get(x, y).expect("only pixels of the rectangle are in the queue");
             for (x, y) in [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)] {
-                if let Some(next) = self.entry(x, y).filter(|next| **next == NOBODY) {
+                if let Some(next) = self.part.get_mut(x, y).filter(|next| **next == NOBODY) {
                     *next = part;
                     front.push_back((x, y));
                 }
@@ -103,8 +95,8 @@ impl Nearest {
 
     /// Where no part covers any pixel the first one takes all.
     fn at(&self, x: i32, y: i32) -> usize {
-        let at = (y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize;
-        if self.part[at] == NOBODY { 0 } else { self.part[at] as usize }
+        let part = self.part.get(x, y).filter(|part| **part != NOBODY);
+        part.map_or(0, |part| *part as usize)
     }
 }
 
@@ -135,7 +127,7 @@ mod tests {
         let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let faces = (0..columns.len() as u32).collect();
         let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
-        test(&scenery.parts(&[(&element, None)], PixelRect { x: 0, y: 0, w: 16, h: 8 }));
+        test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }
 
     fn paint(places: &[(i32, i32)]) -> Patch {

@@ -139,7 +139,7 @@ impl View {
     }
 
     fn photo(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height }
+        self.camera.rect()
     }
 
     fn in_photo(&self, covered: &Spans) -> Spans {
