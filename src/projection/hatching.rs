@@ -1,16 +1,16 @@
-//! Stripes over what a photo does not show, as draughtsmen hatch: lines at 45 degrees, laid in the photo's frame, so
-//! that those of neighbouring areas meet.
+//! Hatching of areas that a photo does not show: lines at 45 degrees, aligned to the photo's frame, so that
+//! those of adjoining areas meet.
 
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
 use crate::raster::Image;
 
-/// A set of pixels within a rectangle of the photo, in photo pixels; the rectangle may reach outside the photo.
+/// A pixel mask within a rectangle of the photo, in photo pixels; the rectangle may reach outside the photo.
 pub type Mask = Image<bool>;
 
-/// The stripes over a mask within `window`, as segments in photo pixels that fall to the left, `pitch_px` pixels
-/// apart along a row. The work is that of the pixels they pass.
+/// Computes the hatching lines of a mask within `window`, as segments in photo pixels that fall to the left,
+/// `pitch_px` pixels apart along a row. The running time is proportional to the pixels that the lines cross.
 pub fn stripes(mask: &Mask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]> {
     let window = window.intersection(&mask.rect());
     let mut segments = Vec::new();
@@ -27,7 +27,7 @@ pub fn stripes(mask: &Mask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]>
     segments
 }
 
-/// The runs of one diagonal, whose columns and rows add up to `sum`.
+/// Computes the segments of one diagonal, whose columns and rows add up to `sum`.
 fn stripe(mask: &Mask, window: PixelRect, sum: i32, segments: &mut Vec<[DVec2; 2]>) {
     let rows = window.y.max(sum - window.right() + 1)..window.bottom().min(sum - window.x + 1);
     let corner = |y: i32| DVec2::new(f64::from(sum - y + 1), f64::from(y));
@@ -61,7 +61,7 @@ mod tests {
         let mask = box_of(rect, PixelRect { x: 2, y: 4, w: 6, h: 5 });
         assert_eq!(mask.count(), 30);
         let all = stripes(&mask, rect, 4);
-        // Of the sums 6 to 15 those that are multiples of 4.
+        // Of the sums 6 to 15, those that are multiples of 4.
         let expected = [[(5.0, 4.0), (2.0, 7.0)], [(9.0 - 1.0, 5.0), (4.0, 9.0)]];
         let expected = expected.map(|ends| ends.map(|(x, y)| DVec2::new(x, y)));
         assert_eq!(all, expected);

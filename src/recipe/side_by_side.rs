@@ -1,4 +1,4 @@
-//! Several photos at a time, as many as threads and memory allow.
+//! A pool of threads that processes several photos at a time, within a memory budget.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -7,21 +7,23 @@ use super::budget::Budget;
 use crate::error::Result;
 use crate::task::Task;
 
-/// How many at a time, and what that is called.
+/// The limits of processing in parallel, and the name of the stage.
 pub(super) struct SideBySide {
-    /// Worked on at the same time at most; one at least.
+    /// The largest number of items processed at the same time, at least one.
     pub threads: usize,
-    /// Bytes that they may take together; what needs more works alone.
+    /// The memory budget in bytes for all of them; an item that needs more runs alone.
     pub memory: u64,
-    /// The stage that is reported of all of them.
+    /// The stage that is reported for all items together.
     pub stage: &'static str,
 }
 
 impl SideBySide {
-    /// The results of `work` on `items`, in their order; `bytes` is what an item takes.
+    /// Runs `work` on all items and returns the results in their order; `bytes` returns the memory that an item
+    /// takes.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`]; `work` should ask `task`, too, where it takes long.
+    /// Returns [`crate::Error::Cancelled`] when the task was cancelled. Long-running `work` should check `task`,
+    /// too.
     pub fn run<I: Sync, T: Send>(
         &self,
         items: &[I],
@@ -44,15 +46,17 @@ impl SideBySide {
                 }
             }
         };
-        // Threads of their own, not rayon's: a rayon thread that waits inside one item would start
-        // another one and hold both.
+        // These are separate threads, not rayon's: a rayon thread that waits inside one item would start another
+        // one and hold both.
         std::thread::scope(|scope| {
             (0..self.threads.clamp(1, items.len().max(1))).for_each(|_| drop(scope.spawn(take)));
         });
         task.go_on()?;
         let taken =
             results.into_iter().map(|result| result.into_inner().expect("no holder of this lock panics"));
-        Ok(taken.map(|result| result.expect("nobody stopped, so every item was worked on")).collect())
+        Ok(taken
+            .map(|result| result.expect("the task was not cancelled, so every item was processed"))
+            .collect())
     }
 }
 

@@ -1,5 +1,5 @@
-//! A region and what is around it, in cells of a few pixels: where a photo is compared with what fills it, and
-//! where smooth values are spread.
+//! A region and its surroundings in cells of a few pixels, in which a photo is compared with its filling and
+//! smooth values are interpolated.
 
 use glam::DVec2;
 
@@ -9,23 +9,23 @@ use crate::geometry::PixelRect;
 use crate::raster::Image;
 use crate::raster::bilinear::Clamped;
 
-/// Side of a cell, in pixels: edges that are out of register by a pixel or two have no say.
+/// Side of a cell in pixels: large enough that misregistration by a pixel or two has little effect.
 pub const CELL_PX: i32 = 4;
 
 /// The level of detail at which a pixel is as large as a cell.
 pub const CELL_LEVEL: usize = 2;
 
-/// So many cells beside the hidden part belong to it: farther ones show other things.
+/// The number of cells around the occluded part that are compared; farther ones show other things.
 const REACH_CELLS: i32 = 6;
 
-/// The cells around a region.
+/// The cells of a region and around it.
 pub struct Cells {
     /// Which are near the hidden part.
     near: Image<bool>,
 }
 
 impl Cells {
-    /// Those of a region and around it, within a photo.
+    /// Builds the cells of a region and its surroundings, within a photo.
     pub fn around(region: &Region, photo: PixelRect) -> Self {
         let reach = (REACH_CELLS * CELL_PX) as u32;
         let rect = region.rect().grown(reach).intersection(&photo);
@@ -41,37 +41,38 @@ impl Cells {
         Self { near: Image::new(holds.rect(), grown(holds.pixels(), holds.size(), REACH_CELLS as usize)) }
     }
 
-    /// Which cells hold one of these pixels of the photo, or lie beside one that does: by their places.
+    /// Returns a mask of the cells that hold one of these pixels of the photo, or are adjacent to one that
+    /// does.
     pub fn touching(&self, pixels: impl Iterator<Item = (u32, u32)>) -> Vec<bool> {
         let mut holds = vec![false; self.near.pixels().len()];
-        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|place| holds[place] = true);
+        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|index| holds[index] = true);
         grown(&holds, self.near.size(), 1)
     }
 
-    /// The middles of the cells that are near the hidden part, in photo pixels, with their places.
+    /// Iterates over the cells near the occluded part: their index, and their centre in photo pixels.
     pub fn near(&self) -> impl Iterator<Item = (usize, DVec2)> {
         let middle = |cell: i32| f64::from(cell * CELL_PX) + f64::from(CELL_PX) / 2.0;
         let near = self.near.iter().enumerate().filter(|(_, (_, near))| **near);
-        near.map(move |(place, ((x, y), _))| (place, DVec2::new(middle(x), middle(y))))
+        near.map(move |(index, ((x, y), _))| (index, DVec2::new(middle(x), middle(y))))
     }
 
-    /// The cell that holds a pixel.
+    /// Returns the index of the cell that holds a pixel; `None` outside of the cells.
     pub fn place(&self, x: u32, y: u32) -> Option<usize> {
         self.near.rect().index(x as i32 / CELL_PX, y as i32 / CELL_PX)
     }
 
-    /// Spreads values over all cells: place, value and weight (1 at most) of those that are known. None where
-    /// nothing is.
+    /// Interpolates values over all cells from the known ones: index, value and weight (1 at most). Returns
+    /// `None` when none is known.
     pub fn spread(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<Field> {
         let mut grid = Grid::new(self.near.size());
-        for (place, value, weight) in known {
-            (grid.values[place], grid.weights[place]) = (value, weight);
+        for (index, value, weight) in known {
+            (grid.values[index], grid.weights[index]) = (value, weight);
         }
         Some(Field { values: Image::new(self.near.rect(), grid.filled()?) })
     }
 }
 
-/// Every mark grown to all sides by so many cells.
+/// Dilates a mask by `reach` cells to all sides.
 fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool> {
     let mut wide = vec![false; marks.len()];
     for (i, _) in marks.iter().enumerate().filter(|(_, mark)| **mark) {
@@ -89,7 +90,7 @@ fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool>
     grown
 }
 
-/// Smooth values over a region.
+/// A grid of smooth values over a region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     /// By cell.
@@ -97,7 +98,7 @@ pub struct Field {
 }
 
 impl Field {
-    /// The value at a pixel, between the cells' middles.
+    /// Interpolates the value at a pixel between the cells' centres.
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         let (rect, size) = (self.values.rect(), self.values.size());
         let cell = |at: u32, first: i32| (f64::from(at) + 0.5) / f64::from(CELL_PX) - f64::from(first);

@@ -1,4 +1,5 @@
-//! Paint of a photo, ready to give: where a hand has been on a surface it has the word, not the photo under it.
+//! Paint of a photo prepared for sampling by other photos: where a surface is painted, its paint counts
+//! instead of the photo underneath.
 
 use glam::DVec2;
 
@@ -9,24 +10,26 @@ use crate::raster::Image;
 use crate::raster::bilinear::Corner;
 use crate::raster::halving::OddSide;
 
-/// Soft paint gives its colour from half its opacity on: below, what it was laid on has more say in it.
+/// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
+/// contributes more.
 const GIVING_ALPHA: u8 = 128;
 
-/// Levels of detail, as photos have them (see [`super::donor`]).
+/// The number of levels of detail, the same as of photos (see [`super::donor`]).
 pub(super) const LEVELS: usize = 4;
 
-/// What was painted on one surface of a photo.
+/// The paint on one surface of a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PaintedSurface {
     /// The surface.
     pub surface: SurfaceId,
-    /// In photo pixels; may reach outside the photo. R, G, B, A in the photo's encoding; without opacity where it was
-    /// painted away, none where nobody painted.
+    /// In photo pixels; the bounds may reach outside the photo. R, G, B, A in the photo's encoding, with alpha 0 where
+    /// paint was erased; `None` where there is no paint.
     pub pixels: Image<Option<[u8; 4]>>,
 }
 
 impl PaintedSurface {
-    /// Every painted pixel that lies within a photo of this size, and its colour if it gives one.
+    /// Iterates over the painted pixels that lie within a photo of this size: column, row, and the colour if
+    /// the pixel provides one.
     pub(super) fn within(
         &self,
         width: u32,
@@ -42,23 +45,24 @@ fn given([r, g, b, a]: [u8; 4]) -> Option<[u8; 3]> {
     (a >= GIVING_ALPHA).then_some([r, g, b])
 }
 
-/// What paint says of a place.
+/// The result of sampling paint at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Word {
-    /// Nobody painted there: the photo may speak.
+    /// There is no paint: the photo's own pixel counts.
     None,
-    /// It was painted away, or too faintly: nothing is to come from here.
+    /// The paint was erased or is too faint: neither paint nor photo is to be used.
     Silence,
-    /// The colour, linear light, full range 1.
+    /// The colour of the paint: linear light, full range 1.
     Colour([f32; 3]),
 }
 
 /// The paint of one surface at several levels of detail.
 #[derive(Debug)]
 pub struct Paint {
-    /// Its corner is a multiple of the coarsest texel, so that texels of all levels lie as the photo's do.
+    /// Bounds in photo pixels. The corner is a multiple of the coarsest texel, so that the texels of all
+    /// levels are aligned with the photo's.
     rect: PixelRect,
-    /// Where it was painted, and whether that gives a colour.
+    /// The state of each pixel of `rect`, row by row.
     marks: Vec<Mark>,
     levels: Vec<Level>,
 }
@@ -70,11 +74,11 @@ enum Mark {
     Gives,
 }
 
-/// sRGB, 8 bits; the fourth is 0 where no paint gives any colour. Counted from the paint's corner.
+/// One level: sRGB, 8 bits; alpha is 0 where no paint provides a colour. Counted from the paint's corner.
 type Level = Image<[u8; 4]>;
 
 impl Paint {
-    /// Makes it ready.
+    /// Builds the levels of detail.
     pub fn of(painted: &PaintedSurface) -> Self {
         let step = 1 << (LEVELS - 1);
         let down = |at: i32| at.div_euclid(step) * step;
@@ -98,18 +102,18 @@ impl Paint {
         Self { rect, marks, levels }
     }
 
-    /// In photo pixels, all of it.
+    /// Returns the bounds of the paint in photo pixels, rounded outwards to the coarsest texel.
     pub fn rect(&self) -> PixelRect {
         self.rect
     }
 
-    /// Bytes that it takes.
+    /// Returns the memory that the paint uses, in bytes.
     pub fn bytes(&self) -> u64 {
         let texels: usize = self.levels.iter().map(|level| level.pixels().len()).sum();
         (self.marks.len() + 4 * texels) as u64
     }
 
-    /// What is said at a position of the photo, at a level of detail.
+    /// Samples the paint at a position of the photo in pixels, at a level of detail.
     pub fn at(&self, px: DVec2, level: usize) -> Word {
         let pixel = px.floor().as_ivec2();
         match self.rect.index(pixel.x, pixel.y).map(|at| self.marks[at]) {
@@ -119,7 +123,7 @@ impl Paint {
         }
     }
 
-    /// Between the four texels of the level that are painted; the pixel itself is.
+    /// Interpolates between those of four texels of the level that are painted; the pixel at `px` is.
     fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
         let scale = 1.0 / f64::from(1u32 << level);
         let corner = DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y));
@@ -135,12 +139,12 @@ impl Paint {
         if weights > 0.0 {
             return sum.map(|sum| sum / weights);
         }
-        // A lonely pixel is lost in coarser levels; its own colour is still there.
+        // An isolated pixel disappears in coarser levels, but a finer level still has its colour.
         if level == 0 { [0.0; 3] } else { self.colour(px, level - 1) }
     }
 }
 
-/// Means of two by two over those that are painted, where half of them are.
+/// Halves the level: each texel is the mean of the painted ones of two by two texels, when at least two are painted.
 fn half(level: &Level) -> Level {
     let mean = |four: &[usize]| {
         let painted = four.iter().filter_map(|at| linear(level.pixels()[*at]));

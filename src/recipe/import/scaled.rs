@@ -1,8 +1,8 @@
-//! A document whose image was scaled: its paint, brought back to the photo's size.
+//! Import of scaled documents: their paint is resampled to the photo's size.
 //!
-//! Nothing of a scaled image is as it was, and nobody knows by what filter it was made. So a pixel counts as paint
-//! only where it lies outside of all that the neighbourhood showed before: filters mix neighbours, and overshoot a
-//! little. Faint paint is lost that way, which is why this is done on request only.
+//! No pixel of a scaled image is as it was, and the filter is unknown. So a pixel counts as paint only where it is
+//! outside the range of all colours that its neighbourhood had before: filters mix neighbours, and overshoot a
+//! little. Faint paint is lost by this, which is why it is done on request only.
 
 use glam::DVec2;
 
@@ -12,12 +12,12 @@ use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::raster::bilinear::Corner;
 
-/// How far beyond the neighbourhood's range a colour has to lie, of 65535: sharpening filters overshoot by a tenth
-/// of a step in brightness, which is seldom more than half of the range.
+/// The distance from the neighbourhood's range, of 65535, from which on a colour counts as paint: sharpening
+/// filters overshoot by a tenth of a step in brightness, which is rarely more than half of the range.
 const BEYOND: u16 = 20 * 257;
 
-/// A raster of the canvas at the photo's size, with its place in photo pixels: bilinear, which is what a doubled or a
-/// halved image needs. Alpha is not multiplied in.
+/// Resamples a raster of the canvas to the photo's size, bilinearly, which suits doubled and halved images. Returns
+/// it with its rectangle in photo pixels. Alpha is not premultiplied.
 pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelRect) {
     let low = |edge: i32| (f64::from(edge) / scale).floor() as i32;
     let high = |edge: i32| (f64::from(edge) / scale).ceil() as i32;
@@ -33,10 +33,11 @@ pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelR
     (out, at)
 }
 
-/// The colour at a position; empty outside.
+/// Interpolates the colour at a position; transparent outside.
 fn between(pixels: &Raster, px: DVec2) -> Colour {
     let whole = PixelRect::of_size(pixels.width(), pixels.height());
-    let (mut sum, mut alpha) = ([0.0; 3], 0.0);
+    let mut sum = [0.0; 3];
+    let mut alpha = 0.0;
     for (x, y, weight) in Corner::of(px).taps().into_iter().filter(|(x, y, _)| whole.contains(*x, *y)) {
         let colour = pixels.rgba16(x as u32, y as u32);
         let weight = weight * f64::from(colour[3]);
@@ -47,9 +48,9 @@ fn between(pixels: &Raster, px: DVec2) -> Colour {
     [colour(0), colour(1), colour(2), alpha.round() as u16]
 }
 
-/// The paint on a layer at the photo's size, which was scaled by `scale` and back.
+/// Returns the paint on a layer that was scaled by `scale` and is resampled to the photo's size.
 pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
-    // Filters of three lobes reach three pixels of the coarser image.
+    // Filters with three lobes reach three pixels of the coarser image.
     let reach = (3.0 / scale.min(1.0)).ceil() as i32;
     let rect = if base.rect.is_empty() { found.rect } else { base.rect.union(&found.rect) };
     let mut painted = Vec::new();
@@ -62,6 +63,7 @@ pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
     Patch::of_pixels(&painted)
 }
 
+/// Returns true when a colour is outside the range of its neighbourhood before.
 fn is_paint(base: Placed, colour: Colour, x: i32, y: i32, reach: i32) -> bool {
     let (mut low, mut high): (Colour, Colour) = ([u16::MAX; 4], [0; 4]);
     for v in y - reach..=y + reach {

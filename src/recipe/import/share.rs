@@ -1,5 +1,5 @@
-//! Whose paint it is: every painted pixel goes to the surfaces that cover it in its image layer, and what was
-//! painted past all outlines to the surface that is nearest.
+//! Assignment of paint to surfaces: every painted pixel belongs to the surfaces that cover it in its image layer,
+//! and paint outside of all outlines belongs to the nearest surface.
 
 use std::collections::VecDeque;
 
@@ -8,19 +8,19 @@ use crate::geometry::PixelRect;
 use crate::raster::Image;
 use crate::recipe::paint::parts::{Parts, holds};
 
-/// A surface of an image layer, by its place among the layer's parts, with its paint.
+/// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Share {
-    /// The part; pieces of one surface are all named by the first one.
+    /// The index among the layer's parts; for a surface in several pieces, that of the first one.
     pub part: usize,
-    /// Past all outlines.
+    /// Whether the paint is outside of all outlines.
     pub beyond: bool,
-    /// Its paint.
+    /// The paint.
     pub patch: Patch,
 }
 
-/// Shares out the paint of an image layer. Coplanar surfaces that cover the same pixel all get it: it shows
-/// whichever of them is drawn there.
+/// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it, so that
+/// it is visible whichever of them is drawn there.
 pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
     let mut shares = Vec::new();
     for (index, part) in parts.list.iter().enumerate() {
@@ -43,7 +43,7 @@ pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
     shares
 }
 
-/// What lies past all outlines, by the surface that is the fewest steps away.
+/// Assigns paint outside of all outlines to the surface that is the fewest steps away.
 fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
     if past.is_empty() || parts.list.is_empty() {
         return Vec::new();
@@ -56,36 +56,38 @@ fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
     pixels.into_iter().enumerate().filter(|(_, pixels)| !pixels.is_empty()).map(share).collect()
 }
 
-/// For every pixel of a rectangle the part that is the fewest steps away.
+/// The nearest part for each pixel of a rectangle, by the number of steps.
 struct Nearest {
     part: Image<u32>,
 }
 
-const NOBODY: u32 = u32::MAX;
+/// Marks a pixel without a part.
+const NO_PART: u32 = u32::MAX;
 
 impl Nearest {
+    /// Finds the nearest parts around and within the bounds of all parts.
     fn around(past: PixelRect, parts: &Parts) -> Self {
         let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());
         let rect = bounds.reduce(|a, b| a.union(&b)).map_or(past, |bounds| bounds.union(&past));
-        let mut nearest = Self { part: Image::filled(rect, NOBODY) };
+        let mut nearest = Self { part: Image::filled(rect, NO_PART) };
         for (index, part) in parts.list.iter().enumerate() {
             for (y, run) in parts.covered(part).iter() {
                 let first = rect.offset(run.start, y);
                 nearest.part.pixels_mut()[first..first + run.len()].fill(index as u32);
             }
         }
-        nearest.spread();
+        nearest.propagate();
         nearest
     }
 
-    /// From all covered pixels at once, step by step.
-    fn spread(&mut self) {
-        let covered = self.part.iter().filter(|(_, part)| **part != NOBODY);
-        let mut front: VecDeque<(i32, i32)> = covered.map(|(place, _)| place).collect();
+    /// Propagates part indices from all covered pixels at once (a breadth-first search).
+    fn propagate(&mut self) {
+        let covered = self.part.iter().filter(|(_, part)| **part != NO_PART);
+        let mut front: VecDeque<(i32, i32)> = covered.map(|(position, _)| position).collect();
         while let Some((x, y)) = front.pop_front() {
             let part = *self.part.get(x, y).expect("only pixels of the rectangle are in the queue");
             for (x, y) in [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)] {
-                if let Some(next) = self.part.get_mut(x, y).filter(|next| **next == NOBODY) {
+                if let Some(next) = self.part.get_mut(x, y).filter(|next| **next == NO_PART) {
                     *next = part;
                     front.push_back((x, y));
                 }
@@ -93,9 +95,9 @@ impl Nearest {
         }
     }
 
-    /// Where no part covers any pixel the first one takes all.
+    /// Returns the nearest part of a pixel; the first part, if none covers any pixel.
     fn at(&self, x: i32, y: i32) -> usize {
-        let part = self.part.get(x, y).filter(|part| **part != NOBODY);
+        let part = self.part.get(x, y).filter(|part| **part != NO_PART);
         part.map_or(0, |part| *part as usize)
     }
 }
@@ -107,7 +109,7 @@ mod tests {
     use crate::document::stack::{StackCamera, StackPhoto, Surface};
     use crate::recipe::paint::parts::Scenery;
 
-    /// Squares of 4 x 4 pixels at these columns.
+    /// Makes squares of 4 x 4 pixels at these columns.
     fn with_parts(columns: &[f64], test: impl Fn(&Parts)) {
         let photo = StackPhoto { name: "a".into(), width: 30, height: 8 };
         let camera = StackCamera {
@@ -130,8 +132,8 @@ mod tests {
         test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }
 
-    fn paint(places: &[(i32, i32)]) -> Patch {
-        Patch::of_pixels(&places.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
+    fn paint(pixels: &[(i32, i32)]) -> Patch {
+        Patch::of_pixels(&pixels.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
     }
 
     fn summary(paint: &Patch, parts: &Parts) -> Vec<(usize, bool, u64)> {
