@@ -156,7 +156,7 @@ impl std::str::FromStr for ExportFormat {
 
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.into_iter().find(|format| format.name() == text);
-        found.ok_or_else(|| format!("\"{text}\" is no format; choose psd, folder, ora or xcf"))
+        found.ok_or_else(|| format!("\"{text}\" is not a format; choose psd, folder, ora or xcf"))
     }
 }
 

@@ -119,7 +119,7 @@ pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInSt
 pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     let expected = || {
         Error::Request(format!(
-            "{name:?} names no face; write OBJECT[INDEX], as in the list of `quadratura info`"
+            "{name:?} is not a face; write OBJECT[INDEX], as in the list of `quadratura info`"
         ))
     };
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;

@@ -5,10 +5,11 @@ use std::sync::Arc;
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
 
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::{long_list, named};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::document::stack::{Reason, Untextured};
 use crate::recipe::decide::excluded;
@@ -55,12 +56,13 @@ fn told(session: &Session, photo: usize) -> Option<(Arc<Stack>, Vec<Untextured>)
 pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
-    let Some((stack, excluded)) = editor.session.as_ref().and_then(|session| told(session, photo)) else {
+    let Some((stack, excluded)) = editor.state.session.as_ref().and_then(|session| told(session, photo))
+    else {
         ui.weak("Known when the photo's layers are built.");
         return;
     };
     let faces: Vec<&Untextured> = stack.untextured.iter().chain(&excluded).collect();
-    let filter = &mut editor.flat.photo.reasons;
+    let filter = &mut editor.state.flat.photo.reasons;
     choose(ui, filter, &faces);
     let wanted = filter.0;
     let is_wanted = |face: &&Untextured| wanted.is_none_or(|reason| face.reason == reason);
@@ -97,9 +99,9 @@ fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
 }
 
 fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let face = face(session, &it.object, it.face);
-    let selected = face.is_some_and(|face| editor.selection == Selection::Face(face));
+    let selected = face.is_some_and(|face| editor.state.selection == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
         let name = format!("{}[{}]", it.object, it.face);
@@ -110,7 +112,7 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
                 ui.weak("hidden by");
                 let front = face_named(session.model(), by).ok();
                 if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
-                    asks.extend(front.map(|front| Ask::Select(Selection::Face(front))));
+                    asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
                 }
             }
             None => {
@@ -119,9 +121,9 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
         }
     });
     if let Some(face) = face.filter(|_| gone_to) {
-        asks.push(Ask::Select(Selection::Face(face)));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        editor.flat.photo.go_to(face, at);
+        editor.state.flat.photo.go_to(face, at);
     }
 }
 

@@ -1,4 +1,4 @@
-//! What may be typed for `export`.
+//! Arguments of `export`.
 
 use std::path::PathBuf;
 
@@ -8,9 +8,9 @@ use super::{MemoryArg, PhotoArgs};
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// What to write
+    /// The format to write
     #[arg(long, value_enum, default_value_t = FormatArg::Psd)]
     pub format: FormatArg,
     /// The folder to write to
@@ -18,25 +18,26 @@ pub struct ExportArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Write also where every filled texel comes from: a coloured PNG per image layer and a legend
+    /// Also write the source of every filled texel: a coloured PNG per image layer and a legend
     #[arg(long)]
     pub provenance: bool,
-    /// With exposures evened out: to the reference that `colour` chose, else to the common exposure. For
-    /// looking at: such files cannot be imported
+    /// Export with matched exposures: to the reference set with `colour`, else to the common exposure. For
+    /// viewing only: such files cannot be imported
     #[arg(long)]
     pub even_colour: bool,
     #[command(flatten)]
     pub memory: MemoryArg,
 }
 
+/// The formats of exports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum FormatArg {
-    /// One layered PSD a photo, for Photoshop, GIMP and Krita
+    /// One layered PSD per photo, for Photoshop, GIMP and Krita
     Psd,
     /// A folder of PNG files with stack.json
     Folder,
     /// OpenRaster, for Krita
     Ora,
-    /// XCF, for GIMP: opens fastest, and locks hold
+    /// XCF, for GIMP: opens fastest, and locks are kept
     Xcf,
 }

@@ -1,4 +1,4 @@
-//! Judges what the parsers found and keeps what can be used.
+//! Validates what the parsers read and keeps what can be used.
 
 use std::path::{Path, PathBuf};
 
@@ -11,15 +11,15 @@ use crate::error::{Error, Result};
 use crate::geometry::{Lens, Pinhole, Pose};
 use crate::scene::SparsePoint;
 
-/// What was found, and what to do about it.
+/// A finding that refuses a record, and what to do about it.
 type Objection = (String, &'static str);
 
-/// Takes raw cameras, then images, then points, in file order.
+/// Collects raw cameras, then images, then points, in file order.
 pub(super) struct Assembly {
     cameras_file: PathBuf,
     images_file: PathBuf,
     points_file: PathBuf,
-    /// `None` for a camera that was there but could not be used.
+    /// Cameras by number; `None` for a camera that is in the file but cannot be used.
     cameras: FxHashMap<u32, Option<(Pinhole, Lens)>>,
     image_ids: FxHashSet<u32>,
     names: FxHashSet<String>,
@@ -49,24 +49,24 @@ impl Assembly {
         }
     }
 
-    /// Something the user should know and that leaves nothing out.
+    /// Adds a note for the user about something that leaves nothing out.
     pub fn note(&mut self, text: String) {
         self.notes.push(text);
     }
 
-    /// Something that leaves one camera, photo or point out.
+    /// Adds a problem that leaves one camera, photo or point out.
     pub fn problem(&mut self, file: &Path, place: String, (found, remedy): Objection) {
         self.problems.push(file, Error::input(file, place, found, remedy));
     }
 
-    /// Takes a camera.
+    /// Adds a camera.
     pub fn camera(&mut self, place: String, raw: &RawCamera<'_>) {
-        let judged = if self.cameras.contains_key(&raw.id) {
-            Err((format!("camera {} is there twice", raw.id), "keep one; the first is used"))
+        let checked = if self.cameras.contains_key(&raw.id) {
+            Err((format!("camera {} appears twice", raw.id), "keep one; the first is used"))
         } else {
-            judged_camera(raw)
+            checked_camera(raw)
         };
-        match judged {
+        match checked {
             Ok(camera) => {
                 self.cameras.insert(raw.id, Some(camera));
             }
@@ -74,17 +74,18 @@ impl Assembly {
         }
     }
 
-    /// Takes a camera that could not even be parsed; the photos that use it are told so.
+    /// Adds a camera that could not be parsed; photos that use it are then reported, too.
     pub fn refused_camera(&mut self, id: u32, place: String, objection: Objection) {
         self.cameras.entry(id).or_insert(None);
         self.problem(&self.cameras_file.clone(), place, objection);
     }
 
-    /// Takes a photo and its observations.
+    /// Adds a photo and its observations.
     pub fn image(&mut self, place: String, raw: RawImage<'_>) {
-        match self.judged_image(&raw) {
+        match self.checked_image(&raw) {
             Ok((camera, lens, pose)) => {
-                let (name, index) = (raw.name.to_owned(), self.photos.len() as u32);
+                let name = raw.name.to_owned();
+                let index = self.photos.len() as u32;
                 self.image_ids.insert(raw.id);
                 self.names.insert(name.clone());
                 self.photos.push(CameraPhoto { name, camera, lens, pose, place });
@@ -96,7 +97,7 @@ impl Assembly {
         }
     }
 
-    fn judged_image(&self, raw: &RawImage<'_>) -> Result<(Pinhole, Lens, Pose), Objection> {
+    fn checked_image(&self, raw: &RawImage<'_>) -> Result<(Pinhole, Lens, Pose), Objection> {
         if let Some(objection) = objection(raw.name) {
             return Err(objection);
         }
@@ -106,28 +107,28 @@ impl Assembly {
             return Err((found, "give each photo its own number; the first is used"));
         }
         if self.names.contains(raw.name) {
-            return Err((format!("{name} is there twice"), "keep one; the first is used"));
+            return Err((format!("{name} appears twice"), "keep one; the first is used"));
         }
         let (camera, lens) = match self.cameras.get(&raw.camera) {
             Some(Some(camera)) => *camera,
             Some(None) => {
                 let found = format!("{name} uses camera {}, which cannot be used", raw.camera);
-                return Err((found, "mend that camera, see above"));
+                return Err((found, "correct that camera, see above"));
             }
             None => {
-                let found = format!("{name} uses camera {}, which the cameras file lacks", raw.camera);
+                let found = format!("{name} uses camera {}, which is not in the cameras file", raw.camera);
                 return Err((found, "use cameras and images files of the same reconstruction"));
             }
         };
         Ok((camera, lens, pose(raw).map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?))
     }
 
-    /// Takes a point; those that no photo here observes are kept too.
+    /// Adds a point; points that no photo in the list observes are kept, too.
     pub fn point(&mut self, place: String, id: u64, position: [f64; 3]) {
-        let objection = if !is_on_a_map(position) {
+        let objection = if !is_in_range(position) {
             Some((format!("point {id} at {position:?}, not within 1e15 of the origin"), "remove the point"))
         } else if !self.point_ids.insert(id) {
-            Some((format!("point {id} is there twice"), "keep one; the first is used"))
+            Some((format!("point {id} appears twice"), "keep one; the first is used"))
         } else {
             None
         };
@@ -138,28 +139,28 @@ impl Assembly {
         self.points.push(SparsePoint { position: position.into(), observations });
     }
 
-    /// All that was kept.
+    /// Returns everything that was kept.
     ///
     /// # Errors
-    /// [`Error::Input`] when no photo was: the first problem, or the empty file.
+    /// [`Error::Input`] when no photo can be used: the first problem, or that the file is empty.
     pub fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
         let Self { images_file: file, photos, points, problems, .. } = self;
         notes.extend(self.notes);
         let problems = problems.finish();
         if photos.is_empty() {
             let remedy = "use a reconstruction in which photos were registered";
-            let empty = || Error::input(file, "", "it names no photo", remedy);
+            let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
         Ok(Cameras { file, photos, points, problems, notes })
     }
 }
 
-fn judged_camera(raw: &RawCamera<'_>) -> Result<(Pinhole, Lens), Objection> {
+fn checked_camera(raw: &RawCamera<'_>) -> Result<(Pinhole, Lens), Objection> {
     let camera = |found: String| format!("camera {}: {found}", raw.id);
     if raw.model.is_spherical() {
         let remedy = "cut the panorama into pinhole views first (COLMAP's panorama script does)";
-        return Err((camera("a spherical panorama (EQUIRECTANGULAR) is no pinhole image".into()), remedy));
+        return Err((camera("a spherical panorama (EQUIRECTANGULAR) is not a pinhole image".into()), remedy));
     }
     let (width, height) = (raw.width, raw.height);
     let sides = 1..=LARGEST_SIDE;
@@ -181,7 +182,7 @@ fn judged_camera(raw: &RawCamera<'_>) -> Result<(Pinhole, Lens), Objection> {
     Ok((pinhole, lens))
 }
 
-/// Refuses values with which nothing could be computed; odd but possible ones pass.
+/// Refuses values that make computation impossible; unusual but possible ones pass.
 fn sensible(camera: &Pinhole, lens: &Lens) -> Result<(), Objection> {
     let side = f64::from(camera.width.max(camera.height));
     for focal_length in [camera.fx, camera.fy] {
@@ -213,10 +214,10 @@ fn pose(raw: &RawImage<'_>) -> Result<Pose, Objection> {
     let length = (w * w + x * x + y * y + z * z).sqrt();
     // Also false for a length that is not a number.
     if !(length > 1e-6 && length < 1e6) {
-        let found = format!("the rotation {:?} is no quaternion", raw.quaternion);
+        let found = format!("the rotation {:?} is not a valid quaternion", raw.quaternion);
         return Err((found, "write QW QX QY QZ of length 1"));
     }
-    if !is_on_a_map(raw.translation) {
+    if !is_in_range(raw.translation) {
         let found = format!("the position {:?} is not within 1e15 of the origin", raw.translation);
         return Err((found, "write TX TY TZ as numbers in the model's unit"));
     }
@@ -224,8 +225,8 @@ fn pose(raw: &RawImage<'_>) -> Result<Pose, Objection> {
     Ok(Pose { rotation, translation: raw.translation.into() })
 }
 
-/// Beyond this, positions lose whole units, and products of them the range of numbers. The same
-/// limit holds for models.
-fn is_on_a_map(position: [f64; 3]) -> bool {
+/// Returns whether coordinates are small enough to compute with: beyond 1e15 positions lose whole units and
+/// their products overflow. The same limit applies to models.
+fn is_in_range(position: [f64; 3]) -> bool {
     position.iter().all(|v| v.abs() <= 1e15)
 }

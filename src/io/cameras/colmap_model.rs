@@ -1,14 +1,14 @@
-//! COLMAP's camera models: their numbers, names and parameters.
+//! COLMAP's camera models with their numbers, names and parameters.
 
 use crate::geometry::{Lens, Pinhole};
 
 /// One of COLMAP's camera models.
 pub(super) struct ColmapModel {
-    /// Its name in text files; its place in [`MODELS`] is its number in binary files.
+    /// The name in text files; the index in [`MODELS`] is the number in binary files.
     pub name: &'static str,
-    /// The parameters in file order, as COLMAP's documentation writes them.
+    /// The names of the parameters in file order, as COLMAP's documentation writes them.
     pub parameters: &'static str,
-    /// From the parameters behind focal length(s) and principal point.
+    /// Builds the lens from the parameters behind focal length(s) and principal point.
     lens: fn(&[f64]) -> Lens,
 }
 
@@ -63,28 +63,29 @@ fn fisheye(k: [f64; 4]) -> Lens {
 }
 
 impl ColmapModel {
-    /// The model with this name, as in text files.
+    /// Returns the model with this name, as text files use it.
     pub fn by_name(name: &str) -> Option<&'static Self> {
         MODELS.iter().find(|model| model.name == name)
     }
 
-    /// The model with this number, as in binary files.
+    /// Returns the model with this number, as binary files use it.
     pub fn by_number(number: i32) -> Option<&'static Self> {
         MODELS.get(usize::try_from(number).ok()?)
     }
 
-    /// How many parameters it has.
+    /// Returns the number of parameters.
     pub fn parameter_count(&self) -> usize {
         self.parameters.split(", ").count()
     }
 
-    /// True for the one model that has no focal length, hence no pinhole of the same scale.
+    /// Returns whether this is the one model without a focal length, which has no pinhole image of the same
+    /// scale.
     pub fn is_spherical(&self) -> bool {
         self.name == "EQUIRECTANGULAR"
     }
 
-    /// Size, focal lengths and principal point of the photo as taken, and its lens. `values` must be
-    /// [`ColmapModel::parameter_count`] many, and the model not spherical.
+    /// Returns the size, focal lengths and principal point of the photo as taken, and its lens. `values` must
+    /// hold [`ColmapModel::parameter_count`] numbers, and the model must not be spherical.
     pub fn camera(&self, width: u32, height: u32, values: &[f64]) -> (Pinhole, Lens) {
         let one_focal_length = self.parameters.starts_with("f,");
         let (fx, rest) = (values[0], &values[1..]);

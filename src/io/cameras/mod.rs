@@ -1,8 +1,8 @@
-//! Calibrated cameras as COLMAP writes them, text or binary.
+//! Reads calibrated cameras as COLMAP writes them, text or binary.
 //!
-//! [`read_cameras`] finds the files, streams them through one of two parsers (`text`, `binary`) into
-//! one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
-//! reported and leaves it out; only a file that cannot be understood at all stops the reading.
+//! [`read_cameras`] finds the files and streams them through one of two parsers (`text`, `binary`) into one
+//! place that validates and collects (`assembly`). A problem with one camera, photo or point is reported and
+//! leaves it out; reading stops only where a file cannot be understood at all.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -25,51 +25,51 @@ mod tests;
 use assembly::Assembly;
 pub use locate::holds_cameras;
 
-/// The largest side of a photo in pixels: what JPEG can hold.
+/// The largest side of a photo in pixels, which is the limit of JPEG.
 pub const LARGEST_SIDE: u64 = 65_535;
-/// The most pixels of a photo: beyond any single-shot camera, and still below the memory of a
-/// desk's machine when it is decoded.
+/// The largest number of pixels of a photo: more than any single-shot camera takes, and few enough to be
+/// decoded in the memory of a desktop computer.
 pub const MOST_PIXELS: u64 = 1 << 28;
 
-/// A photo as the cameras know it: before import, with its distortion.
+/// A calibrated photo before import, with its distortion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPhoto {
     /// Unique path below the photo folder, with `/`; it never leads out of that folder.
     pub name: String,
-    /// Size of the photo as taken; focal lengths and principal point of its distorted image.
+    /// Size of the photo as taken; focal lengths and principal point of the distorted image, in pixels.
     pub camera: Pinhole,
-    /// Its distortion.
+    /// The distortion of the lens.
     pub lens: Lens,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// Where the cameras' file names it: `line 7` or `byte 1024`.
+    /// The place in the cameras' file: `line 7` or `byte 1024`.
     pub place: String,
 }
 
-/// What was read.
+/// The result of reading cameras.
 #[derive(Debug, Default)]
 pub struct Cameras {
     /// The file with the photos' poses.
     pub file: PathBuf,
-    /// In file order.
+    /// The photos, in file order.
     pub photos: Vec<CameraPhoto>,
-    /// In file order; `observations` count through `photos`.
+    /// The sparse points, in file order; `observations` refer to indices of `photos`.
     pub points: Vec<SparsePoint>,
-    /// What was left out, and why; one each.
+    /// One error for each camera, photo or point that was left out.
     pub problems: Vec<Error>,
-    /// What the user should know and that left nothing out.
+    /// Notes for the user about things that left nothing out.
     pub notes: Vec<String>,
 }
 
-/// Reads COLMAP's `cameras`, `images` and, where it is there, `points3D`.
+/// Reads COLMAP's `cameras`, `images` and, where it exists, `points3D`.
 ///
-/// `path` is the folder with these files, a folder above it (`sparse`, `sparse/0`, `0` are looked
-/// into), or one of the files. Binary files win over text files in the same folder, except over one
-/// that was named itself.
+/// `path` is the folder with these files, a folder above it (`sparse`, `sparse/0` and `0` are searched), or
+/// one of the files. Binary files take precedence over text files in the same folder, unless `path` is a text
+/// file.
 ///
 /// # Errors
-/// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too
-/// early, or when no photo at all could be used; [`Error::Io`]; [`Error::Cancelled`].
+/// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too early, or
+/// when no photo can be used; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
     let found = locate::locate(path)?;
     let mut assembly = Assembly::new(&found);
@@ -81,13 +81,13 @@ pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
     assembly.finish(found.notes)
 }
 
-/// The files that [`read_cameras`] would read; none where there are none.
+/// Returns the files that [`read_cameras`] would read; empty where there are none.
 pub fn camera_files(path: &Path) -> Vec<PathBuf> {
     let files = locate::locate(path).ok();
     files.map_or(Vec::new(), |files| [files.cameras, files.images].into_iter().chain(files.points).collect())
 }
 
-/// The model's three files.
+/// The files of a COLMAP model.
 #[derive(Debug)]
 struct Files {
     binary: bool,
@@ -97,7 +97,7 @@ struct Files {
     notes: Vec<String>,
 }
 
-/// A camera as parsed, not yet judged.
+/// A camera as parsed, before validation.
 struct RawCamera<'a> {
     id: u32,
     model: &'static colmap_model::ColmapModel,
@@ -106,19 +106,19 @@ struct RawCamera<'a> {
     parameters: &'a [f64],
 }
 
-/// A photo as parsed, not yet judged.
+/// A photo as parsed, before validation.
 struct RawImage<'a> {
     id: u32,
-    /// w, x, y, z.
+    /// Rotation, world to camera: w, x, y, z.
     quaternion: [f64; 4],
     translation: [f64; 3],
     camera: u32,
     name: &'a str,
-    /// Image position in pixels and point id, of those keypoints that have one.
+    /// Image position in pixels and point id, for keypoints that have a point.
     observations: Vec<([f64; 2], u64)>,
 }
 
-/// Problems of one reading, kept in number: a hostile file may hold one in every line.
+/// The problems of one reading, limited in number, because a hostile file may have one in every line.
 #[derive(Debug, Default)]
 struct Problems {
     kept: Vec<Error>,
@@ -139,7 +139,7 @@ impl Problems {
     fn finish(mut self) -> Vec<Error> {
         for (file, count) in self.dropped {
             let found = format!("{count} more problems that are not listed");
-            self.kept.push(Error::input(file, "", found, "mend those above first"));
+            self.kept.push(Error::input(file, "", found, "correct those above first"));
         }
         self.kept
     }

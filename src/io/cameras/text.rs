@@ -1,4 +1,4 @@
-//! COLMAP's text files: one record a line, photos in two lines, `#` begins a comment.
+//! Reads COLMAP's text files: one record per line, photos in two lines, comments begin with `#`.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -13,14 +13,14 @@ use super::{Files, RawCamera, RawImage};
 use crate::error::{Error, Result};
 use crate::task::Task;
 
-/// The longest line in bytes: a photo with over a million keypoints. A file without line ends must
-/// not fill the memory.
+/// The longest line in bytes: a photo with over a million keypoints. The limit keeps a file without line ends
+/// from filling the memory.
 const LONGEST_LINE: usize = 64 << 20;
 
-/// What some editors put before the first line.
+/// The byte order mark that some editors put before the first line.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
-/// What was found, and what to do about it.
+/// A finding that refuses a record, and what to do about it.
 type Objection = (String, &'static str);
 
 /// Reads all files into `assembly`.
@@ -46,36 +46,43 @@ pub(super) fn read(files: &Files, assembly: &mut Assembly, task: &Task) -> Resul
 fn take_camera(line: &str, place: String, assembly: &mut Assembly) {
     let mut fields = line.split_ascii_whitespace();
     let id = parse(fields.next(), "CAMERA_ID");
-    let parsed = (|| {
-        let name = fields.next().unwrap_or_default();
-        let model = ColmapModel::by_name(name).ok_or_else(|| unknown_model(name))?;
-        let (width, height) = (parse(fields.next(), "WIDTH")?, parse(fields.next(), "HEIGHT")?);
-        let parameters = fields.map(|field| parse(Some(field), "PARAMS")).collect::<Result<Vec<f64>, _>>()?;
-        Ok((model, width, height, parameters))
-    })();
+    let parsed = parse_camera_fields(fields);
     match (id, parsed) {
         (Ok(id), Ok((model, width, height, parameters))) => {
             assembly.camera(place, &RawCamera { id, model, width, height, parameters: &parameters });
         }
         (Ok(id), Err(objection)) => assembly.refused_camera(id, place, objection),
-        // Without its number no photo can refer to it.
+        // No photo can refer to a camera without a number.
         (Err(objection), _) => assembly.refused_camera(u32::MAX, place, objection),
     }
 }
 
+/// Parses `MODEL WIDTH HEIGHT PARAMS...`.
+fn parse_camera_fields<'a>(
+    mut fields: impl Iterator<Item = &'a str>,
+) -> Result<(&'static ColmapModel, u64, u64, Vec<f64>), Objection> {
+    let name = fields.next().unwrap_or_default();
+    let model = ColmapModel::by_name(name).ok_or_else(|| unknown_model(name))?;
+    let width = parse(fields.next(), "WIDTH")?;
+    let height = parse(fields.next(), "HEIGHT")?;
+    let parameters = fields.map(|field| parse(Some(field), "PARAMS")).collect::<Result<_, _>>()?;
+    Ok((model, width, height, parameters))
+}
+
 fn unknown_model(name: &str) -> Objection {
     let known: Vec<_> = MODELS.iter().map(|model| model.name).collect();
-    let found = format!("the camera model {}; known are {}", short(name), known.join(", "));
+    let found = format!("the camera model {}; known models are {}", short(name), known.join(", "));
     (found, "use one of COLMAP's models")
 }
 
-/// Photos come in two lines, the second with the keypoints and often empty. Some programs leave it
-/// out; then the next photo's first line stands in its place, and is taken for what it is.
+/// Reads photos of two lines each, the second with the keypoints and often empty. Some programs omit the
+/// second line; then the next photo's first line follows directly, and is recognised as one.
 fn read_images(lines: &mut Lines<'_>, assembly: &mut Assembly, task: &Task) -> Result<()> {
     let mut missing = 0;
     let mut at_header = lines.next_record("read poses", task)?;
     while at_header {
-        let (header, place) = (lines.text().into_owned(), lines.place());
+        let header = lines.text().into_owned();
+        let place = lines.place();
         lines.advance()?;
         let second = lines.text();
         let (observations, keypoints_left_out) = match parse_keypoints(&second) {
@@ -96,12 +103,14 @@ fn read_images(lines: &mut Lines<'_>, assembly: &mut Assembly, task: &Task) -> R
     }
     if missing > 0 {
         let file = lines.path.display();
-        assembly.note(format!("{file}: {missing} photos lack their second line, read as without keypoints"));
+        assembly.note(format!(
+            "{file}: {missing} photos lack their second line; they are read without keypoints"
+        ));
     }
     Ok(())
 }
 
-/// `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`; the name is the rest of the line.
+/// Parses `IMAGE_ID QW QX QY QZ TX TY TZ CAMERA_ID NAME`; the name is the rest of the line.
 fn parse_header(line: &str) -> Result<RawImage<'_>, Objection> {
     let mut rest = line;
     let id = parse(field(&mut rest), "IMAGE_ID")?;
@@ -117,7 +126,7 @@ fn parse_header(line: &str) -> Result<RawImage<'_>, Objection> {
     Ok(RawImage { id, quaternion, translation, camera, name: rest.trim(), observations: Vec::new() })
 }
 
-/// `X Y POINT3D_ID` again and again; those without a point (-1) are left out.
+/// Parses a sequence of `X Y POINT3D_ID`; keypoints without a point (-1) are left out.
 fn parse_keypoints(line: &str) -> Result<Vec<([f64; 2], u64)>, Objection> {
     let mut fields = line.split_ascii_whitespace();
     let mut observations = Vec::new();
@@ -131,14 +140,14 @@ fn parse_keypoints(line: &str) -> Result<Vec<([f64; 2], u64)>, Objection> {
     Ok(observations)
 }
 
-/// `POINT3D_ID X Y Z ..`; colour, error and track are not needed.
+/// Parses `POINT3D_ID X Y Z ..`; colour, error and track are not needed.
 fn parse_point(line: &str) -> Result<(u64, [f64; 3]), Objection> {
     let mut fields = line.split_ascii_whitespace();
     let id = parse(fields.next(), "POINT3D_ID")?;
     Ok((id, [parse(fields.next(), "X")?, parse(fields.next(), "Y")?, parse(fields.next(), "Z")?]))
 }
 
-/// Takes the next field off the front of `rest`.
+/// Splits the next field off the front of `rest`.
 fn field<'a>(rest: &mut &'a str) -> Option<&'a str> {
     let from = rest.trim_ascii_start();
     let end = from.find(|c: char| c.is_ascii_whitespace()).unwrap_or(from.len());
@@ -152,7 +161,7 @@ fn parse<T: FromStr>(field: Option<&str>, name: &str) -> Result<T, Objection> {
     field.parse().map_err(|_| (format!("{} where {name} should be", short(field)), "write a number there"))
 }
 
-/// The lines of a file, counted from 1; one at a time in memory.
+/// A reader of lines, which are counted from 1, with one line at a time in memory.
 struct Lines<'a> {
     path: &'a Path,
     reader: BufReader<File>,
@@ -174,7 +183,7 @@ impl<'a> Lines<'a> {
         format!("line {}", self.number)
     }
 
-    /// Goes to the next line that is neither empty nor a comment; false at the end of the file.
+    /// Advances to the next line that is neither empty nor a comment; false at the end of the file.
     fn next_record(&mut self, stage: &'static str, task: &Task) -> Result<bool> {
         loop {
             if self.number.is_multiple_of(1024) {
@@ -189,7 +198,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Goes to the next line, whatever it holds; false, and an empty line, at the end of the file.
+    /// Advances to the next line, whatever it contains; false, and an empty line, at the end of the file.
     fn advance(&mut self) -> Result<bool> {
         self.line.clear();
         let most = LONGEST_LINE as u64 + 1;
@@ -204,7 +213,8 @@ impl<'a> Lines<'a> {
         Ok(bytes > 0)
     }
 
-    /// The line without the spaces around it; what is not UTF-8 becomes U+FFFD, which no name may hold.
+    /// Returns the line without surrounding spaces; bytes that are not UTF-8 become U+FFFD, which no name may
+    /// contain.
     fn text(&self) -> Cow<'_, str> {
         let line = self.line.trim_ascii();
         String::from_utf8_lossy(line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line))

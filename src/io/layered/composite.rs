@@ -1,5 +1,4 @@
-//! Layers laid over each other: what an editor shows, and the proof that a stack gives its photo
-//! back.
+//! Composites layers: the picture that an editor shows, and the proof that a stack reproduces its photo.
 
 use super::document::{Layer, LayeredDocument};
 use super::raster::Raster;
@@ -9,14 +8,14 @@ use crate::raster::Sample;
 use crate::raster::over::straight;
 use crate::scene::Samples;
 
-/// Lays those layers that `wanted` picks over nothing, from the bottom to the top, whether they are
-/// shown or not. The result is as large as the canvas.
+/// Composites the layers for which `wanted` holds from bottom to top over transparency, regardless of their
+/// visibility. The result has the size of the canvas.
 ///
-/// The over operator of Porter and Duff (1984) on alpha that is not multiplied in; exact, bit for
-/// bit, where pixels are opaque or empty.
+/// Uses the over operator of Porter and Duff (1984) on straight alpha; the result is exact, bit for bit,
+/// where pixels are opaque or empty.
 ///
 /// # Errors
-/// What a layer says when it is asked for its pixels.
+/// The error of a layer's pixel source.
 pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>) -> bool) -> Result<Raster> {
     let mut canvas = Raster::blank(document.width, document.height, document.depth);
     for layer in document.layers().filter(|layer| wanted(layer)) {
@@ -25,7 +24,7 @@ pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>)
     Ok(canvas)
 }
 
-/// Lays `above` over `canvas` with its top left corner at that of `rect`.
+/// Composites `above` over `canvas` with its top-left corner at that of `rect`.
 pub fn lay_over(canvas: &mut Raster, above: &Raster, rect: PixelRect) {
     let whole = PixelRect::of_size(canvas.width(), canvas.height());
     match (canvas.samples_mut(), above.samples()) {
@@ -74,7 +73,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reaches_outside_the_canvas_is_left_out() {
+    fn pixels_outside_the_canvas_are_left_out() {
         let mut canvas = Raster::blank(2, 2, Depth::Sixteen);
         let layer = Raster::new(3, 3, Samples::U16(vec![65535; 36]));
         lay_over(&mut canvas, &layer, PixelRect { x: -2, y: 1, w: 3, h: 3 });

@@ -91,11 +91,11 @@ impl Exporter<'_> {
         content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
         let key = self.key(&content);
-        let job = Job { exporter: self, content: &content, photo_file: &photo.file, key };
+        let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
             let (old, new) = (file.display(), path.display());
-            task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
+            task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));
         }
         let photo = photo.name.clone();
         let layers = stack.image_layers.len();
@@ -120,7 +120,7 @@ impl Exporter<'_> {
 
 /// Makes the error for a photo without a stack.
 fn no_stack(photo: &Photo) -> Error {
-    Error::Request(format!("photo {} has no stack yet: run `quadratura build` first", photo.name))
+    Error::Request(format!("photo {} has no stack yet; run `quadratura build` first", photo.name))
 }
 
 /// Reads the photo that the layers were cut from.
@@ -139,7 +139,7 @@ fn name_of(path: &Path) -> String {
 }
 
 /// A document that is being written to a file.
-struct Job<'a> {
+struct ExportJob<'a> {
     exporter: &'a Exporter<'a>,
     content: &'a Content<'a>,
     photo_file: &'a Path,
@@ -147,10 +147,10 @@ struct Job<'a> {
 }
 
 /// The path that was written, the files that were not overwritten, and the size in bytes.
-type Written = (PathBuf, Vec<PathBuf>, u64);
+type WrittenExport = (PathBuf, Vec<PathBuf>, u64);
 
-impl Job<'_> {
-    fn write(&self) -> Result<Written> {
+impl ExportJob<'_> {
+    fn write(&self) -> Result<WrittenExport> {
         let document = self.content.document(&self.key);
         match self.exporter.options.format {
             ExportFormat::Psd => self.write_psd(&document),
@@ -161,7 +161,7 @@ impl Job<'_> {
     }
 
     /// Writes a PSD, or a PSB if that turns out too large.
-    fn write_psd(&self, document: &LayeredDocument) -> Result<Written> {
+    fn write_psd(&self, document: &LayeredDocument) -> Result<WrittenExport> {
         let mut kind = Kind::to_try_first(document);
         loop {
             let destination = self.find_destination(kind.extension())?;
@@ -174,7 +174,7 @@ impl Job<'_> {
     }
 
     /// Writes the oldest XCF version that can hold the document, or a newer one if that turns out too large.
-    fn write_xcf(&self, document: &LayeredDocument) -> Result<Written> {
+    fn write_xcf(&self, document: &LayeredDocument) -> Result<WrittenExport> {
         let mut version = Version::to_try_first(document);
         loop {
             let destination = self.find_destination("xcf")?;
@@ -186,14 +186,14 @@ impl Job<'_> {
         }
     }
 
-    fn write_ora(&self, document: &LayeredDocument) -> Result<Written> {
+    fn write_ora(&self, document: &LayeredDocument) -> Result<WrittenExport> {
         let destination = self.find_destination("ora")?;
         let mut file = AtomicFile::create(&destination.target)?;
         ora::write(BufWriter::new(file.file()), &destination.target, document)?;
         self.finish(file, "ora")
     }
 
-    fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
+    fn write_folder(&self, document: &LayeredDocument) -> Result<WrittenExport> {
         let mut new = NewFolder::create(self.find_destination(place::FOLDER)?.target)?;
         folder::fill(&mut new, self.content, document, self.photo_file)?;
         let file = |name: &String| exported_file(new.path(), name);
@@ -218,7 +218,7 @@ impl Job<'_> {
     /// Moves a complete file to its destination, which is determined again because someone may have saved there
     /// while the file was written. The record is written first: a file without a record would count as changed for
     /// ever.
-    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<Written> {
+    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<WrittenExport> {
         let destination = self.find_destination(extension)?;
         file.redirect(&destination.target);
         let bytes = size_of(file.path())?;

@@ -45,13 +45,14 @@ pub fn levels(canvas: &Canvas, filled: Vec<[f32; 3]>) -> Vec<Level> {
 /// Halves a canvas: a cell is known where all four cells are, and outside where all four are.
 fn halved(canvas: &Canvas) -> Canvas {
     let cell = |four: &[usize]| {
-        let asked = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
-        let count = asked.clone().count();
+        let not_outside = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
+        let count = not_outside.clone().count();
         if count == 0 {
             return (canvas.colours[four[0]], Cell::Outside);
         }
         let known = four.iter().all(|at| canvas.cells[*at] == Cell::Known);
-        let mean = |c: usize| asked.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32;
+        let mean =
+            |c: usize| not_outside.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32;
         ([0, 1, 2].map(mean), if known { Cell::Known } else { Cell::Unknown })
     };
     let (colours, cells) = halving::halved(canvas.size, OddSide::Twice, cell).into_iter().unzip();

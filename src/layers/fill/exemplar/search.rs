@@ -188,8 +188,8 @@ impl Measure<'_> {
             let at = row * width + columns.start;
             let from = (at as i64 + i64::from(source) - i64::from(target)) as usize;
             let count = columns.len();
-            let shown = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
-            for ((a, b), weight) in shown.zip(&level.weights[at..at + count]) {
+            let pairs = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
+            for ((a, b), weight) in pairs.zip(&level.weights[at..at + count]) {
                 let [r, g, b] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
                 sum += weight * (r * r + g * g + b * b);
             }
