@@ -9,7 +9,8 @@
 //! |---|---|
 //!  [`error`], [`task`] | errors with their causes and remedies; progress and cancellation |
 //!  [`geometry`] | cameras, lenses, planes, polygons, rectangles: pure mathematics |
-//!  [`scene`] | photos, model and site: the photographed scene, immutable |
+//!  [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
+//! | [`scene`] | photos, model and site: the photographed scene, immutable |
 //!  [`projection`] | novel views: sheared frusta, the image layers that serve a face, blend weights |
 //! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
 //!  [`document`] | what is saved: the authored project and the derived stacks |
@@ -59,6 +60,7 @@ pub mod error;
 pub mod task;
 
 pub mod geometry;
+pub mod raster;
 pub mod scene;
 
 pub mod projection;

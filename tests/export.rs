@@ -10,6 +10,7 @@ use invented::Plan;
 use quadratura::document::decisions::LayerName;
 use quadratura::document::export_record::{ExportFormat, HelperRole};
 use quadratura::document::{Decisions, Stack};
+use quadratura::geometry::PixelRect;
 use quadratura::io::exports::ExportStore;
 use quadratura::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::io::photo::read_photo;
@@ -58,14 +59,11 @@ fn covered(project: &Project) -> Vec<bool> {
     let mut covered = vec![false; (photo.width() * photo.height()) as usize];
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for layer in &project.stack.image_layers {
-        let (file, r) = (folder.join(&layer.needed_file), layer.rect);
-        let mask = quadratura::io::layered::png::read_mask(&file, r.w, r.h).unwrap();
-        for y in 0..photo.height() {
-            for x in 0..photo.width() {
-                let (dx, dy) = (x as i32 - r.x, y as i32 - r.y);
-                let inside = dx >= 0 && dy >= 0 && dx < r.w as i32 && dy < r.h as i32;
-                covered[(y * photo.width() + x) as usize] |= inside && mask.at(dx as u32, dy as u32);
-            }
+        let file = folder.join(&layer.needed_file);
+        let mask = quadratura::io::layered::png::read_mask(&file, layer.rect).unwrap();
+        let whole = PixelRect::of_size(photo.width(), photo.height());
+        for (covered, (x, y)) in covered.iter_mut().zip(whole.pixels()) {
+            *covered |= mask.holds(x, y);
         }
     }
     covered

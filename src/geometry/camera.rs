@@ -2,6 +2,8 @@
 
 use glam::{DMat3, DVec2, DVec3};
 
+use super::PixelRect;
+
 /// A pinhole camera without distortion. Units are pixels; pixel (0, 0) is the top-left one and its centre is (0.5,
 /// 0.5), which is COLMAP's convention; x points right, y down, z forward.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -21,6 +23,11 @@ pub struct Pinhole {
 }
 
 impl Pinhole {
+    /// All pixels of the photo.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.width, self.height)
+    }
+
     /// Projects a point of the camera frame to image coordinates in pixels; `None` where it is not in front (z <=
     /// 0).
     pub fn image_from_camera(&self, point_in_camera: DVec3) -> Option<DVec2> {

@@ -95,7 +95,7 @@ mod tests {
     use super::*;
     use crate::scene::synthetic::Dice;
 
-    const PICTURE: PixelRect = PixelRect { x: 0, y: 0, w: 400, h: 300 };
+    const PICTURE: PixelRect = PixelRect::of_size(400, 300);
 
     fn point(dice: &mut Dice) -> DVec2 {
         DVec2::new(dice.between(60.0, 340.0), dice.between(60.0, 240.0))

@@ -19,7 +19,7 @@ pub struct Grid {
 impl Grid {
     /// Returns the rectangle of all cells.
     pub fn whole(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.size[0], h: self.size[1] }
+        PixelRect::of_size(self.size[0], self.size[1])
     }
 
     /// Returns the cells that show pixels of a set. Where cells are larger than pixels, a cell counts if any pixel
@@ -93,7 +93,7 @@ mod tests {
     use crate::scene::synthetic::Dice;
 
     const SIDE: u32 = 40;
-    const PICTURE: PixelRect = PixelRect { x: 0, y: 0, w: SIDE, h: SIDE };
+    const PICTURE: PixelRect = PixelRect::of_size(SIDE, SIDE);
 
     fn random(dice: &mut Dice) -> Spans {
         let dots: Vec<bool> = (0..SIDE * SIDE).map(|_| dice.between(0.0, 1.0) < 0.3).collect();
@@ -134,9 +134,7 @@ mod tests {
             let cells = random(&mut Dice::new(seed));
             let boxes = boxes(&cells);
             assert_eq!(boxes.iter().map(PixelRect::area).sum::<u64>(), cells.count());
-            let covered = |x: i32, y: i32| {
-                boxes.iter().any(|b| b.x <= x && x < b.right() && b.y <= y && y < b.bottom())
-            };
+            let covered = |x: i32, y: i32| boxes.iter().any(|b| b.contains(x, y));
             assert_eq!(Spans::of_pixels(PICTURE, covered).count(), cells.count());
             assert!(cells.iter().all(|(y, run)| run.clone().all(|x| covered(x, y))));
         }

@@ -190,14 +190,14 @@ mod tests {
     }
 
     fn square(side: u32) -> Arc<Pyramid> {
-        let rect = PixelRect { x: 0, y: 0, w: side, h: side };
+        let rect = PixelRect::of_size(side, side);
         let texels = rect.area() as usize;
         let pixels = SheetPixels { rect, rgba: vec![255; 4 * texels], needed: vec![1; texels] };
         Arc::new(pyramid(rect, &pixels, &PyramidOptions::default()))
     }
 
     fn pyramids(most_bytes: u64) -> Pyramids {
-        let rect = PixelRect { x: 0, y: 0, w: 4096, h: 4096 };
+        let rect = PixelRect::of_size(4096, 4096);
         Pyramids::new(Arc::new(None), vec![rect; 20], PyramidOptions::default(), most_bytes)
     }
 

@@ -11,6 +11,7 @@ use png::{BitDepth, ColorType, Decoder, Reader};
 
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
+use crate::raster::in_8_bits;
 
 const REMEDY: &str = "run `quadratura build` to make it again";
 
@@ -30,7 +31,7 @@ pub fn read_layer(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u
         })?,
         (ColorType::Rgba, BitDepth::Sixteen) => rows(path, &mut reader, rect, crop, |row| {
             let samples = row[8 * skipped..8 * (skipped + count)].as_chunks().0;
-            texels.extend(samples.iter().map(|sample| rounded(u16::from_be_bytes(*sample))));
+            texels.extend(samples.iter().map(|sample| in_8_bits(u16::from_be_bytes(*sample))));
         })?,
         (colour, depth) => return Err(unexpected(path, format!("{colour:?} of {depth:?} bits, not RGBA"))),
     }
@@ -111,10 +112,6 @@ fn rows(
         }
     }
     Ok(())
-}
-
-fn rounded(sample: u16) -> u8 {
-    ((u32::from(sample) * 255 + 32767) / 65535) as u8
 }
 
 fn unexpected(path: &Path, found: String) -> Error {

@@ -34,7 +34,7 @@ pub fn read_mask(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
         let sum: usize = colours.iter().map(|sample| usize::from(*sample)).sum();
         alpha[0] >= HALF && sum < usize::from(HALF) * colours.len()
     };
-    Ok(Spans::of_pixels(PixelRect { x: 0, y: 0, w: width, h: height }, is_masked))
+    Ok(Spans::of_pixels(PixelRect::of_size(width, height), is_masked))
 }
 
 /// Checks that the file is a PNG of this size, without decoding it.
@@ -95,7 +95,7 @@ mod tests {
     fn a_mask_comes_back_pixel_for_pixel() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("mask.png");
-        let masked = Spans::of_pixels(PixelRect { x: 0, y: 0, w: 19, h: 7 }, |x, y| (x * y) % 5 == 1);
+        let masked = Spans::of_pixels(PixelRect::of_size(19, 7), |x, y| (x * y) % 5 == 1);
         std::fs::write(&file, mask_png(&masked, [19, 7]).unwrap()).unwrap();
         assert_eq!(read_mask(&file, [19, 7]).unwrap(), masked);
         assert_eq!(image::open(&file).unwrap().to_luma8().get_pixel(1, 1).0, [0], "black is masked");

@@ -159,7 +159,7 @@ mod tests {
     use crate::geometry::PixelRect;
 
     fn mask(pixels: u32) -> Spans {
-        Spans::of_pixels(PixelRect { x: 0, y: 0, w: pixels, h: 1 }, |_, _| true)
+        Spans::of_pixels(PixelRect::of_size(pixels, 1), |_, _| true)
     }
 
     #[test]

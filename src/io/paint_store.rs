@@ -298,8 +298,7 @@ fn patch_of(raster: &Raster, rect: PixelRect) -> Patch {
 
 fn raster_of(patch: &Patch) -> Raster {
     let rect = patch.rect();
-    let pixels = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-    let samples = pixels.flat_map(|(x, y)| patch.at(x, y).unwrap_or_default());
+    let samples = patch.pixels().pixels().iter().flat_map(|pixel| pixel.unwrap_or_default());
     let samples = match patch.fits_8_bits() {
         true => Samples::U8(samples.map(|sample| (sample / 257) as u8).collect()),
         false => Samples::U16(samples.collect()),
@@ -325,7 +324,7 @@ mod tests {
             view: "v".into(),
             outline: vec![],
             file: String::new(),
-            rect: PixelRect { x: 0, y: 0, w: 0, h: 0 },
+            rect: PixelRect::EMPTY,
             pixels: 0,
         }
     }

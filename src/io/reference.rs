@@ -3,6 +3,7 @@
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Luma, Rgb};
 
+use crate::raster::in_8_bits;
 use crate::scene::{PhotoPixels, Samples};
 
 /// A photo at the size of a picture: the expected result, 8 bits, gamma-encoded.
@@ -27,9 +28,7 @@ pub fn reference(photo: &PhotoPixels, width: u32, height: u32) -> Reference {
     let rgb = match &photo.samples {
         Samples::U8(samples) => resized::<u8>(photo, samples, width, height),
         Samples::U16(samples) => {
-            let samples = resized::<u16>(photo, samples, width, height);
-            // Rounds to the nearest of 256 levels.
-            samples.into_iter().map(|sample| ((u32::from(sample) * 255 + 32_767) / 65_535) as u8).collect()
+            resized::<u16>(photo, samples, width, height).into_iter().map(in_8_bits).collect()
         }
     };
     Reference { width, height, rgb, valid: valid(photo, width, height) }

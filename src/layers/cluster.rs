@@ -107,9 +107,7 @@ pub fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
     let grown = bounds.grown(options.margin);
     match options.boxes {
         BoxShape::Exact => PixelRect { x: 0, y: 0, ..grown },
-        BoxShape::PowerOfTwo => {
-            PixelRect { x: 0, y: 0, w: grown.w.next_power_of_two(), h: grown.h.next_power_of_two() }
-        }
+        BoxShape::PowerOfTwo => PixelRect::of_size(grown.w.next_power_of_two(), grown.h.next_power_of_two()),
     }
 }
 

@@ -52,7 +52,7 @@ impl Content {
     /// visible part, or one pixel outside the covered part. They show other surfaces, and serve to extend
     /// colours past outlines. The spans rise; they may overlap, and may include visible pixels.
     pub fn beside(&self, [width, height]: [u32; 2]) -> Vec<PixelSpan> {
-        let photo = PixelRect { x: 0, y: 0, w: width, h: height };
+        let photo = PixelRect::of_size(width, height);
         let ring = |spans: &[PixelSpan]| {
             let inside = as_set(spans);
             inside.grown(1).minus(&inside)
@@ -67,7 +67,7 @@ impl Content {
             .needed
             .iter()
             .map(|s| PixelRect::from_edges(s.x0 as i32, s.y as i32, s.x1 as i32, s.y as i32 + 1));
-        boxes.reduce(|a, b| a.union(&b)).unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
+        boxes.reduce(|a, b| a.union(&b)).unwrap_or(PixelRect::EMPTY)
     }
 }
 

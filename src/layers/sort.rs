@@ -93,7 +93,7 @@ pub fn sort_photo(
     let bounds_of_nodes = node_bounds(&view, &runs, &resolved.nodes);
     let texels_unmerged = bounds_of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
     let bounds = element_bounds(&bounds_of_nodes, &layers);
-    let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
+    let photo = camera.rect();
     let grouping = wanted.of_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
     let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options, &grouping));
     let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
@@ -162,7 +162,7 @@ fn node_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
 
 /// Computes the bounding boxes of the pixels of cut items' nodes; the boxes of all other nodes are empty.
 fn piece_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
-    const EMPTY: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+    const EMPTY: PixelRect = PixelRect::EMPTY;
     let unite = |mut a: Vec<PixelRect>, b: Vec<PixelRect>| {
         for (a, b) in a.iter_mut().zip(b) {
             *a = if a.is_empty() {

@@ -73,7 +73,7 @@ impl Stand {
 
     /// Returns a viewpoint that sees all sheets up to an order from the side, with `up` of the world upwards.
     pub fn from_aside(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
-        let whole = PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height };
+        let whole = self.camera.rect();
         let marks = [self.corners(0, whole), self.corners(last, whole)].concat();
         let center = marks.iter().sum::<DVec3>() / marks.len() as f64;
         let radius = marks.iter().map(|mark| mark.distance(center)).fold(0.0, f64::max);
@@ -103,7 +103,7 @@ mod tests {
             assert!((stand.camera.image_from_camera(seen).unwrap() - px).length() < 1e-9);
             assert!((seen.z - stand.depth(order)).abs() < 1e-9);
         }
-        let whole = PixelRect { x: 0, y: 0, w: 640, h: 480 };
+        let whole = PixelRect::of_size(640, 480);
         let [top, _, _, bottom] = stand.corners(0, whole);
         assert!((top.distance(bottom) - 4.0).abs() < 1e-9);
     }
@@ -132,7 +132,7 @@ mod tests {
     fn from_aside_all_sheets_are_in_the_picture() {
         let stand = stand();
         let view = stand.from_aside(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
-        let whole = PixelRect { x: 0, y: 0, w: 640, h: 480 };
+        let whole = PixelRect::of_size(640, 480);
         let mut widest = 0.0f64;
         for corner in [stand.corners(0, whole), stand.corners(4, whole)].concat() {
             let place = view.place(corner).unwrap();

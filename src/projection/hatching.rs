@@ -4,49 +4,10 @@
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
+use crate::raster::Image;
 
-/// A pixel mask within a rectangle of the photo.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mask {
-    rect: PixelRect,
-    /// One value per pixel, rows of `rect` from the top.
-    set: Vec<bool>,
-}
-
-impl Mask {
-    /// Builds an empty mask of `rect`, which is in photo pixels and may reach outside the photo.
-    pub fn none_of(rect: PixelRect) -> Self {
-        Self { rect, set: vec![false; rect.area() as usize] }
-    }
-
-    /// Returns the rectangle that the mask covers.
-    pub fn rect(&self) -> PixelRect {
-        self.rect
-    }
-
-    /// Returns true when a pixel is in the mask; pixels outside the rectangle never are.
-    pub fn has(&self, x: i32, y: i32) -> bool {
-        self.index(x, y).is_some_and(|index| self.set[index])
-    }
-
-    /// Adds a pixel to the mask or removes it; has no effect outside the rectangle.
-    pub fn put(&mut self, x: i32, y: i32, within: bool) {
-        if let Some(index) = self.index(x, y) {
-            self.set[index] = within;
-        }
-    }
-
-    /// Returns the number of pixels in the mask.
-    pub fn count(&self) -> u64 {
-        self.set.iter().filter(|within| **within).count() as u64
-    }
-
-    fn index(&self, x: i32, y: i32) -> Option<usize> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| (y - top) as usize * w as usize + (x - left) as usize)
-    }
-}
+/// A pixel mask within a rectangle of the photo, in photo pixels; the rectangle may reach outside the photo.
+pub type Mask = Image<bool>;
 
 /// Computes the hatching lines of a mask within `window`, as segments in photo pixels that fall to the left,
 /// `pitch_px` pixels apart along a row. The running time is proportional to the pixels that the lines cross.
@@ -72,7 +33,7 @@ fn stripe(mask: &Mask, window: PixelRect, sum: i32, segments: &mut Vec<[DVec2; 2
     let corner = |y: i32| DVec2::new(f64::from(sum - y + 1), f64::from(y));
     let mut begun: Option<i32> = None;
     for y in rows.clone() {
-        match (mask.has(sum - y, y), begun) {
+        match (mask.holds(sum - y, y), begun) {
             (true, None) => begun = Some(y),
             (false, Some(from)) => {
                 segments.push([corner(from), corner(y)]);
@@ -89,9 +50,8 @@ mod tests {
     use super::*;
 
     fn box_of(rect: PixelRect, within: PixelRect) -> Mask {
-        let mut mask = Mask::none_of(rect);
-        (within.y..within.bottom())
-            .for_each(|y| (within.x..within.right()).for_each(|x| mask.put(x, y, true)));
+        let mut mask = Mask::filled(rect, false);
+        within.pixels().for_each(|(x, y)| mask.put(x, y, true));
         mask
     }
 
@@ -111,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_window_shows_the_same_stripes_cut_off() {
-        let rect = PixelRect { x: 0, y: 0, w: 32, h: 32 };
+        let rect = PixelRect::of_size(32, 32);
         let mask = box_of(rect, rect);
         let window = PixelRect { x: 9, y: 3, w: 7, h: 11 };
         let within = stripes(&mask, window, 1).iter().map(|[from, to]| to.y - from.y).sum::<f64>();

@@ -7,7 +7,8 @@ use glam::DVec3;
 
 use super::PhotoId;
 use crate::error::Result;
-use crate::geometry::{Pinhole, Pose};
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::raster::over::on_opaque;
 use crate::task::Task;
 
 /// The formula by which photos are selected and weighted at a surface point.
@@ -189,17 +190,22 @@ pub struct Picture {
 }
 
 impl Picture {
-    /// Composites the image over a plain colour, in gamma: RGB, 8 bits, `width * height * 3` values.
+    /// All of it.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.width, self.height)
+    }
+
+    /// R, G, B, A of every pixel, row by row.
+    pub fn pixels(&self) -> &[[u8; 4]] {
+        self.rgba.as_chunks().0
+    }
+
+    /// RGB, 8 bits, `width * height * 3` values.
     pub fn over(&self, background: [u8; 3]) -> Vec<u8> {
-        let laid = |pixel: &[u8; 4]| {
-            let alpha = u32::from(pixel[3]);
-            let mix = |above: u8, below: u8| {
-                ((u32::from(above) * alpha + u32::from(below) * (255 - alpha) + 127) / 255) as u8
-            };
-            std::array::from_fn::<u8, 3, _>(|channel| mix(pixel[channel], background[channel]))
+        let laid = |pixel: &[u8; 4]| -> [u8; 3] {
+            std::array::from_fn(|c| on_opaque(pixel[c], pixel[3], background[c]))
         };
-        let (pixels, _) = self.rgba.as_chunks::<4>();
-        pixels.iter().flat_map(laid).collect()
+        self.pixels().iter().flat_map(laid).collect()
     }
 }
 

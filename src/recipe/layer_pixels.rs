@@ -10,6 +10,7 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::io::layered::png::read_rgba;
+use crate::raster::over::on_opaque;
 
 /// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
 /// photo, where the filling includes paint that was propagated from other photos over visible pixels. Each painted
@@ -64,9 +65,8 @@ fn over_filling(paint: Patch, rect: PixelRect, photo: &Raster, filling: &Raster)
             && !photo.has_colour(u, v)
             && filling.has_colour(u, v)
         {
-            let (below, share) = (filling.rgba16(u, v), f64::from(colour[3]) / 65535.0);
-            let mix = |i: usize| f64::from(colour[i]) * share + f64::from(below[i]) * (1.0 - share);
-            let [r, g, b] = [0, 1, 2].map(|i| mix(i).round() as u16);
+            let below = filling.rgba16(u, v);
+            let [r, g, b] = [0, 1, 2].map(|i| on_opaque(colour[i], colour[3], below[i]));
             mixed.put(x, y, [r, g, b, u16::MAX]);
         }
     }
@@ -75,8 +75,7 @@ fn over_filling(paint: Patch, rect: PixelRect, photo: &Raster, filling: &Raster)
 
 /// Converts a pixel of the photo to one of a raster of `rect`; `None` outside of it.
 fn within(rect: PixelRect, x: i32, y: i32) -> Option<(u32, u32)> {
-    let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-    inside.then(|| ((x - rect.x) as u32, (y - rect.y) as u32))
+    rect.contains(x, y).then(|| ((x - rect.x) as u32, (y - rect.y) as u32))
 }
 
 /// Returns the colour that a painted pixel shows: erased pixels are transparent black.
@@ -102,7 +101,7 @@ mod tests {
 
     #[test]
     fn soft_paint_lets_the_filling_through_but_not_the_photo_that_it_replaced() {
-        let rect = PixelRect { x: 0, y: 0, w: 3, h: 1 };
+        let rect = PixelRect::of_size(3, 1);
         let (mut photo, mut filling) =
             (Raster::blank(3, 1, Depth::Sixteen), Raster::blank(3, 1, Depth::Sixteen));
         photo.set_rgba16(0, 0, [9, 9, 9, 65535]);

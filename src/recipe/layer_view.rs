@@ -11,11 +11,11 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::layered::Raster;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
 use crate::projection::hatching::Mask;
 use crate::projection::legend::{CONFIDENCE, Origin, colour_at};
+use crate::raster::in_8_bits;
 use crate::task::Task;
 
 /// The content of a layer's view.
@@ -92,9 +92,9 @@ pub fn layer_view(
 /// Converts a raster to 8 bits.
 fn in_bytes(raster: &Raster) -> Picture {
     let (width, height) = (raster.width(), raster.height());
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+    let pixels = PixelRect::of_size(width, height).pixels();
     // Colours of transparent pixels are stored for filtering only and must not be visible.
-    let seen = |(x, y)| match raster.rgba16(x, y).map(in_8_bits) {
+    let seen = |(x, y)| match raster.rgba16(x as u32, y as u32).map(in_8_bits) {
         [.., 0] => [0; 4],
         pixel => pixel,
     };
@@ -138,20 +138,15 @@ impl Files<'_> {
     /// Returns the texels that are needed and empty in a picture.
     fn hidden(&self, picture: &Picture, needed: &[u8]) -> Mask {
         let rect = self.rect();
-        let mut mask = Mask::none_of(rect);
-        let texels = picture.rgba.as_chunks::<4>().0.iter().zip(needed).enumerate();
-        for (at, _) in texels.filter(|(_, (texel, needed))| texel[3] == 0 && **needed > 0) {
-            mask.put(rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32, true);
-        }
-        mask
+        let texels = picture.pixels().iter().zip(needed);
+        Mask::new(rect, texels.map(|(texel, needed)| texel[3] == 0 && *needed > 0).collect())
     }
 
     /// Returns the indices of the painted texels.
     fn painted(&self, paint: &PhotoPaint) -> Result<Vec<usize>> {
         let rect = self.rect();
         let patch = paint.on(self.stack, self.layer)?;
-        let index = |x: i32, y: i32| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
-        Ok(patch.iter().filter(|(.., colour)| colour[3] > 0).map(|(x, y, _)| index(x, y)).collect())
+        Ok(patch.iter().filter(|(.., colour)| colour[3] > 0).map(|(x, y, _)| rect.offset(x, y)).collect())
     }
 
     /// Makes the picture and the legend of the texels' confidence.

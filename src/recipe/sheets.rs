@@ -11,12 +11,13 @@ use crate::document::paint::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::legend::Origin;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
 use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::raster::in_8_bits;
+use crate::raster::over::on_opaque;
 
 /// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::sheets`]: photo
 /// by photo, image layers as in the stack.
@@ -167,9 +168,8 @@ impl SheetFiles {
         }
         if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
             for (x, y, colour) in paint.on(stack, file.layer)?.iter() {
-                let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-                if inside && shown(colour)[3] > 0 {
-                    origins[(y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize] = Origin::Paint;
+                if let Some(at) = rect.index(x, y).filter(|_| shown(colour)[3] > 0) {
+                    origins[at] = Origin::Paint;
                 }
             }
         }
@@ -263,10 +263,7 @@ fn lay_propagated(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence
 /// filtering.
 fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch) {
     for (x, y, colour) in paint.iter() {
-        if x < rect.x || y < rect.y || x >= rect.right() || y >= rect.bottom() {
-            continue;
-        }
-        let at = (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
+        let Some(at) = rect.index(x, y) else { continue };
         let mut texel = shown(colour).map(in_8_bits);
         let (covered, a) = (needed[at] & COVERED != 0, texel[3]);
         let below = &mut rgba[4 * at..4 * at + 4];
@@ -280,9 +277,9 @@ fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch)
 
 /// Blends semitransparent paint with the filling below it.
 pub(super) fn over_filling(paint: [u8; 4], filling: &[u8]) -> [u8; 4] {
-    let share = f32::from(paint[3]) / 255.0;
-    let mixed = |i: usize, full: f32| (full * share + f32::from(filling[i]) * (1.0 - share)).round() as u8;
-    [0, 1, 2, 3].map(|i| mixed(i, if i == 3 { 255.0 } else { f32::from(paint[i]) }))
+    let [r, g, b, alpha] = paint;
+    let opaque = [r, g, b, u8::MAX];
+    [0, 1, 2, 3].map(|i| on_opaque(opaque[i], alpha, filling[i]))
 }
 
 #[cfg(test)]
@@ -326,7 +323,7 @@ mod tests {
         assert_eq!(needed, [COVERED, COVERED, BESIDE, 0]);
         let (mut filled, mut needed) = (vec![100, 0, 0, 55], vec![COVERED | FILLED]);
         let soft = Patch::of_pixels(&[(0, 0, [0, 65535, 0, 51 * 257])]);
-        lay_paint(&mut filled, &mut needed, PixelRect { x: 0, y: 0, w: 1, h: 1 }, &soft);
+        lay_paint(&mut filled, &mut needed, PixelRect::of_size(1, 1), &soft);
         assert_eq!(
             (filled, needed),
             (vec![80, 51, 0, 95], vec![COVERED]),

@@ -6,6 +6,7 @@ use crate::error::Result;
 use crate::io::photo::{picture_size, read_photo};
 use crate::io::thumbnails::{Stamp, Thumbnails};
 use crate::projection::Picture;
+use crate::raster::in_8_bits;
 use crate::scene::{Photo, PhotoPixels};
 
 /// The number of pixels sampled along each side of the area of a thumbnail's pixel; more make no visible difference
@@ -75,7 +76,7 @@ fn mean(pixels: &PhotoPixels, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
             alpha += weight;
         }
     }
-    let eight = |value: u64| ((value + 128) / 257) as u8;
+    let eight = |mean: u64| in_8_bits(mean as u16);
     let [r, g, b] = sum.map(|sum| eight(sum.checked_div(alpha).unwrap_or(0)));
     [r, g, b, eight(alpha / u64::from(SAMPLES * SAMPLES))]
 }

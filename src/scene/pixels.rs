@@ -1,6 +1,9 @@
 //! The pixels of a photo, as stored in its file.
 
+use std::borrow::Cow;
+
 use crate::geometry::{PixelRect, Spans};
+use crate::raster::sample::with_alpha;
 
 /// Samples in row order, top to bottom, with interleaved channels, in the full range of their type.
 #[derive(Debug, Clone, PartialEq)]
@@ -17,6 +20,22 @@ impl Samples {
         match self {
             Self::U8(samples) => samples.len(),
             Self::U16(samples) => samples.len(),
+        }
+    }
+
+    /// Bits of one: 8 or 16.
+    pub fn bits(&self) -> u8 {
+        match self {
+            Self::U8(_) => 8,
+            Self::U16(_) => 16,
+        }
+    }
+
+    /// As PNG stores them: of 16 bits the higher byte first.
+    pub fn big_endian(&self) -> Cow<'_, [u8]> {
+        match self {
+            Self::U8(samples) => Cow::Borrowed(samples),
+            Self::U16(samples) => samples.iter().flat_map(|sample| sample.to_be_bytes()).collect(),
         }
     }
 
@@ -45,10 +64,7 @@ pub struct PhotoPixels {
 impl PhotoPixels {
     /// Returns the bits per sample: 8 or 16.
     pub fn bits(&self) -> u8 {
-        match self.samples {
-            Samples::U8(_) => 8,
-            Samples::U16(_) => 16,
-        }
+        self.samples.bits()
     }
 
     /// Returns true when there is alpha, so that some pixels may be invalid.
@@ -58,7 +74,7 @@ impl PhotoPixels {
 
     /// Returns the rectangle of the whole photo.
     pub fn rect(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.width, h: self.height }
+        PixelRect::of_size(self.width, self.height)
     }
 
     /// Returns the index of the pixel in column `x` and row `y`, in row order.
@@ -83,8 +99,9 @@ impl PhotoPixels {
             return self;
         }
         let samples = match self.samples {
-            Samples::U8(samples) => Samples::U8(with_alpha(samples, self.channels, u8::MAX)),
-            Samples::U16(samples) => Samples::U16(with_alpha(samples, self.channels, u16::MAX)),
+            samples if self.channels == 4 => samples,
+            Samples::U8(samples) => Samples::U8(with_alpha(&samples)),
+            Samples::U16(samples) => Samples::U16(with_alpha(&samples)),
         };
         let mut pixels = Self { samples, channels: 4, ..self };
         let (width, height) = (pixels.width as i32, pixels.height as i32);
@@ -112,16 +129,6 @@ impl PhotoPixels {
         }
         pixel
     }
-}
-
-/// Adds full alpha to RGB; RGBA is returned as it is.
-fn with_alpha<T: Copy>(samples: Vec<T>, channels: usize, full: T) -> Vec<T> {
-    if channels == 4 {
-        return samples;
-    }
-    let mut rgba = Vec::with_capacity(samples.len() / 3 * 4);
-    samples.as_chunks::<3>().0.iter().for_each(|&[r, g, b]| rgba.extend([r, g, b, full]));
-    rgba
 }
 
 #[cfg(test)]

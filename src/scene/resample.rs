@@ -13,6 +13,7 @@ use rayon::prelude::*;
 use super::{PhotoPixels, Samples};
 use crate::error::Result;
 use crate::geometry::Undistortion;
+use crate::raster::Sample;
 use crate::task::Task;
 
 /// Computes the pinhole image of `photo` as RGBA, in the photo's depth and colour space. Alpha is full where the
@@ -54,14 +55,14 @@ fn resample_from<T: Sample, const CHANNELS: usize>(
 ) -> Result<Vec<T>> {
     let (width, height) = (undistortion.pinhole.width as usize, undistortion.pinhole.height as usize);
     let kernel = Kernel::lanczos3();
-    let mut pixels = vec![T::ZERO; width * height * 4];
+    let mut pixels = vec![T::default(); width * height * 4];
     pixels.par_chunks_exact_mut(width * 4).enumerate().try_for_each(|(y, row)| {
         task.go_on()?;
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let Some(at) = undistortion.photo_from_pinhole(center) else { continue };
             if let Some([r, g, b]) = source.at(at, &kernel) {
-                *pixel = [T::rounded(r), T::rounded(g), T::rounded(b), T::FULL];
+                *pixel = [T::nearest(r), T::nearest(g), T::nearest(b), T::FULL];
             }
         }
         Ok(())
@@ -192,45 +193,6 @@ fn lanczos3(distance: f64) -> f64 {
     }
     let (x, third) = (PI * distance, PI * distance / 3.0);
     x.sin() / x * third.sin() / third
-}
-
-/// A sample type of a photo, u8 or u16.
-trait Sample: Copy + PartialEq + Send + Sync {
-    const ZERO: Self;
-    const FULL: Self;
-    fn value(self) -> f32;
-    /// Rounds to the nearest value and clamps to the type's range.
-    fn rounded(value: f32) -> Self;
-}
-
-impl Sample for u8 {
-    const ZERO: Self = 0;
-    const FULL: Self = Self::MAX;
-
-    #[inline]
-    fn value(self) -> f32 {
-        self.into()
-    }
-
-    #[inline]
-    fn rounded(value: f32) -> Self {
-        (value + 0.5) as Self
-    }
-}
-
-impl Sample for u16 {
-    const ZERO: Self = 0;
-    const FULL: Self = Self::MAX;
-
-    #[inline]
-    fn value(self) -> f32 {
-        self.into()
-    }
-
-    #[inline]
-    fn rounded(value: f32) -> Self {
-        (value + 0.5) as Self
-    }
 }
 
 #[cfg(test)]

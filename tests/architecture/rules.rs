@@ -8,6 +8,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["error"],
     &["task"],
     &["geometry"],
+    &["raster"],
     &["scene"],
     &["projection"],
     &["layers"],

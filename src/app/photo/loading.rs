@@ -135,9 +135,7 @@ impl Loading {
         let file = &session.opened.site.photos[photo].file;
         let tiled = peeled.map(|peeled| &peeled.tiled).or_else(|| self.photos.get(file))?;
         let picture = tiled.picture();
-        let inside = x >= 0 && y >= 0 && (x as u32) < picture.width && (y as u32) < picture.height;
-        let at = 4 * (y.max(0) as usize * picture.width as usize + x.max(0) as usize);
-        let [r, g, b, a] = picture.rgba.get(at..at + 4).filter(|_| inside)?.try_into().ok()?;
+        let [r, g, b, a] = picture.pixels()[picture.rect().index(x, y)?];
         (a > 0).then(|| Color32::from_rgb(r, g, b))
     }
 }

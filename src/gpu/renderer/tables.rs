@@ -128,7 +128,7 @@ impl Tables {
 fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DVec3) -> PhotoWords {
     let camera = &photo.camera;
     // With a rectangle of one pixel, u and v are photo pixels.
-    let pixel = PixelRect { x: 0, y: 0, w: 1, h: 1 };
+    let pixel = PixelRect::of_size(1, 1);
     let [row_x, row_y, row_z] =
         uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
     let center = (photo.pose.center_in_world() - viewpoint).as_vec3();

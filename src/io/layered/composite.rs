@@ -4,6 +4,8 @@ use super::document::{Layer, LayeredDocument};
 use super::raster::Raster;
 use crate::error::Result;
 use crate::geometry::PixelRect;
+use crate::raster::Sample;
+use crate::raster::over::straight;
 use crate::scene::Samples;
 
 /// Composites the layers for which `wanted` holds from bottom to top over transparency, regardless of their
@@ -24,60 +26,22 @@ pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>)
 
 /// Composites `above` over `canvas` with its top-left corner at that of `rect`.
 pub fn lay_over(canvas: &mut Raster, above: &Raster, rect: PixelRect) {
-    let size = (canvas.width(), canvas.height());
+    let whole = PixelRect::of_size(canvas.width(), canvas.height());
     match (canvas.samples_mut(), above.samples()) {
-        (Samples::U8(below), Samples::U8(above)) => over(below, size, above, rect, 255.0),
-        (Samples::U16(below), Samples::U16(above)) => over(below, size, above, rect, 65535.0),
+        (Samples::U8(below), Samples::U8(above)) => over(below, whole, above, rect),
+        (Samples::U16(below), Samples::U16(above)) => over(below, whole, above, rect),
         _ => unreachable!("the layers of a document have one depth"),
     }
 }
 
-/// A sample that converts to a number and back.
-trait Sample: Copy {
-    fn number(self) -> f64;
-    fn rounded(number: f64) -> Self;
-}
-
-impl Sample for u8 {
-    fn number(self) -> f64 {
-        self.into()
-    }
-    fn rounded(number: f64) -> Self {
-        number.round() as u8
-    }
-}
-
-impl Sample for u16 {
-    fn number(self) -> f64 {
-        self.into()
-    }
-    fn rounded(number: f64) -> Self {
-        number.round() as u16
-    }
-}
-
-fn over<T: Sample>(below: &mut [T], size: (u32, u32), above: &[T], rect: PixelRect, full: f64) {
-    let canvas = PixelRect { x: 0, y: 0, w: size.0, h: size.1 };
+fn over<T: Sample>(below: &mut [T], canvas: PixelRect, above: &[T], rect: PixelRect) {
+    let (below, above) = (below.as_chunks_mut::<4>().0, above.as_chunks::<4>().0);
     let shared = rect.intersection(&canvas);
     for y in shared.y..shared.bottom() {
-        let from = 4 * ((y - rect.y) as usize * rect.w as usize + (shared.x - rect.x) as usize);
-        let to = 4 * (y as usize * size.0 as usize + shared.x as usize);
-        let count = 4 * shared.w as usize;
-        let pairs = below[to..to + count].chunks_exact_mut(4).zip(above[from..from + count].chunks_exact(4));
-        pairs.for_each(|(below, above)| over_pixel(below, above, full));
-    }
-}
-
-fn over_pixel<T: Sample>(below: &mut [T], above: &[T], full: f64) {
-    let alpha = above[3].number() / full;
-    if alpha == 1.0 {
-        below.copy_from_slice(above);
-    } else if alpha > 0.0 {
-        let under = below[3].number() / full * (1.0 - alpha);
-        for (b, a) in below[..3].iter_mut().zip(above) {
-            *b = T::rounded((a.number() * alpha + b.number() * under) / (alpha + under));
-        }
-        below[3] = T::rounded((alpha + under) * full);
+        let (to, from) = (canvas.offset(shared.x, y), rect.offset(shared.x, y));
+        let count = shared.w as usize;
+        let pairs = below[to..to + count].iter_mut().zip(&above[from..from + count]);
+        pairs.for_each(|(below, above)| straight(below, above));
     }
 }
 
@@ -92,7 +56,7 @@ mod tests {
 
     fn over_each_other(below: [u8; 4], above: [u8; 4]) -> Raster {
         let mut canvas = one(below);
-        lay_over(&mut canvas, &one(above), PixelRect { x: 0, y: 0, w: 1, h: 1 });
+        lay_over(&mut canvas, &one(above), PixelRect::of_size(1, 1));
         canvas
     }
 

@@ -183,7 +183,7 @@ mod tests {
     use super::*;
 
     fn layer(name: &str) -> Layer<'static> {
-        let rect = PixelRect { x: 0, y: 0, w: 2, h: 2 };
+        let rect = PixelRect::of_size(2, 2);
         let pixels: Source = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
         Layer::new(name, rect, pixels)
     }

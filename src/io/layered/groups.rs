@@ -111,7 +111,7 @@ mod tests {
 
     fn mask(outside: f32) -> Arc<EditedMask> {
         let pixels = Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![]))));
-        let rect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+        let rect = PixelRect::EMPTY;
         Arc::new(EditedMask { rect, outside, enabled: true, pixels })
     }
 

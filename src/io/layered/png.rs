@@ -10,25 +10,9 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, Reader, Tran
 use super::depth::Depth;
 use super::raster::Raster;
 use crate::error::{Error, Result};
+use crate::geometry::PixelRect;
+use crate::raster::Image;
 use crate::scene::Samples;
-
-/// The area in which a layer needs pixels: one byte per pixel, rows from the top, not 0 where it does.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mask {
-    /// Width in pixels.
-    pub width: u32,
-    /// Height in pixels.
-    pub height: u32,
-    /// `width * height` bytes.
-    pub bytes: Vec<u8>,
-}
-
-impl Mask {
-    /// Returns whether the layer needs the pixel at `(x, y)`.
-    pub fn at(&self, x: u32, y: u32) -> bool {
-        self.bytes[y as usize * self.width as usize + x as usize] != 0
-    }
-}
 
 type PngReader = Reader<BufReader<File>>;
 
@@ -80,12 +64,14 @@ fn blackened<T: Copy + Default + PartialEq>(mut rgba: Vec<T>) -> Vec<T> {
     rgba
 }
 
-/// Reads a grey PNG of 1 to 8 bits, which must have `width` x `height` pixels.
+/// Reads the area in which a layer needs pixels: where a grey PNG of 1 to 8 bits is not black. It must be as large as
+/// `rect`, where the layer lies.
 ///
 /// # Errors
 /// As [`read_rgba`].
-pub fn read_mask(file: &Path, width: u32, height: u32) -> Result<Mask> {
-    grey_of(file, width, height).map(|bytes| Mask { width, height, bytes }).map_err(of_stack(file))
+pub fn read_mask(file: &Path, rect: PixelRect) -> Result<Image<bool>> {
+    let bytes = grey_of(file, rect.w, rect.h).map_err(of_stack(file))?;
+    Ok(Image::new(rect, bytes.iter().map(|byte| *byte != 0).collect()))
 }
 
 fn grey_of(file: &Path, width: u32, height: u32) -> Result<Vec<u8>, String> {
@@ -129,21 +115,11 @@ pub fn write_rgba(out: impl Write, raster: &Raster, icc: Option<&[u8]>) -> std::
     let mut info = Info::with_size(raster.width(), raster.height());
     info.color_type = ColorType::Rgba;
     info.icc_profile = icc.map(Cow::Borrowed);
-    match raster.samples() {
-        Samples::U8(samples) => write_image(out, info, BitDepth::Eight, samples),
-        Samples::U16(samples) => {
-            let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_be_bytes()).collect();
-            write_image(out, info, BitDepth::Sixteen, &bytes)
-        }
-    }
-}
-
-fn write_image(out: impl Write, mut info: Info, depth: BitDepth, bytes: &[u8]) -> std::io::Result<()> {
-    info.bit_depth = depth;
+    info.bit_depth = if raster.depth() == Depth::Sixteen { BitDepth::Sixteen } else { BitDepth::Eight };
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    writer.write_image_data(&raster.samples().big_endian())?;
     writer.finish()?;
     Ok(())
 }
@@ -195,6 +171,6 @@ mod tests {
         let file = folder.path().join("layer.png");
         std::fs::write(&file, "no picture").unwrap();
         assert!(matches!(read_rgba(&file, 1, 1), Err(Error::Input { .. })));
-        assert!(matches!(read_mask(&file, 1, 1), Err(Error::Input { .. })));
+        assert!(matches!(read_mask(&file, PixelRect::of_size(1, 1)), Err(Error::Input { .. })));
     }
 }

@@ -2,6 +2,9 @@
 
 use super::depth::Depth;
 use crate::geometry::PixelRect;
+use crate::raster::over::on_opaque;
+use crate::raster::sample::with_alpha;
+use crate::raster::{Sample, in_8_bits};
 use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_of_linear};
 use crate::scene::{PhotoPixels, Samples};
 
@@ -41,8 +44,8 @@ impl Raster {
     pub fn of_photo(photo: PhotoPixels) -> Self {
         let samples = match photo.samples {
             samples if photo.channels == RGBA => samples,
-            Samples::U8(s) => Samples::U8(with_alpha(&s, u8::MAX)),
-            Samples::U16(s) => Samples::U16(with_alpha(&s, u16::MAX)),
+            Samples::U8(s) => Samples::U8(with_alpha(&s)),
+            Samples::U16(s) => Samples::U16(with_alpha(&s)),
         };
         Self::new(photo.width, photo.height, samples)
     }
@@ -77,7 +80,7 @@ impl Raster {
     pub fn rgba16(&self, x: u32, y: u32) -> [u16; RGBA] {
         let at = RGBA * (y as usize * self.width as usize + x as usize);
         match &self.samples {
-            Samples::U8(s) => std::array::from_fn(|i| u16::from(s[at + i]) * 257),
+            Samples::U8(s) => std::array::from_fn(|i| s[at + i].in_16_bits()),
             Samples::U16(s) => std::array::from_fn(|i| s[at + i]),
         }
     }
@@ -95,7 +98,7 @@ impl Raster {
     /// back they are unchanged.
     pub fn in_depth(self, depth: Depth) -> Self {
         let samples = match (self.samples, depth) {
-            (Samples::U8(s), Depth::Sixteen) => Samples::U16(s.iter().map(|s| u16::from(*s) * 257).collect()),
+            (Samples::U8(s), Depth::Sixteen) => Samples::U16(s.iter().map(|s| s.in_16_bits()).collect()),
             (Samples::U16(s), Depth::Eight) => Samples::U8(s.iter().map(|s| in_8_bits(*s)).collect()),
             (samples, _) => samples,
         };
@@ -162,8 +165,8 @@ impl Raster {
     /// Returns the picture over white, opaque, as a viewer without layers shows it.
     pub fn on_white(&self) -> Self {
         let samples = match &self.samples {
-            Samples::U8(s) => Samples::U8(on_white(s, 255)),
-            Samples::U16(s) => Samples::U16(on_white(s, 65535)),
+            Samples::U8(s) => Samples::U8(on_white(s)),
+            Samples::U16(s) => Samples::U16(on_white(s)),
         };
         Self::new(self.width, self.height, samples)
     }
@@ -222,16 +225,6 @@ impl Raster {
     }
 }
 
-/// Rounds a 16-bit sample to the nearest 8-bit one.
-pub fn in_8_bits(sample: u16) -> u8 {
-    ((u32::from(sample) + 128) / 257) as u8
-}
-
-fn with_alpha<T: Copy>(rgb: &[T], full: T) -> Vec<T> {
-    let (pixels, _) = rgb.as_chunks::<3>();
-    pixels.iter().map(|&[r, g, b]| [r, g, b, full]).collect::<Vec<_>>().into_flattened()
-}
-
 /// Returns the samples of row `y` of `rect` in an image `width` pixels wide.
 fn row_of<T>(samples: &[T], width: u32, rect: PixelRect, y: u32) -> &[T] {
     let start = (rect.y as usize + y as usize) * width as usize + rect.x as usize;
@@ -265,19 +258,11 @@ fn mean<T: Copy + Into<u64>>(samples: &[T], width: u32, cell: PixelRect) -> [u64
     sum.map(|sum| (sum + cell.area() / 2) / cell.area())
 }
 
-fn on_white<T: Copy + Into<u64> + TryFrom<u64>>(samples: &[T], full: u64) -> Vec<T> {
-    let narrow = |value: u64| T::try_from(value).ok().expect("a mean of two samples is a sample");
+fn on_white<T: Sample>(samples: &[T]) -> Vec<T> {
     let mut out = samples.to_vec();
-    for pixel in out.chunks_exact_mut(RGBA) {
-        let alpha: u64 = pixel[3].into();
-        if alpha == full {
-            continue;
-        }
-        for sample in &mut pixel[..3] {
-            let value: u64 = (*sample).into();
-            *sample = narrow((value * alpha + full * (full - alpha) + full / 2) / full);
-        }
-        pixel[3] = narrow(full);
+    for pixel in out.as_chunks_mut::<RGBA>().0.iter_mut().filter(|pixel| pixel[3] != T::FULL) {
+        let [r, g, b] = [0, 1, 2].map(|c| on_opaque(pixel[c], pixel[3], T::FULL));
+        *pixel = [r, g, b, T::FULL];
     }
     out
 }
@@ -292,7 +277,7 @@ fn coloured_rect<T: Copy + PartialEq + Default>(samples: &[T], width: u32) -> Pi
         let here = PixelRect::from_edges(first as i32, y as i32, last as i32 + 1, y as i32 + 1);
         found = Some(found.map_or(here, |so_far| so_far.union(&here)));
     }
-    found.unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
+    found.unwrap_or(PixelRect::EMPTY)
 }
 
 fn hash_rows<T: Copy + PartialEq + Default>(

@@ -15,8 +15,8 @@ use crate::error::Result;
 use crate::geometry::Undistortion;
 use crate::io::atomic::write_atomically_with;
 use crate::io::hash::{hash_bytes, hash_file};
+use crate::scene::PhotoPixels;
 use crate::scene::resample::undistorted;
-use crate::scene::{PhotoPixels, Samples};
 use crate::task::Task;
 
 /// The method's name and version; it changes when the same photo and lens would give other pixels.
@@ -58,31 +58,19 @@ fn recorded_hash(image: &Path) -> Option<String> {
 
 /// Writes a PNG with fast compression, its profile and the hash of what it was made from.
 fn write_png(file: &Path, pixels: &PhotoPixels, made_of: &str) -> Result<()> {
-    write_atomically_with(file, |out| match &pixels.samples {
-        Samples::U8(samples) => encode(out, pixels, BitDepth::Eight, samples, made_of),
-        Samples::U16(samples) => {
-            let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_be_bytes()).collect();
-            encode(out, pixels, BitDepth::Sixteen, &bytes, made_of)
-        }
-    })
+    write_atomically_with(file, |out| encode(out, pixels, made_of))
 }
 
-fn encode(
-    out: impl Write,
-    pixels: &PhotoPixels,
-    depth: BitDepth,
-    bytes: &[u8],
-    made_of: &str,
-) -> std::io::Result<()> {
+fn encode(out: impl Write, pixels: &PhotoPixels, made_of: &str) -> std::io::Result<()> {
     let mut info = Info::with_size(pixels.width, pixels.height);
     info.color_type = if pixels.has_alpha() { ColorType::Rgba } else { ColorType::Rgb };
-    info.bit_depth = depth;
+    info.bit_depth = if pixels.bits() == 16 { BitDepth::Sixteen } else { BitDepth::Eight };
     info.icc_profile = pixels.icc.as_deref().map(Cow::Borrowed);
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
     encoder.add_text_chunk(MADE_OF.into(), made_of.into())?;
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    writer.write_image_data(&pixels.samples.big_endian())?;
     writer.finish()?;
     Ok(())
 }
@@ -93,6 +81,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Lens, Pinhole};
+    use crate::scene::Samples;
 
     const PHOTO: Pinhole = Pinhole { width: 40, height: 30, fx: 35.0, fy: 35.0, cx: 20.0, cy: 15.0 };
 

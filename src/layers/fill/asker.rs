@@ -156,7 +156,7 @@ impl Asking<'_> {
 
     /// Returns the rectangle of the whole photo.
     pub fn frame(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.own.camera.width, h: self.own.camera.height }
+        self.own.camera.rect()
     }
 
     /// Returns the point, in world coordinates, of a region's true surface (with relief) that is seen at a

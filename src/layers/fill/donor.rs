@@ -14,6 +14,9 @@ use crate::layers::software::owners;
 use crate::layers::view::{Item, View};
 use crate::projection::srgb::Srgb;
 use crate::projection::{PhotoId, Projector};
+use crate::raster::bilinear::Clamped;
+use crate::raster::halving::{OddSide, halved};
+use crate::raster::{Image, in_8_bits};
 use crate::scene::{Model, PhotoPixels};
 
 /// A source of donor photos: files, or images made by a test.
@@ -70,12 +73,8 @@ pub struct Donor {
 
 const NOWHERE: u32 = u32::MAX;
 
-/// One level of detail: sRGB with 8 bits, three samples per pixel, rows from the top.
-struct Level {
-    width: usize,
-    height: usize,
-    rgb: Vec<u8>,
-}
+/// One level of detail: sRGB with 8 bits.
+type Level = Image<[u8; 3]>;
 
 impl Donor {
     /// Prepares a photo from its pixels, the paint on it, and the model in world coordinates. `tolerance` is
@@ -123,7 +122,7 @@ impl Donor {
                 }
                 let at = y as usize * width as usize + x as usize;
                 match colour {
-                    Some(colour) => self.levels[0].rgb[3 * at..3 * at + 3].copy_from_slice(&colour),
+                    Some(colour) => self.levels[0].pixels_mut()[at] = colour,
                     None => self.owners[at] = 0,
                 }
             }
@@ -137,11 +136,11 @@ impl Donor {
         valid.iter_mut().flatten().zip(&self.owners).for_each(painted);
         while self.levels.len() < LEVELS {
             let last = &self.levels[self.levels.len() - 1];
-            if last.width.min(last.height) <= 1 {
+            if last.size().iter().any(|side| *side <= 1) {
                 break;
             }
-            let next = halved(last, valid.as_deref());
-            valid = valid.map(|valid| halved_valid(&valid, last.width, last.height));
+            let next = half(last, valid.as_deref());
+            valid = valid.map(|valid| halved_valid(&valid, last.size()));
             self.levels.push(next);
         }
     }
@@ -175,11 +174,10 @@ impl Donor {
     /// Returns true when the photo shows the item's plane at a position in pixels, at least four pixels from
     /// the next depth discontinuity.
     pub fn shows(&self, item: u32, px: DVec2) -> bool {
-        let inside = px.x >= 0.0 && px.y >= 0.0;
-        let (x, y) = (px.x as u32, px.y as u32);
-        if !inside || x >= self.camera.width || y >= self.camera.height {
+        if !self.camera.rect().contains_position(px) {
             return false;
         }
+        let (x, y) = (px.x as u32, px.y as u32);
         let entry = self.owners[y as usize * self.camera.width as usize + x as usize];
         entry & INSIDE != 0 && self.owns(item, x, y)
     }
@@ -214,26 +212,17 @@ impl Donor {
 
     /// Returns the colour of a pixel: linear light, full range 1.
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
-        let at = 3 * (y as usize * self.camera.width as usize + x as usize);
-        [0, 1, 2].map(|c| Srgb::tables().linear(self.levels[0].rgb[at + c]))
+        let at = y as usize * self.camera.width as usize + x as usize;
+        self.levels[0].pixels()[at].map(|value| Srgb::tables().linear(value))
     }
 
     /// Interpolates the colour at a position in pixels between four texels of a level: linear light, full
     /// range 1.
     pub fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
-        let Level { width, height, rgb } = &self.levels[level];
+        let (size, rgb) = (self.levels[level].size(), self.levels[level].pixels());
         let srgb = Srgb::tables();
-        let scale = 1.0 / f64::from(1u32 << level);
-        let at = (px * scale - 0.5).clamp(DVec2::ZERO, DVec2::new((*width - 1) as f64, (*height - 1) as f64));
-        let (x, y) = (at.x as usize, at.y as usize);
-        let (sx, sy) = ((at.x - x as f64) as f32, (at.y - y as f64) as f32);
-        let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
-        let texel = |x: usize, y: usize, c: usize| srgb.linear(rgb[3 * (y * width + x) + c]);
-        [0, 1, 2].map(|c| {
-            let above = texel(x, y, c) * (1.0 - sx) + texel(x1, y, c) * sx;
-            let below = texel(x, y1, c) * (1.0 - sx) + texel(x1, y1, c) * sx;
-            above * (1.0 - sy) + below * sy
-        })
+        let between = Clamped::of(px * (1.0 / f64::from(1u32 << level)), size);
+        [0, 1, 2].map(|c| between.mix(|x, y| srgb.linear(rgb[y * size[0] + x][c])))
     }
 
     /// Estimates the memory of a donor with this camera, in bytes.
@@ -244,7 +233,7 @@ impl Donor {
 
     /// Returns the memory that the donor uses, in bytes.
     pub fn bytes(&self) -> u64 {
-        let levels: u64 = self.levels.iter().map(|level| level.rgb.len() as u64).sum();
+        let levels: u64 = self.levels.iter().map(|level| 3 * level.pixels().len() as u64).sum();
         4 * self.owners.len() as u64 + levels + self.paint.values().map(Paint::bytes).sum::<u64>()
     }
 }
@@ -320,14 +309,13 @@ fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool 
 }
 
 fn finest(pixels: &PhotoPixels) -> Level {
-    let (width, height) = (pixels.width as usize, pixels.height as usize);
-    let rows = (0..pixels.height).into_par_iter().flat_map_iter(|y| {
-        (0..pixels.width).flat_map(move |x| {
-            let [r, g, b, _] = pixels.rgba16(x, y);
-            [r, g, b].map(|value| ((u32::from(value) * 255 + 32767) / 65535) as u8)
-        })
-    });
-    Level { width, height, rgb: rows.collect() }
+    let rgb = |x: u32, y: u32| {
+        let [r, g, b, _] = pixels.rgba16(x, y);
+        [r, g, b].map(in_8_bits)
+    };
+    let row = |y: u32| (0..pixels.width).map(move |x| rgb(x, y));
+    let rgb = (0..pixels.height).into_par_iter().flat_map_iter(row).collect();
+    Level::new(pixels.rect(), rgb)
 }
 
 /// Returns the validity of each pixel, row by row; `None` where all pixels are valid.
@@ -337,32 +325,23 @@ fn valid(pixels: &PhotoPixels) -> Option<Vec<bool>> {
 }
 
 /// Halves a validity mask: a texel is valid where one of its four pixels is.
-fn halved_valid(valid: &[bool], width: usize, height: usize) -> Vec<bool> {
-    let any = |x: usize, y: usize| {
-        let above = &valid[2 * y * width + 2 * x..];
-        let below = &valid[(2 * y + 1) * width + 2 * x..];
-        above[0] || above[1] || below[0] || below[1]
-    };
-    (0..height / 2).flat_map(|y| (0..width / 2).map(move |x| (x, y))).map(|(x, y)| any(x, y)).collect()
+fn halved_valid(valid: &[bool], size: [usize; 2]) -> Vec<bool> {
+    halved(size, OddSide::Dropped, |four| four.iter().any(|at| valid[*at]))
 }
 
 /// Halves a level: each texel is the mean, in linear light, of the valid ones of two by two texels, so that
 /// masked pixels do not tinge their surroundings. An odd last row or column is dropped.
-fn halved(level: &Level, valid: Option<&[bool]>) -> Level {
-    let (width, height) = (level.width / 2, level.height / 2);
+fn half(level: &Level, valid: Option<&[bool]>) -> Level {
     let srgb = Srgb::tables();
-    let rgb = (0..height).into_par_iter().flat_map_iter(|y| {
-        (0..width).flat_map(move |x| {
-            let first = 2 * y * level.width + 2 * x;
-            let four = [first, first + 1, first + level.width, first + level.width + 1];
-            let weights = four.map(|at| f32::from(u8::from(valid.is_none_or(|valid| valid[at]))));
-            let total: f32 = weights.iter().sum();
-            let weights = if total > 0.0 { weights.map(|weight| weight / total) } else { [0.25; 4] };
-            [0, 1, 2].map(|c| {
-                let light = four.map(|at| srgb.linear(level.rgb[3 * at + c]));
-                srgb.encoded((0..4).map(|i| weights[i] * light[i]).sum())
-            })
+    let mean = |four: &[usize]| {
+        let four: [usize; 4] = std::array::from_fn(|i| four[i]);
+        let weights = four.map(|at| f32::from(u8::from(valid.is_none_or(|valid| valid[at]))));
+        let total: f32 = weights.iter().sum();
+        let weights = if total > 0.0 { weights.map(|weight| weight / total) } else { [0.25; 4] };
+        [0, 1, 2].map(|c| {
+            let light = four.map(|at| srgb.linear(level.pixels()[at][c]));
+            srgb.encoded((0..4).map(|i| weights[i] * light[i]).sum())
         })
-    });
-    Level { width, height, rgb: rgb.collect() }
+    };
+    level.halved(OddSide::Dropped, mean)
 }

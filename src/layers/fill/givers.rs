@@ -13,6 +13,7 @@ use crate::projection::exposure::Optics;
 use crate::projection::exposure::optics::radius2;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::projection::{Blend, Gains, PhotoId};
+use crate::raster::robust;
 
 /// The largest number of photos that are sampled for a point. From the sixth on, further photos hardly change
 /// the median; the rest is a reserve because some of the best may be occluded at the point.
@@ -126,9 +127,7 @@ fn rank_donor<'a>(
     let project = |point: DVec3| {
         let in_camera = donor.pose.camera_from_world(point);
         let px = donor.camera.image_from_camera(in_camera)?;
-        let (width, height) = (f64::from(donor.camera.width), f64::from(donor.camera.height));
-        let inside = px.cmpge(DVec2::ZERO).all() && px.cmplt(DVec2::new(width, height)).all();
-        inside.then_some((px, in_camera.z))
+        donor.camera.rect().contains_position(px).then_some((px, in_camera.z))
     };
     let (point_seen, (px, depth)) = spot.probes.iter().find_map(|point| Some((*point, project(*point)?)))?;
     let paint = donor.paint(item);
@@ -248,17 +247,18 @@ pub fn contradict(a: [f32; 3], b: [f32; 3]) -> bool {
 
 /// Returns the index of the chosen candidate, and how far the candidates agree, 0 to 1.
 fn chosen(candidates: &[Candidate]) -> (usize, f32) {
+    const COUNTED: &str = "two candidates at least are chosen from";
     let median = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_GIVERS];
         candidates.iter().zip(&mut values).for_each(|(candidate, value)| *value = candidate.log[c]);
-        median(&mut values[..candidates.len()])
+        robust::median(&mut values[..candidates.len()]).expect(COUNTED)
     });
     let mut distances = [0.0; MOST_GIVERS];
     for (candidate, distance) in candidates.iter().zip(&mut distances) {
         *distance = (0..3).map(|c| (candidate.log[c] - median[c]).abs()).sum::<f32>() / 3.0;
     }
     let mut sorted = distances;
-    let deviation = self::median(&mut sorted[..candidates.len()]);
+    let deviation = robust::median(&mut sorted[..candidates.len()]).expect(COUNTED);
     let agreement = 1.0 / (1.0 + (deviation / USUAL_SPREAD).powi(2));
     if candidates.len() < MEDIAN_FROM {
         return (0, agreement);
@@ -267,13 +267,6 @@ fn chosen(candidates: &[Candidate]) -> (usize, f32) {
     // near, too.
     let near = |index: &usize| distances[*index] <= deviation.max(USUAL_SPREAD / 2.0);
     ((0..candidates.len()).find(near).unwrap_or(0), agreement)
-}
-
-/// Returns the median; for an even number of values, the mean of the two in the middle.
-fn median(values: &mut [f32]) -> f32 {
-    values.sort_unstable_by(f32::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
 }
 
 #[cfg(test)]

@@ -6,6 +6,9 @@ use glam::DVec2;
 use super::surfaces::SurfaceId;
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
+use crate::raster::Image;
+use crate::raster::bilinear::Corner;
+use crate::raster::halving::OddSide;
 
 /// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
 /// contributes more.
@@ -19,11 +22,9 @@ pub(super) const LEVELS: usize = 4;
 pub struct PaintedSurface {
     /// The surface.
     pub surface: SurfaceId,
-    /// Bounds in photo pixels; they may reach outside the photo.
-    pub rect: PixelRect,
-    /// The pixels of `rect`, row by row from the top: R, G, B, A in the photo's encoding, with alpha 0 where
+    /// In photo pixels; the bounds may reach outside the photo. R, G, B, A in the photo's encoding, with alpha 0 where
     /// paint was erased; `None` where there is no paint.
-    pub pixels: Vec<Option<[u8; 4]>>,
+    pub pixels: Image<Option<[u8; 4]>>,
 }
 
 impl PaintedSurface {
@@ -34,12 +35,9 @@ impl PaintedSurface {
         width: u32,
         height: u32,
     ) -> impl Iterator<Item = (u32, u32, Option<[u8; 3]>)> {
-        let row = self.rect.w.max(1) as usize;
-        self.pixels.iter().enumerate().filter_map(move |(i, pixel)| {
-            let (x, y) = (self.rect.x + (i % row) as i32, self.rect.y + (i / row) as i32);
-            let inside = x >= 0 && y >= 0 && (x as u32) < width && (y as u32) < height;
-            pixel.filter(|_| inside).map(|pixel| (x as u32, y as u32, given(pixel)))
-        })
+        let photo = PixelRect::of_size(width, height);
+        let painted = self.pixels.iter().filter(move |((x, y), _)| photo.contains(*x, *y));
+        painted.filter_map(|((x, y), pixel)| pixel.map(|pixel| (x as u32, y as u32, given(pixel))))
     }
 }
 
@@ -76,13 +74,8 @@ enum Mark {
     Gives,
 }
 
-/// One level: sRGB, 8 bits; alpha is 0 where no paint provides a colour.
-#[derive(Debug)]
-struct Level {
-    width: usize,
-    height: usize,
-    texels: Vec<[u8; 4]>,
-}
+/// One level: sRGB, 8 bits; alpha is 0 where no paint provides a colour. Counted from the paint's corner.
+type Level = Image<[u8; 4]>;
 
 impl Paint {
     /// Builds the levels of detail.
@@ -90,23 +83,21 @@ impl Paint {
         let step = 1 << (LEVELS - 1);
         let down = |at: i32| at.div_euclid(step) * step;
         let up = |at: i32| -down(-at);
-        let inner = painted.rect;
+        let inner = painted.pixels.rect();
         let rect = PixelRect::from_edges(down(inner.x), down(inner.y), up(inner.right()), up(inner.bottom()));
-        let (width, height) = (rect.w as usize, rect.h as usize);
-        let mut marks = vec![Mark::Bare; width * height];
-        let mut texels = vec![[0; 4]; width * height];
-        for (i, pixel) in painted.pixels.iter().enumerate() {
+        let mut marks = vec![Mark::Bare; rect.area() as usize];
+        let mut texels = vec![[0; 4]; marks.len()];
+        for ((x, y), pixel) in painted.pixels.iter() {
             let Some(pixel) = pixel else { continue };
-            let (x, y) = (i % inner.w.max(1) as usize, i / inner.w.max(1) as usize);
-            let at = (y + (inner.y - rect.y) as usize) * width + x + (inner.x - rect.x) as usize;
+            let at = rect.offset(x, y);
             marks[at] = Mark::Silent;
             if let Some([r, g, b]) = given(*pixel) {
                 (marks[at], texels[at]) = (Mark::Gives, [r, g, b, u8::MAX]);
             }
         }
-        let mut levels = vec![Level { width, height, texels }];
+        let mut levels = vec![Level::new(PixelRect::of_size(rect.w, rect.h), texels)];
         while levels.len() < LEVELS {
-            levels.push(levels[levels.len() - 1].halved());
+            levels.push(half(&levels[levels.len() - 1]));
         }
         Self { rect, marks, levels }
     }
@@ -118,23 +109,17 @@ impl Paint {
 
     /// Returns the memory that the paint uses, in bytes.
     pub fn bytes(&self) -> u64 {
-        let texels: usize = self.levels.iter().map(|level| level.texels.len()).sum();
+        let texels: usize = self.levels.iter().map(|level| level.pixels().len()).sum();
         (self.marks.len() + 4 * texels) as u64
     }
 
     /// Samples the paint at a position of the photo in pixels, at a level of detail.
     pub fn at(&self, px: DVec2, level: usize) -> Word {
-        let pixel = (px - DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y))).floor();
-        let inside = pixel.cmpge(DVec2::ZERO).all()
-            && pixel.x < f64::from(self.rect.w)
-            && pixel.y < f64::from(self.rect.h);
-        if !inside {
-            return Word::None;
-        }
-        match self.marks[pixel.y as usize * self.rect.w as usize + pixel.x as usize] {
-            Mark::Bare => Word::None,
-            Mark::Silent => Word::Silence,
-            Mark::Gives => Word::Colour(self.colour(px, level)),
+        let pixel = px.floor().as_ivec2();
+        match self.rect.index(pixel.x, pixel.y).map(|at| self.marks[at]) {
+            None | Some(Mark::Bare) => Word::None,
+            Some(Mark::Silent) => Word::Silence,
+            Some(Mark::Gives) => Word::Colour(self.colour(px, level)),
         }
     }
 
@@ -142,18 +127,13 @@ impl Paint {
     fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
         let scale = 1.0 / f64::from(1u32 << level);
         let corner = DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y));
-        let at = (px - corner) * scale - 0.5;
-        let first = at.floor();
-        let share = at - first;
         let mut sum = [0.0f32; 3];
         let mut weights = 0.0;
-        for (dx, wx) in [(0.0, 1.0 - share.x), (1.0, share.x)] {
-            for (dy, wy) in [(0.0, 1.0 - share.y), (1.0, share.y)] {
-                let weight = (wx * wy) as f32;
-                if let Some(colour) = self.levels[level].at(first.x + dx, first.y + dy) {
-                    (0..3).for_each(|c| sum[c] += weight * colour[c]);
-                    weights += weight;
-                }
+        for (x, y, weight) in Corner::of((px - corner) * scale).taps() {
+            let weight = weight as f32;
+            if let Some(colour) = self.levels[level].get(x, y).copied().and_then(linear) {
+                (0..3).for_each(|c| sum[c] += weight * colour[c]);
+                weights += weight;
             }
         }
         if weights > 0.0 {
@@ -164,26 +144,16 @@ impl Paint {
     }
 }
 
-impl Level {
-    fn at(&self, x: f64, y: f64) -> Option<[f32; 3]> {
-        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        linear(inside.then(|| self.texels[y as usize * self.width + x as usize])?)
-    }
-
-    /// Halves the level: each texel is the mean of the painted ones of two by two texels, when at least two
-    /// are painted.
-    fn halved(&self) -> Self {
-        let (width, height) = (self.width / 2, self.height / 2);
-        let mean = |i: usize| {
-            let at = 2 * (i / width * self.width + i % width);
-            let four = [at, at + 1, at + self.width, at + self.width + 1].map(|at| linear(self.texels[at]));
-            let count = four.iter().flatten().count();
-            let sum = |c: usize| four.iter().flatten().map(|colour| colour[c]).sum::<f32>();
-            let [r, g, b] = [0, 1, 2].map(|c| Srgb::tables().encoded(sum(c) / count.max(1) as f32));
-            if count >= 2 { [r, g, b, u8::MAX] } else { [0; 4] }
-        };
-        Self { width, height, texels: (0..width * height).map(mean).collect() }
-    }
+/// Halves the level: each texel is the mean of the painted ones of two by two texels, when at least two are painted.
+fn half(level: &Level) -> Level {
+    let mean = |four: &[usize]| {
+        let painted = four.iter().filter_map(|at| linear(level.pixels()[*at]));
+        let count = painted.clone().count();
+        let sum = |c: usize| painted.clone().map(|colour| colour[c]).sum::<f32>();
+        let [r, g, b] = [0, 1, 2].map(|c| Srgb::tables().encoded(sum(c) / count.max(1) as f32));
+        if count >= 2 { [r, g, b, u8::MAX] } else { [0; 4] }
+    };
+    level.halved(OddSide::Dropped, mean)
 }
 
 fn linear([r, g, b, a]: [u8; 4]) -> Option<[f32; 3]> {
@@ -196,11 +166,11 @@ mod tests {
 
     fn painted(pixels: &[(i32, i32, [u8; 4])]) -> PaintedSurface {
         let rect = PixelRect { x: -3, y: 5, w: 20, h: 10 };
-        let mut all = vec![None; 200];
+        let mut all = Image::filled(rect, None);
         for (x, y, colour) in pixels {
-            all[((y - rect.y) * 20 + x - rect.x) as usize] = Some(*colour);
+            *all.get_mut(*x, *y).unwrap() = Some(*colour);
         }
-        PaintedSurface { surface: SurfaceId(0), rect, pixels: all }
+        PaintedSurface { surface: SurfaceId(0), pixels: all }
     }
 
     fn centre(x: i32, y: i32) -> DVec2 {

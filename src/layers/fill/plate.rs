@@ -22,6 +22,7 @@ use crate::geometry::clip::clipped_to_box;
 use crate::geometry::polygon::PlaneFrame;
 use crate::projection::PhotoId;
 use crate::projection::weights::pixels_per_unit;
+use crate::raster::bilinear::Clamped;
 use crate::task::Task;
 
 /// The largest number of cells of a plate; larger surfaces get larger cells. Synthesised texture needs no
@@ -60,18 +61,12 @@ impl Plate {
     /// Interpolates the colour at a world point projected onto the plane: linear light in the common
     /// exposure, full range 1.
     pub fn colour(&self, point_in_world: DVec3) -> [f32; 3] {
-        let [width, height] = self.size;
-        let last = DVec2::new((width - 1) as f64, (height - 1) as f64);
-        let at = ((self.frame.flat(point_in_world) - self.low) / self.cell - 0.5).clamp(DVec2::ZERO, last);
-        let (x, y) = (at.x as usize, at.y as usize);
-        let (sx, sy) = ((at.x - x as f64) as f32, (at.y - y as f64) as f32);
-        let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
-        let root = |x: usize, y: usize, c: usize| f32::from(self.roots[y * width + x][c]);
+        let at = (self.frame.flat(point_in_world) - self.low) / self.cell;
+        let between = Clamped::of(at, self.size);
         [0, 1, 2].map(|c| {
-            let above = root(x, y, c) * (1.0 - sx) + root(x1, y, c) * sx;
-            let below = root(x, y1, c) * (1.0 - sx) + root(x1, y1, c) * sx;
-            let value = (above * (1.0 - sy) + below * sy) * (MOST_ROOT / 65535.0);
-            value * value
+            let root =
+                between.mix(|x, y| f32::from(self.roots[y * self.size[0] + x][c])) * (MOST_ROOT / 65535.0);
+            root * root
         })
     }
 }

@@ -5,6 +5,8 @@
 
 use rayon::prelude::*;
 
+use crate::raster::halving::{OddSide, halved};
+
 /// A grid of values, row by row, each with a weight: 0 unknown, 1 known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
@@ -48,27 +50,17 @@ impl Grid {
     /// Halves the grid: each cell is the weighted mean of two by two cells. Weights add up, to 1 at most; an
     /// odd side is rounded up.
     fn halved(&self) -> Self {
-        let [width, height] = self.size;
-        let size = [width.div_ceil(2), height.div_ceil(2)];
-        let mut half = Self::new(size);
-        let rows = half.values.par_chunks_mut(size[0]).zip(half.weights.par_chunks_mut(size[0]));
-        rows.enumerate().for_each(|(y, (values, weights))| {
-            for x in 0..size[0] {
-                let (mut sum, mut weight) = ([0.0; 3], 0.0);
-                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let (x, y) = (2 * x + dx, 2 * y + dy);
-                    if x < width && y < height {
-                        let (value, w) = (self.values[y * width + x], self.weights[y * width + x]);
-                        (0..3).for_each(|c| sum[c] += w * value[c]);
-                        weight += w;
-                    }
-                }
-                if weight > 0.0 {
-                    (values[x], weights[x]) = (sum.map(|sum| sum / weight), weight.min(1.0));
-                }
+        let mean = |four: &[usize]| {
+            let (mut sum, mut weight) = ([0.0; 3], 0.0);
+            for &at in four {
+                let (value, w) = (self.values[at], self.weights[at]);
+                (0..3).for_each(|c| sum[c] += w * value[c]);
+                weight += w;
             }
-        });
-        half
+            if weight > 0.0 { (sum.map(|sum| sum / weight), weight.min(1.0)) } else { ([0.0; 3], 0.0) }
+        };
+        let (values, weights) = halved(self.size, OddSide::Alone, mean).into_iter().unzip();
+        Self { size: OddSide::Alone.half_size(self.size), values, weights }
     }
 
     /// Interpolates the coarser level at cells that are not fully known.

@@ -54,7 +54,7 @@ impl Remnant {
 /// Sums the photo's pixels within a rectangle where none shows the surface, and counts them: the occluder's
 /// colour is the best guess. Masked pixels are ignored; where all are masked, the rectangle is enlarged.
 fn around(own: &Donor, rect: PixelRect) -> ([f32; 3], f32) {
-    let photo = PixelRect { x: 0, y: 0, w: own.camera.width, h: own.camera.height };
+    let photo = own.camera.rect();
     let mut wide = rect;
     loop {
         let mut all = ([0.0; 3], 0.0);

@@ -4,6 +4,7 @@
 //! see [`super::push_pull`]). Pixels of the photo never change.
 
 use super::cells::{Cells, Field};
+use crate::raster::robust::upper_median;
 
 /// The deviation from the median difference, as a natural logarithm, at which a difference loses most of its
 /// weight: it is then not due to light but to an object that the model lacks, in front of one of the two.
@@ -20,8 +21,7 @@ pub fn seam(cells: &Cells, differences: &[(usize, [f32; 3])]) -> Option<Field> {
     }
     let usual = [0, 1, 2].map(|c| {
         let mut values: Vec<f32> = differences.iter().map(|(_, value)| value[c]).collect();
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f32::total_cmp).1
+        upper_median(&mut values).expect("there is a difference at least")
     });
     cells.spread(differences.iter().map(|(index, value)| {
         let off = (0..3).map(|c| (value[c] - usual[c]).abs()).fold(0.0, f32::max);
@@ -44,7 +44,7 @@ mod tests {
         let span =
             |y: u32| HiddenSpan { span: PixelSpan { y, x0: 40, x1: 80 }, layer: 0, first: (y - 20) * 40 };
         let region = Region { surface: SurfaceId(0), spans: (20..60).map(span).collect() };
-        let cells = Cells::around(&region, PixelRect { x: 0, y: 0, w: 200, h: 100 });
+        let cells = Cells::around(&region, PixelRect::of_size(200, 100));
         let outside: Vec<(usize, DVec2)> =
             cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();
         let differences: Vec<(usize, [f32; 3])> = outside

@@ -8,6 +8,7 @@ use super::look::{Look, Tint, length};
 use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
+use crate::raster::robust::{median, of_rank};
 use crate::task::Task;
 
 /// The largest number of photos that a photo is compared with, the nearest ones.
@@ -87,10 +88,9 @@ impl Consensus<'_> {
             return None;
         }
         let others_disagreement = deviation(&tints[..count]) / self.options.quarrel;
-        distances[..count].sort_unstable_by(f32::total_cmp);
         // One photo in four may be wrong like the tested one, because it shows the same object or is out of
         // register.
-        Some(distances[count / 4] / (1.0 + others_disagreement * others_disagreement))
+        Some(of_rank(&mut distances[..count], count / 4)? / (1.0 + others_disagreement * others_disagreement))
     }
 
     /// Returns the surface that the tested photo shows at a pixel, and the point in world coordinates.
@@ -131,23 +131,17 @@ impl Consensus<'_> {
 
 /// Computes the median distance of colours from their median.
 fn deviation(tints: &[Tint]) -> f32 {
+    const COUNTED: &str = "several witnesses say something";
     let middle = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_WITNESSES];
         tints.iter().zip(&mut values).for_each(|(tint, value)| *value = tint[c]);
-        median(&mut values[..tints.len()])
+        median(&mut values[..tints.len()]).expect(COUNTED)
     });
     let mut values = [0.0; MOST_WITNESSES];
     for (tint, value) in tints.iter().zip(&mut values) {
         *value = length([0, 1, 2].map(|c| tint[c] - middle[c]));
     }
-    median(&mut values[..tints.len()])
-}
-
-/// Returns the median; for an even number of values, the mean of the two in the middle.
-fn median(values: &mut [f32]) -> f32 {
-    values.sort_unstable_by(f32::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+    median(&mut values[..tints.len()]).expect(COUNTED)
 }
 
 #[cfg(test)]

@@ -53,8 +53,7 @@ impl Look {
     pub fn place(&self, point: DVec3) -> Option<DVec2> {
         let camera = &self.donor.camera;
         let px = camera.image_from_camera(self.donor.pose.camera_from_world(point))?;
-        let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
-        (px.cmpge(DVec2::ZERO).all() && px.cmplt(size).all()).then_some(px)
+        camera.rect().contains_position(px).then_some(px)
     }
 
     /// Computes the distance of a colour from the bounding box of the colours of all pixels at most `reach`

@@ -20,7 +20,7 @@ pub struct Suspect {
 pub fn suspects(disagreement: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
     let smooth = smoothed(disagreement, width);
     let most = (disagreement.len() as f64 * options.most_share) as u64;
-    let whole = PixelRect { x: 0, y: 0, w: width as u32, h: (disagreement.len() / width.max(1)) as u32 };
+    let whole = PixelRect::of_size(width as u32, (disagreement.len() / width.max(1)) as u32);
     let mut taken = vec![false; disagreement.len()];
     let mut found = Vec::new();
     for start in 0..smooth.len() {

@@ -4,6 +4,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{PatchColour, Ratio, SharedPoint};
+use crate::raster::robust::upper_median;
 
 /// The support of one photo's gain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -38,15 +39,7 @@ pub fn grounds(
         left[a].extend(residuals);
         left[b].extend(residuals);
     }
-    let of_photo = |(points, left)| Grounds { points, residual: median(left) };
+    let residual = |left: &mut [f64]| upper_median(left).unwrap_or(0.0);
+    let of_photo = |(points, mut left): (_, Vec<f64>)| Grounds { points, residual: residual(&mut left) };
     shared.into_iter().zip(left).map(of_photo).collect()
-}
-
-/// Returns the median; 0 for no values.
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

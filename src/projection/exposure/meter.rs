@@ -16,6 +16,7 @@ use super::near::Shares;
 use super::{PatchColour, SharedPoint};
 use crate::geometry::Pose;
 use crate::projection::Projector;
+use crate::raster::robust::upper_median;
 
 /// The standard deviation of the Gaussian weight of the meter, centred on the image, as a share of the
 /// image's width and height. Values between 0.1 and 0.15 make little difference.
@@ -215,8 +216,7 @@ fn lit_point(point: &SharedPoint, colours: &[PatchColour], gains: &[[f64; 3]]) -
 fn typical_size(photos: &[Projector]) -> [f64; 2] {
     let median = |size: fn(&Projector) -> f64| {
         let mut sizes: Vec<f64> = photos.iter().map(size).collect();
-        sizes.sort_by(f64::total_cmp);
-        sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)
+        upper_median(&mut sizes).unwrap_or(1.0)
     };
     [
         median(|p| f64::from(p.camera.width) / p.camera.fx),

@@ -39,6 +39,7 @@ use serde::{Deserialize, Serialize};
 use self::solve::median_residual;
 use super::{PhotoId, Projector};
 use crate::error::Result;
+use crate::raster::robust::upper_median;
 use crate::task::Task;
 
 /// The photos' gains, their optics, and the model of exposure metering.
@@ -191,11 +192,7 @@ fn measure(
 /// Returns the median distance between points and the cameras that see them; 1 without any.
 fn typical_distance(points: &[SharedPoint]) -> f64 {
     let mut distances: Vec<f64> = points.iter().flat_map(|p| &p.patches).map(|p| p.distance).collect();
-    if distances.is_empty() {
-        return 1.0;
-    }
-    let middle = distances.len() / 2;
-    *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut distances).unwrap_or(1.0)
 }
 
 #[cfg(test)]

@@ -16,10 +16,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::solve::{CORRELATED, HUBER, LEAST_SIGMA, SIGMA_PER_MEDIAN, cholesky_solve};
+use super::solve::{CORRELATED, HUBER, LEAST_SIGMA, cholesky_solve};
 use super::{ExposureOptions, PatchColour, Ratio, SharedPoint};
 use crate::geometry::Pinhole;
 use crate::projection::Projector;
+use crate::raster::robust::sigma;
 
 /// The vignetting and offset of one photo.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
@@ -226,11 +227,9 @@ fn predicted(row: &Row, found: &[f64]) -> f64 {
 
 /// Estimates the residuals' standard deviation from their median.
 fn sigma_of_residuals(unknowns: &Unknowns, ratios: &[Ratio], found: &[f64]) -> f64 {
-    let off = |ratio: &Ratio| (grey(ratio) - predicted(&unknowns.row(ratio, found), found)).abs();
+    let off = |ratio: &Ratio| grey(ratio) - predicted(&unknowns.row(ratio, found), found);
     let mut residuals: Vec<f64> = ratios.iter().map(off).collect();
-    let middle = residuals.len() / 2;
-    let median = *residuals.select_nth_unstable_by(middle, f64::total_cmp).1;
-    (SIGMA_PER_MEDIAN * median).max(LEAST_SIGMA)
+    sigma(&mut residuals).expect("there is a ratio at least").max(LEAST_SIGMA)
 }
 
 /// Removes the optics from the colours of patches.

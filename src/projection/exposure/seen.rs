@@ -124,7 +124,7 @@ mod tests {
         m.object("wall").quad_facing(DVec3::NEG_Y, origin, u, v);
         let mut model = (*m.finish()).clone();
         model.objects[0].billboard = billboard;
-        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let rect = PixelRect::of_size(64, 64);
         let projector = |y: f64| {
             let pose = look_at(DVec3::new(0.5, y, 0.0), DVec3::ZERO);
             Projector { name: String::new(), camera: centred(64, 64, 64.0), pose }

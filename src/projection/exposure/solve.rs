@@ -4,6 +4,7 @@ use rayon::prelude::*;
 
 use super::Ratio;
 use crate::projection::PhotoId;
+use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
 
 /// The result of fitting gains to ratios.
 #[derive(Debug, Clone, PartialEq)]
@@ -30,9 +31,6 @@ pub(super) const CORRELATED: f64 = 10.0;
 /// The number of standard deviations beyond which residuals count by their sign rather than by their size; 95
 /// % as efficient as least squares on normal errors (Huber 1981).
 pub(super) const HUBER: f64 = 1.345;
-
-/// The standard deviation of a normal variable over the median of its absolute value.
-pub(super) const SIGMA_PER_MEDIAN: f64 = 1.4826;
 
 /// The least standard deviation assumed; ratios of 8-bit values are not more precise, nor need gains be.
 pub(super) const LEAST_SIGMA: f64 = 1e-3;
@@ -69,7 +67,7 @@ fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[u
     let mut gains = vec![0.0; photos];
     let mut median = median_residual(ratios, channel, &gains);
     for _ in 0..MOST_ROUNDS {
-        let sigma = (SIGMA_PER_MEDIAN * median).max(LEAST_SIGMA);
+        let sigma = (SIGMA_PER_MAD * median).max(LEAST_SIGMA);
         let next = reweighted(ratios, channel, &gains, sigma);
         let moved = gains.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         gains = next;
@@ -132,11 +130,7 @@ pub(super) fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
 pub(super) fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -> f64 {
     let off = |r: &Ratio| (f64::from(r.log[channel]) - (gains[r.a.0 as usize] - gains[r.b.0 as usize])).abs();
     let mut residuals: Vec<f64> = ratios.iter().map(off).collect();
-    if residuals.is_empty() {
-        return 0.0;
-    }
-    let middle = residuals.len() / 2;
-    *residuals.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut residuals).unwrap_or(0.0)
 }
 
 /// Returns, for each photo, the first photo of its component.

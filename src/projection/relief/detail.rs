@@ -3,6 +3,8 @@
 
 use rayon::prelude::*;
 
+use crate::raster::halving::OddSide;
+use crate::raster::{Image, Sample};
 use crate::scene::{PhotoPixels, Samples};
 
 /// An image of luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. This removes
@@ -10,10 +12,8 @@ use crate::scene::{PhotoPixels, Samples};
 /// photos.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detail {
-    width: usize,
-    height: usize,
-    /// The values row by row from the top, in units of 1/40; [`NOTHING`] where the photo is not valid.
-    values: Vec<i8>,
+    /// In units of 1/40; [`NOTHING`] where the photo is not valid.
+    values: Image<i8>,
 }
 
 /// The largest number of texels of the finest level of a photo, so that hundreds of photos fit into memory.
@@ -32,18 +32,20 @@ const NOTHING: i8 = i8::MIN;
 
 impl Detail {
     /// Interpolates the value at a position in texels, the first one's centre being at (0.5, 0.5): bilinear;
-    /// `None` outside of the image and next to invalid pixels.
+    /// `None` outside of the image and next to invalid pixels. Not `raster::bilinear`: this is the innermost loop of the sweep, in
+    /// single precision, and the border is no value here.
     #[inline]
     pub fn at(&self, x: f32, y: f32) -> Option<f32> {
+        let ([width, height], values) = (self.values.size(), self.values.pixels());
         let (x, y) = (x - 0.5, y - 0.5);
-        if !(x >= 0.0 && y >= 0.0 && x < (self.width - 1) as f32 && y < (self.height - 1) as f32) {
+        if !(x >= 0.0 && y >= 0.0 && x < (width - 1) as f32 && y < (height - 1) as f32) {
             return None;
         }
         let (column, row) = (x as usize, y as usize);
         let (sx, sy) = (x - column as f32, y - row as f32);
-        let first = row * self.width + column;
-        let [a, b] = [self.values[first], self.values[first + 1]];
-        let [c, d] = [self.values[first + self.width], self.values[first + self.width + 1]];
+        let first = row * width + column;
+        let [a, b] = [values[first], values[first + 1]];
+        let [c, d] = [values[first + width], values[first + width + 1]];
         if a.min(b).min(c.min(d)) == NOTHING {
             return None;
         }
@@ -57,7 +59,7 @@ impl Detail {
         let valid = image.map(|_| 1.0);
         let [sum, squares, count] = [image, &squares, &valid].map(Luminance::box_sums);
         let texel = |i: usize| {
-            let value = image.values[i];
+            let value = image.values.pixels()[i];
             if value.is_nan() {
                 return NOTHING;
             }
@@ -66,8 +68,8 @@ impl Detail {
             // The cast saturates at the upper end of the range; the lowest value is reserved for `NOTHING`.
             ((value - mean) / (deviation + NOISE) * STEPS).round().max(-127.0) as i8
         };
-        let values = (0..image.values.len()).into_par_iter().map(texel).collect();
-        Self { width: image.width, height: image.height, values }
+        let values = (0..image.values.pixels().len()).into_par_iter().map(texel).collect();
+        Self { values: Image::new(image.values.rect(), values) }
     }
 }
 
@@ -77,9 +79,9 @@ pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
     let mut image = Luminance::from_pixels(pixels);
     let mut levels = Vec::new();
     loop {
-        let kept = image.values.len() <= MOST_TEXELS;
+        let kept = image.values.pixels().len() <= MOST_TEXELS;
         levels.push(kept.then(|| Detail::from_luminance(&image)));
-        if image.width.min(image.height) < 8 * AROUND {
+        if image.values.size().iter().any(|side| *side < 8 * AROUND) {
             return levels;
         }
         image = image.halved();
@@ -88,9 +90,7 @@ pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
 
 /// An image of luma in the photo's own encoding, 0 to 1; NaN where the photo is not valid.
 struct Luminance {
-    width: usize,
-    height: usize,
-    values: Vec<f32>,
+    values: Image<f32>,
 }
 
 impl Luminance {
@@ -101,45 +101,36 @@ impl Luminance {
             let from = y * width * pixels.channels;
             let range = from..from + width * pixels.channels;
             match (&pixels.samples, pixels.has_alpha()) {
-                (Samples::U8(samples), false) => {
-                    fill::<_, 3>(row, &samples[range], 255, |s| u16::from(s) * 257)
-                }
-                (Samples::U8(samples), true) => {
-                    fill::<_, 4>(row, &samples[range], 255, |s| u16::from(s) * 257)
-                }
-                (Samples::U16(samples), false) => fill::<_, 3>(row, &samples[range], 65535, |s| s),
-                (Samples::U16(samples), true) => fill::<_, 4>(row, &samples[range], 65535, |s| s),
+                (Samples::U8(samples), false) => fill::<_, 3>(row, &samples[range]),
+                (Samples::U8(samples), true) => fill::<_, 4>(row, &samples[range]),
+                (Samples::U16(samples), false) => fill::<_, 3>(row, &samples[range]),
+                (Samples::U16(samples), true) => fill::<_, 4>(row, &samples[range]),
             }
         });
-        Self { width, height, values }
+        Self { values: Image::new(pixels.rect(), values) }
     }
 
     /// Halves the image: means of 2 x 2 texels, invalid unless all four are valid. A last odd row or column
     /// is dropped, so that texel positions remain halves of pixel positions.
     fn halved(&self) -> Self {
-        let (width, height) = (self.width / 2, self.height / 2);
-        let mut values = vec![0.0; width * height];
-        values.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
-            let [upper, lower] =
-                [2 * y, 2 * y + 1].map(|y| &self.values[y * self.width..(y + 1) * self.width]);
-            let pairs = upper.as_chunks::<2>().0.iter().zip(lower.as_chunks::<2>().0);
-            for (value, ([a, b], [c, d])) in row.iter_mut().zip(pairs) {
-                *value = 0.25 * ((a + b) + (c + d));
-            }
+        let values = self.values.halved(OddSide::Dropped, |four| {
+            let [a, b, c, d] = std::array::from_fn(|i| self.values.pixels()[four[i]]);
+            0.25 * ((a + b) + (c + d))
         });
-        Self { width, height, values }
+        Self { values }
     }
 
     fn map(&self, change: impl Fn(f32) -> f32 + Sync) -> Self {
         let change = |&value: &f32| if value.is_nan() { f32::NAN } else { change(value) };
-        Self { values: self.values.par_iter().map(change).collect(), ..*self }
+        let values = self.values.pixels().par_iter().map(change).collect();
+        Self { values: Image::new(self.values.rect(), values) }
     }
 
     /// Computes the sums over the square around each texel, of valid texels within the image.
     fn box_sums(&self) -> Vec<f32> {
-        let (width, height) = (self.width, self.height);
-        let mut across = vec![0.0; self.values.len()];
-        across.par_chunks_mut(width).zip(self.values.par_chunks(width)).for_each(|(sums, row)| {
+        let ([width, height], values) = (self.values.size(), self.values.pixels());
+        let mut across = vec![0.0; values.len()];
+        across.par_chunks_mut(width).zip(values.par_chunks(width)).for_each(|(sums, row)| {
             let mut padded = vec![0.0; width + 2 * AROUND];
             for (to, value) in padded[AROUND..].iter_mut().zip(row) {
                 *to = if value.is_nan() { 0.0 } else { *value };
@@ -149,7 +140,7 @@ impl Luminance {
                 sums.iter_mut().zip(shifted).for_each(|(sum, value)| *sum += value);
             }
         });
-        let mut sums = vec![0.0; self.values.len()];
+        let mut sums = vec![0.0; values.len()];
         sums.par_chunks_mut(width).enumerate().for_each(|(y, sums)| {
             for row in y.saturating_sub(AROUND)..(y + AROUND + 1).min(height) {
                 for (sum, across) in sums.iter_mut().zip(&across[row * width..]) {
@@ -161,18 +152,13 @@ impl Luminance {
     }
 }
 
-/// Converts a row to luminance; `full` is the alpha of valid pixels, where there is alpha.
-fn fill<T: Copy + PartialEq, const CHANNELS: usize>(
-    row: &mut [f32],
-    samples: &[T],
-    full: T,
-    in_16_bits: impl Fn(T) -> u16,
-) {
+/// Converts a row to luminance.
+fn fill<T: Sample, const CHANNELS: usize>(row: &mut [f32], samples: &[T]) {
     for (value, pixel) in row.iter_mut().zip(samples.as_chunks::<CHANNELS>().0) {
-        let [r, g, b] = [pixel[0], pixel[1], pixel[2]].map(|sample| f32::from(in_16_bits(sample)));
+        let [r, g, b] = [pixel[0], pixel[1], pixel[2]].map(|sample| f32::from(sample.in_16_bits()));
         // Rec. 601 weights.
         let luma = (0.299 * r + 0.587 * g + 0.114 * b) / 65535.0;
-        *value = if pixel.get(3).is_none_or(|alpha| *alpha == full) { luma } else { f32::NAN };
+        *value = if pixel.get(3).is_none_or(|alpha| *alpha == T::FULL) { luma } else { f32::NAN };
     }
 }
 
@@ -214,8 +200,7 @@ mod tests {
 
     #[test]
     fn levels_halve_until_they_are_small() {
-        let sizes: Vec<_> =
-            levels(&noise(1.0, |_| 255)).iter().flatten().map(|d| (d.width, d.height)).collect();
-        assert_eq!(sizes, [(64, 48), (32, 24), (16, 12)]);
+        let sizes: Vec<_> = levels(&noise(1.0, |_| 255)).iter().flatten().map(|d| d.values.size()).collect();
+        assert_eq!(sizes, [[64, 48], [32, 24], [16, 12]]);
     }
 }

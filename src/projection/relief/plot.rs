@@ -6,6 +6,7 @@ use super::FaceRelief;
 use super::options::ReliefOptions;
 use super::witness::Witness;
 use crate::geometry::polygon::PlaneFrame;
+use crate::raster::robust::quantile;
 use crate::scene::{FaceId, Model};
 
 /// A grid of cells that covers the bounding box of a face in its plane.
@@ -44,7 +45,7 @@ impl Plot {
         let corners = || model.ring_points(face).map(|point| frame.flat(point));
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let extent = corners().fold(DVec2::NEG_INFINITY, DVec2::max) - low;
-        let cell = cell_side(witnesses, extent, options);
+        let cell = cell_side(witnesses, extent, options)?;
         if cell == 0.0 || !cell.is_finite() {
             return None;
         }
@@ -53,7 +54,7 @@ impl Plot {
             return None;
         }
         let distances = witnesses.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
-        let reach = options.reach * quantile(distances, 0.5);
+        let reach = options.reach * at_share(distances, 0.5)?;
         let reach = reach.min(0.5 * (extent.x * extent.y).sqrt());
         Some(Self { face, frame, normal: plane.normal, low, cell, size, reach })
     }
@@ -79,18 +80,16 @@ impl Plot {
     }
 }
 
-fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptions) -> f64 {
+fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
     // The resolution that a quarter of the witnesses exceed.
-    let px_per_unit = quantile(witnesses.iter().map(|(_, px)| *px), 0.75);
+    let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75)?;
     let wanted = options.cell_px / px_per_unit;
     let most = f64::from(options.most_cells);
     // The second bound is for slivers, which have length but hardly any area.
-    wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most)
+    Some(wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most))
 }
 
-/// Returns the quantile of the values at `share` (0 to 1).
-fn quantile(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_unstable_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
+/// Returns the quantile of the values at `share` (0 to 1); `None` without any value.
+fn at_share(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    quantile(&mut values.collect::<Vec<_>>(), share)
 }

@@ -5,6 +5,7 @@
 use rayon::prelude::*;
 
 use super::options::ReliefOptions;
+use crate::raster::robust::upper_median;
 
 /// The cost of every cell and hypothesis: `costs[(row * columns + column) * hypotheses + hypothesis]`.
 pub struct Volume {
@@ -125,8 +126,7 @@ pub fn median_of_nine(heights: &[f32], columns: usize) -> Vec<f32> {
         for (k, value) in around.iter_mut().enumerate() {
             *value = heights[ys[k / 3] * columns + xs[k % 3]];
         }
-        around.sort_unstable_by(f32::total_cmp);
-        around[4]
+        upper_median(&mut around).expect("nine values have a median")
     };
     (0..heights.len()).into_par_iter().map(median).collect()
 }

@@ -11,6 +11,7 @@ use super::smooth::Volume;
 use super::witness::Witness;
 use crate::error::Result;
 use crate::projection::weights::pixels_per_unit;
+use crate::raster::robust::median;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
@@ -157,8 +158,8 @@ fn deviation(values: &mut [f32]) -> Option<f32> {
     if count < 2 {
         return None;
     }
-    values.sort_unstable_by(f32::total_cmp);
-    let median = 0.5 * (values[(count - 1) / 2] + values[count / 2]);
+    let median = median(values)?;
+    // They are sorted now: the sum does not depend on the photos' order.
     let sum: f32 = values.iter().map(|value| (value - median).abs().min(1.0)).sum();
     let count = count as f32;
     Some(sum / count * (count / (count - 1.0)).sqrt())

@@ -34,7 +34,7 @@ impl Rows for Light {
     }
 
     fn row(&self, y: i32, x: i32, count: usize, mut put: impl FnMut(usize, Vec4, f32)) {
-        let at = self.index(x, y);
+        let at = self.rect.offset(x, y);
         let values = self.colour[at..at + count].iter().zip(&self.confidence[at..at + count]);
         for (i, (&colour, &confidence)) in values.enumerate() {
             put(i, colour, confidence);
@@ -43,11 +43,6 @@ impl Rows for Light {
 }
 
 impl Light {
-    /// Returns the index of a texel within `rect`.
-    pub fn index(&self, x: i32, y: i32) -> usize {
-        (y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize
-    }
-
     /// Halves `source` in columns, in rows, or both. A texel is the mean of exactly those (at most) four
     /// texels that it stands for. It has content where one of them has, its colour is their mean by weight,
     /// and its confidence is the plain mean, where empty texels count as 0.
@@ -65,7 +60,7 @@ impl Light {
         for y in content.rows().filter(|&y| !content.row(y).is_empty()) {
             sums.gather(content.row(y), y);
             for x in content.row(y).iter().flat_map(Clone::clone) {
-                let at = half.index(x, y);
+                let at = half.rect.offset(x, y);
                 (half.colour[at], half.confidence[at]) = sums.texel(x);
             }
         }

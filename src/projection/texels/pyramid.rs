@@ -48,7 +48,7 @@ pub struct Level {
 impl Level {
     /// Returns the index of a texel's first byte; `x` and `y` in texels from the sheet's corner.
     pub fn index(&self, x: i32, y: i32) -> usize {
-        4 * ((y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize)
+        4 * self.rect.offset(x, y)
     }
 
     /// Allocates a level for this content and the colours extended past it.
@@ -174,7 +174,7 @@ fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
     let content = std::mem::take(&mut level.content);
     for (y, run) in content.iter() {
         let to = level.index(run.start, y);
-        let from = 4 * ((y - rect.y) as usize * rect.w as usize + (run.start - rect.x) as usize);
+        let from = 4 * rect.offset(run.start, y);
         let bytes = 4 * run.len();
         level.rgba[to..to + bytes].copy_from_slice(&pixels.rgba[from..from + bytes]);
     }
@@ -183,8 +183,7 @@ fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
 
 /// Returns the photo's own colour at a texel outside the content, if the sheet's pixels include it.
 fn bleed(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 3]> {
-    let inside = (rect.x..rect.right()).contains(&x) && (rect.y..rect.bottom()).contains(&y);
-    let index = inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)?;
+    let index = rect.index(x, y)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
     (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
 }
@@ -230,7 +229,7 @@ impl Rows for Decoded<'_> {
 fn encoded(light: Light, srgb: Srgb) -> Level {
     let mut level = Level::new(light.content.clone());
     for (y, run) in light.content.iter() {
-        let (from, to) = (light.index(run.start, y), level.index(run.start, y));
+        let (from, to) = (light.rect.offset(run.start, y), level.index(run.start, y));
         let texels = level.rgba[to..to + 4 * run.len()].as_chunks_mut().0;
         for (texel, i) in texels.iter_mut().zip(from..) {
             let colour = light.colour[i] / light.colour[i].w;

@@ -55,7 +55,7 @@ impl Want {
     /// Requests all of a sheet at levels no finer than `finest`.
     pub fn from_level(sheet: SheetId, finest: u32) -> Self {
         let side = 1 << (MOST_LEVELS - 1);
-        Self { sheet, finest, rect: PixelRect { x: 0, y: 0, w: side, h: side } }
+        Self { sheet, finest, rect: PixelRect::of_size(side, side) }
     }
 }
 

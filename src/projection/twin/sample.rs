@@ -155,8 +155,7 @@ fn level_of(footprint: f64) -> f64 {
 
 /// Decodes a texel of a level; it is empty outside of the part that is kept.
 fn decoded(level: &Level, x: i32, y: i32) -> Texel {
-    let kept = level.rect;
-    if x < kept.x || y < kept.y || x >= kept.right() || y >= kept.bottom() {
+    if !level.rect.contains(x, y) {
         return Texel::default();
     }
     let at = level.index(x, y);
@@ -172,7 +171,7 @@ mod tests {
     #[test]
     fn a_long_footprint_that_reaches_past_what_the_photo_shows_is_not_darkened_by_it() {
         // White in the left half; in the same tiles, nothing.
-        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let rect = PixelRect::of_size(64, 64);
         let kept = PixelRect { w: 32, ..rect };
         let pixels = SheetPixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
         let lookup = Lookup::new(rect, &pixels, &PyramidOptions::default());

@@ -12,7 +12,7 @@ struct Stripes;
 
 impl Texels for Stripes {
     fn sheet(&self, _: SheetId) -> Result<SheetPixels> {
-        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let rect = PixelRect::of_size(64, 64);
         let rgba = (0..64 * 64).flat_map(|i| stripe(i % 64, i / 64)).collect();
         Ok(SheetPixels { rect, rgba, needed: vec![1; 64 * 64] })
     }
@@ -28,7 +28,7 @@ fn twin(photos: Vec<Pose>) -> Twin {
     let sheet = |photo: u32| Sheet {
         photo: PhotoId(photo),
         id: format!("{photo}"),
-        rect: PixelRect { x: 0, y: 0, w: 64, h: 64 },
+        rect: PixelRect::of_size(64, 64),
     };
     let server = |photo: u32| Server {
         sheet: SheetId(photo),

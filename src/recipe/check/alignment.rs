@@ -14,6 +14,7 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::geometry::bvh::Bvh;
 use crate::geometry::{Similarity, axes};
+use crate::raster::robust::upper_median;
 use crate::task::Task;
 
 /// An observation: a camera sees a point.
@@ -284,8 +285,7 @@ fn step(
     };
     let residuals: Vec<_> = sightings.iter().filter_map(residual).collect();
     let mut distances: Vec<f64> = residuals.iter().map(|r| r.0).collect();
-    distances.sort_unstable_by(f64::total_cmp);
-    let near = distances.get(distances.len() / 2)?.max(NEAR * spread.size * back.scale);
+    let near = upper_median(&mut distances)?.max(NEAR * spread.size * back.scale);
     let (mut matrix, mut right) = (DMat4::ZERO, DVec4::ZERO);
     for (distance, gradient, from_middle) in &residuals {
         let weight = 1.0 / (1.0 + (distance / near).powi(2));

@@ -15,6 +15,8 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+use crate::raster::robust::upper_median;
+
 use rayon::prelude::*;
 
 use crate::document::names::file_name_of_photo;
@@ -65,7 +67,7 @@ pub fn check_site(
     let sightings = sightings(site, points);
     let agreement = (sightings.len() >= ENOUGH_SIGHTINGS)
         .then(|| agreement(&surface.tree, &Similarity::IDENTITY, &thinned(&sightings)));
-    let covered = median(seen.iter().map(|s| s.covered).collect());
+    let covered = median(seen.iter().map(|s| s.covered));
     let verdict = verdict(agreement, covered);
     let suggestion = match (verdict, agreement) {
         (Verdict::Fits, _) => None,
@@ -128,10 +130,9 @@ fn thinned(sightings: &[Sighting]) -> Vec<Sighting> {
     sightings.iter().step_by(sightings.len().div_ceil(JUDGED).max(1)).copied().collect()
 }
 
-/// Returns the upper median; 0 for an empty list.
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+/// 0 of nothing.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    upper_median(&mut values.collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
 /// The share of matching observations from which on a model counts as aligned.
@@ -190,7 +191,7 @@ fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) ->
     let cover = |(_, rotation)| {
         let correction = Similarity { rotation, ..Similarity::IDENTITY };
         let transform = correction.compose(&options.world_from_model).to_string();
-        (median(site.photos.iter().map(|photo| cover(surface, photo, &correction)).collect()), transform)
+        (median(site.photos.iter().map(|photo| cover(surface, photo, &correction))), transform)
     };
     let mut all: Vec<(f64, String)> = axes::conventions().into_par_iter().map(cover).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));

@@ -91,11 +91,10 @@ fn reduced(camera: &Pinhole) -> Pinhole {
 fn vertex_shares(model: &Model, photo: &Photo) -> (f64, f64) {
     let mut in_front = 0usize;
     let mut inside = 0usize;
-    let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
     for &vertex in &model.vertices {
         if let Some(px) = photo.camera.image_from_camera(photo.pose.camera_from_world(vertex)) {
             in_front += 1;
-            inside += usize::from(px.x >= 0.0 && px.y >= 0.0 && px.x < width && px.y < height);
+            inside += usize::from(photo.camera.rect().contains_position(px));
         }
     }
     let share = |count: usize| count as f64 / model.vertices.len().max(1) as f64;

@@ -1,6 +1,11 @@
 //! A canvas in linear light, so that scaling and blending look right.
 
+use glam::DVec2;
+
+use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
+use crate::raster::bilinear::Corner;
+use crate::raster::over::premultiplied;
 
 /// A picture of premultiplied RGBA in linear light, row by row from the top.
 #[derive(Debug, Clone)]
@@ -26,11 +31,6 @@ impl Ink {
     }
 }
 
-/// Composites `top` over `bottom`, both premultiplied.
-pub fn over(top: [f32; 4], bottom: [f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|c| top[c] + bottom[c] * (1.0 - top[3]))
-}
-
 /// Multiplies all channels by a factor.
 pub fn scaled(color: [f32; 4], by: f32) -> [f32; 4] {
     color.map(|c| c * by)
@@ -42,25 +42,26 @@ impl Canvas {
         Self { width, height, pixels: vec![[0.0; 4]; width * height] }
     }
 
+    fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.width as u32, self.height as u32)
+    }
+
     /// Returns the pixel in column `x`, row `y`.
     pub fn get(&self, x: usize, y: usize) -> [f32; 4] {
         self.pixels[y * self.width + x]
     }
 
     /// Composites `color` over the pixel in column `x`, row `y`; positions outside are ignored.
-    pub fn blend(&mut self, x: i64, y: i64, color: [f32; 4]) {
-        if x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height {
-            let at = y as usize * self.width + x as usize;
-            self.pixels[at] = over(color, self.pixels[at]);
+    pub fn blend(&mut self, x: i32, y: i32, color: [f32; 4]) {
+        if let Some(at) = self.rect().index(x, y) {
+            self.pixels[at] = premultiplied(color, self.pixels[at]);
         }
     }
 
     /// Composites `other` with its top-left corner at (`x`, `y`).
-    pub fn draw(&mut self, other: &Self, x: i64, y: i64) {
-        for row in 0..other.height {
-            for column in 0..other.width {
-                self.blend(x + column as i64, y + row as i64, other.get(column, row));
-            }
+    pub fn draw(&mut self, other: &Self, x: i32, y: i32) {
+        for ((column, row), pixel) in other.rect().pixels().zip(&other.pixels) {
+            self.blend(x + column, y + row, *pixel);
         }
     }
 
@@ -77,11 +78,11 @@ impl Canvas {
     pub fn line(&mut self, a: [f64; 2], b: [f64; 2], thickness: f64, ink: Ink) {
         let reach = thickness / 2.0 + 1.0;
         let color = ink.linear();
-        let from = |i: usize| (a[i].min(b[i]) - reach).floor() as i64;
-        let to = |i: usize| (a[i].max(b[i]) + reach).ceil() as i64;
-        for y in from(1).max(0)..to(1).min(self.height as i64) {
-            for x in from(0).max(0)..to(0).min(self.width as i64) {
-                let away = distance([x as f64 + 0.5, y as f64 + 0.5], a, b);
+        let from = |i: usize| (a[i].min(b[i]) - reach).floor() as i32;
+        let to = |i: usize| (a[i].max(b[i]) + reach).ceil() as i32;
+        for y in from(1).max(0)..to(1).min(self.height as i32) {
+            for x in from(0).max(0)..to(0).min(self.width as i32) {
+                let away = distance([f64::from(x) + 0.5, f64::from(y) + 0.5], a, b);
                 let cover = (thickness / 2.0 + 0.5 - away).clamp(0.0, 1.0) as f32;
                 if cover > 0.0 {
                     self.blend(x, y, scaled(color, cover));
@@ -134,8 +135,8 @@ impl Canvas {
 
     /// Interpolates bilinearly at (`x`, `y`), pixel centres being at 0.5; positions outside are transparent.
     pub fn sample(&self, x: f64, y: f64) -> [f32; 4] {
-        let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
-        let (fx, fy) = ((x - 0.5 - left) as f32, (y - 0.5 - top) as f32);
+        let Corner { first: [left, top], share } = Corner::of(DVec2::new(x, y));
+        let (fx, fy) = (share.x as f32, share.y as f32);
         let mut sum = [0.0; 4];
         for (dx, dy, share) in [
             (0, 0, (1.0 - fx) * (1.0 - fy)),
@@ -143,10 +144,8 @@ impl Canvas {
             (0, 1, (1.0 - fx) * fy),
             (1, 1, fx * fy),
         ] {
-            let (px, py) = (left as i64 + dx, top as i64 + dy);
-            if px >= 0 && py >= 0 && (px as usize) < self.width && (py as usize) < self.height {
-                let pixel = self.get(px as usize, py as usize);
-                sum = std::array::from_fn(|c| sum[c] + pixel[c] * share);
+            if let Some(at) = self.rect().index(left.saturating_add(dx), top.saturating_add(dy)) {
+                sum = std::array::from_fn(|c| sum[c] + self.pixels[at][c] * share);
             }
         }
         sum

@@ -3,7 +3,8 @@
 use glam::{DMat3, DVec3};
 
 use super::LayerPicture;
-use super::canvas::{Canvas, Ink, over, scaled};
+use super::canvas::{Canvas, Ink, scaled};
+use crate::raster::over::premultiplied;
 
 /// The factor of supersampling in each direction, for antialiasing.
 const FINER: usize = 2;
@@ -115,7 +116,7 @@ fn composed(layers: &[&LayerPicture], size: (usize, usize)) -> Canvas {
     canvas.pixels.fill(GLASS.linear());
     let pitch = (size.0 / 110).max(3);
     for layer in layers.iter().rev() {
-        canvas.draw(&layer.hatched(pitch), layer.rect.x.into(), layer.rect.y.into());
+        canvas.draw(&layer.hatched(pitch), layer.rect.x, layer.rect.y);
     }
     canvas
 }
@@ -200,7 +201,7 @@ impl Eye {
                 let color = picture.sample(s * picture.width as f64, t * picture.height as f64);
                 if color[3] > 0.0 {
                     let at = y * canvas.width + x;
-                    canvas.pixels[at] = over(color, canvas.pixels[at]);
+                    canvas.pixels[at] = premultiplied(color, canvas.pixels[at]);
                 }
             }
         }

@@ -7,13 +7,14 @@ pub mod sheets;
 
 use std::path::Path;
 
-use self::canvas::{Canvas, Ink, over, scaled};
+use self::canvas::{Canvas, Ink, scaled};
 use crate::document::{ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::projection::Picture;
 use crate::projection::srgb::Srgb;
+use crate::raster::over::premultiplied;
 use crate::task::Task;
 
 pub use drawing::draw;
@@ -82,11 +83,10 @@ impl LayerPicture {
     pub fn hatched(&self, pitch: usize) -> Canvas {
         let mut out = self.pixels.clone();
         let faint = Ink(NEEDED.0, 0.16).linear();
-        for (i, pixel) in out.pixels.iter_mut().enumerate().filter(|(i, _)| self.hidden[*i]) {
-            let x = i64::from(self.rect.x) + (i % out.width) as i64;
-            let y = i64::from(self.rect.y) + (i / out.width) as i64;
-            let in_stripe = (x + y).rem_euclid(pitch as i64) * 3 < pitch as i64;
-            *pixel = over(if in_stripe { NEEDED.linear() } else { faint }, *pixel);
+        let pixels = self.rect.pixels().zip(&mut out.pixels).zip(&self.hidden);
+        for (((x, y), pixel), _) in pixels.filter(|(_, hidden)| **hidden) {
+            let in_stripe = (x + y).rem_euclid(pitch as i32) * 3 < pitch as i32;
+            *pixel = premultiplied(if in_stripe { NEEDED.linear() } else { faint }, *pixel);
         }
         out
     }

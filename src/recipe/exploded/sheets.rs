@@ -83,8 +83,8 @@ pub fn sheet_pictures(
 /// to the photo, so that those of adjacent layers connect.
 fn hatch(rgba: &mut [u8], needed: &[u8], rect: PixelRect, halvings: u32) {
     let pitch = PITCH << halvings;
-    for (at, (texel, needed)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed).enumerate() {
-        let (x, y) = (rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32);
+    let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed);
+    for ((x, y), (texel, needed)) in rect.pixels().zip(texels) {
         if *needed == 0 {
             *texel = [0; 4];
         } else if texel[3] < 128 {

@@ -18,6 +18,7 @@ use crate::io::hash::hash_file;
 use crate::io::layered::png::read_mask;
 use crate::io::layered::srgb::srgb_profile;
 use crate::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster};
+use crate::raster::Image;
 use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
 use crate::recipe::paint::PhotoPaint;
 use crate::task::Task;
@@ -54,32 +55,9 @@ pub struct Content<'a> {
     unfinished: Vec<OnceLock<bool>>,
 }
 
-/// The pixels of an image layer that remain to be painted: needed and not visible in the photo.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Hidden {
-    /// The bounding box of all needed pixels, in photo pixels.
-    pub rect: PixelRect,
-    /// The flags in rows of `rect` from the top.
-    pub bits: Vec<bool>,
-}
-
-impl Hidden {
-    /// Returns true where a pixel remains to be painted; false outside of `rect`.
-    pub fn at(&self, x: i32, y: i32) -> bool {
-        let (dx, dy) = (x - self.rect.x, y - self.rect.y);
-        let inside = dx >= 0 && dy >= 0 && dx < self.rect.w as i32 && dy < self.rect.h as i32;
-        inside && self.bits[dy as usize * self.rect.w as usize + dx as usize]
-    }
-
-    /// Iterates over all pixels that remain to be painted, in photo pixels.
-    pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> {
-        let rect = self.rect;
-        let rows = self.bits.chunks_exact(rect.w.max(1) as usize).zip(rect.y..);
-        rows.flat_map(move |(row, y)| {
-            row.iter().zip(rect.x..).filter(|(bit, _)| **bit).map(move |(_, x)| (x, y))
-        })
-    }
-}
+/// The pixels of an image layer that remain to be painted: needed and not visible in the photo. In photo pixels, within
+/// the bounding box of all needed pixels.
+pub type Hidden = Image<bool>;
 
 impl<'a> Content<'a> {
     /// Takes the stack in `folder` and its photo, with cropped layers and guides.
@@ -206,7 +184,7 @@ impl<'a> Content<'a> {
     }
 
     fn canvas(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.stack.photo.width, h: self.stack.photo.height }
+        PixelRect::of_size(self.stack.photo.width, self.stack.photo.height)
     }
 
     fn layer(&self, index: usize) -> &'a ImageLayer {
@@ -238,7 +216,7 @@ impl<'a> Content<'a> {
     /// true, because they are read again later, which reports the error.
     fn is_unfinished(&self, index: usize) -> bool {
         let is_hidden = self.layer(index).texels_visible < self.layer(index).texels_used;
-        let any_left = || self.hidden(index).map_or(true, |hidden| hidden.bits.contains(&true));
+        let any_left = || self.hidden(index).map_or(true, |hidden| hidden.pixels().contains(&true));
         if self.paint.is_on(index) { *self.unfinished[index].get_or_init(any_left) } else { is_hidden }
     }
 
@@ -340,17 +318,12 @@ impl<'a> Content<'a> {
     fn hidden(&self, index: usize) -> Result<Hidden> {
         self.task.go_on()?;
         let layer = self.layer(index);
-        let (w, h) = (layer.rect.w, layer.rect.h);
         let colours = unfilled_pixels(self.stack, &self.folder, &self.paint, index)?;
-        let needed = read_mask(&self.folder.join(&layer.needed_file), w, h)?;
+        let needed = read_mask(&self.folder.join(&layer.needed_file), layer.rect)?;
+        let is_empty =
+            |x: i32, y: i32| !colours.has_colour((x - layer.rect.x) as u32, (y - layer.rect.y) as u32);
         let rect = layer.needed_rect.intersection(&layer.rect);
-        let inner = moved(rect, &layer.rect);
-        let mut bits = Vec::with_capacity(rect.area() as usize);
-        for y in inner.y as u32..inner.bottom() as u32 {
-            let hidden = |x: u32| needed.at(x, y) && !colours.has_colour(x, y);
-            bits.extend((inner.x as u32..inner.right() as u32).map(hidden));
-        }
-        Ok(Hidden { rect, bits })
+        Ok(Hidden::from_fn(rect, |(x, y)| needed.holds(x, y) && is_empty(x, y)))
     }
 }
 

@@ -49,7 +49,7 @@ impl Pattern {
     /// Returns the opacity at a hidden pixel of the photo.
     fn opacity(self, hidden: &Hidden, x: i32, y: i32, index: usize) -> u8 {
         let t = self.outline;
-        let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.at(x + dx, y + dy));
+        let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.holds(x + dx, y + dy));
         let across = if index.is_multiple_of(2) { x + y } else { x - y };
         match across.rem_euclid(self.period) < self.stripe {
             _ if !inside => OUTLINE,
@@ -66,7 +66,7 @@ pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth:
     for (index, hidden) in parts {
         let colour = COLOURS[index % COLOURS.len()].1;
         let mut put = |x: i32, y: i32, [r, g, b]: [u8; 3], alpha: u8| {
-            let at = 4 * ((y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize);
+            let at = 4 * rect.offset(x, y);
             match raster.samples_mut() {
                 Samples::U8(s) => s[at..at + 4].copy_from_slice(&[r, g, b, alpha]),
                 Samples::U16(s) => {
@@ -74,7 +74,7 @@ pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth:
                 }
             }
         };
-        for (x, y) in hidden.pixels() {
+        for (x, y) in hidden.held() {
             put(x, y, colour, pattern.opacity(hidden, x, y, *index));
         }
     }
@@ -86,8 +86,7 @@ mod tests {
     use super::*;
 
     fn square() -> Hidden {
-        let rect = PixelRect { x: 10, y: 20, w: 30, h: 30 };
-        Hidden { rect, bits: vec![true; 900] }
+        Hidden::filled(PixelRect { x: 10, y: 20, w: 30, h: 30 }, true)
     }
 
     #[test]
@@ -104,7 +103,7 @@ mod tests {
 
     #[test]
     fn the_colour_in_the_guide_is_that_in_the_list_of_layers() {
-        let rect = square().rect;
+        let rect = square().rect();
         let raster = draw(&[(7, square())], rect, Pattern::for_photo(100, 100), Depth::Sixteen);
         let Samples::U16(samples) = raster.samples() else { panic!("16 bits") };
         assert_eq!(tag(7), Tag::Blue);

@@ -14,6 +14,7 @@ use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::layers::fill::region::{Region, Regions, Shape, painted};
 use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
+use crate::raster::Image;
 use crate::scene::{FaceId, Model};
 
 /// The pixels to be filled.
@@ -47,10 +48,8 @@ impl NeededPixels {
     }
 
     /// Iterates over all pixels with their index and position in the photo.
-    fn positions(&self) -> impl Iterator<Item = (usize, i32, i32)> {
-        let width = self.rect.w.max(1) as usize;
-        let rect = self.rect;
-        (0..self.visible.len()).map(move |i| (i, rect.x + (i % width) as i32, rect.y + (i / width) as i32))
+    fn positions(&self) -> impl Iterator<Item = (usize, (i32, i32))> {
+        self.rect.pixels().enumerate()
     }
 }
 
@@ -86,12 +85,10 @@ pub(super) fn hidden_regions(
         let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
         let texels = (0..painted.len()).filter(|i| is_hidden(*i)).count() as u64;
-        let width = stack.photo.width as usize;
         let hidden: Vec<bool> = pixels
             .positions()
-            .map(|(i, x, y)| {
-                let front = front[y as usize * width + x as usize];
-                is_hidden(i) && (front == NOTHING || front < index as u32)
+            .map(|(i, (x, y))| {
+                is_hidden(i) && front.get(x, y).is_none_or(|&front| front == NOTHING || front < index as u32)
             })
             .collect();
         // Objects that are left unfilled keep their pixels, so that adjacent surfaces do not take them.
@@ -116,12 +113,11 @@ pub(super) fn hidden_regions(
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.
-fn front(stack: &Stack, layers: &[NeededPixels]) -> Vec<u32> {
-    let width = stack.photo.width as usize;
-    let mut front = vec![NOTHING; width * stack.photo.height as usize];
+fn front(stack: &Stack, layers: &[NeededPixels]) -> Image<u32> {
+    let mut front = Image::filled(PixelRect::of_size(stack.photo.width, stack.photo.height), NOTHING);
     for (index, pixels) in layers.iter().enumerate().rev() {
-        for (_, x, y) in pixels.positions().filter(|(i, _, _)| pixels.visible[*i]) {
-            front[y as usize * width + x as usize] = index as u32;
+        for (_, (x, y)) in pixels.positions().filter(|(i, _)| pixels.visible[*i]) {
+            front.get_mut(x, y).into_iter().for_each(|front| *front = index as u32);
         }
     }
     front

@@ -5,10 +5,10 @@ use std::collections::{BTreeMap, BTreeSet};
 use crate::document::Stack;
 use crate::document::paint::{PaintBook, Patch};
 use crate::error::Result;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{PaintedSurface, SurfaceId, Surfaces};
 use crate::projection::PhotoId;
+use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::by_surface::SurfaceName;
 use crate::scene::{FaceId, Model};
@@ -81,8 +81,8 @@ impl<'a> SitePaint<'a> {
 
 /// Converts a patch to 8 bits per channel.
 fn painted(surface: SurfaceId, patch: &Patch) -> PaintedSurface {
-    let rect = patch.rect();
-    let positions = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-    let pixels = positions.map(|(x, y)| patch.at(x, y).map(|colour| colour.map(in_8_bits))).collect();
-    PaintedSurface { surface, rect, pixels }
+    PaintedSurface {
+        surface,
+        pixels: patch.pixels().map(|colour| colour.map(|colour| colour.map(in_8_bits))),
+    }
 }

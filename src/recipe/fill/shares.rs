@@ -6,7 +6,6 @@ use super::super::paint::PhotoPaint;
 use crate::document::Stack;
 use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
 use crate::error::Result;
-use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::stack_store::StackStore;
 use crate::task::Task;
@@ -109,15 +108,9 @@ fn painted(stack: &Stack, folder: &Path, paint: &PhotoPaint, index: usize) -> Re
     let texels = read_layer(&folder.join(&layer.file), layer.rect, part)?;
     let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, part)?;
     let is_hidden = |x: i32, y: i32| {
-        let texel = index_in(part, x, y)?;
+        let texel = part.index(x, y)?;
         Some(needed[texel] != 0 && texels[4 * texel + 3] == 0)
     };
     let patch = paint.on(stack, index)?;
     Ok(patch.iter().filter(|(x, y, _)| is_hidden(*x, *y) == Some(true)).count() as u64)
-}
-
-/// Returns the index of a pixel in a rectangle; `None` outside of it.
-fn index_in(rect: PixelRect, x: i32, y: i32) -> Option<usize> {
-    let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-    inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)
 }

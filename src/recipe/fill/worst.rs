@@ -169,10 +169,8 @@ impl<'a> LayersOfFaces<'a> {
     /// Returns the layer that contains a face at a pixel of the photo.
     fn layer(&self, face: FaceId, px: DVec2) -> Option<usize> {
         let at = px.floor().as_ivec2();
-        self.layers[face.0 as usize].iter().copied().find(|layer| {
-            let rect = self.stack.image_layers[*layer].needed_rect;
-            (rect.x..rect.right()).contains(&at.x) && (rect.y..rect.bottom()).contains(&at.y)
-        })
+        let holds = |layer: &usize| self.stack.image_layers[*layer].needed_rect.contains(at.x, at.y);
+        self.layers[face.0 as usize].iter().copied().find(holds)
     }
 }
 

@@ -195,11 +195,8 @@ impl Maps {
 
 /// Iterates over the texels of runs with their indices in an image of `rect`.
 fn texels_of<'a>(rect: PixelRect, runs: &'a [Run<'a>]) -> impl Iterator<Item = (usize, Texel)> + 'a {
-    runs.iter().flat_map(move |(span, texels)| {
-        let row = (span.y as i32 - rect.y) as usize * rect.w as usize;
-        let first = row + (span.x0 as i32 - rect.x) as usize;
-        (first..).zip(texels.iter().copied())
-    })
+    let first = move |span: &PixelSpan| rect.offset(span.x0 as i32, span.y as i32);
+    runs.iter().flat_map(move |(span, texels)| (first(span)..).zip(texels.iter().copied()))
 }
 
 /// Sets an opaque texel.

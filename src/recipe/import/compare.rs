@@ -3,8 +3,8 @@
 use crate::document::paint::{Colour, ERASED, Patch};
 use crate::geometry::PixelRect;
 use crate::io::colour::Conversion;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::layered::{Depth, Raster};
+use crate::raster::in_8_bits;
 
 /// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8 bits.
 /// Editors round, and their tables differ from ours.
@@ -23,14 +23,7 @@ impl Placed<'_> {
     /// Returns the colour at a pixel of the photo; transparent outside.
     pub fn at(&self, x: i32, y: i32) -> Colour {
         let (dx, dy) = (x - self.rect.x, y - self.rect.y);
-        let inside = dx >= 0 && dy >= 0 && dx < self.rect.w as i32 && dy < self.rect.h as i32;
-        if inside { self.pixels.rgba16(dx as u32, dy as u32) } else { [0; 4] }
-    }
-
-    /// Returns true when a pixel of the photo is in the rectangle.
-    fn holds(&self, x: i32, y: i32) -> bool {
-        let r = self.rect;
-        x >= r.x && y >= r.y && x < r.right() && y < r.bottom()
+        if self.rect.contains(x, y) { self.pixels.rgba16(dx as u32, dy as u32) } else { [0; 4] }
     }
 }
 
@@ -60,11 +53,7 @@ impl Comparison<'_> {
     /// Transparent pixels are equal, whatever their colour. Between 16 and 8 bits, a rounded or truncated value is
     /// equal; in another profile, values within the error of the conversions are.
     pub fn painted(&self) -> Patch {
-        let rect = match (self.base.rect.is_empty(), self.found.rect.is_empty()) {
-            (true, _) => self.found.rect,
-            (_, true) => self.base.rect,
-            _ => self.base.rect.union(&self.found.rect),
-        };
+        let rect = self.base.rect.hull(&self.found.rect);
         let mut painted = Vec::new();
         for y in rect.y..rect.bottom() {
             self.paint_of_row(y, rect.x..rect.right(), &mut painted);
@@ -75,7 +64,7 @@ impl Comparison<'_> {
     /// Appends the pixels of a row that differ.
     fn paint_of_row(&self, y: i32, columns: std::ops::Range<i32>, painted: &mut Vec<(i32, i32, Colour)>) {
         let row: Vec<(i32, Colour, Colour)> = columns
-            .filter(|&x| self.found.holds(x, y) || inside(self.canvas, x, y))
+            .filter(|&x| self.found.rect.contains(x, y) || self.canvas.contains(x, y))
             .map(|x| (x, self.base.at(x, y), self.found.at(x, y)))
             .filter(|(_, base, found)| base != found && (base[3] != 0 || found[3] != 0))
             .collect();
@@ -98,10 +87,6 @@ impl Comparison<'_> {
 }
 
 /// Returns true when a pixel is in the rectangle.
-fn inside(rect: PixelRect, x: i32, y: i32) -> bool {
-    x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom()
-}
-
 /// Returns the colour as it is stored: erased pixels have a defined value.
 fn kept(colour: Colour) -> Colour {
     if colour[3] == 0 { ERASED } else { colour }
@@ -126,7 +111,7 @@ mod tests {
     use crate::io::colour::adobe_rgb;
     use crate::scene::Samples;
 
-    const CANVAS: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 100 };
+    const CANVAS: PixelRect = PixelRect::of_size(100, 100);
 
     fn eight(width: u32, samples: &[[u8; 4]]) -> Raster {
         Raster::new(width, samples.len() as u32 / width, Samples::U8(samples.as_flattened().to_vec()))
@@ -210,7 +195,7 @@ mod tests {
         let there = profiles.there.converted(&wide);
         (0..200).for_each(|x| found.set_rgba16(x as u32, 0, there[x]));
         found.set_rgba16(17, 0, [65535, 0, 0, 65535]);
-        let rect = PixelRect { x: 0, y: 0, w: 200, h: 1 };
+        let rect = PixelRect::of_size(200, 1);
         let comparison = Comparison {
             base: Placed { rect, pixels: &base },
             found: Placed { rect, pixels: &found },

@@ -184,7 +184,7 @@ fn document_context<'a>(
     };
     let canvas = match scale == 1.0 {
         true => PixelRect { x: -offset[0], y: -offset[1], w: document.width, h: document.height },
-        false => PixelRect { x: 0, y: 0, w: size.0, h: size.1 },
+        false => PixelRect::of_size(size.0, size.1),
     };
     let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
     let profiles = profiles(file, document, record, originals.kept)?;

@@ -94,7 +94,7 @@ fn replaces(copy: &EditedLayer, original: &EditedLayer) -> Result<bool> {
 
 /// Extends pixels to a rectangle that contains another one, too.
 fn united(pixels: Raster, rect: PixelRect, other: PixelRect) -> (Raster, PixelRect) {
-    let both = if rect.is_empty() { other } else { rect.union(&other) };
+    let both = rect.hull(&other);
     if both == rect || other.is_empty() {
         return (pixels, rect);
     }
@@ -110,14 +110,12 @@ fn masked(mut pixels: Raster, rect: PixelRect, masks: &[Arc<EditedMask>], opacit
     if on.is_empty() && opacity >= 1.0 {
         return Ok(pixels);
     }
-    for y in 0..rect.h {
-        for x in 0..rect.w {
-            let (u, v) = (rect.x + x as i32, rect.y + y as i32);
-            let share = on.iter().fold(opacity, |share, (mask, grey)| share * through(mask, grey, u, v));
-            if share < 1.0 {
-                let [r, g, b, a] = pixels.rgba16(x, y);
-                pixels.set_rgba16(x, y, [r, g, b, (f32::from(a) * share).round() as u16]);
-            }
+    for (u, v) in rect.pixels() {
+        let share = on.iter().fold(opacity, |share, (mask, grey)| share * through(mask, grey, u, v));
+        if share < 1.0 {
+            let (x, y) = ((u - rect.x) as u32, (v - rect.y) as u32);
+            let [r, g, b, a] = pixels.rgba16(x, y);
+            pixels.set_rgba16(x, y, [r, g, b, (f32::from(a) * share).round() as u16]);
         }
     }
     Ok(pixels)
@@ -126,8 +124,7 @@ fn masked(mut pixels: Raster, rect: PixelRect, masks: &[Arc<EditedMask>], opacit
 /// Returns the share of a canvas pixel that a mask lets through, 0..=1.
 fn through(mask: &EditedMask, grey: &Grey, x: i32, y: i32) -> f32 {
     let (dx, dy) = (x - mask.rect.x, y - mask.rect.y);
-    let inside = dx >= 0 && dy >= 0 && dx < mask.rect.w as i32 && dy < mask.rect.h as i32;
-    if inside { grey.at(dx as u32, dy as u32) } else { mask.outside }
+    if mask.rect.contains(x, y) { grey.at(dx as u32, dy as u32) } else { mask.outside }
 }
 
 #[cfg(test)]
@@ -162,13 +159,13 @@ mod tests {
         let copy = EditedLayer { opacity: 0.2, ..layer("a copy", 1, &[100, 100]) };
         let found = gathered(&[&layer("a", 0, &[0, 0]), &copy]).unwrap();
         assert_eq!(shades(&found), [(0, 255), (20, 255), (100, 51)]);
-        assert_eq!(found.rect, PixelRect { x: 0, y: 0, w: 3, h: 1 });
+        assert_eq!(found.rect, PixelRect::of_size(3, 1));
     }
 
     #[test]
     fn a_mask_takes_away_where_it_is_black_and_outside_as_it_says() {
         let mask = |enabled| EditedMask {
-            rect: PixelRect { x: 0, y: 0, w: 2, h: 1 },
+            rect: PixelRect::of_size(2, 1),
             outside: 0.0,
             enabled,
             pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![255, 0])))),

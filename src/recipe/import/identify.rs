@@ -152,7 +152,7 @@ mod tests {
     use crate::geometry::PixelRect;
 
     fn layer(id: &str) -> ExportedLayer {
-        let rect = PixelRect { x: 0, y: 0, w: 1, h: 1 };
+        let rect = PixelRect::of_size(1, 1);
         ExportedLayer {
             id: id.into(),
             name: format!("wall [{id}]"),

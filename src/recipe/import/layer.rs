@@ -229,8 +229,8 @@ impl Desk<'_> {
 
     /// Returns by how much the layer was moved, if its pixels differ so much that this is likely.
     fn moved(&self, base: Placed, found: Placed, patch: &Patch) -> Option<[i32; 2]> {
-        let pixels = || (0..base.pixels.height()).flat_map(|y| (0..base.pixels.width()).map(move |x| (x, y)));
-        let opaque = pixels().filter(|&(x, y)| base.pixels.has_colour(x, y)).count();
+        let places = PixelRect::of_size(base.pixels.width(), base.pixels.height()).pixels();
+        let opaque = places.filter(|&(x, y)| base.pixels.has_colour(x as u32, y as u32)).count();
         if opaque == 0 || (patch.count() as f64) < MOST_PAINTED * opaque as f64 || self.scale != 1.0 {
             return None;
         }

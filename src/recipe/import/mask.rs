@@ -40,7 +40,7 @@ pub fn mask_of(
     report: &mut FileReport,
 ) -> Result<Option<MaskShare>> {
     let Some(first) = layers.first() else { return Ok(None) };
-    let photo = PixelRect { x: 0, y: 0, w: record.photo.width, h: record.photo.height };
+    let photo = PixelRect::of_size(record.photo.width, record.photo.height);
     let mut masked = Spans::default();
     for layer in layers {
         let found = gathered(&[layer])?;

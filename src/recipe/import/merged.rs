@@ -66,11 +66,7 @@ pub fn take_out(
 
 /// Counts the pixels of a placed raster for which `wanted` is true.
 fn count(placed: Placed, wanted: impl Fn(i32, i32) -> bool) -> usize {
-    let r = placed.rect;
-    (r.y..r.bottom())
-        .flat_map(|y| (r.x..r.right()).map(move |x| (x, y)))
-        .filter(|&(x, y)| wanted(x, y))
-        .count()
+    placed.rect.pixels().filter(|&(x, y)| wanted(x, y)).count()
 }
 
 #[cfg(test)]
@@ -82,7 +78,7 @@ mod tests {
     use crate::io::layered::{Depth, Raster};
     use crate::recipe::import::report::LayerState;
 
-    const RECT: PixelRect = PixelRect { x: 0, y: 0, w: 10, h: 1 };
+    const RECT: PixelRect = PixelRect::of_size(10, 1);
 
     fn exported(id: &str, order: u32, file: String) -> ExportedLayer {
         ExportedLayer {

@@ -10,7 +10,6 @@ use crate::document::paint::{PaintBook, Patch};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
@@ -128,9 +127,7 @@ fn difference(old: &Patch, new: &Patch) -> Option<(PixelRect, u64)> {
 /// Converts a raster to a picture of at most `longest` pixels per side.
 fn picture(raster: &Raster, longest: u32) -> Picture {
     let small = raster.thumbnail(longest);
-    let (width, height) = (small.width(), small.height());
-    let positions = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    Picture { width, height, rgba: positions.flat_map(|(x, y)| small.rgba16(x, y).map(in_8_bits)).collect() }
+    Picture { width: small.width(), height: small.height(), rgba: small.samples().big_endian().into_owned() }
 }
 
 #[cfg(test)]

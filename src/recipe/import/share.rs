@@ -5,6 +5,7 @@ use std::collections::VecDeque;
 
 use crate::document::paint::{Colour, Patch};
 use crate::geometry::PixelRect;
+use crate::raster::Image;
 use crate::recipe::paint::parts::{Parts, holds};
 
 /// The paint of one surface of an image layer.
@@ -57,8 +58,7 @@ fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
 
 /// The nearest part for each pixel of a rectangle, by the number of steps.
 struct NearestParts {
-    rect: PixelRect,
-    part: Vec<u32>,
+    part: Image<u32>,
 }
 
 /// Marks a pixel without a part.
@@ -69,37 +69,25 @@ impl NearestParts {
     fn around(past: PixelRect, parts: &Parts) -> Self {
         let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());
         let rect = bounds.reduce(|a, b| a.union(&b)).map_or(past, |bounds| bounds.union(&past));
-        let mut nearest = Self { rect, part: vec![NO_PART; rect.area() as usize] };
+        let mut nearest = Self { part: Image::filled(rect, NO_PART) };
         for (index, part) in parts.list.iter().enumerate() {
             for (y, run) in parts.covered(part).iter() {
-                run.clone()
-                    .for_each(|x| *nearest.entry(x, y).expect("it is within the bounds") = index as u32);
+                let first = rect.offset(run.start, y);
+                nearest.part.pixels_mut()[first..first + run.len()].fill(index as u32);
             }
         }
         nearest.propagate();
         nearest
     }
 
-    /// Returns the value at a pixel; `None` outside of the rectangle.
-    fn entry(&mut self, x: i32, y: i32) -> Option<&mut u32> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| &mut self.part[(y - top) as usize * w as usize + (x - left) as usize])
-    }
-
     /// Propagates part indices from all covered pixels at once (a breadth-first search).
     fn propagate(&mut self) {
-        let rect = self.rect;
-        let positions = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-        let mut front: VecDeque<(i32, i32)> = positions
-            .zip(&self.part)
-            .filter(|(_, part)| **part != NO_PART)
-            .map(|(position, _)| position)
-            .collect();
+        let covered = self.part.iter().filter(|(_, part)| **part != NO_PART);
+        let mut front: VecDeque<(i32, i32)> = covered.map(|(position, _)| position).collect();
         while let Some((x, y)) = front.pop_front() {
-            let part = *self.entry(x, y).expect("only pixels of the rectangle are in the queue");
+            let part = *self.part.get(x, y).expect("only pixels of the rectangle are in the queue");
             for (x, y) in [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)] {
-                if let Some(next) = self.entry(x, y).filter(|next| **next == NO_PART) {
+                if let Some(next) = self.part.get_mut(x, y).filter(|next| **next == NO_PART) {
                     *next = part;
                     front.push_back((x, y));
                 }
@@ -109,8 +97,8 @@ impl NearestParts {
 
     /// Returns the nearest part of a pixel; the first part, if none covers any pixel.
     fn at(&self, x: i32, y: i32) -> usize {
-        let at = (y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize;
-        if self.part[at] == NO_PART { 0 } else { self.part[at] as usize }
+        let part = self.part.get(x, y).filter(|part| **part != NO_PART);
+        part.map_or(0, |part| *part as usize)
     }
 }
 
@@ -141,7 +129,7 @@ mod tests {
         let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let faces = (0..columns.len() as u32).collect();
         let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
-        test(&scenery.parts(&[(&element, None)], PixelRect { x: 0, y: 0, w: 16, h: 8 }));
+        test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }
 
     fn paint(pixels: &[(i32, i32)]) -> Patch {

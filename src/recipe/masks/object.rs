@@ -2,7 +2,7 @@
 
 use crate::document::masks::{MaskFrom, MaskedObject};
 use crate::error::{Error, Result};
-use crate::geometry::{PixelRect, Spans};
+use crate::geometry::Spans;
 use crate::layers::View;
 use crate::layers::software::owners;
 use crate::scene::{Model, ObjectId, Photo};
@@ -44,7 +44,7 @@ pub fn object_pixels(
         let owner = owners[y as usize * width + x as usize];
         owner.checked_sub(1).is_some_and(|item| of_object[item as usize])
     };
-    let whole = PixelRect { x: 0, y: 0, w: photo.camera.width, h: photo.camera.height };
+    let whole = photo.camera.rect();
     let grown = Spans::of_pixels(whole, visible).grown(margin as i32);
     grown.intersection(&Spans::of_pixels(whole, |_, _| true))
 }

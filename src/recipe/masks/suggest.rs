@@ -401,7 +401,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let mut kept = Suggestions { version: VERSION, list: Vec::new() };
         for number in 1..=2 {
-            let masked = Spans::of_pixels(PixelRect { x: 0, y: 0, w: number, h: 1 }, |_, _| true);
+            let masked = Spans::of_pixels(PixelRect::of_size(number, 1), |_, _| true);
             std::fs::write(folder.join(format!("{number}.png")), mask_png(&masked, [9, 4]).unwrap()).unwrap();
             kept.list.push(Suggestion {
                 number,

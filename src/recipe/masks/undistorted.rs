@@ -8,6 +8,7 @@ use crate::error::Result;
 use crate::geometry::{PixelRect, Spans, Undistortion};
 use crate::io::cameras::CameraPhoto;
 use crate::io::mask_file::read_mask;
+use crate::raster::bilinear::Corner;
 
 /// Reads a mask of the photo as taken and returns the masked pixels of the pinhole image.
 ///
@@ -29,11 +30,9 @@ fn undistorted(masked: &Spans, undistortion: &Undistortion) -> Spans {
     let is_masked = |x: i32, y: i32| {
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let Some(at) = undistortion.photo_from_pinhole(centre) else { return false };
-        let corner = (at - 0.5).floor().as_ivec2();
-        let about = [(0, 0), (1, 0), (0, 1), (1, 1)];
-        about.iter().any(|(dx, dy)| masked.holds(corner.x + dx, corner.y + dy))
+        Corner::of(at).taps().iter().any(|(x, y, _)| masked.holds(*x, *y))
     };
-    Spans::of_pixels(PixelRect { x: 0, y: 0, w, h }, is_masked)
+    Spans::of_pixels(PixelRect::of_size(w, h), is_masked)
 }
 
 #[cfg(test)]

@@ -6,6 +6,7 @@ use super::parts::{Part, camera_of, points};
 use crate::document::paint::{Colour, PaintEntry, PaintedView, Patch};
 use crate::geometry::polygon::{extent, fit_plane};
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
+use crate::raster::bilinear::Corner;
 
 /// Outlines are equal when their corners differ by less than this share of their size: models are written with six
 /// digits or more.
@@ -108,12 +109,10 @@ impl Reprojection {
     pub fn applied(&self, patch: &Patch, photo: PixelRect) -> Patch {
         let Some(rect) = self.bounds(patch.rect(), photo) else { return Patch::of_pixels(&[]) };
         let mut moved = Patch::new(rect);
-        for y in rect.y..rect.bottom() {
-            for x in rect.x..rect.right() {
-                let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                if let Some(colour) = self.old_px(centre).and_then(|px| sample(patch, px)) {
-                    moved.put(x, y, colour);
-                }
+        for (x, y) in rect.pixels() {
+            let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            if let Some(colour) = self.old_px(centre).and_then(|px| sample(patch, px)) {
+                moved.put(x, y, colour);
             }
         }
         moved
@@ -176,18 +175,14 @@ fn sample(patch: &Patch, px: DVec2) -> Option<Colour> {
     if nearest[3] == 0 {
         return Some(nearest);
     }
-    let corner = (px - 0.5).floor();
-    let share = px - 0.5 - corner;
     let mut sum = [0.0; 4];
     let mut weights = 0.0;
-    for (dx, wx) in [(0, 1.0 - share.x), (1, share.x)] {
-        for (dy, wy) in [(0, 1.0 - share.y), (1, share.y)] {
-            let Some(colour) = patch.at(corner.x as i32 + dx, corner.y as i32 + dy) else { continue };
-            let alpha = f64::from(colour[3]);
-            (0..3).for_each(|i| sum[i] += wx * wy * alpha * f64::from(colour[i]));
-            sum[3] += wx * wy * alpha;
-            weights += wx * wy;
-        }
+    for (x, y, weight) in Corner::of(px).taps() {
+        let Some(colour) = patch.at(x, y) else { continue };
+        let alpha = f64::from(colour[3]);
+        (0..3).for_each(|i| sum[i] += weight * alpha * f64::from(colour[i]));
+        sum[3] += weight * alpha;
+        weights += weight;
     }
     let colour = |i: usize| (sum[i] / sum[3]).round() as u16;
     Some(if sum[3] > 0.0 {

@@ -9,7 +9,7 @@ use crate::document::paint::{PaintEntry, PaintedView, Patch};
 use crate::document::stack::{StackCamera, StackPhoto, Surface};
 use crate::geometry::PixelRect;
 
-const NOTHING: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+const NOTHING: PixelRect = PixelRect::EMPTY;
 
 /// A square of 4 x 4 at `x` to the right and `z` away that faces the camera.
 fn square(object: &str, face: u32, x: f64, z: f64) -> Surface {
@@ -31,7 +31,7 @@ fn painted_on(surface: &Surface) -> PaintEntry {
         view: "v".into(),
         outline: surface.outline.clone(),
         file: String::new(),
-        rect: PixelRect { x: 0, y: 0, w: 4, h: 4 },
+        rect: PixelRect::of_size(4, 4),
         pixels: 16,
     }
 }
@@ -95,7 +95,7 @@ fn paint_of_a_surface_that_is_gone_is_lost_and_not_given_to_another_object() {
 
 fn moved(entry: &PaintEntry, patch: &Patch, to: &PaintedView) -> Option<Patch> {
     let new = camera_of(&to.photo, &to.camera);
-    let photo = PixelRect { x: 0, y: 0, w: 20, h: 8 };
+    let photo = PixelRect::of_size(20, 8);
     Reprojection::between(entry, &view(0.0), new).map(|reprojection| reprojection.applied(patch, photo))
 }
 
@@ -127,7 +127,7 @@ fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
     double.camera.K = [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0]];
     let new = camera_of(&double.photo, &double.camera);
     let reprojection = Reprojection::between(&entry, &view(0.0), new).expect("the camera is another one");
-    let found = reprojection.applied(&patch, PixelRect { x: 0, y: 0, w: 40, h: 16 }).picked(|_, _, _| true);
+    let found = reprojection.applied(&patch, PixelRect::of_size(40, 16)).picked(|_, _, _| true);
     assert_eq!((found.rect(), found.count()), (PixelRect { x: 2, y: 2, w: 4, h: 2 }, 8));
 }
 

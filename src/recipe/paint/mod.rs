@@ -172,8 +172,7 @@ impl PhotoPaint {
             patch = patch.under(&visible);
         }
         let rect = stack.image_layers[layer].rect;
-        let inside = |x: i32, y: i32| x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-        Ok(patch.picked(|x, y, _| inside(x, y)))
+        Ok(patch.picked(|x, y, _| rect.contains(x, y)))
     }
 
     /// Returns messages, with remedies, about paint that cannot be shown because its files are damaged or missing.
@@ -238,7 +237,7 @@ impl PhotoPaint {
         let store = self.store.as_ref().expect("of() stores both entries and their store");
         let patch = store.patch(entry)?;
         let now = camera_of(&stack.photo, &stack.camera);
-        let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
+        let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         Ok(match Reprojection::between(entry, &self.views[index], now) {
             Some(moved) => moved.applied(&patch, photo),
             None => patch,

@@ -71,7 +71,7 @@ impl<'a> Scenery<'a> {
     /// contain, too, the layer has the part within `tile`.
     pub fn parts(&self, elements: &[(&'a Element, Option<PixelRect>)], rect: PixelRect) -> Parts<'a> {
         let (camera, pose) = camera_of(self.photo, self.camera);
-        let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
+        let photo = camera.rect();
         let mut list: Vec<Part> =
             elements.iter().flat_map(|(element, tile)| self.of_element(element, *tile)).collect();
         list.sort_by_key(|part| part.place);
@@ -167,12 +167,12 @@ mod tests {
         let surfaces = [square("wall", 0.0), square("window", 2.0)];
         let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let (window, wall) = (element("window"), element("wall"));
-        let rect = PixelRect { x: 0, y: 0, w: 8, h: 8 };
+        let rect = PixelRect::of_size(8, 8);
         let parts = scenery.parts(&[(&window, None), (&wall, None)], rect);
         assert_eq!(parts.list.iter().map(|part| part.object).collect::<Vec<_>>(), ["wall", "window"]);
         let at = |x: i32, y: i32| parts.at(x, y).collect::<Vec<_>>();
         assert_eq!((at(1, 1), at(3, 3), at(5, 0), at(6, 0)), (vec![0], vec![0, 1], vec![1], vec![]));
-        let tiled = scenery.parts(&[(&wall, Some(PixelRect { x: 0, y: 0, w: 2, h: 2 }))], rect);
+        let tiled = scenery.parts(&[(&wall, Some(PixelRect::of_size(2, 2)))], rect);
         assert_eq!(tiled.at(1, 1).count() + tiled.at(3, 3).count(), 1);
     }
 }

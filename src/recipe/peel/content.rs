@@ -7,7 +7,7 @@ use crate::document::paint::Patch;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
-use crate::io::layered::raster::in_8_bits;
+use crate::raster::in_8_bits;
 use crate::recipe::layer_pixels::shown;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::sheets::over_filling;
@@ -54,7 +54,7 @@ impl Content {
     /// Returns the errors of reading its files and paint.
     pub fn read(folder: &Path, stack: &Stack, paint: &PhotoPaint, layer: usize) -> Result<Self> {
         let image_layer = &stack.image_layers[layer];
-        let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
+        let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         let rect = image_layer.needed_rect.intersection(&image_layer.rect).intersection(&photo);
         if rect.is_empty() {
             let filling = Vec::new();
@@ -80,7 +80,7 @@ impl Content {
 
     /// Returns the content at a pixel of the photo, with or without filling and paint.
     pub fn texel(&self, x: i32, y: i32, filling: bool, paint: bool) -> Texel {
-        let Some(at) = self.index(x, y) else { return Texel::Nothing };
+        let Some(at) = self.rect.index(x, y) else { return Texel::Nothing };
         let below = self.without_paint(at, filling);
         if !paint || self.flags[at] & COVERED == 0 {
             return below;
@@ -105,12 +105,12 @@ impl Content {
 
     /// Returns true when a surface is at the pixel, but not visible in the photo.
     pub fn is_hidden(&self, x: i32, y: i32) -> bool {
-        self.index(x, y).is_some_and(|at| self.flags[at] == COVERED)
+        self.rect.index(x, y).is_some_and(|at| self.flags[at] == COVERED)
     }
 
     /// Returns true when the layer is visible in the photo at the pixel.
     pub fn is_visible(&self, x: i32, y: i32) -> bool {
-        self.index(x, y).is_some_and(|at| self.flags[at] & VISIBLE != 0)
+        self.rect.index(x, y).is_some_and(|at| self.flags[at] & VISIBLE != 0)
     }
 
     /// Returns the content at an index without the photo's own paint.
@@ -123,13 +123,6 @@ impl Content {
             (_, Some(&colour)) if filling && colour[3] > 0 => Texel::Filling(colour),
             _ => Texel::Hidden,
         }
-    }
-
-    /// Returns the index of a pixel; `None` outside of the rectangle.
-    fn index(&self, x: i32, y: i32) -> Option<usize> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| (y - top) as usize * w as usize + (x - left) as usize)
     }
 }
 

@@ -141,7 +141,7 @@ impl PhotoView {
     }
 
     fn photo(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height }
+        self.camera.rect()
     }
 
     /// Clips a set of pixels to the photo.

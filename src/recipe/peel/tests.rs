@@ -84,7 +84,7 @@ fn behind_the_layer_that_is_taken_off_the_next_one_shows_what_it_has() {
                 (true, false) => assert_eq!(now, [0; 4], "{x}, {y}: nothing is behind"),
                 (false, false) => assert!(now[0] < photo[0] && now[3] == 255, "{x}, {y}: around, faded"),
             }
-            assert_eq!(peeled.hidden.has(x, y), near.covers(x, y) && far.covers(x, y), "{x}, {y}");
+            assert_eq!(peeled.hidden.holds(x, y), near.covers(x, y) && far.covers(x, y), "{x}, {y}");
         }
     }
     assert!(hidden > 100 && peeled.hidden.count() == hidden);

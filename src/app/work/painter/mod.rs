@@ -22,6 +22,7 @@ use super::waker::Waker;
 use crate::error::{Error, Result};
 use crate::projection::surface::Surface;
 use crate::projection::{Gains, Picture, Renders, Shot};
+use crate::raster::over::on_opaque;
 use crate::recipe::open::Opened;
 use crate::recipe::preview::Preview;
 use crate::scene::Model;
@@ -317,12 +318,8 @@ fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]
             Some(face) => [shades.get(face as usize).copied().unwrap_or_default(); 3],
             None => background,
         };
-        let alpha = u32::from(rgba[3]);
-        let mix = |channel: usize| {
-            let (above, below) = (u32::from(rgba[channel]), u32::from(below[channel]));
-            ((above * alpha + below * (255 - alpha) + 127) / 255) as u8
-        };
-        Color32::from_rgb(mix(0), mix(1), mix(2))
+        let [r, g, b] = [0, 1, 2].map(|c| on_opaque(rgba[c], rgba[3], below[c]));
+        Color32::from_rgb(r, g, b)
     };
     let pixels = picture.rgba.as_chunks::<4>().0.iter().zip(faces).map(pixel).collect();
     ColorImage::new([picture.width as usize, picture.height as usize], pixels)

@@ -151,7 +151,7 @@ fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<Str
             format!("only a file as large as the photo, {} x {}, can be positioned", canvas.0, canvas.1);
         return noted(&file, Err(format!("{found}; {expected}")), notes);
     }
-    let rect = PixelRect { x: 0, y: 0, w: canvas.0, h: canvas.1 };
+    let rect = PixelRect::of_size(canvas.0, canvas.1);
     Some(Placed { name: name_of(&file), file, rect, head: Ok(head), id: None })
 }
 

@@ -145,7 +145,7 @@ impl Record<'_, '_> {
     fn rect(&self) -> PixelRect {
         match self {
             Self::Layer(layer) => layer.rect,
-            _ => PixelRect { x: 0, y: 0, w: 0, h: 0 },
+            _ => PixelRect::EMPTY,
         }
     }
 

@@ -4,6 +4,8 @@ use rayon::prelude::*;
 
 use super::search::Field;
 use super::{Canvas, Cell, REACH};
+use crate::geometry::PixelRect;
+use crate::raster::halving::{self, OddSide};
 
 /// One grid of the pyramid.
 pub struct Level {
@@ -42,25 +44,19 @@ pub fn levels(canvas: &Canvas, filled: Vec<[f32; 3]>) -> Vec<Level> {
 
 /// Halves a canvas: a cell is known where all four cells are, and outside where all four are.
 fn halved(canvas: &Canvas) -> Canvas {
-    let [width, height] = canvas.size;
-    let size = [width.div_ceil(2), height.div_ceil(2)];
-    let mut half = Canvas::new(size);
-    for i in 0..half.cells.len() {
-        let (x, y) = (i % size[0] * 2, i / size[0] * 2);
-        let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
-            .map(|(dx, dy)| ((y + dy).min(height - 1)) * width + (x + dx).min(width - 1));
+    let cell = |four: &[usize]| {
         let not_outside = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
         let count = not_outside.clone().count();
         if count == 0 {
-            half.colours[i] = canvas.colours[four[0]];
-            continue;
+            return (canvas.colours[four[0]], Cell::Outside);
         }
         let known = four.iter().all(|at| canvas.cells[*at] == Cell::Known);
-        half.cells[i] = if known { Cell::Known } else { Cell::Unknown };
-        half.colours[i] = [0, 1, 2]
-            .map(|c| not_outside.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32);
-    }
-    half
+        let mean =
+            |c: usize| not_outside.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32;
+        ([0, 1, 2].map(mean), if known { Cell::Known } else { Cell::Unknown })
+    };
+    let (colours, cells) = halving::halved(canvas.size, OddSide::Twice, cell).into_iter().unzip();
+    Canvas { size: OddSide::Twice.half_size(canvas.size), colours, cells }
 }
 
 impl Level {
@@ -83,6 +79,11 @@ impl Level {
         let targets = listed(&|i| cells[i] != Cell::Outside && any[i] > 0);
         let weights = weights(&cells, size);
         Self { size, colours, weights, unknown, is_source, sources, targets }
+    }
+
+    /// All cells.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.size[0] as u32, self.size[1] as u32)
     }
 
     /// Sets each unknown cell to the mean of the colours that the patches over it propose, weighted by the

@@ -15,9 +15,13 @@ mod random;
 mod search;
 mod shifts;
 
+use glam::DVec2;
+
 use self::level::{Level, levels};
 use self::search::Field;
 use super::push_pull::Grid;
+use crate::geometry::PixelRect;
+use crate::raster::bilinear::Clamped;
 
 /// The state of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -117,15 +121,16 @@ pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
 fn copy(canvas: &mut Canvas, level: &Level, field: &Field, coarser: usize) {
     let scale = 1 << coarser;
     let [width, height] = canvas.size;
+    let whole = PixelRect::of_size(width as u32, height as u32);
     let before = canvas.clone();
     for (i, cell) in before.cells.iter().enumerate().filter(|(_, cell)| **cell == Cell::Unknown) {
         let (x, y) = (i % width, i / width);
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
-        for (near, share) in nearest(x, y, scale, level.size) {
-            let Some([sx, sy]) = field.shift(level, near) else { continue };
+        let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / scale as f64;
+        for (near_x, near_y, share) in Clamped::of(middle, level.size).taps() {
+            let Some([sx, sy]) = field.shift(level, near_y * level.size[0] + near_x) else { continue };
             let (sx, sy) = (x as i32 + sx * scale as i32, y as i32 + sy * scale as i32);
-            let inside = sx >= 0 && sy >= 0 && (sx as usize) < width && (sy as usize) < height;
-            let from = if inside { sy as usize * width + sx as usize } else { continue };
+            let Some(from) = whole.index(sx, sy) else { continue };
             if before.cells[from] == Cell::Known {
                 (0..3).for_each(|c| sum[c] += share * before.colours[from][c]);
                 weight += share;
@@ -140,23 +145,6 @@ fn copy(canvas: &mut Canvas, level: &Level, field: &Field, coarser: usize) {
         };
         canvas.cells[i] = Cell::Known;
     }
-}
-
-/// Returns the four cells of a coarser grid around a cell of the finest one, with weights that add up to 1.
-fn nearest(x: usize, y: usize, scale: usize, size: [usize; 2]) -> [(usize, f32); 4] {
-    let along = |at: usize, count: usize| {
-        let position = ((at as f32 + 0.5) / scale as f32 - 0.5).clamp(0.0, (count - 1) as f32);
-        let first = position as usize;
-        (first, (first + 1).min(count - 1), position - first as f32)
-    };
-    let (x0, x1, sx) = along(x, size[0]);
-    let (y0, y1, sy) = along(y, size[1]);
-    [
-        (y0 * size[0] + x0, (1.0 - sx) * (1.0 - sy)),
-        (y0 * size[0] + x1, sx * (1.0 - sy)),
-        (y1 * size[0] + x0, (1.0 - sx) * sy),
-        (y1 * size[0] + x1, sx * sy),
-    ]
 }
 
 #[cfg(test)]

@@ -6,6 +6,8 @@ use rayon::prelude::*;
 use super::REACH;
 use super::level::Level;
 use super::random::{number, within};
+use crate::raster::halving::OddSide;
+use crate::raster::robust::of_rank;
 
 /// The centre of the most similar known patch found so far, for each patch that holds an unknown cell.
 pub struct Field {
@@ -34,7 +36,7 @@ impl Field {
     /// Refines the field of a grid of half the size for `level`.
     pub fn refined(&self, level: &Level, seed: u64) -> Self {
         let [width, height] = level.size;
-        let coarse = [width.div_ceil(2), height.div_ceil(2)];
+        let coarse = OddSide::Twice.half_size(level.size);
         Self::from_sources(level, |target| {
             let (x, y) = (target as usize % width, target as usize / width);
             let source = self.source[y / 2 * coarse[0] + x / 2];
@@ -74,11 +76,8 @@ impl Field {
     pub fn usual_cost(&self) -> f32 {
         let costs = self.source.iter().zip(&self.cost).filter(|(source, _)| **source != NONE);
         let mut costs: Vec<f32> = costs.map(|(_, cost)| *cost).collect();
-        if costs.is_empty() {
-            return 0.0;
-        }
-        let index = costs.len() * 3 / 4;
-        *costs.select_nth_unstable_by(index, f32::total_cmp).1
+        let rank = costs.len() * 3 / 4;
+        of_rank(&mut costs, rank).unwrap_or(0.0)
     }
 
     /// Does one turn: every patch is compared anew, then tries its neighbours' shifts, the dominant shifts,
@@ -110,14 +109,11 @@ impl Field {
     /// Offers the shifts of the four neighbours `jump` cells away.
     fn learn(&self, best: &mut Best, jump: i32) {
         let level = best.measure.level;
-        let [width, height] = level.size.map(|side| side as i32);
+        let (whole, width) = (level.rect(), level.size[0] as i32);
         let (x, y) = (best.target as i32 % width, best.target as i32 / width);
         for (dx, dy) in [(-jump, 0), (jump, 0), (0, -jump), (0, jump)] {
-            let (nx, ny) = (x + dx, y + dy);
-            if nx >= 0 && ny >= 0 && nx < width && ny < height {
-                let shift = self.shift(level, (ny * width + nx) as usize);
-                shift.into_iter().for_each(|shift| best.offer(shift));
-            }
+            let shift = whole.index(x + dx, y + dy).and_then(|cell| self.shift(level, cell));
+            shift.into_iter().for_each(|shift| best.offer(shift));
         }
     }
 }
@@ -137,15 +133,12 @@ impl<'a> Best<'a> {
 
     fn offer(&mut self, [dx, dy]: [i32; 2]) {
         let level = self.measure.level;
-        let [width, height] = level.size.map(|side| side as i32);
+        let width = level.size[0] as i32;
         let (x, y) = (self.target as i32 % width + dx, self.target as i32 / width + dy);
-        if x < 0 || y < 0 || x >= width || y >= height {
+        let source = level.rect().index(x, y).filter(|source| level.is_source[*source]);
+        let Some(source) = source.map(|source| source as u32).filter(|source| *source != self.source) else {
             return;
-        }
-        let source = (y * width + x) as u32;
-        if source == self.source || !level.is_source[source as usize] {
-            return;
-        }
+        };
         let cost = self.measure.cost(self.target, source, self.cost);
         if cost < self.cost {
             (self.source, self.cost) = (source, cost);

@@ -4,6 +4,8 @@
 use super::level::Level;
 use super::random::{number, within};
 use super::{REACH, TURNS};
+use crate::geometry::PixelRect;
+use crate::raster::Image;
 use rayon::prelude::*;
 
 /// The number of shifts kept; the peaks of the histogram fall off quickly.
@@ -51,17 +53,14 @@ pub fn dominant(levels: &[Level], seed: u64) -> Vec<Shift> {
 /// Finds the shift of at least `least` cells to the most similar patch, at random and around the best found
 /// so far; `None` when there is none.
 fn most_similar(level: &Level, patch: u32, least: i32, seed: u64) -> Option<[i32; 2]> {
-    let [width, height] = level.size.map(|side| side as i32);
+    let (whole, [width, height]) = (level.rect(), level.size.map(|side| side as i32));
     let (x, y) = (patch as i32 % width, patch as i32 / width);
     let mut best: Option<([i32; 2], f32)> = None;
     let offer = |[dx, dy]: [i32; 2], best: &mut Option<([i32; 2], f32)>| {
-        let (sx, sy) = (x + dx, y + dy);
-        let inside = sx >= 0 && sy >= 0 && sx < width && sy < height;
-        if !inside || dx.abs().max(dy.abs()) < least || !level.is_source[(sy * width + sx) as usize] {
-            return;
-        }
+        let source = whole.index(x + dx, y + dy).filter(|source| level.is_source[*source]);
+        let Some(source) = source.filter(|_| dx.abs().max(dy.abs()) >= least) else { return };
         let limit = best.map_or(f32::INFINITY, |best| best.1);
-        let cost = difference(level, patch as usize, (sy * width + sx) as usize, limit);
+        let cost = difference(level, patch as usize, source, limit);
         if cost < limit {
             *best = Some(([dx, dy], cost));
         }
@@ -103,23 +102,22 @@ fn difference(level: &Level, a: usize, b: usize, limit: f32) -> f32 {
 /// returned.
 fn peaks(found: &[[i32; 2]], size: [usize; 2]) -> Vec<[i32; 2]> {
     let [width, height] = size.map(|side| side as i32);
-    let (columns, rows) = (2 * width + 1, 2 * height + 1);
-    let mut histogram = vec![0u32; (columns * rows) as usize];
+    let all = PixelRect::from_edges(-width, -height, width + 1, height + 1);
+    let mut histogram = Image::filled(all, 0u32);
     for &[dx, dy] in found {
         for [dx, dy] in [[dx, dy], [-dx, -dy]] {
             for (nx, ny) in (-1..=1).flat_map(|ny| (-1..=1).map(move |nx| (nx, ny))) {
-                let (x, y) = (dx + width + nx, dy + height + ny);
-                if x >= 0 && y >= 0 && x < columns && y < rows {
-                    histogram[(y * columns + x) as usize] += 2 - nx.abs().max(ny.abs()) as u32;
+                if let Some(count) = histogram.get_mut(dx + nx, dy + ny) {
+                    *count += 2 - nx.abs().max(ny.abs()) as u32;
                 }
             }
         }
     }
-    let mut order: Vec<usize> = (0..histogram.len()).filter(|i| histogram[*i] > 0).collect();
-    order.sort_by_key(|i| (std::cmp::Reverse(histogram[*i]), *i));
+    let mut order: Vec<_> = histogram.iter().filter(|(_, count)| **count > 0).collect();
+    order.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let mut kept: Vec<[i32; 2]> = Vec::new();
-    for i in order {
-        let shift = [i as i32 % columns - width, i as i32 / columns - height];
+    for ((dx, dy), _) in order {
+        let shift = [dx, dy];
         if kept.iter().all(|other| (shift[0] - other[0]).abs().max((shift[1] - other[1]).abs()) > 2) {
             kept.push(shift);
         }

@@ -32,8 +32,7 @@ fn uniform(rect: PixelRect, colour: [u8; 3], holds: impl Fn(i32, i32) -> bool) -
 }
 
 fn texel(level: &Level, x: i32, y: i32) -> [u8; 4] {
-    let inside =
-        (level.rect.x..level.rect.right()).contains(&x) && (level.rect.y..level.rect.bottom()).contains(&y);
+    let inside = level.rect.contains(x, y);
     let at = level.index(x.max(level.rect.x), y.max(level.rect.y));
     if inside { level.rgba[at..at + 4].try_into().expect("four bytes") } else { [0; 4] }
 }

@@ -8,7 +8,7 @@ use crate::scene::synthetic::Dice;
 const SIZES: [[u32; 2]; 6] = [[512, 256], [128, 128], [64, 512], [32, 16], [256, 256], [1, 2]];
 
 fn rects() -> impl Iterator<Item = PixelRect> {
-    SIZES.into_iter().map(|[w, h]| PixelRect { x: 0, y: 0, w, h })
+    SIZES.into_iter().map(|[w, h]| PixelRect::of_size(w, h))
 }
 
 fn random_occupancy(rect: PixelRect, dice: &mut Dice) -> Occupancy {

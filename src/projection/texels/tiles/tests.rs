@@ -106,13 +106,13 @@ fn the_tail_holds_its_levels_with_their_gutters() {
 
 #[test]
 fn shapes_follow_from_the_sides() {
-    let shape = Shape::of(PixelRect { x: 0, y: 0, w: 512, h: 16 });
+    let shape = Shape::of(PixelRect::of_size(512, 16));
     assert_eq!((shape.levels(), shape.tail()), (10, 4));
     assert_eq!(shape.size(2), [128, 4]);
     assert_eq!((shape.tiles(0), shape.tiles(2), shape.tiles(3)), ([8, 1], [2, 1], [1, 1]));
     assert_eq!(shape.entries(), 8 + 4 + 2 + 7);
     assert_eq!((shape.halves(3), shape.halves(4)), ([true, true], [true, false]));
-    let dot = Shape::of(PixelRect { x: 0, y: 0, w: 1, h: 1 });
+    let dot = Shape::of(PixelRect::of_size(1, 1));
     assert_eq!((dot.levels(), dot.tail(), dot.entries()), (1, 0, 1));
 }
 
@@ -166,7 +166,7 @@ fn a_sheet_is_moved_to_where_it_takes_fewer_tiles_and_keeps_what_is_needed_with_
         assert!(tiles_of(moved, needed) <= tiles_of(rect, needed), "{rect:?} {needed:?} {moved:?}");
     }
     assert!(f64::from(after) < 0.97 * f64::from(before), "{after} of {before} tiles");
-    let rect = PixelRect { x: 0, y: 0, w: 256, h: 256 };
+    let rect = PixelRect::of_size(256, 256);
     let nothing = PixelRect { x: 9, y: 9, w: 0, h: 0 };
     assert_eq!(in_few_tiles(rect, nothing), rect);
 }
