@@ -26,6 +26,9 @@ pub enum ExportFormat {
     Ora,
     /// GIMP's.
     Xcf,
+    /// Of a test.
+    #[cfg(test)]
+    Dummy,
 }
 
 /// What one export gave away. It says everything that an import has to know, without the stack
@@ -139,7 +142,14 @@ pub enum HelperRole {
 
 impl ExportFormat {
     /// All of them, the default first.
-    pub const ALL: [Self; 4] = [Self::Psd, Self::Folder, Self::Ora, Self::Xcf];
+    pub const ALL: &'static [Self] = &[
+        Self::Psd,
+        Self::Folder,
+        Self::Ora,
+        Self::Xcf,
+        #[cfg(test)]
+        Self::Dummy,
+    ];
 
     /// As it is typed.
     pub fn name(self) -> &'static str {
@@ -148,6 +158,8 @@ impl ExportFormat {
             Self::Folder => "folder",
             Self::Ora => "ora",
             Self::Xcf => "xcf",
+            #[cfg(test)]
+            Self::Dummy => "dummy",
         }
     }
 }
@@ -156,8 +168,9 @@ impl std::str::FromStr for ExportFormat {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|format| format.name() == text);
-        found.ok_or_else(|| format!("\"{text}\" is no format; choose psd, folder, ora or xcf"))
+        let found = Self::ALL.iter().find(|format| format.name() == text);
+        let names = || Self::ALL.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ");
+        found.copied().ok_or_else(|| format!("\"{text}\" is no format; choose one of {}", names()))
     }
 }
 
@@ -173,7 +186,7 @@ mod tests {
 
     #[test]
     fn formats_are_read_as_they_are_written() {
-        for format in ExportFormat::ALL {
+        for &format in ExportFormat::ALL {
             assert_eq!(format.to_string().parse(), Ok(format));
             assert_eq!(serde_json::to_value(format).unwrap(), format.name());
         }

@@ -5,12 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::layered::KEY_FILE;
+use super::layered::format::extensions;
 use super::project::PROJECT_FILE;
 use super::stamp::Stamp;
 use crate::error::{Error, Result};
 
-/// Formats of layered files, by their extensions in lower case.
-const EXTENSIONS: [&str; 4] = ["psd", "psb", "ora", "xcf"];
 /// How deep sub-folders are followed: nobody sorts exports more finely.
 const DEEPEST: usize = 16;
 
@@ -32,8 +31,13 @@ pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
 
 /// Whether a path is one of a layered document: a file by its extension, a folder by its key file.
 pub fn is_document(path: &Path) -> bool {
+    (has_extension(path) && path.is_file()) || is_exported_folder(path)
+}
+
+/// Whether a path is called as a layered file.
+fn has_extension(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    (EXTENSIONS.contains(&extension.as_str()) && path.is_file()) || is_exported_folder(path)
+    extensions().contains(&extension.as_str())
 }
 
 /// Whether a folder is one that `export --format folder` wrote.
@@ -48,14 +52,13 @@ fn look_into(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) 
         if name.starts_with('.') || name.ends_with('~') {
             continue;
         }
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             if is_exported_folder(&path) {
                 found.insert(path.clone(), Stamp::of(&path));
             } else if depth < DEEPEST && !path.join(PROJECT_FILE).exists() {
                 look_into(&path, depth + 1, found);
             }
-        } else if EXTENSIONS.contains(&extension.as_str()) {
+        } else if has_extension(&path) {
             let stamp = Stamp::of(&path);
             if !stamp.is_empty() {
                 found.insert(path, stamp);

@@ -6,9 +6,7 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use super::PhotoId;
-use crate::error::Result;
 use crate::geometry::{Pinhole, Pose};
-use crate::task::Task;
 
 /// How photos are chosen and weighed at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -199,23 +197,6 @@ impl Picture {
         let (pixels, _) = self.rgba.as_chunks::<4>();
         pixels.iter().flat_map(laid).collect()
     }
-}
-
-/// Who can draw a shot: the GPU, or its plain twin.
-pub trait Renders {
-    /// The picture of a shot.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
-    /// can't be read, [`crate::Error::Cancelled`].
-    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
-
-    /// The nearest face at each pixel centre, in row order from the top: 1 + its id, 0 where there is
-    /// none. Faces within the visibility tolerance: the last in the model file.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
-    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
 }
 
 #[cfg(test)]

@@ -23,7 +23,7 @@ use crate::task::Task;
 pub struct NewProject {
     /// Folder of the photos.
     pub photos: PathBuf,
-    /// COLMAP's cameras.
+    /// The cameras: a file or a folder of one of the formats that are read.
     pub cameras: PathBuf,
     /// The model's file.
     pub model: PathBuf,

@@ -13,10 +13,10 @@ use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Loaded, Renderer, Sliced, TextureOptions, TileStore};
+use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_store::StackStore;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown};
+use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sliced};
 use crate::scene::Site;
 use crate::task::Task;
 
@@ -42,7 +42,7 @@ impl Default for PreviewOptions {
 /// A project's renderer, which sees to it that photos that must not take part in a shot tell nothing of
 /// the relief either.
 pub struct Preview {
-    renderer: Renderer,
+    renderer: Box<dyn SiteRenderer>,
     store: StackStore,
     /// Names in the site's order.
     photos: Vec<String>,
@@ -52,11 +52,7 @@ pub struct Preview {
     without: Vec<PhotoId>,
     /// What all pictures lack: whole stacks, paint.
     problems: Vec<String>,
-    textures: TextureOptions,
 }
-
-/// Origins have no detail: with this share of the texture memory they are as sharp as they need to be.
-const ORIGINS_SHARE: u64 = 4;
 
 /// The renderer of an opened project. Photos without a stack serve nothing, with a note; those whose
 /// stack is older than the project do, with a note; one that cannot be read is in [`Preview::problems`]. Gains and
@@ -72,26 +68,34 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    let on_device = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
+        Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
+    };
+    open_with(folder, opened, on_device, options, task)
+}
+
+/// [`open`] with another renderer, which `make` makes of the site.
+///
+/// # Errors
+/// As [`open`], and those of `make`.
+pub fn open_with(
+    folder: &Path,
+    opened: &Opened,
+    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn SiteRenderer>>,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems());
-    let tiles = TileStore::new(gpu, &sources, Arc::new(files.clone()), options.textures)?;
     let (gains, relief) = told_by_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
-    let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
+    let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
+    let renderer = make(SiteContent { model, sources, gains, relief: &whole, texels })?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    Ok(Preview {
-        renderer,
-        store,
-        photos,
-        files,
-        relief,
-        without: Vec::new(),
-        problems,
-        textures: options.textures,
-    })
+    Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
 }
 
 /// Estimates gains and relief and puts them into `cache/`, so that the first picture need not wait for
@@ -131,23 +135,24 @@ fn told_by_photos(
 }
 
 impl Preview {
-    /// The renderer itself.
-    pub fn renderer(&mut self) -> &mut Renderer {
-        &mut self.renderer
+    /// What texture memory costs, against what it shows, in words.
+    pub fn statistics(&self) -> String {
+        self.renderer.statistics()
     }
 
     /// Shows the paint that photos of these names have by now. Only sheets that look other for it are read again:
-    /// gains stay as they are, and so does the relief, which photos tell and not what was painted on them.
+    /// gains stay as they are, and so does the relief, which photos tell and not what was painted on them. Returns how
+    /// many were read at once; others follow when they are needed.
     ///
     /// # Errors
     /// When the project's paint cannot be read, and [`Error::Gpu`].
-    pub fn renew_paint(&mut self, photos: &[String], task: &Task) -> Result<Loaded> {
+    pub fn renew_paint(&mut self, photos: &[String], task: &Task) -> Result<usize> {
         let place = |name: &String| self.photos.iter().position(|photo| photo == name);
         let places: Vec<usize> = photos.iter().filter_map(place).collect();
         let (files, changed) = self.files.repainted(&self.store, &places)?;
         self.files = files;
         self.renderer.set_origins(None)?;
-        self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
+        self.renderer.renew(Arc::new(self.files.clone()), &changed, task)
     }
 
     /// Lets photos serve faces as it is decided by now: which of them serve a face no more, and which one serves it alone.
@@ -168,7 +173,7 @@ impl Preview {
     /// What pictures were made without: stacks and paint that cannot be read, and single image layers, as far as they
     /// were wanted until now.
     pub fn problems(&self) -> Vec<String> {
-        let unreadable = self.renderer.tiles().unreadable().len();
+        let unreadable = self.renderer.unreadable();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
         let problem = || {
             format!(
@@ -183,33 +188,13 @@ impl Preview {
         self.renderer.surface()
     }
 
-    /// Begins a picture in slices, between which others can be drawn.
-    ///
-    /// # Errors
-    /// Those of [`Renders::picture`].
-    pub fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
-        self.make_ready(shot, task)?;
-        self.renderer.begin(shot)
-    }
-
-    /// Draws the next slice; whether the picture is whole.
-    ///
-    /// # Errors
-    /// Those of [`Renders::picture`].
-    pub fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
-        self.make_ready(sliced.shot(), task)?;
-        self.renderer.advance(sliced, task)
-    }
-
     /// What the shot needs besides what all shots do.
     fn make_ready(&mut self, shot: &Shot, task: &Task) -> Result<()> {
         if shot.relief {
             self.leave_out(&shot.without, task)?;
         }
         if shot.shown == Shown::Provenance && !self.renderer.has_origins() {
-            let budget_bytes = self.textures.budget_bytes / ORIGINS_SHARE;
-            let options = TextureOptions { budget_bytes, ..self.textures };
-            self.renderer.set_origins(Some((Arc::new(SheetOrigins(self.files.clone())), options)))?;
+            self.renderer.set_origins(Some(Arc::new(SheetOrigins(self.files.clone()))))?;
         }
         Ok(())
     }
@@ -231,6 +216,16 @@ impl Renders for Preview {
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.renderer.faces(shot, task)
+    }
+
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        self.renderer.begin(shot, task)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.make_ready(sliced.shot(), task)?;
+        self.renderer.advance(sliced, task)
     }
 }
 

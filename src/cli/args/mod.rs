@@ -18,7 +18,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub use colour::{ColourArgs, Switch};
 pub use decide::{DecideArgs, OwnOption};
-pub use export::{ExportArgs, FormatArg};
+pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};

@@ -21,8 +21,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-pub use sliced::Sliced;
-
 use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
@@ -40,7 +38,10 @@ use crate::projection::exposure::{Optics, seen_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, Sources, Texels};
+use crate::projection::{
+    Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, SiteContent, SiteRenderer, Sliced,
+    Sources, Texels,
+};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -48,6 +49,9 @@ use crate::task::Task;
 /// list of candidates short. Smaller cells than the least cost more to prepare than they save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
+
+/// Origins have no detail: with this share of the texture memory they are as sharp as they need to be.
+const ORIGINS_SHARE: u64 = 4;
 
 /// Draws shots of one site. Long-lived: textures, tables and pipelines stay from shot to shot.
 pub struct Renderer {
@@ -69,6 +73,16 @@ pub struct Renderer {
 }
 
 impl Renderer {
+    /// A renderer of a site, with texture memory of its own.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`].
+    pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
+        let SiteContent { model, sources, gains, relief, texels } = site;
+        let tiles = TileStore::new(gpu, &sources, texels, textures)?;
+        Self::new(gpu, model, sources, gains, relief, tiles)
+    }
+
     /// A renderer for the model's faces and what serves them.
     ///
     /// # Errors
@@ -102,30 +116,9 @@ impl Renderer {
         })
     }
 
-    /// The model as rays meet it, and as it is drawn.
-    pub fn surface(&self) -> Arc<Surface> {
-        self.surface.clone()
-    }
-
     /// The sheets' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
-    }
-
-    /// What [`Shown::Provenance`] shows: sheets in the colours of their texels' origins. None: nobody knows, and texture
-    /// memory for it is given back.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
-    pub fn set_origins(&mut self, origins: Option<(Arc<dyn Texels>, TextureOptions)>) -> Result<()> {
-        let store = |(texels, options)| TileStore::new(&self.gpu, &self.sources, texels, options);
-        self.origins = origins.map(store).transpose()?;
-        Ok(())
-    }
-
-    /// Somebody told where texels come from.
-    pub fn has_origins(&self) -> bool {
-        self.origins.is_some()
     }
 
     /// The texels that a shot shows.
@@ -140,39 +133,6 @@ impl Renderer {
     /// The same, to change them.
     pub fn tiles_mut(&mut self) -> &mut TileStore {
         &mut self.tiles
-    }
-
-    /// Shows surfaces with another relief from now on.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold it; the old one stays.
-    pub fn set_relief(&mut self, relief: &Relief) -> Result<()> {
-        let origin = self.surfaces.origin();
-        self.heights = self
-            .gpu
-            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
-        Ok(())
-    }
-
-    /// Faces are served otherwise from now on, from the same photos and sheets.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`]; all stays as it was.
-    pub fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
-        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
-        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
-        self.surfaces = self.gpu.guarded("preparing the renderer", || {
-            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
-        })?;
-        self.surface = surface.into();
-        self.pins = sources.servers.iter().any(|server| server.pinned);
-        self.sources = sources;
-        Ok(())
-    }
-
-    /// Shows photos with other gains from now on.
-    pub fn set_gains(&mut self, gains: Gains) {
-        self.gains = gains;
     }
 
     /// Per photo and channel, what its linear colours are multiplied with in this shot.
@@ -213,7 +173,14 @@ impl Renderer {
         let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
         let of_photo = |photo| match shot.shown {
             Shown::Provenance => Optics::default(),
-            _ => self.gains.optics(shot, photo),
+            Shown::Colour
+            | Shown::Weights
+            | Shown::BestPhoto
+            | Shown::Density
+            | Shown::Confidence
+            | Shown::Layer
+            | Shown::Item
+            | Shown::Coverage => self.gains.optics(shot, photo),
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
@@ -283,6 +250,68 @@ impl Renders for Renderer {
             self.draw(shot, Program::Faces);
             self.target(shot, false).faces(&gpu)
         })
+    }
+
+    fn begin(&mut self, shot: &Shot, _task: &Task) -> Result<Sliced> {
+        self.begun(shot)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.advanced(sliced, task)
+    }
+}
+
+impl SiteRenderer for Renderer {
+    fn surface(&self) -> Arc<Surface> {
+        self.surface.clone()
+    }
+
+    fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
+        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
+        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
+        self.surfaces = self.gpu.guarded("preparing the renderer", || {
+            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
+        })?;
+        self.surface = surface.into();
+        self.pins = sources.servers.iter().any(|server| server.pinned);
+        self.sources = sources;
+        Ok(())
+    }
+
+    fn set_gains(&mut self, gains: Gains) {
+        self.gains = gains;
+    }
+
+    fn set_relief(&mut self, relief: &Relief) -> Result<()> {
+        let origin = self.surfaces.origin();
+        self.heights = self
+            .gpu
+            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
+        Ok(())
+    }
+
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<usize> {
+        Ok(self.tiles.renew(texels, changed, task)?.sheets)
+    }
+
+    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
+        let tiles = self.tiles.options();
+        let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
+        let store = |texels| TileStore::new(&self.gpu, &self.sources, texels, options);
+        self.origins = origins.map(store).transpose()?;
+        Ok(())
+    }
+
+    fn has_origins(&self) -> bool {
+        self.origins.is_some()
+    }
+
+    fn unreadable(&self) -> usize {
+        self.tiles.unreadable().len()
+    }
+
+    fn statistics(&self) -> String {
+        self.tiles.statistics().to_string()
     }
 }
 

@@ -123,7 +123,12 @@ fn ramp_of(shown: Shown) -> Option<Ramp> {
         Shown::Confidence => Some(CONFIDENCE),
         Shown::Coverage => Some(COVERAGE),
         Shown::Density => Some(DENSITY),
-        _ => None,
+        Shown::Colour
+        | Shown::Weights
+        | Shown::BestPhoto
+        | Shown::Layer
+        | Shown::Item
+        | Shown::Provenance => None,
     }
 }
 
@@ -166,7 +171,12 @@ fn finished(shown: Shown) -> String {
             "select(UNSERVED, vec4f(ramp(log2(max(served, 1.0)) / {:?}), 1.0), served > 0.0)",
             f64::from(COVERAGE_DOUBLINGS)
         ),
-        _ => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
+        Shown::Colour
+        | Shown::Weights
+        | Shown::BestPhoto
+        | Shown::Density
+        | Shown::Layer
+        | Shown::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
     };
     format!(
         "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {{ return {color}; }}\n"

@@ -9,8 +9,11 @@ mod bytes;
 pub mod composite;
 pub mod depth;
 pub mod document;
+#[cfg(test)]
+pub(crate) mod dummy;
 pub mod edited;
 pub mod folder;
+pub mod format;
 pub mod grey;
 mod groups;
 mod inflate;

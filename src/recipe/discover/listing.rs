@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::io::cameras::holds_cameras;
+use crate::io::cameras::{CamerasThere, cameras_in};
 use crate::io::photo::EXTENSIONS;
 use crate::io::project::PROJECT_FILE;
 use crate::task::Task;
@@ -24,8 +24,8 @@ pub(super) struct Folder {
     pub path: PathBuf,
     /// Images that stand in it, not in its sub-folders.
     pub images: usize,
-    /// Bytes of the cameras' list of photos; more bytes, more photos.
-    pub cameras: Option<u64>,
+    /// Cameras of the best of their formats.
+    pub cameras: Option<CamerasThere>,
     /// Models' file names and bytes.
     pub models: Vec<(String, u64)>,
 }
@@ -81,11 +81,8 @@ fn names_in(folder: &Path) -> Vec<String> {
 /// A folder's own content, and its sub-folders.
 fn sorted_out(root: &Path, below: PathBuf, names: Vec<String>) -> (Folder, Vec<PathBuf>) {
     let here = root.join(&below);
-    let (mut folder, mut sub_folders) = (Folder { path: below, ..Folder::default() }, Vec::new());
-    if holds_cameras(&here) {
-        let bytes = |name: &str| std::fs::metadata(here.join(name)).map(|file| file.len()).ok();
-        folder.cameras = bytes("images.bin").or_else(|| bytes("images.txt"));
-    }
+    let mut folder = Folder { path: below, cameras: cameras_in(&here), ..Folder::default() };
+    let mut sub_folders = Vec::new();
     for name in names {
         if is_image(Path::new(&name)) {
             folder.images += 1;

@@ -44,12 +44,14 @@ fn common(a: &Path, b: &Path) -> PathBuf {
     a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
 }
 
-/// Folders with cameras: the nearest to the root first, of several reconstructions side by side the one with most
-/// photos.
+/// Folders with cameras: those of the format that tells most first, the nearest to the root, of several reconstructions
+/// side by side the one with most photos.
 pub(super) fn cameras(listing: &Listing) -> Vec<PathBuf> {
     let found = listing.folders.iter().filter_map(|folder| Some((folder.cameras?, &folder.path)));
     let mut ranked: Vec<_> = found
-        .map(|(bytes, path)| (path.components().count(), std::cmp::Reverse(bytes), path.clone()))
+        .map(|(there, path)| {
+            (there.format, path.components().count(), std::cmp::Reverse(there.bytes), path.clone())
+        })
         .collect();
     ranked.sort();
     ranked.into_iter().map(|(.., path)| path).collect()

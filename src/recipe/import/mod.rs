@@ -37,6 +37,7 @@ use crate::io::baselines::Baselines;
 use crate::io::documents::{documents, is_exported_folder};
 use crate::io::exports::ExportStore;
 use crate::io::layered::folder::read::STACK_FILE;
+use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::io::stamp::Stamp;
@@ -167,7 +168,7 @@ fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result
         if found.is_empty() {
             let finding =
                 "a folder without a layered file in it, and no exported one (stack.json is not there)";
-            let remedy = "give PSD, XCF or OpenRaster files, a folder of them, or an exported folder";
+            let remedy = format!("give {} files, a folder of them, or an exported folder", file_names());
             failed.push((path.clone(), Error::input(path, "", finding, remedy)));
         }
         files.extend(found.into_keys());
