@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
+use crate::io::cameras::accepted;
 use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
 use crate::recipe::colour::reference;
 use crate::recipe::named::place_of_photo;
@@ -23,10 +24,11 @@ const PHOTOS: &str = "photos";
 pub struct RenderArgs {
     /// The project's folder
     pub project: PathBuf,
-    /// From where: COLMAP's cameras (the folder, or one of its files), a list of photos of the project
-    /// (.txt, one a line), a camera path (.json), or the word `photos` for all photos of the project (a
-    /// folder of that name is ./photos)
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!(
+        "From where: a list of photos of the project (.txt, one a line), a camera path (.json), the word `photos` for \
+         all photos of the project (a folder of that name is ./photos), or cameras: {}",
+        accepted()
+    ))]
     pub cameras: Option<PathBuf>,
     /// A flight through these photos of the project, two seconds from one to the next
     #[arg(long, value_name = "PHOTO,PHOTO,..", value_delimiter = ',')]
@@ -65,8 +67,8 @@ pub struct RenderArgs {
 pub struct ScoreArgs {
     /// The project's folder
     pub project: PathBuf,
-    /// COLMAP's cameras of photos that were held out [default: each photo of the project is predicted
-    /// from the others]
+    /// Cameras of photos that were held out, in any format that `new` reads [default: each photo of the project is
+    /// predicted from the others]
     #[arg(long, value_name = "PATH", requires = "photos")]
     pub cameras: Option<PathBuf>,
     /// The folder of the held-out photos

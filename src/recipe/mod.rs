@@ -28,6 +28,8 @@ pub mod paint;
 pub mod peel;
 mod photo_plan;
 pub mod photos;
+#[cfg(test)]
+mod plugged_in;
 pub mod preview;
 pub mod relief;
 pub mod relink;
@@ -40,5 +42,6 @@ pub mod sources;
 pub mod survey;
 pub mod thumbnail;
 mod unmet;
+pub mod untextured;
 pub mod views;
 pub mod watch;

@@ -11,6 +11,7 @@ use super::relief::SiteRelief;
 use super::sheets::SheetFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
+use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
 use crate::gpu::{Gpu, Renderer, TextureOptions};
@@ -140,16 +141,16 @@ impl Preview {
         self.renderer.statistics()
     }
 
-    /// Shows the paint that photos of these names have by now. Only sheets that look other for it are read again:
+    /// Shows the paint that photos of these names have in `book`, which is the project's by now. Only sheets that look other for it are read again:
     /// gains stay as they are, and so does the relief, which photos tell and not what was painted on them. Returns how
     /// many were read at once; others follow when they are needed.
     ///
     /// # Errors
-    /// When the project's paint cannot be read, and [`Error::Gpu`].
-    pub fn renew_paint(&mut self, photos: &[String], task: &Task) -> Result<usize> {
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub fn renew_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
         let place = |name: &String| self.photos.iter().position(|photo| photo == name);
         let places: Vec<usize> = photos.iter().filter_map(place).collect();
-        let (files, changed) = self.files.repainted(&self.store, &places)?;
+        let (files, changed) = self.files.repainted(&self.store, book, &places);
         self.files = files;
         self.renderer.set_origins(None)?;
         self.renderer.renew(Arc::new(self.files.clone()), &changed, task)

@@ -7,6 +7,7 @@ use super::layer_pixels::shown;
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
+use crate::document::paint::PaintBook;
 use crate::document::paint::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -104,25 +105,21 @@ impl SheetFiles {
         Ok(self)
     }
 
-    /// The same with the paint that these photos (by place in the site) have by now, and the sheets that may look
-    /// other for it.
-    ///
-    /// # Errors
-    /// When the book of paint cannot be read.
-    pub fn repainted(&self, store: &StackStore, photos: &[usize]) -> Result<(Self, Vec<SheetId>)> {
+    /// The same with the paint that these photos (by place in the site) have in `book`, which is the project's by now,
+    /// and the sheets that may look other for it.
+    pub fn repainted(&self, store: &StackStore, book: &PaintBook, photos: &[usize]) -> (Self, Vec<SheetId>) {
         let paint = PaintStore::new(store.project());
-        let book = paint.read()?;
         let (mut repainted, mut changed) = (self.clone(), Vec::new());
         for &photo in photos {
             let Some(Some(painted)) = repainted.painted.get_mut(photo) else { continue };
-            let now = PhotoPaint::of(&book, paint.clone(), &painted.stack);
+            let now = PhotoPaint::of(book, paint.clone(), &painted.stack);
             let layers = now.differs_on(&painted.paint);
             let is_other = |file: &&SheetFile| file.photo == photo && layers.contains(&file.layer);
             let sheets = (0..).map(SheetId).zip(self.files.iter());
             changed.extend(sheets.filter(|(_, file)| is_other(file)).map(|(sheet, _)| sheet));
             painted.paint = Arc::new(now);
         }
-        Ok((repainted, changed))
+        (repainted, changed)
     }
 
     /// The stacks that paint is laid on, in the site's order.

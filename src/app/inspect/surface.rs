@@ -10,12 +10,12 @@ use crate::app::editor::{Ask, Editor};
 use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::masks::object_mask_ui;
 use crate::app::panel::{counted, long_list, small_button};
-use crate::app::photo::reason_words;
 use crate::app::selection::Selection;
 use crate::app::session::Session;
 use crate::layers::Faces;
-use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, Given, LayerEdit, face_in_photos, photos_of_faces};
+use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit, face_in_photos, photos_of_faces};
 use crate::recipe::survey::face_named;
+use crate::recipe::untextured::{Given, words as reason_words};
 use crate::scene::{FaceId, ObjectId};
 
 /// The page of an object.

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::egui::{TextureHandle, TextureOptions};
@@ -14,11 +15,11 @@ use crate::app::notes::{Note, Weight};
 use crate::app::painter::Change;
 use crate::app::panel::{counted, grouped, side::Tab};
 use crate::app::pictures::image;
-use crate::document::paint::PaintImport;
+use crate::document::paint::{PaintBook, PaintImport};
 use crate::io::paint_store::PaintStore;
 use crate::projection::Picture;
 use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
-use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
+use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back_with_book};
 use crate::task::Task;
 
 /// The longer side of a picture before or after, in pixels: as wide as the panel of a large window.
@@ -134,30 +135,31 @@ impl Editor {
             let again = if let Way::ByHand { again } = way { again } else { None };
             self.remember_import(number, again, files, imported.masks.clone());
         }
+        let book = imported.book.clone();
         self.trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
         self.settings.side = Tab::Paint;
-        self.paint_changed(photos);
+        self.paint_changed(photos, book.clone());
         if let Some(number) = number {
-            self.look_at_import(number);
+            self.look_at_import(number, book);
         }
     }
 
-    /// The paint of these photos is another one now.
-    fn paint_changed(&mut self, photos: BTreeSet<String>) {
-        self.read_history();
+    /// The paint of these photos is another one now, that of `book`.
+    fn paint_changed(&mut self, photos: BTreeSet<String>, book: Arc<PaintBook>) {
+        self.history_is(&book);
         self.quality.forget_fillings();
         if let Some(painter) = self.session.as_mut().and_then(|session| session.painter.as_mut()) {
-            painter.change(Change::Paint(photos.into_iter().collect()));
+            painter.change(Change::Paint(photos.into_iter().collect(), book));
             self.space.redraw();
         }
     }
 
     /// Makes pictures of what an import changed.
-    fn look_at_import(&mut self, number: u32) {
+    fn look_at_import(&mut self, number: u32, book: Arc<PaintBook>) {
         let Some(session) = &self.session else { return };
         let folder = session.folder.clone();
         self.jobs.start(Kind::Look, "Looking at what was painted", move |task| {
-            let changed = changed_layers(&folder, number, PICTURE, task)?;
+            let changed = changed_layers(&folder, &book, number, PICTURE, task)?;
             Ok(Box::new(move |editor| editor.show_looks(number, changed)))
         });
     }
@@ -199,9 +201,9 @@ impl Editor {
             if history(&folder)?.last().map(|import| import.number) != Some(number) {
                 return Ok(Box::new(move |editor| editor.not_taken_back(number)));
             }
-            let import = take_back(&folder)?;
+            let (import, book) = take_back_with_book(&folder)?;
             drop(lock);
-            Ok(Box::new(move |editor| editor.taken_back(import)))
+            Ok(Box::new(move |editor| editor.taken_back(import, book)))
         });
     }
 
@@ -213,7 +215,7 @@ impl Editor {
         self.tell(Note::new(Weight::Problem, text));
     }
 
-    fn taken_back(&mut self, import: PaintImport) {
+    fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) {
         let text = format!(
             "Import {} is taken back: {} of {} are as they were. The files are as they were saved; saving one again \
              imports it again.",
@@ -226,7 +228,7 @@ impl Editor {
             report.taken_back |= report.imported.number == Some(import.number);
         }
         self.forget_masks_of(&import);
-        self.paint_changed(import.photos.into_iter().collect());
+        self.paint_changed(import.photos.into_iter().collect(), book);
     }
 
     /// Reads which imports can be taken back, and which photos have paint.
@@ -235,13 +237,18 @@ impl Editor {
         let folder = session.folder.clone();
         self.jobs.start(Kind::Look, "Reading the imports", move |_: &Task| {
             let book = PaintStore::new(&folder).read()?;
-            let painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
             Ok(Box::new(move |editor| {
                 let same = editor.session.as_ref().is_some_and(|session| session.folder == folder);
                 if same {
-                    (editor.trip.history, editor.trip.painted) = (book.imports, painted);
+                    editor.history_is(&book);
                 }
             }))
         });
+    }
+
+    /// Which imports can be taken back, and which photos have paint.
+    fn history_is(&mut self, book: &PaintBook) {
+        self.trip.history = book.imports.clone();
+        self.trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
     }
 }

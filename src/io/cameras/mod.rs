@@ -34,6 +34,8 @@ mod transforms_lens;
 mod tests;
 #[cfg(test)]
 mod three_formats;
+#[cfg(test)]
+mod wrong_files;
 
 use assembly::Assembly;
 pub use locate::{CamerasThere, accepted, cameras_in, is_camera_file};

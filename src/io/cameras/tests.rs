@@ -312,7 +312,11 @@ proptest! {
     }
 }
 
-fn mutate(bytes: &mut Vec<u8>, changes: &[(prop::sample::Index, u8)], cut: Option<prop::sample::Index>) {
+pub(super) fn mutate(
+    bytes: &mut Vec<u8>,
+    changes: &[(prop::sample::Index, u8)],
+    cut: Option<prop::sample::Index>,
+) {
     for (at, value) in changes {
         let at = at.index(bytes.len());
         bytes[at] = *value;

@@ -1,23 +1,9 @@
 //! How each photo stands to one face: whether it textures it, why not, and what was decided.
 
-use super::{excluded, state_of_face};
-use crate::document::stack::Untextured;
+use super::state_of_face;
 use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::recipe::survey::{FaceInStack, face_in_stack};
+use crate::recipe::untextured::{Given, given};
 use crate::scene::{FaceId, Site};
-
-/// What a photo gives a face.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Given {
-    /// Its layers are not built: nobody knows yet.
-    NotBuilt,
-    /// Texture, in so many image layers; of its back side or not.
-    Texture { image_layers: usize, back: bool },
-    /// None, for a reason; one that was decided, too.
-    Nothing(Untextured),
-    /// Its layers are of another model.
-    Unknown,
-}
 
 /// How a photo stands to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -57,21 +43,6 @@ pub fn face_in_photos(
     FaceInPhotos {
         photos: names.clone().enumerate().map(photo).collect(),
         pinned_to: pinned.and_then(|pinned| names.clone().position(|name| name == pinned)),
-    }
-}
-
-fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> Given {
-    match face_in_stack(stack, object, index) {
-        FaceInStack::Untextured(why) => Given::Nothing(why.clone()),
-        FaceInStack::Unknown => Given::Unknown,
-        FaceInStack::Textured { image_layers, back } => {
-            let is_it = |why: &Untextured| why.object == object && why.face == index;
-            let by_hand = match decided.excludes(object, index) {
-                true => excluded(stack, decided).into_iter().find(is_it),
-                false => None,
-            };
-            by_hand.map_or(Given::Texture { image_layers: image_layers.len(), back }, Given::Nothing)
-        }
     }
 }
 

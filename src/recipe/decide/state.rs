@@ -1,30 +1,9 @@
 //! What decisions come to for the stacks and the model as they are.
 
-use crate::document::stack::{Reason, Untextured};
-use crate::document::{Decisions, PhotoDecisions, Stack};
+use crate::document::{Decisions, PhotoDecisions};
 use crate::layers::Faces;
 use crate::recipe::decide::list::decided;
 use crate::scene::{Model, Site};
-
-/// The faces that a photo would texture and was excluded for.
-pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
-    if decisions.exclude.is_empty() {
-        return Vec::new();
-    }
-    let mut found: Vec<(String, u32)> = Vec::new();
-    for element in stack.visibility_layers.iter().flatten() {
-        let faces = element.all_faces().into_iter().filter(|face| decisions.excludes(&element.object, *face));
-        found.extend(faces.map(|face| (element.object.clone(), face)));
-    }
-    found.sort_unstable();
-    found.dedup();
-    let told =
-        |object: &str, face: u32| stack.untextured.iter().any(|u| u.object == object && u.face == face);
-    found.retain(|(object, face)| !told(object, *face));
-    let untextured =
-        |(object, face)| Untextured { object, face, reason: Reason::Excluded, by: None, at: None };
-    found.into_iter().map(untextured).collect()
-}
 
 /// What was decided about one face in a photo, in words; none where nothing was.
 pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Option<&'static str> {

@@ -20,6 +20,7 @@ mod shift;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 pub use self::recall::Recall;
@@ -42,6 +43,7 @@ use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::io::stamp::Stamp;
 use crate::io::taken::{TakenDocuments, clean_up};
+use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
 /// How to import.
@@ -68,6 +70,8 @@ pub struct Imported {
     pub files: Vec<FileReport>,
     /// Those that were not, with the reason.
     pub failed: Vec<(PathBuf, Error)>,
+    /// The project's paint as it is now, so that nobody needs to read it again.
+    pub book: Arc<PaintBook>,
 }
 
 /// The stage that is reported.
@@ -107,22 +111,21 @@ pub fn import(
     };
     let mut imported = Imported::default();
     let files = documents_of(files, &mut imported.failed)?;
-    for (file, done) in files.iter().zip(0..) {
-        task.step(STAGE, done, files.len() as u64)?;
-        match desk.file(file, task) {
-            Ok(report) => imported.files.push(report),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(problem) => imported.failed.push((file.clone(), problem)),
-        }
-    }
-    task.step(STAGE, files.len() as u64, files.len() as u64)?;
+    // One after the other: a file may paint over what one before it brought.
+    let reports = one_by_one(STAGE, &files, |file| desk.file(file, task), task)?;
+    let (reports, failed) = done_and_failed(&files, reports)?;
+    imported.files.extend(reports);
+    imported.failed.extend(failed);
     imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
     if desk.book != before || desk.masks.changed() {
         imported.number = Some(desk.number);
         if !options.dry_run {
-            imported.masks = task.timed("write paint", || desk.commit(&before, &imported))?;
+            let (masks, book) = task.timed("write paint", || desk.commit(&before, &imported))?;
+            (imported.masks, imported.book) = (masks, Arc::new(book));
+            return Ok(imported);
         }
     }
+    imported.book = Arc::new(before);
     Ok(imported)
 }
 
@@ -190,12 +193,20 @@ pub fn history(project: &Path) -> Result<Vec<PaintImport>> {
 /// [`Error::Request`] when there is none; [`Error::Io`] and [`Error::Input`] when the project's paint cannot be read
 /// or written.
 pub fn take_back(project: &Path) -> Result<PaintImport> {
+    take_back_with_book(project).map(|(import, _)| import)
+}
+
+/// [`take_back`], and the project's paint as it is then.
+///
+/// # Errors
+/// As [`take_back`].
+pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook>)> {
     let store = PaintStore::new(project);
     let mut book = store.read()?;
     let import = book.take_back().ok_or_else(|| Error::Request("there is no import to take back".into()))?;
     mask::take_back(project, &import.masks)?;
     store.commit(&book)?;
-    Ok(import)
+    Ok((import, Arc::new(book)))
 }
 
 /// An import under way.
@@ -305,7 +316,7 @@ impl Desk<'_> {
 
     /// Writes what is pending, then the book that names it, and at last the masks into `project.json`: after a kill
     /// in between the same file brings them once more, as an import that can be taken back.
-    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<Vec<MaskChange>> {
+    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<(Vec<MaskChange>, PaintBook)> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
                 self.store.add(entry, patch)?;
@@ -339,7 +350,7 @@ impl Desk<'_> {
             self.book.take_back();
             let _ = self.store.commit(&self.book);
         })?;
-        Ok(masks.changes)
+        Ok((masks.changes, self.book))
     }
 }
 

@@ -40,14 +40,21 @@ const AROUND: f64 = 0.25;
 /// At least so many pixels around them: a single one is seen as well.
 const LEAST_AROUND: f64 = 12.0;
 
-/// What the import `number` of the project's history changed, sorted by photo and image layer; pictures are at most
-/// `longest` pixels wide and high. None of it where the import is not in the history, or its photos have no stack.
+/// What the import `number` in the history of the project's paint, `book`, changed, sorted by photo and image layer;
+/// pictures are at most `longest` pixels wide and high. None of it where the import is not in the history, or its photos
+/// have no stack.
 ///
 /// # Errors
 /// When paint, stacks or layers cannot be read; [`crate::Error::Cancelled`].
-pub fn changed_layers(project: &Path, number: u32, longest: u32, task: &Task) -> Result<Vec<ChangedLayer>> {
+pub fn changed_layers(
+    project: &Path,
+    book: &PaintBook,
+    number: u32,
+    longest: u32,
+    task: &Task,
+) -> Result<Vec<ChangedLayer>> {
     let (paint, stacks) = (PaintStore::new(project), StackStore::new(project));
-    let Some(sides) = sides(paint.read()?, number) else { return Ok(Vec::new()) };
+    let Some(sides) = sides(book.clone(), number) else { return Ok(Vec::new()) };
     let mut changed = Vec::new();
     for photo in &sides.photos {
         let Some(stack) = stacks.current(photo)? else { continue };
