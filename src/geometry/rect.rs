@@ -1,46 +1,46 @@
-//! Rectangles of whole pixels, which may reach outside the photo.
+//! Rectangles of whole pixels, which may extend beyond the photo.
 
-/// `[x, x+w) x [y, y+h)` in pixels, y down; x and y may be negative.
+/// The pixels `[x, x+w) x [y, y+h)`, y down; x and y may be negative. In files it is `[x, y, w, h]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(from = "[i64; 4]", into = "[i64; 4]")]
 pub struct PixelRect {
-    /// Left edge.
+    /// The left edge, inclusive.
     pub x: i32,
-    /// Top edge.
+    /// The top edge, inclusive.
     pub y: i32,
-    /// Width; 0 for an empty rectangle.
+    /// The width; 0 for an empty rectangle.
     pub w: u32,
-    /// Height; 0 for an empty rectangle.
+    /// The height; 0 for an empty rectangle.
     pub h: u32,
 }
 
 impl PixelRect {
-    /// From left, top (inclusive) and right, bottom (exclusive).
+    /// Makes the rectangle from left, top (inclusive) and right, bottom (exclusive); empty where they are reversed.
     pub fn from_edges(x0: i32, y0: i32, x1: i32, y1: i32) -> Self {
         Self { x: x0, y: y0, w: x1.saturating_sub(x0).max(0) as u32, h: y1.saturating_sub(y0).max(0) as u32 }
     }
 
-    /// The right edge (exclusive).
+    /// Returns the right edge (exclusive).
     pub fn right(&self) -> i32 {
         self.x + self.w as i32
     }
 
-    /// The bottom edge (exclusive).
+    /// Returns the bottom edge (exclusive).
     pub fn bottom(&self) -> i32 {
         self.y + self.h as i32
     }
 
-    /// Number of pixels.
+    /// Returns the number of pixels.
     pub fn area(&self) -> u64 {
         u64::from(self.w) * u64::from(self.h)
     }
 
-    /// True when it holds no pixel.
+    /// Returns true when it has no pixels.
     pub fn is_empty(&self) -> bool {
         self.w == 0 || self.h == 0
     }
 
-    /// The smallest rectangle that holds both.
+    /// Returns the smallest rectangle that contains both.
     pub fn union(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.min(other.x),
@@ -50,7 +50,7 @@ impl PixelRect {
         )
     }
 
-    /// What both hold; empty when they do not meet.
+    /// Returns the pixels that are in both; empty where they do not overlap.
     pub fn intersection(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.max(other.x),
@@ -60,7 +60,7 @@ impl PixelRect {
         )
     }
 
-    /// Grown by `margin` pixels on every side.
+    /// Returns the rectangle grown by `margin` pixels on every side.
     pub fn grown(&self, margin: u32) -> Self {
         let m = margin as i32;
         Self::from_edges(self.x - m, self.y - m, self.right() + m, self.bottom() + m)

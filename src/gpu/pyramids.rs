@@ -1,4 +1,4 @@
-//! Sheets are decoded into pyramids, in parallel, and kept for a while, as far as memory allows.
+//! Decoding of sheets into pyramids, in parallel, with a cache of limited size.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -15,23 +15,22 @@ use crate::task::Task;
 /// A sheet and its pyramid.
 pub type Made = (SheetId, Arc<Pyramid>);
 
-/// What became of sheets that were asked for: pyramids of those that could be read, and why the others
-/// could not.
+/// The result of decoding sheets: the pyramids of those that could be read, and the errors of the others.
 #[derive(Debug, Default)]
 pub struct Batch {
-    /// In the order in which they were asked for.
+    /// The pyramids, in the order in which the sheets were requested.
     pub made: Vec<Made>,
-    /// In the same order.
+    /// The errors, in the same order.
     pub failed: Vec<(SheetId, Error)>,
 }
 
-/// Texels of sheets that are decoded at once: bounds the memory for it.
+/// The largest number of texels of sheets that are decoded at once, which limits memory.
 const BATCH_TEXELS: u64 = 32 << 20;
-/// Sheets are decoded in steps of so many, so that what comes first is like the rest: a photo's own sheets
-/// follow one another.
+/// The stride in which sheets are decoded, so that the first ones are representative: a photo's own sheets
+/// are consecutive.
 const STRIDE: u32 = 13;
 
-/// Makes pyramids of sheets.
+/// A decoder of sheets into pyramids.
 #[derive(Clone)]
 pub struct Maker {
     texels: Arc<dyn Texels>,
@@ -40,21 +39,21 @@ pub struct Maker {
 }
 
 impl Maker {
-    /// Of a picture that is there already.
+    /// Builds the pyramid of decoded pixels.
     pub fn of_pixels(&self, sheet: SheetId, pixels: &SheetPixels) -> Arc<Pyramid> {
         Arc::new(pyramid(self.rects[sheet.0 as usize], pixels, &self.options))
     }
 
-    /// Of a sheet that holds nothing.
+    /// Builds the pyramid of an empty sheet.
     pub fn of_nothing(&self, sheet: SheetId) -> Arc<Pyramid> {
         let rect = PixelRect { w: 0, h: 0, ..self.rects[sheet.0 as usize] };
         self.of_pixels(sheet, &SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() })
     }
 
-    /// Of their files, in parallel.
+    /// Decodes sheets from their files, in parallel.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; what is wrong with single sheets is in the batch.
+    /// [`Error::Cancelled`]; errors of single sheets are in the batch.
     pub fn make_all(&self, sheets: &[SheetId], task: &Task) -> Result<Batch> {
         let make = |sheet: &SheetId| {
             task.go_on()?;
@@ -74,7 +73,7 @@ impl Maker {
     }
 }
 
-/// The pyramids of sheets, the least recently used of which are forgotten first.
+/// A cache of the pyramids of sheets; the least recently used are dropped first.
 pub struct Pyramids {
     maker: Maker,
     kept: FxHashMap<SheetId, (Arc<Pyramid>, u64)>,
@@ -84,7 +83,7 @@ pub struct Pyramids {
 }
 
 impl Pyramids {
-    /// Of sheets with these rectangles; at most `most_bytes` are kept.
+    /// Creates an empty cache for sheets with these rectangles, which keeps at most `most_bytes`.
     pub fn new(
         texels: Arc<dyn Texels>,
         rects: Vec<PixelRect>,
@@ -95,27 +94,27 @@ impl Pyramids {
         Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
     }
 
-    /// Sheets are read from `texels` from now on; those that are kept stay as they are.
+    /// Reads sheets from `texels` from now on; pyramids in the cache are kept.
     pub fn read_from(&mut self, texels: Arc<dyn Texels>) {
         self.maker.texels = texels;
     }
 
-    /// For work beside this.
+    /// Returns the decoder, for use in parallel with the cache.
     pub fn maker(&self) -> Maker {
         self.maker.clone()
     }
 
-    /// The sheets' rectangles, in photo pixels.
+    /// Returns the sheets' rectangles, in photo pixels.
     pub fn rects(&self) -> &[PixelRect] {
         &self.maker.rects
     }
 
-    /// Texels of a sheet's rectangle.
+    /// Returns the number of texels of a sheet's rectangle.
     pub fn area(&self, sheet: SheetId) -> u64 {
         self.rects()[sheet.0 as usize].area()
     }
 
-    /// Sheets that are decoded at the same time, within a bound on memory.
+    /// Divides sheets into batches that are decoded at once, within the limit of memory.
     pub fn batches(&self, sheets: BTreeSet<SheetId>) -> Vec<Vec<SheetId>> {
         let mut sheets: Vec<SheetId> = sheets.into_iter().collect();
         sheets.sort_by_key(|sheet| (sheet.0 % STRIDE, *sheet));
@@ -133,7 +132,7 @@ impl Pyramids {
         batches
     }
 
-    /// The pyramids of sheets, first those that are here, and how many of them had to be made.
+    /// Returns the pyramids of sheets, cached ones first, and the number of those that had to be decoded.
     ///
     /// # Errors
     /// As [`Maker::make_all`].
@@ -148,7 +147,7 @@ impl Pyramids {
         Ok((Batch { made: cached.chain(made).collect(), failed }, decoded))
     }
 
-    /// The pyramid of a sheet, if it is here.
+    /// Returns the pyramid of a sheet if it is cached.
     pub fn cached(&mut self, sheet: SheetId) -> Option<Arc<Pyramid>> {
         self.now += 1;
         let (pyramid, used) = self.kept.get_mut(&sheet)?;
@@ -156,7 +155,7 @@ impl Pyramids {
         Some(pyramid.clone())
     }
 
-    /// Keeps pyramids, in place of the sheets' old ones. The newest is kept however large it is.
+    /// Adds pyramids to the cache, replacing the sheets' old ones. The newest is kept however large it is.
     pub fn keep(&mut self, made: &[Made]) {
         for (sheet, pyramid) in made {
             self.now += 1;
@@ -181,7 +180,7 @@ impl Pyramids {
 mod tests {
     use super::*;
 
-    /// Sheets that have no files.
+    /// A source of sheets without files.
     struct None;
 
     impl Texels for None {

@@ -1,5 +1,5 @@
-//! Novel views: the edited layers projected back onto the model. What a shot is, which image layers
-//! may serve a face, and how photos are weighed; `gpu` draws it.
+//! Novel views, for which the edited layers are projected back onto the model: the description of a view, the
+//! image layers that may texture a face, and the weighting of photos. `gpu` draws the views.
 
 pub mod cells;
 pub mod exploded;

@@ -1,12 +1,13 @@
-//! Pictures at half their size, again and again: what is looked at from afar.
+//! Images halved repeatedly, for display at small sizes.
 
 use rayon::prelude::*;
 
 use super::Picture;
 use super::texels::srgb::Srgb;
 
-/// The halves of a picture, its half first, down to the first that fits into a square of `least_px`. A pixel is the
-/// mean, in linear light and by opacity, of the (at most) four that it stands for; sides of odd length round up.
+/// Halves an image repeatedly, the first half first, down to the first that fits into a square of `least_px`.
+/// A pixel is the mean, in linear light and weighted by alpha, of the (at most) four that it stands for; odd
+/// sides round up.
 pub fn halves(picture: &Picture, least_px: u32) -> Vec<Picture> {
     let mut halves: Vec<Picture> = Vec::new();
     loop {
@@ -54,7 +55,7 @@ mod tests {
 
     #[test]
     fn halves_end_at_the_least_size_and_keep_light_and_opacity() {
-        // Columns black, white, black, white, and one of nothing.
+        // The columns are black, white, black, white, and one of alpha 0.
         let column =
             |x: usize| [[0, 0, 0, 255], [255, 255, 255, 255], [9, 9, 9, 0]][if x == 4 { 2 } else { x % 2 }];
         let rgba = (0..3).flat_map(|_| (0..5).flat_map(column)).collect();

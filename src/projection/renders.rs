@@ -1,5 +1,5 @@
-//! What a renderer can be asked for: pictures of shots, at once or in slices, and of one site's renderer that it takes up
-//! what has changed.
+//! The interface of renderers: images of views, at once or in slices, and for the long-lived renderer of a site the
+//! replacement of what has changed.
 
 use std::sync::Arc;
 
@@ -10,23 +10,23 @@ use crate::error::Result;
 use crate::scene::Model;
 use crate::task::Task;
 
-/// Who can draw a shot: the GPU, or its plain twin.
+/// A renderer of views: the GPU's, or its CPU reference.
 pub trait Renders {
-    /// The picture of a shot.
+    /// Renders the image of a view.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
     /// can't be read, [`crate::Error::Cancelled`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
 
-    /// The nearest face at each pixel centre, in row order from the top: 1 + its id, 0 where there is
-    /// none. Faces within the visibility tolerance: the last in the model file.
+    /// Finds the visible face at each pixel centre, row by row from the top: 1 + its id, 0 where there is
+    /// none. Of faces within the visibility tolerance, the last in the model file counts.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
 
-    /// Begins a picture that is drawn slice by slice, between which others can be drawn.
+    /// Begins an image that is drawn in slices, between which other images can be drawn.
     ///
     /// # Errors
     /// Those of [`Renders::picture`].
@@ -35,7 +35,7 @@ pub trait Renders {
         Ok(Sliced::new(shot, Vec::new()))
     }
 
-    /// Draws the next slice; whether the picture is whole. A renderer that does not know slices draws all at once.
+    /// Draws the next slice; returns whether the image is complete. A renderer without slices draws all at once.
     ///
     /// # Errors
     /// Those of [`Renders::picture`].
@@ -45,11 +45,11 @@ pub trait Renders {
     }
 }
 
-/// What a renderer of a site is made of.
+/// The data from which a renderer of a site is made.
 pub struct SiteContent<'a> {
-    /// Its faces.
+    /// The model, whose faces are drawn.
     pub model: Arc<Model>,
-    /// What serves them.
+    /// The sheets that texture the faces.
     pub sources: Arc<Sources>,
     /// The photos' exposures.
     pub gains: Gains,
@@ -59,47 +59,46 @@ pub struct SiteContent<'a> {
     pub texels: Arc<dyn Texels>,
 }
 
-/// A renderer of one site, kept from picture to picture, that takes up what changes meanwhile. Window, command line and
-/// score know a renderer by this alone.
+/// A long-lived renderer of one site. Window, command line and score use a renderer through this trait alone.
 pub trait SiteRenderer: Renders + Send {
-    /// The model as rays meet it, and as it is drawn.
+    /// Returns the model for ray casting, as it is drawn.
     fn surface(&self) -> Arc<Surface>;
 
-    /// Serves faces by other photos from now on, of the same photos and sheets.
+    /// Replaces the table of which sheets texture which faces; photos and sheets remain the same.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`]; all stays as it was.
+    /// [`crate::Error::Gpu`]; nothing has changed then.
     fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()>;
 
-    /// Shows photos with other gains from now on.
+    /// Replaces the photos' gains.
     fn set_gains(&mut self, gains: Gains);
 
-    /// Shows surfaces with another relief from now on.
+    /// Replaces the relief with which surfaces are drawn.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold it; the old one stays.
+    /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
     fn set_relief(&mut self, relief: &Relief) -> Result<()>;
 
-    /// Reads these sheets again, from these texels, which are those of all sheets from now on; how many were read at
-    /// once, others follow when they are needed.
+    /// Replaces the texels of all sheets, and reads those that changed again. Returns the number of sheets that were
+    /// read at once; others are read when they are needed.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
     fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<usize>;
 
-    /// Takes what [`super::Shown::Provenance`] shows: sheets in the colours of their texels' origins. `None` gives the
-    /// memory for it back.
+    /// Sets the data for [`super::Shown::Provenance`]: sheets in the colours of their texels' origins. `None` removes
+    /// it and frees its texture memory.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
     fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()>;
 
-    /// Whether it can show [`super::Shown::Provenance`].
+    /// Returns true when the data for [`super::Shown::Provenance`] is set.
     fn has_origins(&self) -> bool;
 
-    /// How many sheets could not be read so far and serve nothing.
+    /// Returns the number of sheets that could not be read so far and are not used.
     fn unreadable(&self) -> usize;
 
-    /// What texture memory costs, against what it shows, in words.
+    /// Returns the costs of texture memory, against what it shows, in words.
     fn statistics(&self) -> String;
 }

@@ -1,4 +1,4 @@
-//! From what the sort found to what `stack.json` says.
+//! Conversion of the visibility sort's result to the contents of `stack.json`.
 
 use std::collections::BTreeMap;
 
@@ -16,8 +16,8 @@ use crate::layers::{Method, Options, Sorted, Wishes};
 use crate::projection::frustum::uv_from_world;
 use crate::scene::{Model, ObjectId, Photo};
 
-/// The stack of a photo; `inputs` is the hash of all it was made of. Its layers have the names that they have
-/// by themselves, and `bytes` is still 0.
+/// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
+/// automatic names, and `bytes` is still 0.
 pub fn assemble(
     model: &Model,
     photo: &Photo,
@@ -61,10 +61,12 @@ pub fn assemble(
     }
 }
 
+/// Converts camera and pose to their form in `stack.json`.
 fn camera(camera: &Pinhole, pose: &Pose) -> StackCamera {
     StackCamera { K: camera.matrix_rows(), R: pose.rotation_rows(), t: pose.translation.to_array() }
 }
 
+/// Converts the elements, in the sort's order.
 fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Element> {
     sorted
         .layers
@@ -97,6 +99,7 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
         .collect()
 }
 
+/// Groups the elements by visibility layer.
 fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
     let mut layers = vec![Vec::new(); sorted.layers.count() as usize];
     for (sorted, element) in sorted.layers.elements.iter().zip(elements) {
@@ -105,7 +108,7 @@ fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
     layers
 }
 
-/// What the working set is made of, in the model's order.
+/// Converts the surfaces of the working set, in the model's order.
 fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
     let mut items: Vec<u32> = sorted.nodes.list.iter().map(|node| node.item).collect();
     items.sort_unstable();
@@ -124,6 +127,7 @@ fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
     items.into_iter().map(surface).collect()
 }
 
+/// Converts the pieces of all cut faces.
 fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
     let of_node = |(node, p): (&Node, &Option<NodePieces>)| {
         let Some(p) = p else { return Vec::new() };
@@ -148,6 +152,7 @@ fn supports(edges: &[(u32, u32, u32)]) -> Vec<Support> {
     edges.iter().map(|&(front, back, px)| Support { front, back, px }).collect()
 }
 
+/// Converts the clusters to image layers with distinct tokens.
 fn image_layers(model: &Model, photo: &Photo, sorted: &Sorted, elements: &[Element]) -> Vec<ImageLayer> {
     let mut taken = std::collections::BTreeSet::new();
     sorted
@@ -167,6 +172,7 @@ fn image_layers(model: &Model, photo: &Photo, sorted: &Sorted, elements: &[Eleme
         .collect()
 }
 
+/// Converts one cluster to an image layer.
 fn image_layer(
     model: &Model,
     photo: &Photo,
@@ -192,8 +198,8 @@ fn image_layer(
     }
 }
 
-/// The object of which most texels are seen in the layer names it (of which most are covered, where none is seen); how
-/// many more objects share it is added.
+/// Names a layer after the object with most visible texels in it (most covered ones, if none is visible), and
+/// appends the number of further objects.
 fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) -> String {
     let mut texels: BTreeMap<ObjectId, [u64; 2]> = BTreeMap::new();
     for patch in &cluster.patches {
@@ -204,7 +210,7 @@ fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) ->
         let sum = texels.entry(sorted.layers.elements[*element as usize].object).or_default();
         *sum = [sum[0] + seen, sum[1] + covered];
     }
-    // The first of the model where two have as many.
+    // The first one in the model wins a tie.
     let most = texels.iter().max_by_key(|(object, texels)| (**texels, std::cmp::Reverse(**object)));
     let name = most.map_or("", |(object, _)| &model.object(*object).name);
     match texels.len() {
@@ -213,8 +219,8 @@ fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) ->
     }
 }
 
-/// Eight characters of 5 bits: short enough for a layer's name, and two layers of a project of
-/// ten thousand share one with a chance of 1 in 20,000 (within a stack never, see `salt`).
+/// Returns a token of eight characters of 5 bits each: short enough for a layer's name. Two layers of a project of
+/// ten thousand share one with a probability of 1 in 20,000; within a stack `salt` prevents that.
 fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> String {
     const DIGITS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
     let named: Vec<_> = cluster
@@ -230,6 +236,7 @@ fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> Str
     hash.as_bytes()[..8].iter().map(|b| DIGITS[usize::from(b % 32)] as char).collect()
 }
 
+/// Writes the notes about violations of the order and about cycles that could not be cut.
 fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
     let name =
         |node: u32| model.face_name(sorted.view.items[sorted.nodes.list[node as usize].item as usize].face);
@@ -255,6 +262,7 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
     notes
 }
 
+/// Counts what reports need.
 fn counts(sorted: &Sorted, options: &Options) -> Counts {
     let stencil = options.method == Method::Stencil;
     let is_noise = |refused: &&(u32, u32, u32)| refused.2 <= options.min_support;
@@ -291,9 +299,11 @@ mod tests {
         let mut modeller = Modeller::new();
         modeller.object("beam").screen(10.0, [-6.0, -1.0, 6.0, 1.0]);
         modeller.object("panel").screen(10.0, [-2.0, 1.2, 2.0, 2.9]);
-        // Of the beam two ends are left.
+        // Two ends of the beam are left.
         modeller.object("front").screen(8.0, [-4.4, -1.0, 4.4, 0.9]);
-        let (model, camera, pose) = (modeller.finish(), centred(160, 120, 120.0), camera_is_world());
+        let model = modeller.finish();
+        let camera = centred(160, 120, 120.0);
+        let pose = camera_is_world();
         let together = ["beam", "panel"].map(Faces::whole).to_vec();
         let wishes = Wishes { merge: vec![together], ..Wishes::default() };
         let options = Options::default();

@@ -1,4 +1,4 @@
-//! The program without a face: open, sort, cluster, extract, save.
+//! Whole tasks without a user interface: open, sort, cluster, extract, fill, save, import, export, render, score.
 
 pub mod assemble;
 pub mod budget;

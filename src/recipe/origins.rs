@@ -1,5 +1,5 @@
-//! Where the texels of sheets come from, as texels themselves: a sheet whose colours say it
-//! ([`Origin::colour`]), to be projected like the sheet itself.
+//! Layer textures that show the sources of their texels as colours ([`Origin::colour`]), so that they can be
+//! projected like the textures themselves.
 
 use crate::document::stack::origins;
 use crate::error::Result;
@@ -8,7 +8,7 @@ use crate::projection::{SheetId, SheetPixels, Texels};
 
 use super::sheets::SheetFiles;
 
-/// The origin that a name of [`origins`] stands for.
+/// Returns the kind of source that a name of [`origins`] stands for.
 pub fn origin_of(name: &str) -> Origin {
     match name {
         origins::NONE => Origin::Photo,
@@ -20,7 +20,7 @@ pub fn origin_of(name: &str) -> Origin {
     }
 }
 
-/// Sheets in the colours of their texels' origins; trusted as the sheets are.
+/// Layer textures in the colours of their texels' sources, with the confidence of the textures themselves.
 #[derive(Debug, Clone)]
 pub struct SheetOrigins(pub SheetFiles);
 

@@ -1,4 +1,4 @@
-//! The relief of a project's faces: estimated once from its photos, then kept in `cache/`.
+//! The relief of a project's faces, estimated once from its photos and then cached in `cache/`.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -15,22 +15,22 @@ use crate::projection::{PhotoId, Projector};
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
-/// A site's relief, and how it would be without some of the photos.
+/// The relief of a site, and of the site without some of the photos.
 pub struct SiteRelief {
     site: Site,
     memory: u64,
     whole: Arc<Relief>,
-    /// The photos as witnesses, once they were asked.
+    /// The photos prepared for the plane sweep, once they were needed.
     witnesses: Option<Vec<Witness>>,
 }
 
 impl SiteRelief {
-    /// That in `cache/` of the project's folder if it was made of the same `inputs`, else a new one, which
-    /// is put there. `memory`: bytes that photos decoded at the same time may take.
+    /// Returns the relief cached in the project's folder if it was made from the same `inputs`; otherwise estimates
+    /// and caches it. `memory` is the budget in bytes for photos decoded at the same time.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]. A photo that cannot be read is a note and tells nothing; a cache that cannot
-    /// be written is a note.
+    /// Returns [`Error::Cancelled`] when the task was cancelled. A photo that cannot be read is noted and not used;
+    /// a cache that cannot be written is noted.
     pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
@@ -40,10 +40,10 @@ impl SiteRelief {
             opened.whole = Arc::new(relief);
             return Ok(opened);
         }
-        opened.ask(task)?;
-        let witnesses = opened.witnesses.as_deref().expect("they were asked in the line above");
+        opened.prepare_photos(task)?;
+        let witnesses = opened.witnesses.as_deref().expect("the line above prepared them");
         let relief = estimate_relief(&site.model, witnesses, &options, task)?;
-        // What was made without a photo must not stand for all of them once that can be read again.
+        // A relief made without some photo must not be cached as that of all photos.
         if witnesses.iter().all(Witness::sees)
             && let Err(error) = write_relief(&file, &relief, inputs)
         {
@@ -53,27 +53,27 @@ impl SiteRelief {
         Ok(opened)
     }
 
-    /// Of all photos.
+    /// Returns the relief from all photos.
     pub fn whole(&self) -> &Arc<Relief> {
         &self.whole
     }
 
-    /// As if these photos had not been there.
+    /// Returns the relief that is estimated without these photos.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// Returns the errors of [`Self::open`].
     pub fn without(&mut self, photos: &[PhotoId], task: &Task) -> Result<Arc<Relief>> {
         if photos.is_empty() {
             return Ok(self.whole.clone());
         }
-        self.ask(task)?;
-        let witnesses = self.witnesses.as_deref().expect("they were asked in the line above");
+        self.prepare_photos(task)?;
+        let witnesses = self.witnesses.as_deref().expect("the line above prepared them");
         let options = ReliefOptions::default();
         relief_without(&self.whole, photos, &self.site.model, witnesses, &options, task).map(Arc::new)
     }
 
-    /// Makes the photos witnesses.
-    fn ask(&mut self, task: &Task) -> Result<()> {
+    /// Prepares all photos for the plane sweep, unless that was done before.
+    fn prepare_photos(&mut self, task: &Task) -> Result<()> {
         if self.witnesses.is_some() {
             return Ok(());
         }
@@ -83,7 +83,7 @@ impl SiteRelief {
             task.go_on()?;
             let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
-            // What a decoder holds at once, and the luminance of it.
+            // Memory of a decoder and of the luminance image.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
             budget.with(bytes, || match read_shown(photo) {
                 Ok(pixels) => Ok(Witness::new(&projector, &pixels, &surface)),
@@ -113,10 +113,10 @@ mod tests {
         let mut site = closed_form::two_quads().site();
         site.photos[0].file = folder.path().join("gone.png");
         let notes: Arc<Mutex<Vec<String>>> = Arc::default();
-        let told = notes.clone();
+        let sink = notes.clone();
         let task = Task::new(move |event| {
             if let Event::Note { text, .. } = event {
-                told.lock().unwrap().push(text);
+                sink.lock().unwrap().push(text);
             }
         });
         let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();

@@ -1,5 +1,5 @@
-//! Work on several photos or files: many at a time, as threads and memory allow, or one after the other; a fault in one
-//! is its own, the others go on.
+//! Work on several photos or files: several at a time, within a memory budget, or one after the other. A fault in one
+//! is reported as its own, and the others go on.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -8,21 +8,23 @@ use super::budget::Budget;
 use crate::error::{Error, Result};
 use crate::task::Task;
 
-/// How many at a time, and what that is called.
+/// The limits of processing in parallel, and the name of the stage.
 pub(super) struct SideBySide {
-    /// Worked on at the same time at most; one at least.
+    /// The largest number of items processed at the same time, at least one.
     pub threads: usize,
-    /// Bytes that they may take together; what needs more works alone.
+    /// The memory budget in bytes for all of them; an item that needs more runs alone.
     pub memory: u64,
-    /// The stage that is reported of all of them.
+    /// The stage that is reported for all items together.
     pub stage: &'static str,
 }
 
 impl SideBySide {
-    /// The results of `work` on `items`, in their order; `bytes` is what an item takes.
+    /// Runs `work` on all items and returns the results in their order; `bytes` returns the memory that an item
+    /// takes.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`]; `work` should ask `task`, too, where it takes long.
+    /// Returns [`crate::Error::Cancelled`] when the task was cancelled. Long-running `work` should check `task`,
+    /// too.
     pub fn run<I: Sync, T: Send>(
         &self,
         items: &[I],
@@ -45,15 +47,17 @@ impl SideBySide {
                 }
             }
         };
-        // Threads of their own, not rayon's: a rayon thread that waits inside one item would start
-        // another one and hold both.
+        // These are separate threads, not rayon's: a rayon thread that waits inside one item would start another
+        // one and hold both.
         std::thread::scope(|scope| {
             (0..self.threads.clamp(1, items.len().max(1))).for_each(|_| drop(scope.spawn(take)));
         });
         task.go_on()?;
         let taken =
             results.into_iter().map(|result| result.into_inner().expect("no holder of this lock panics"));
-        Ok(taken.map(|result| result.expect("nobody stopped, so every item was worked on")).collect())
+        Ok(taken
+            .map(|result| result.expect("the task was not cancelled, so every item was processed"))
+            .collect())
     }
 }
 

@@ -1,4 +1,4 @@
-//! What became of a project's photos: which have a stack, which are stale, where a face is.
+//! The state of a project's photos: which have a stack, which are out of date, which layers have a face.
 
 use super::inputs::Inputs;
 use super::layer_names::rename;
@@ -8,21 +8,21 @@ use crate::error::{Error, Result};
 use crate::io::stack_store::StackStore;
 use crate::scene::{FaceId, Model, Photo};
 
-/// How a photo's stack stands to the project.
+/// The state of a photo's stack in relation to the project.
 #[derive(Debug)]
 pub enum StackState {
-    /// Made of the project as it is now.
+    /// The stack was made from the project as it is.
     Current(Stack),
     /// Something has changed since: photo, camera, model, options or program.
     Stale(Stack),
-    /// There is none.
+    /// There is no stack.
     Missing,
-    /// It cannot be read, or its photo cannot.
+    /// The stack or its photo cannot be read.
     Broken(Error),
 }
 
 impl StackState {
-    /// One word for a table.
+    /// Returns a word for tables.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Current(_) => "current",
@@ -32,7 +32,7 @@ impl StackState {
         }
     }
 
-    /// The stack, if there is one.
+    /// Returns the stack, if there is one.
     pub fn stack(&self) -> Option<&Stack> {
         match self {
             Self::Current(stack) | Self::Stale(stack) => Some(stack),
@@ -41,7 +41,7 @@ impl StackState {
     }
 }
 
-/// Compares stacks on disk with the project that they were made of.
+/// A comparison of stacks on disk with the project that they belong to.
 pub struct Survey<'a> {
     store: &'a StackStore,
     decisions: &'a Decisions,
@@ -49,25 +49,25 @@ pub struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Of one project.
+    /// Prepares the comparison for one project.
     pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
         let project = &opened.project;
         let inputs = Inputs::new(&opened.site.model, &project.options, &project.decisions);
         Self { store, decisions: &project.decisions, inputs }
     }
 
-    /// The state of the stack of `photo`, whose layers are called as was decided; broken where the photo cannot be read
-    /// any more, so that the others go on.
+    /// Returns the state of a photo's stack, with its layers named as decided. It is broken where the photo cannot
+    /// be read any more, so that the others can still be used.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] alone.
+    /// Returns [`Error::Cancelled`] only.
     pub fn state(&self, photo: &Photo) -> Result<StackState> {
         let mut stack = match self.store.current(&photo.name) {
             Ok(Some(stack)) => stack,
             Ok(None) => return Ok(StackState::Missing),
             Err(error) => return Ok(StackState::Broken(error)),
         };
-        // A name holds at once, whatever is in the file until it is written again.
+        // Renaming takes effect at once, before the file is written again.
         rename(&mut stack, &self.decisions.of(&photo.name).names);
         match self.inputs.hash(photo) {
             Ok(inputs) if inputs == stack.inputs => Ok(StackState::Current(stack)),
@@ -78,10 +78,10 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// The face that `name` (`object[index]`) names.
+/// Returns the face that a name of the form `object[index]` refers to.
 ///
 /// # Errors
-/// [`Error::Request`] when the model has no such object or the object no such face.
+/// Returns [`Error::Request`] when the model has no such object, or the object no such face.
 pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     let expected = || {
         Error::Request(format!(

@@ -1,4 +1,4 @@
-//! Why a photo gives a face no texture: found by the sort, by masks and by decisions, and told in one list.
+//! The reasons for which a photo gives a face no texture: from the sort, from masks and from decisions.
 
 use std::collections::BTreeSet;
 
@@ -10,14 +10,14 @@ use crate::layers::runs::{is_visible, item_of};
 use crate::layers::view::Absence;
 use crate::scene::{Face, FaceId, Model, PhotoPixels};
 
-/// The faces that a photo gives no texture: those that its stack lists, then those that were excluded since.
+/// Lists the faces that a photo gives no texture: those in its stack, then those that are excluded.
 pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
     let mut faces = stack.untextured.clone();
     faces.extend(excluded(stack, decisions));
     faces
 }
 
-/// All reasons, those that can be mended first.
+/// All reasons, in the order of lists: those that can be mended first.
 pub const REASONS: [Reason; 7] = [
     Reason::Hidden,
     Reason::Masked,
@@ -28,7 +28,7 @@ pub const REASONS: [Reason; 7] = [
     Reason::Degenerate,
 ];
 
-/// Why a face has no texture, for people.
+/// Returns the reason in words, for the window.
 pub fn words(reason: Reason) -> &'static str {
     match reason {
         Reason::Hidden => "hidden",
@@ -41,7 +41,7 @@ pub fn words(reason: Reason) -> &'static str {
     }
 }
 
-/// The faces that the sort found no texture for, in the model's order.
+/// Lists the faces without texture with their reasons, in the model's order.
 pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
     let mut why: Vec<(FaceId, Untextured)> = Vec::new();
     let mut add = |face: FaceId, reason: Reason, by: Option<String>, at: Option<[u32; 2]>| {
@@ -60,7 +60,7 @@ pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
     }
     let items = &sorted.view.items;
     let mut first = 0;
-    // All triangles of a face that is not planar count as one.
+    // All triangles of a non-planar face count as one face.
     for group in items.chunk_by(|a, b| a.face == b.face) {
         let states = &sorted.presence[first..first + group.len()];
         first += group.len();
@@ -83,19 +83,19 @@ pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
     why.into_iter().map(|(_, u)| u).collect()
 }
 
-/// Faces of the working set that the photo shows only where it is not valid.
+/// Lists the faces of the working set that are visible only at invalid pixels.
 pub fn of_mask(model: &Model, sorted: &Sorted, pixels: &PhotoPixels) -> Vec<Untextured> {
     let items = &sorted.view.items;
-    let mut shown: BTreeSet<FaceId> = BTreeSet::new();
+    let mut textured: BTreeSet<FaceId> = BTreeSet::new();
     for (y, run, entries) in sorted.runs.iter() {
         let visible = entries.iter().filter(|&&e| is_visible(e)).map(|&e| items[item_of(e) as usize].face);
-        let fresh: Vec<FaceId> = visible.filter(|f| !shown.contains(f)).collect();
+        let fresh: Vec<FaceId> = visible.filter(|f| !textured.contains(f)).collect();
         if !fresh.is_empty() && (run.x0..run.x1).any(|x| pixels.is_valid(x, y)) {
-            shown.extend(fresh);
+            textured.extend(fresh);
         }
     }
     let working: BTreeSet<FaceId> = sorted.nodes.list.iter().map(|n| items[n.item as usize].face).collect();
-    let masked = working.difference(&shown).map(|&face| {
+    let masked = working.difference(&textured).map(|&face| {
         let Face { object, index, .. } = *model.face(face);
         let object = model.object(object).name.clone();
         Untextured { object, face: index, reason: Reason::Masked, by: None, at: None }
@@ -103,7 +103,7 @@ pub fn of_mask(model: &Model, sorted: &Sorted, pixels: &PhotoPixels) -> Vec<Unte
     masked.collect()
 }
 
-/// The faces that a photo would texture and was excluded for.
+/// Returns the faces that a photo could texture and that are excluded.
 pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
     if decisions.exclude.is_empty() {
         return Vec::new();
@@ -115,26 +115,26 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
     }
     found.sort_unstable();
     found.dedup();
-    let told =
+    let is_listed =
         |object: &str, face: u32| stack.untextured.iter().any(|u| u.object == object && u.face == face);
-    found.retain(|(object, face)| !told(object, *face));
+    found.retain(|(object, face)| !is_listed(object, *face));
     let untextured =
         |(object, face)| Untextured { object, face, reason: Reason::Excluded, by: None, at: None };
     found.into_iter().map(untextured).collect()
 }
 
-/// What a stack has of one face.
+/// The state of a face in a stack.
 #[derive(Debug, PartialEq)]
 pub enum FaceInStack<'a> {
-    /// Texture, in these image layers (places in [`Stack::image_layers`]); of its back side or not.
+    /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or not.
     Textured { image_layers: Vec<usize>, back: bool },
-    /// None, for a reason.
+    /// The face has no texture, for the given reason.
     Untextured(&'a Untextured),
-    /// The stack is of another model.
+    /// The stack was made from a model without this face.
     Unknown,
 }
 
-/// Looks for the face `index` of `object` in a stack.
+/// Looks up the face `index` of `object` in a stack.
 pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInStack<'a> {
     if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
         return FaceInStack::Untextured(untextured);
@@ -156,20 +156,20 @@ pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInSt
     }
 }
 
-/// What a photo gives a face.
+/// The texture that a photo has for a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Given {
-    /// Its layers are not built: nobody knows yet.
+    /// The photo's layers are not built, so nothing is known.
     NotBuilt,
-    /// Texture, in so many image layers; of its back side or not.
+    /// There is texture in this number of image layers, seen from behind or not.
     Texture { image_layers: usize, back: bool },
-    /// None, for a reason; one that was decided, too.
+    /// There is no texture, for the given reason, which may be a decision.
     Nothing(Untextured),
-    /// Its layers are of another model.
+    /// The photo's layers were made from a model without this face.
     Unknown,
 }
 
-/// What a photo gives the face `index` of `object`, by its stack and by what was decided.
+/// Returns the texture that a photo has for a face, by its stack and the decisions about it.
 pub fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> Given {
     match face_in_stack(stack, object, index) {
         FaceInStack::Untextured(why) => Given::Nothing(why.clone()),

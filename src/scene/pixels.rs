@@ -1,18 +1,18 @@
-//! A photo's pixels, as they lie in its file.
+//! The pixels of a photo, as stored in its file.
 
 use crate::geometry::{PixelRect, Spans};
 
-/// Samples in row order, top to bottom, channels interleaved; full range of their type.
+/// Samples in row order, top to bottom, with interleaved channels, in the full range of their type.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
-    /// 8 bits a channel.
+    /// Samples of 8 bits per channel.
     U8(Vec<u8>),
-    /// 16 bits a channel.
+    /// Samples of 16 bits per channel.
     U16(Vec<u16>),
 }
 
 impl Samples {
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         match self {
             Self::U8(samples) => samples.len(),
@@ -20,30 +20,30 @@ impl Samples {
         }
     }
 
-    /// True when there is none.
+    /// Returns true when there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A photo's pixels: RGB or RGBA, in the photo's own colour space, never converted. Alpha is not
-/// premultiplied and says where the photo is valid: where it is full.
+/// The pixels of a photo: RGB or RGBA in the photo's own colour space, never converted. Alpha is not premultiplied;
+/// a pixel is valid where it is full.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoPixels {
-    /// In pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// In pixels.
+    /// The height in pixels.
     pub height: u32,
-    /// 3 (RGB) or 4 (RGBA).
+    /// The number of channels: 3 (RGB) or 4 (RGBA).
     pub channels: usize,
-    /// `height * width * channels` many.
+    /// The samples, `height * width * channels` of them.
     pub samples: Samples,
     /// The ICC profile of the colours; none means sRGB.
     pub icc: Option<Vec<u8>>,
 }
 
 impl PhotoPixels {
-    /// Bits of a sample: 8 or 16.
+    /// Returns the bits per sample: 8 or 16.
     pub fn bits(&self) -> u8 {
         match self.samples {
             Samples::U8(_) => 8,
@@ -51,23 +51,23 @@ impl PhotoPixels {
         }
     }
 
-    /// True when some pixels may be invalid.
+    /// Returns true when there is alpha, so that some pixels may be invalid.
     pub fn has_alpha(&self) -> bool {
         self.channels == 4
     }
 
-    /// The whole photo.
+    /// Returns the rectangle of the whole photo.
     pub fn rect(&self) -> PixelRect {
         PixelRect { x: 0, y: 0, w: self.width, h: self.height }
     }
 
-    /// The number of the pixel in column `x`, row `y`, in row order.
+    /// Returns the index of the pixel in column `x` and row `y`, in row order.
     pub fn index(&self, x: u32, y: u32) -> usize {
         debug_assert!(x < self.width && y < self.height);
         y as usize * self.width as usize + x as usize
     }
 
-    /// Whether the photo shows anything at this pixel.
+    /// Returns true when the photo is valid at this pixel.
     pub fn is_valid(&self, x: u32, y: u32) -> bool {
         let alpha = self.index(x, y) * self.channels + 3;
         match &self.samples {
@@ -77,7 +77,7 @@ impl PhotoPixels {
         }
     }
 
-    /// The same pixels, no longer valid where `masked` is; colours stay.
+    /// Returns the same pixels, with those in `masked` marked invalid; their colours stay.
     pub fn without(self, masked: &Spans) -> Self {
         if masked.is_empty() {
             return self;
@@ -100,7 +100,7 @@ impl PhotoPixels {
         pixels
     }
 
-    /// R, G, B, A in 16 bits; 8-bit samples are scaled to the full range, missing alpha is full.
+    /// Returns R, G, B, A in 16 bits; 8-bit samples are scaled to the full range, missing alpha is full.
     pub fn rgba16(&self, x: u32, y: u32) -> [u16; 4] {
         let at = self.index(x, y) * self.channels;
         let mut pixel = [u16::MAX; 4];
@@ -114,7 +114,7 @@ impl PhotoPixels {
     }
 }
 
-/// RGBA of RGB; RGBA as it is.
+/// Adds full alpha to RGB; RGBA is returned as it is.
 fn with_alpha<T: Copy>(samples: Vec<T>, channels: usize, full: T) -> Vec<T> {
     if channels == 4 {
         return samples;

@@ -1,4 +1,4 @@
-//! Steps, gestures, saves and imports, against what a plain list would do.
+//! Steps, gestures, saves and imports, compared with a plain list.
 
 use super::*;
 use crate::geometry::Similarity;
@@ -12,7 +12,7 @@ fn project(margin: u32) -> Project {
     Project { options: Options { margin, ..Options::default() }, ..project }
 }
 
-/// The names of all steps, oldest first, and how many of them lie in the past.
+/// Returns the names of all steps, oldest first, and how many of them are not undone.
 fn names(history: &History) -> (Vec<&str>, usize) {
     let names = history.steps.iter().map(|step| step.name.as_str()).collect();
     (names, history.steps.len() - history.undone)
@@ -110,7 +110,7 @@ fn imports_are_steps_that_say_what_is_to_be_done() {
     assert_eq!((history.redo(), history.undoes()), (None, Some("a")));
 }
 
-/// The file of the only mask there may be.
+/// Returns the file of the only mask, if any.
 fn mask_of(history: &History) -> Option<&str> {
     history.present().masks.of("a.jpg").first().map(|mask| mask.file.as_str())
 }
@@ -138,7 +138,7 @@ fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
     history.redo();
     assert_eq!((mask_of(&history), margin(&history)), (Some("first"), 2));
 
-    // Taken back when it is no longer the last step: no step brings its mask back.
+    // Undone when it is no longer the last step: no step restores its mask.
     history.forget_import(2);
     history.took_back(2, &went);
     assert_eq!(mask_of(&history), None);
@@ -164,7 +164,7 @@ fn what_came_another_time_is_in_the_steps_after_the_import_and_a_forgotten_one_s
     history.undo();
     history.took_back(1, &[ImportedMask { photo: photo.clone(), from: from.clone(), before: None }]);
     history.redo();
-    // The file was saved once more since.
+    // The file was saved again since.
     history.imported_again(1, 2, came("second"));
     history.redo();
     assert_eq!((mask_of(&history), margin(&history)), (Some("second"), 2), "not the one that came first");
@@ -187,12 +187,15 @@ fn a_thousand_steps_can_be_undone_and_no_more() {
     assert_eq!(margin(&history), 1200);
 }
 
-/// Against a list of states and a place in it.
+/// Compares the history with a list of states and an index.
 #[test]
 fn any_mixture_of_edits_undo_redo_and_saves_is_that_of_a_plain_list() {
     let mut dice = Dice::new(31);
     for _ in 0..50 {
-        let (mut history, mut list, mut at, mut saved) = (History::new(project(0)), vec![0], 0, 0);
+        let mut history = History::new(project(0));
+        let mut list = vec![0];
+        let mut at = 0;
+        let mut saved = 0;
         for number in 1..200 {
             match dice.whole(0, 9) {
                 0..=3 => {

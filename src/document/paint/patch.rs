@@ -1,52 +1,52 @@
-//! A patch of paint: some pixels of a photo, each as the artist left it.
+//! A patch of paint: some pixels of a photo as they were painted.
 
 use crate::geometry::PixelRect;
 
-/// R, G, B, A in 16 bits, alpha not multiplied in; 8 bits are scaled by 257, which loses nothing.
+/// R, G, B, A in 16 bits, not premultiplied; 8-bit values are scaled by 257, which is lossless.
 pub type Colour = [u16; 4];
 
-/// A pixel that was painted away: nothing of the surface is to be seen there in this photo.
+/// An erased pixel: this photo shows nothing of the surface there.
 pub const ERASED: Colour = [u16::MAX, u16::MAX, u16::MAX, 0];
 
 /// Painted pixels within a rectangle of the photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patch {
     rect: PixelRect,
-    /// Rows of `rect` from the top; `None` where nobody painted.
+    /// The rows of `rect` from the top; `None` where nothing was painted.
     pixels: Vec<Option<Colour>>,
 }
 
 impl Patch {
-    /// Nothing painted yet in `rect`, which is in photo pixels and may reach outside the photo.
+    /// Makes an empty patch of `rect`, which is in photo pixels and may extend beyond the photo.
     pub fn new(rect: PixelRect) -> Self {
         Self { rect, pixels: vec![None; rect.area() as usize] }
     }
 
-    /// Where there may be paint.
+    /// Returns the rectangle outside of which there is no paint.
     pub fn rect(&self) -> PixelRect {
         self.rect
     }
 
-    /// The paint at a pixel; none where nobody painted, and outside the rectangle.
+    /// Returns the paint at a pixel; `None` where nothing was painted, and outside the rectangle.
     pub fn at(&self, x: i32, y: i32) -> Option<Colour> {
         self.index(x, y).and_then(|index| self.pixels[index])
     }
 
-    /// Paints a pixel within the rectangle. All colours without opacity are [`ERASED`].
+    /// Paints a pixel within the rectangle. All colours with zero opacity become [`ERASED`].
     pub fn put(&mut self, x: i32, y: i32, colour: Colour) {
         if let Some(index) = self.index(x, y) {
             self.pixels[index] = Some(if colour[3] == 0 { ERASED } else { colour });
         }
     }
 
-    /// Takes the paint off a pixel.
+    /// Removes the paint of a pixel.
     pub fn clear(&mut self, x: i32, y: i32) {
         if let Some(index) = self.index(x, y) {
             self.pixels[index] = None;
         }
     }
 
-    /// Every painted pixel, row by row.
+    /// Iterates over the painted pixels with their colours, row by row.
     pub fn iter(&self) -> impl Iterator<Item = (i32, i32, Colour)> {
         let PixelRect { x, y, w, .. } = self.rect;
         let rows = self.pixels.chunks_exact(w.max(1) as usize).zip(y..);
@@ -55,28 +55,28 @@ impl Patch {
         })
     }
 
-    /// Painted pixels.
+    /// Returns the number of painted pixels.
     pub fn count(&self) -> u64 {
         self.pixels.iter().flatten().count() as u64
     }
 
-    /// Those that were painted away.
+    /// Returns the number of erased pixels.
     pub fn erased(&self) -> u64 {
         self.pixels.iter().flatten().filter(|colour| **colour == ERASED).count() as u64
     }
 
-    /// Nobody painted anything.
+    /// Returns true when nothing was painted.
     pub fn is_empty(&self) -> bool {
         self.pixels.iter().all(Option::is_none)
     }
 
-    /// Only those pixels that `wanted` picks, in the smallest rectangle that holds them.
+    /// Returns the pixels for which `wanted` is true, in their bounding box.
     pub fn picked(&self, wanted: impl Fn(i32, i32, Colour) -> bool) -> Self {
         let kept: Vec<_> = self.iter().filter(|(x, y, colour)| wanted(*x, *y, *colour)).collect();
         Self::of_pixels(&kept)
     }
 
-    /// These pixels, in the smallest rectangle that holds them.
+    /// Makes a patch of these pixels, in their bounding box.
     pub fn of_pixels(pixels: &[(i32, i32, Colour)]) -> Self {
         let one = |&(x, y, _): &(i32, i32, Colour)| PixelRect { x, y, w: 1, h: 1 };
         let rect = pixels.iter().map(one).reduce(|a, b| a.union(&b));
@@ -85,7 +85,7 @@ impl Patch {
         patch
     }
 
-    /// Both together, `above` on top of this one: a pixel painted twice has the colour of `above`.
+    /// Returns this patch with `above` on top: a pixel painted in both has the colour of `above`.
     pub fn under(&self, above: &Self) -> Self {
         let rect = match (self.rect.is_empty(), above.rect.is_empty()) {
             (true, _) => above.rect,
@@ -97,11 +97,12 @@ impl Patch {
         both
     }
 
-    /// True when 8 bits a sample hold it exactly.
+    /// Returns true when 8 bits per sample represent it exactly.
     pub fn fits_8_bits(&self) -> bool {
         self.pixels.iter().flatten().flatten().all(|sample| sample % 257 == 0)
     }
 
+    /// Returns the index of a pixel; `None` outside the rectangle.
     fn index(&self, x: i32, y: i32) -> Option<usize> {
         let (dx, dy) = (i64::from(x) - i64::from(self.rect.x), i64::from(y) - i64::from(self.rect.y));
         let inside = dx >= 0 && dy >= 0 && dx < i64::from(self.rect.w) && dy < i64::from(self.rect.h);

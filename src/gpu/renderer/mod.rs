@@ -1,7 +1,8 @@
-//! The renderer: one pass over the model, in which every pixel asks the sheets that may serve it.
+//! The renderer: one pass over the model, in which every pixel samples the sheets that may texture it.
 //!
-//! A shot is drawn in three steps: cells with their candidates (on the CPU, [`crate::projection::cells`]),
-//! the tiles that they need, and the passes: *nearness* (depth), then *project* (colour) or *faces*.
+//! A view is drawn in three steps: the cells with their candidates (on the CPU,
+//! [`crate::projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
+//! *project* (colour) or *faces*.
 
 mod frame;
 mod heights;
@@ -45,25 +46,28 @@ use crate::projection::{
 use crate::scene::Model;
 use crate::task::Task;
 
-/// A picture is so many cells wide, whatever its pixels: what a cell spans as an angle is what makes its
-/// list of candidates short. Smaller cells than the least cost more to prepare than they save.
+/// The number of cells across an image, whatever its size in pixels: the angle that a cell spans determines
+/// the length of its list of candidates. Cells smaller than [`LEAST_CELL_PX`] cost more to prepare than they
+/// save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
 
-/// Origins have no detail: with this share of the texture memory they are as sharp as they need to be.
+/// The divisor of the texture memory for provenance colours, which have little detail.
 const ORIGINS_SHARE: u64 = 4;
 
-/// Draws shots of one site. Long-lived: textures, tables and pipelines stay from shot to shot.
+/// A renderer of views of one site. It is long-lived: textures, tables and pipelines are reused from view to
+/// view.
 pub struct Renderer {
     gpu: Gpu,
     model: Arc<Model>,
     sources: Arc<Sources>,
-    /// Some face is pinned to a photo.
+    /// True when some face is pinned to a photo.
     pins: bool,
     gains: Gains,
     surface: Arc<Surface>,
     tiles: TileStore,
-    /// Where the sheets' texels come from, as colours; once somebody told.
+    /// The sheets' texels replaced by colours of their origins, for [`Shown::Provenance`]; `None` until
+    /// provided.
     origins: Option<TileStore>,
     surfaces: Surfaces,
     heights: Heights,
@@ -73,7 +77,7 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer of a site, with texture memory of its own.
+    /// Builds a renderer of a site, with texture memory of its own.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
@@ -83,7 +87,7 @@ impl Renderer {
         Self::new(gpu, model, sources, gains, relief, tiles)
     }
 
-    /// A renderer for the model's faces and what serves them.
+    /// Builds a renderer for the model's faces and the sheets that texture them.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
@@ -116,12 +120,12 @@ impl Renderer {
         })
     }
 
-    /// The sheets' texels on the device.
+    /// Returns the sheets' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
     }
 
-    /// The texels that a shot shows.
+    /// Returns the texels that a view samples.
     fn store(&self, shot: &Shot) -> &TileStore {
         self.origins.as_ref().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&self.tiles)
     }
@@ -130,15 +134,15 @@ impl Renderer {
         self.origins.as_mut().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&mut self.tiles)
     }
 
-    /// The same, to change them.
+    /// Returns the sheets' texels on the device, for changes.
     pub fn tiles_mut(&mut self) -> &mut TileStore {
         &mut self.tiles
     }
 
-    /// Per photo and channel, what its linear colours are multiplied with in this shot.
+    /// Computes the exposure factor of each photo and channel in this view.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
         if shot.shown == Shown::Provenance {
-            // Colours that stand for something have no exposure.
+            // These colours are symbols and have no exposure.
             return vec![[1.0; 3]; self.sources.photos.len()];
         }
         let shares = || seen_shares(shot, &self.model, &self.sources, &self.surface, cells);
@@ -146,7 +150,7 @@ impl Renderer {
         factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
     }
 
-    /// Side of a cell of the shot, in pixels.
+    /// Returns the side of a cell of the view, in pixels.
     fn cell_px(&self, shot: &Shot) -> u32 {
         shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX)
     }
@@ -156,8 +160,8 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
 
-    /// Brings tables and tiles up to the shot; says whether there are optics to undo. `factors` are those of a
-    /// picture that the shot is a part of.
+    /// Updates tables and tiles for a view; returns whether there are optics to undo. `factors` are those of
+    /// the whole image when the view is a band of it.
     fn prepare(
         &mut self,
         shot: &Shot,
@@ -183,13 +187,13 @@ impl Renderer {
             | Shown::Coverage => self.gains.optics(shot, photo),
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
-        let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
-        let content = Content { shot, cells: &cells, factors, optics, origin };
+        let origin = self.surfaces.origin();
+        let content = Content { shot, cells: &cells, factors: &factors, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(optics.iter().any(|optics| *optics != Optics::default()))
     }
 
-    /// The picture of a shot, or of a band of one.
+    /// Draws the image of a view, or of a band of it.
     fn drawn(
         &mut self,
         shot: &Shot,
@@ -214,7 +218,7 @@ impl Renderer {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
-        // Targets of another size are not asked for again soon.
+        // Targets of other sizes are unlikely to be needed again soon.
         self.targets.retain(|&(w, h, _), _| (w, h) == (width, height));
         let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
         let pass = Pass {
@@ -239,7 +243,7 @@ impl Renders for Renderer {
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
-            // Depths of no known scale would be so small that their differences vanish.
+            // Without a known scale, depths would be so small that their differences vanish.
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
@@ -321,12 +325,12 @@ impl Renderer {
     }
 }
 
-/// The distance of the farthest vertex.
+/// Returns the distance of the farthest vertex, in world units.
 fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
     model.vertices.iter().map(|vertex| vertex.distance(viewpoint)).fold(0.0, f64::max)
 }
 
-/// What the cells may look up: per sheet and finest level one rectangle.
+/// Collects the texels that the cells may look up: one rectangle per sheet and finest level.
 fn wants(cells: &Cells, sources: &Sources) -> Vec<Want> {
     let mut wanted: BTreeMap<(SheetId, u32), PixelRect> = BTreeMap::new();
     for candidate in &cells.candidates {
@@ -336,7 +340,7 @@ fn wants(cells: &Cells, sources: &Sources) -> Vec<Want> {
     }
     let want = |((sheet, finest), rect): ((SheetId, u32), PixelRect)| {
         let corner = sources.sheet(sheet).rect;
-        // The next level, of which the lookup takes a share, has a filter twice as wide.
+        // The next level, which contributes to the lookup, has a filter twice as wide.
         let rect = PixelRect { x: rect.x - corner.x, y: rect.y - corner.y, ..rect };
         Want { sheet, finest, rect: rect.grown(2 << finest) }
     };

@@ -1,4 +1,4 @@
-//! Pictures in slices, on the device: [`Sliced`] has what is drawn so far.
+//! Drawing of an image in slices on the device; [`Sliced`] holds what is drawn so far.
 
 use std::time::Instant;
 

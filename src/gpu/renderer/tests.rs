@@ -1,4 +1,4 @@
-//! The renderer's shaders without a GPU: all that can be generated is valid and agrees with Rust.
+//! Tests of the renderer's shaders without a GPU: all that can be generated is valid and agrees with Rust.
 
 use std::mem::offset_of;
 use std::sync::Arc;
@@ -70,7 +70,7 @@ fn every_program_is_valid() {
     }
 }
 
-/// Size of a WGSL struct, and where its members lie, in bytes.
+/// Returns the size of a WGSL struct, and the offsets of its members, in bytes.
 fn wgsl_struct(module: &naga::Module, name: &str) -> (u32, Vec<(String, u32)>) {
     let (_, found) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
     let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
@@ -116,7 +116,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
     }
 }
 
-/// There is none to ask for.
+/// A source for a site without sheets.
 struct NoSheets;
 
 impl Texels for NoSheets {
@@ -125,7 +125,7 @@ impl Texels for NoSheets {
     }
 }
 
-/// Of a site without faces and photos.
+/// Builds a renderer of a site without faces and photos.
 fn of_nothing(gpu: &Gpu) -> Renderer {
     let (model, sources) = (Arc::new(Model::default()), Arc::new(Sources::default()));
     let tiles = TileStore::new(gpu, &sources, Arc::new(NoSheets), TextureOptions::default()).unwrap();
@@ -169,7 +169,7 @@ fn pictures_that_the_device_cannot_draw_are_refused_with_what_it_can() {
 
 #[test]
 fn a_lost_device_is_an_error_of_the_gpu_and_no_crash() {
-    // Whoever has no adapter has no device to lose.
+    // Without an adapter there is no device to lose.
     let Ok(gpu) = Gpu::headless() else { return };
     let mut renderer = of_nothing(&gpu);
     renderer.picture(&shot(70, 30), &Task::silent()).unwrap();

@@ -1,4 +1,4 @@
-//! Texture memory on a device: lookups against the pyramids that the tiles were cut from.
+//! Tests of texture memory on a device: lookups are compared with the pyramids that the tiles were cut from.
 
 use std::sync::{Arc, Mutex};
 
@@ -19,7 +19,7 @@ use crate::projection::{PhotoId, Projector, Sheet, SheetId, SheetPixels, Sources
 use crate::scene::synthetic::Dice;
 use crate::task::{Event, Task};
 
-/// One lookup per thread.
+/// A compute shader that does one lookup per thread.
 const LOOK: &str = "
 const STORED = false;
 @group(0) @binding(0) var<storage, read> asked: array<Asked>;
@@ -32,7 +32,7 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
     found[id.x] = texel_at_level(SheetPlace(ask.sheet, vec2f(), ask.log_size), ask.at, ask.level);
 }";
 
-/// A lookup, `at` in texels of level 0 from the sheet's corner.
+/// A lookup; `at` is in texels of level 0 from the sheet's corner.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Asked {
@@ -42,7 +42,7 @@ struct Asked {
     log_size: [u32; 2],
 }
 
-/// Sheets of a test's own; how often each was read.
+/// Sheets made by a test, with counts of how often each was read.
 struct Made {
     sheets: Mutex<Vec<SheetPixels>>,
     reads: Mutex<Vec<u32>>,
@@ -55,7 +55,7 @@ impl Texels for Made {
     }
 }
 
-/// Content in blots, so that most sheets have empty tiles.
+/// Makes content in blots, so that most sheets have empty tiles.
 fn painted(rect: PixelRect, dice: &mut Dice) -> SheetPixels {
     let blots: Vec<[f64; 3]> = (0..3)
         .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(2.0, 50.0)])
@@ -102,13 +102,13 @@ fn scene(seed: u64, sizes: &[[u32; 2]]) -> Scene {
     Scene { sources, made: Arc::new(made), pyramids }
 }
 
-/// The shader's own: how near to a centre a texel is taken as it is.
+/// The constant of the shader: the distance from a texel's centre within which the texel is taken as it is.
 const DEAD: f32 = 0.02;
 
 const SIZES: [[u32; 2]; 8] =
     [[256, 256], [512, 64], [64, 128], [32, 32], [8, 2], [1, 1], [16, 256], [1024, 512]];
 
-/// `None` on a desk without an adapter.
+/// Opens a device; `None` on a machine without an adapter.
 fn gpu() -> Option<Gpu> {
     let gpu = Gpu::headless();
     if let Err(error) = &gpu {
@@ -127,7 +127,7 @@ fn store(gpu: &Gpu, scene: &Scene, slots: u64) -> TileStore {
     TileStore::new(gpu, &scene.sources, scene.made.clone(), options).unwrap()
 }
 
-/// By the renderer's own lookups.
+/// Does lookups with the renderer's own code.
 fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
     let texels = TexelGroup::new(gpu, ShaderStages::COMPUTE);
     let own = bindings::layout(gpu, "look", ShaderStages::COMPUTE, &[Kind::Read, Kind::Write]);
@@ -150,7 +150,7 @@ fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
     bytemuck::cast_slice(&words).to_vec()
 }
 
-/// The level that a lookup is served by, as the page tables say.
+/// Returns the level of the tile that a lookup reads, according to the page tables.
 fn level_found(store: &TileStore, ask: &Asked) -> Option<u32> {
     let record = store.residency.records()[ask.sheet as usize];
     let shape = store.residency.shape(SheetId(ask.sheet));
@@ -161,12 +161,12 @@ fn level_found(store: &TileStore, ask: &Asked) -> Option<u32> {
     (entry != NOTHING).then(|| ask.level + (entry >> SLOT_BITS))
 }
 
-/// The plain twin of `texel_at_level`.
+/// Computes what `texel_at_level` should return.
 fn expected(pyramid: &Pyramid, level: u32, at: [f32; 2]) -> [f32; 4] {
     let held = &pyramid.levels[level as usize];
     let size = [0, 1].map(|i| pyramid.shape.size(level)[i] as f32 / pyramid.shape.size(0)[i] as f32);
     let at = [0, 1].map(|i| at[i] * size[i] - 0.5);
-    // Near a texel's centre it is taken as it is.
+    // Near a texel's centre the texel is taken as it is.
     let share = |i: usize| ((at[i] - at[i].floor() - DEAD) / (1.0 - 2.0 * DEAD)).clamp(0.0, 1.0);
     let mut sum = [0.0; 4];
     for corner in 0..4 {
@@ -187,7 +187,7 @@ fn expected(pyramid: &Pyramid, level: u32, at: [f32; 2]) -> [f32; 4] {
     sum
 }
 
-/// Lookups about content, where renderers look: within half a texel of it.
+/// Makes lookups around content, within half a texel, as renderers do.
 fn ask(scene: &Scene, dice: &mut Dice, level: impl Fn(&Pyramid, &mut Dice) -> u32) -> Vec<Asked> {
     let mut asked = Vec::new();
     for (sheet, pyramid) in (0..).zip(&scene.pyramids) {
@@ -203,7 +203,7 @@ fn ask(scene: &Scene, dice: &mut Dice, level: impl Fn(&Pyramid, &mut Dice) -> u3
     asked
 }
 
-/// A sampler's fractions have 8 bits, and colours here go from 0 to 1.
+/// A sampler's fractions have 8 bits, and colours here range from 0 to 1.
 const TOLERANCE: f32 = 2.5 / 256.0;
 
 fn check(scene: &Scene, store: &TileStore, asked: &[Asked], found: &[[f32; 4]]) {
@@ -248,8 +248,8 @@ fn compressed_tiles_are_nearly_the_same() {
         (0..4).map(|c| (expected[c] - found[c]).powi(2)).sum::<f32>() / 4.0
     };
     let mean = asked.iter().zip(&found).map(error).sum::<f32>() / asked.len() as f32;
-    // Colours on a closed curve, hard edges and ramps of confidence: the worst for a block, which holds one
-    // line. Of photos it is a hundredth of that; tiles in wrong places would make a tenth.
+    // Colours on a closed curve, hard edges and ramps of confidence are the worst case for a block, which
+    // holds one line. Photos have a hundredth of this error; misplaced tiles would cause a tenth.
     assert!(mean < 1e-2, "mean square {mean}");
 }
 
@@ -263,7 +263,7 @@ fn under_a_tiny_budget_every_lookup_is_served_by_some_level() {
         assert!(loaded.left_out > 0 && store.statistics().resident_tiles <= slots);
         let asked = ask(&scene, &mut Dice::new(slots), |_, _| 0);
         check(&scene, &store, &asked, &look(&gpu, &store, &asked));
-        // Now the view needs one sheet alone, which gets finer.
+        // The view now needs a single sheet, which gets finer.
         let own: Vec<Asked> = asked.iter().filter(|ask| ask.sheet == 0).copied().collect();
         let levels = |store: &TileStore| own.iter().filter_map(|ask| level_found(store, ask)).sum::<u32>();
         let before = levels(&store);
@@ -278,7 +278,7 @@ fn a_changed_sheet_writes_only_its_changed_tiles() {
     let Some(gpu) = gpu() else { return };
     let mut scene = scene(3, &[[512, 512], [64, 64]]);
     let mut store = store(&gpu, &scene, 4000);
-    // The small one first: the cache keeps what came last.
+    // The small sheet is loaded first, because the cache keeps the last one.
     store.load(&[Want::all(SheetId(1))], &Task::silent()).unwrap();
     store.load(&[Want::all(SheetId(0))], &Task::silent()).unwrap();
     let mut pixels = scene.made.sheet(SheetId(0)).unwrap();
@@ -287,7 +287,8 @@ fn a_changed_sheet_writes_only_its_changed_tiles() {
     let painted = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
     pixels.rgba[4 * painted] ^= 0x80;
     let changed = store.replace_sheet(SheetId(0), &pixels).unwrap();
-    // One texel: at each of the levels 0 to 3 its tile and at most three that have it in their gutter; the tail.
+    // One texel changes: at each of the levels 0 to 3 its tile and at most three that have it in their
+    // gutter, and the tail.
     assert!((5..=17).contains(&changed.tiles), "{changed:?}");
     scene.pyramids[0] = pyramid(scene.sources.sheets[0].rect, &pixels, &PyramidOptions::default());
     let asked = ask(&scene, &mut Dice::new(9), any_level);
@@ -309,7 +310,7 @@ fn what_lies_on_the_device_is_not_read_again() {
     assert!(scene.made.reads.lock().unwrap().iter().all(|reads| *reads == 1));
 }
 
-/// The sheets of a test, of which one cannot be read.
+/// The sheets of a test, one of which cannot be read.
 struct Torn(Arc<Made>, SheetId);
 
 impl Texels for Torn {
@@ -343,7 +344,7 @@ fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_
         store.residency.entries()[record.offsets[record.levels as usize - 1] as usize] != NOTHING
     };
     assert!((0..SIZES.len() as u32).map(SheetId).all(|sheet| served(sheet) == (sheet != torn)));
-    // Whole again, it serves.
+    // The sheet is readable again and textures its faces.
     store.replace_sheet(torn, &scene.made.sheet(torn).unwrap()).unwrap();
     store.load(&[Want::all(torn)], &task).unwrap();
     assert!(store.unreadable().is_empty() && store.residency.resident_of(torn).len() > 1);

@@ -1,5 +1,5 @@
-//! A region and what is around it, in cells of a few pixels: where a photo is compared with what fills it, and
-//! where smooth values are spread.
+//! A region and its surroundings in cells of a few pixels, in which a photo is compared with its filling and
+//! smooth values are interpolated.
 
 use glam::DVec2;
 
@@ -7,16 +7,16 @@ use super::push_pull::Grid;
 use super::region::Region;
 use crate::geometry::PixelRect;
 
-/// Side of a cell, in pixels: edges that are out of register by a pixel or two have no say.
+/// Side of a cell in pixels: large enough that misregistration by a pixel or two has little effect.
 pub const CELL_PX: i32 = 4;
 
 /// The level of detail at which a pixel is as large as a cell.
 pub const CELL_LEVEL: usize = 2;
 
-/// So many cells beside the hidden part belong to it: farther ones show other things.
+/// The number of cells around the occluded part that are compared; farther ones show other things.
 const REACH_CELLS: i32 = 6;
 
-/// The cells around a region.
+/// The cells of a region and around it.
 pub struct Cells {
     corner: [i32; 2],
     size: [usize; 2],
@@ -24,7 +24,7 @@ pub struct Cells {
 }
 
 impl Cells {
-    /// Those of a region and around it, within a photo.
+    /// Builds the cells of a region and its surroundings, within a photo.
     pub fn around(region: &Region, photo: PixelRect) -> Self {
         let reach = (REACH_CELLS * CELL_PX) as u32;
         let rect = region.rect().grown(reach).intersection(&photo);
@@ -41,26 +41,27 @@ impl Cells {
         Self { corner, size, near: grown(&holds, size, REACH_CELLS as usize) }
     }
 
-    /// Which cells hold one of these pixels of the photo, or lie beside one that does: by their places.
+    /// Returns a mask of the cells that hold one of these pixels of the photo, or are adjacent to one that
+    /// does.
     pub fn touching(&self, pixels: impl Iterator<Item = (u32, u32)>) -> Vec<bool> {
         let mut holds = vec![false; self.near.len()];
-        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|place| holds[place] = true);
+        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|index| holds[index] = true);
         grown(&holds, self.size, 1)
     }
 
-    /// The middles of the cells that are near the hidden part, in photo pixels, with their places.
+    /// Iterates over the cells near the occluded part: their index, and their centre in photo pixels.
     pub fn near(&self) -> impl Iterator<Item = (usize, DVec2)> {
         let near = self.near.iter().enumerate().filter(|(_, near)| **near);
-        near.map(|(place, _)| {
-            let [x, y] = [place % self.size[0], place / self.size[0]];
+        near.map(|(index, _)| {
+            let [x, y] = [index % self.size[0], index / self.size[0]];
             let at = |corner: i32, cell: usize| {
                 f64::from((corner + cell as i32) * CELL_PX) + f64::from(CELL_PX) / 2.0
             };
-            (place, DVec2::new(at(self.corner[0], x), at(self.corner[1], y)))
+            (index, DVec2::new(at(self.corner[0], x), at(self.corner[1], y)))
         })
     }
 
-    /// The cell that holds a pixel.
+    /// Returns the index of the cell that holds a pixel; `None` outside of the cells.
     pub fn place(&self, x: u32, y: u32) -> Option<usize> {
         let [column, row] = [0, 1].map(|i| [x, y][i] as i32 / CELL_PX - self.corner[i]);
         let inside =
@@ -68,18 +69,18 @@ impl Cells {
         inside.then(|| row as usize * self.size[0] + column as usize)
     }
 
-    /// Spreads values over all cells: place, value and weight (1 at most) of those that are known. None where
-    /// nothing is.
+    /// Interpolates values over all cells from the known ones: index, value and weight (1 at most). Returns
+    /// `None` when none is known.
     pub fn spread(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<Field> {
         let mut grid = Grid::new(self.size);
-        for (place, value, weight) in known {
-            (grid.values[place], grid.weights[place]) = (value, weight);
+        for (index, value, weight) in known {
+            (grid.values[index], grid.weights[index]) = (value, weight);
         }
         Some(Field { corner: self.corner, size: self.size, values: grid.filled()? })
     }
 }
 
-/// Every mark grown to all sides by so many cells.
+/// Dilates a mask by `reach` cells to all sides.
 fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool> {
     let mut wide = vec![false; marks.len()];
     for (i, _) in marks.iter().enumerate().filter(|(_, mark)| **mark) {
@@ -97,7 +98,7 @@ fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool>
     grown
 }
 
-/// Smooth values over a region.
+/// A grid of smooth values over a region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
     corner: [i32; 2],
@@ -106,13 +107,13 @@ pub struct Field {
 }
 
 impl Field {
-    /// The value at a pixel, between the cells' middles.
+    /// Interpolates the value at a pixel between the cells' centres.
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
         let along = |at: u32, corner: i32, count: usize| {
-            let place = (at as f32 + 0.5) / CELL_PX as f32 - 0.5 - corner as f32;
-            let place = place.clamp(0.0, (count - 1) as f32);
-            let first = place as usize;
-            (first, (first + 1).min(count - 1), place - first as f32)
+            let position = (at as f32 + 0.5) / CELL_PX as f32 - 0.5 - corner as f32;
+            let position = position.clamp(0.0, (count - 1) as f32);
+            let first = position as usize;
+            (first, (first + 1).min(count - 1), position - first as f32)
         };
         let (x0, x1, sx) = along(x, self.corner[0], self.size[0]);
         let (y0, y1, sy) = along(y, self.corner[1], self.size[1]);

@@ -1,4 +1,5 @@
-//! Paint of a photo, ready to give: where a hand has been on a surface it has the word, not the photo under it.
+//! Paint of a photo prepared for sampling by other photos: where a surface is painted, its paint counts
+//! instead of the photo underneath.
 
 use glam::DVec2;
 
@@ -6,26 +7,28 @@ use super::surfaces::SurfaceId;
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
 
-/// Soft paint gives its colour from half its opacity on: below, what it was laid on has more say in it.
+/// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
+/// contributes more.
 const GIVING_ALPHA: u8 = 128;
 
-/// Levels of detail, as photos have them (see [`super::donor`]).
+/// The number of levels of detail, the same as of photos (see [`super::donor`]).
 pub(super) const LEVELS: usize = 4;
 
-/// What was painted on one surface of a photo.
+/// The paint on one surface of a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PaintedSurface {
     /// The surface.
     pub surface: SurfaceId,
-    /// In photo pixels; may reach outside the photo.
+    /// Bounds in photo pixels; they may reach outside the photo.
     pub rect: PixelRect,
-    /// Rows of `rect` from the top: R, G, B, A in the photo's encoding; without opacity where it was painted
-    /// away, none where nobody painted.
+    /// The pixels of `rect`, row by row from the top: R, G, B, A in the photo's encoding, with alpha 0 where
+    /// paint was erased; `None` where there is no paint.
     pub pixels: Vec<Option<[u8; 4]>>,
 }
 
 impl PaintedSurface {
-    /// Every painted pixel that lies within a photo of this size, and its colour if it gives one.
+    /// Iterates over the painted pixels that lie within a photo of this size: column, row, and the colour if
+    /// the pixel provides one.
     pub(super) fn within(
         &self,
         width: u32,
@@ -44,23 +47,24 @@ fn given([r, g, b, a]: [u8; 4]) -> Option<[u8; 3]> {
     (a >= GIVING_ALPHA).then_some([r, g, b])
 }
 
-/// What paint says of a place.
+/// The result of sampling paint at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Word {
-    /// Nobody painted there: the photo may speak.
+    /// There is no paint: the photo's own pixel counts.
     None,
-    /// It was painted away, or too faintly: nothing is to come from here.
+    /// The paint was erased or is too faint: neither paint nor photo is to be used.
     Silence,
-    /// The colour, linear light, full range 1.
+    /// The colour of the paint: linear light, full range 1.
     Colour([f32; 3]),
 }
 
 /// The paint of one surface at several levels of detail.
 #[derive(Debug)]
 pub struct Paint {
-    /// Its corner is a multiple of the coarsest texel, so that texels of all levels lie as the photo's do.
+    /// Bounds in photo pixels. The corner is a multiple of the coarsest texel, so that the texels of all
+    /// levels are aligned with the photo's.
     rect: PixelRect,
-    /// Where it was painted, and whether that gives a colour.
+    /// The state of each pixel of `rect`, row by row.
     marks: Vec<Mark>,
     levels: Vec<Level>,
 }
@@ -72,7 +76,7 @@ enum Mark {
     Gives,
 }
 
-/// sRGB, 8 bits; the fourth is 0 where no paint gives any colour.
+/// One level: sRGB, 8 bits; alpha is 0 where no paint provides a colour.
 #[derive(Debug)]
 struct Level {
     width: usize,
@@ -81,7 +85,7 @@ struct Level {
 }
 
 impl Paint {
-    /// Makes it ready.
+    /// Builds the levels of detail.
     pub fn of(painted: &PaintedSurface) -> Self {
         let step = 1 << (LEVELS - 1);
         let down = |at: i32| at.div_euclid(step) * step;
@@ -107,18 +111,18 @@ impl Paint {
         Self { rect, marks, levels }
     }
 
-    /// In photo pixels, all of it.
+    /// Returns the bounds of the paint in photo pixels, rounded outwards to the coarsest texel.
     pub fn rect(&self) -> PixelRect {
         self.rect
     }
 
-    /// Bytes that it takes.
+    /// Returns the memory that the paint uses, in bytes.
     pub fn bytes(&self) -> u64 {
         let texels: usize = self.levels.iter().map(|level| level.texels.len()).sum();
         (self.marks.len() + 4 * texels) as u64
     }
 
-    /// What is said at a position of the photo, at a level of detail.
+    /// Samples the paint at a position of the photo in pixels, at a level of detail.
     pub fn at(&self, px: DVec2, level: usize) -> Word {
         let pixel = (px - DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y))).floor();
         let inside = pixel.cmpge(DVec2::ZERO).all()
@@ -134,7 +138,7 @@ impl Paint {
         }
     }
 
-    /// Between the four texels of the level that are painted; the pixel itself is.
+    /// Interpolates between those of four texels of the level that are painted; the pixel at `px` is.
     fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
         let scale = 1.0 / f64::from(1u32 << level);
         let corner = DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y));
@@ -155,7 +159,7 @@ impl Paint {
         if weights > 0.0 {
             return sum.map(|sum| sum / weights);
         }
-        // A lonely pixel is lost in coarser levels; its own colour is still there.
+        // An isolated pixel disappears in coarser levels, but a finer level still has its colour.
         if level == 0 { [0.0; 3] } else { self.colour(px, level - 1) }
     }
 }
@@ -166,7 +170,8 @@ impl Level {
         linear(inside.then(|| self.texels[y as usize * self.width + x as usize])?)
     }
 
-    /// Means of two by two over those that are painted, where half of them are.
+    /// Halves the level: each texel is the mean of the painted ones of two by two texels, when at least two
+    /// are painted.
     fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let mean = |i: usize| {

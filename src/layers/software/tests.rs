@@ -8,7 +8,7 @@ use crate::scene::FaceId;
 
 const TOLERANCE: f32 = 1e-4;
 
-/// A view of 16 x 8 pixels without items.
+/// Returns a view of 16 x 8 pixels without items.
 fn empty_view() -> View {
     View { width: 16, height: 8, largest_inverse_depth: 1.0, ..View::default() }
 }

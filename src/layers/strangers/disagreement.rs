@@ -1,4 +1,4 @@
-//! How far a photo is from what the others agree on, pixel by pixel.
+//! The disagreement of one photo with the consensus of the others, pixel by pixel.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -10,28 +10,28 @@ use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
 use crate::task::Task;
 
-/// So many photos are asked at most, the nearest ones.
+/// The largest number of photos that a photo is compared with, the nearest ones.
 const MOST_WITNESSES: usize = 24;
 
-/// Two photos that show a place say what it looks like, if they agree.
+/// The least number of other photos that have to show a point.
 const LEAST_WITNESSES: usize = 2;
 
-/// A surface that is seen under a smaller angle than two degrees (sine) shows nothing that can be compared; the ground
-/// of a square is seen under three from its far side, and people stand there.
+/// The sine of the least angle, about two degrees, under which a surface is compared. The ground of a square
+/// is seen under three degrees from its far side, where people stand.
 const GRAZING: f64 = 0.03;
 
-/// What all photos of a site share.
+/// The data that the comparisons of all photos of a site share.
 pub struct Witnesses<'a> {
-    /// In the site's order; none where a photo cannot be read.
+    /// The reduced photos, in the site's order; `None` where a photo cannot be read.
     pub looks: &'a [Option<Look>],
-    /// Of the model in world coordinates.
+    /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
-    /// How far the true surface stands off the model's.
+    /// The heights of the true surface over the model's.
     pub relief: &'a Relief,
 }
 
-/// For each pixel of the small photo at this place of the site how far it is from what the others show there, row by
-/// row; not a number where too few show it.
+/// Measures, for each pixel of a reduced photo, how far it is from what the others show there: a natural
+/// logarithm, row by row; NaN where too few others show the point. `photo` is an index in the site's order.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -42,36 +42,36 @@ pub fn disagreement(
     task: &Task,
 ) -> Result<Vec<f32>> {
     let Some(asked) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
-    let court = Court { witnesses, asked, others: nearest(witnesses.looks, photo), options };
+    let consensus = Consensus { witnesses, asked, others: nearest(witnesses.looks, photo), options };
     let (width, height) = (asked.donor.camera.width, asked.donor.camera.height);
     let row = |y: u32| {
         task.go_on()?;
-        Ok((0..width).map(|x| court.pixel(x, y).unwrap_or(f32::NAN)).collect::<Vec<f32>>())
+        Ok((0..width).map(|x| consensus.pixel(x, y).unwrap_or(f32::NAN)).collect::<Vec<f32>>())
     };
     let rows: Vec<Vec<f32>> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;
     Ok(rows.concat())
 }
 
-/// The other photos, nearest first.
+/// Returns the other photos, nearest first.
 fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
     let eye = |look: &Look| look.donor.pose.center_in_world();
     let own = looks[photo].as_ref().map_or(DVec3::ZERO, eye);
-    let others = looks.iter().enumerate().filter(|(place, _)| *place != photo);
+    let others = looks.iter().enumerate().filter(|(index, _)| *index != photo);
     let mut others: Vec<&Look> = others.filter_map(|(_, look)| look.as_ref()).collect();
     others.sort_by(|a, b| eye(a).distance(own).total_cmp(&eye(b).distance(own)));
     others.truncate(MOST_WITNESSES);
     others
 }
 
-struct Court<'a> {
+struct Consensus<'a> {
     witnesses: &'a Witnesses<'a>,
     asked: &'a Look,
     others: Vec<&'a Look>,
     options: &'a StrangerOptions,
 }
 
-impl Court<'_> {
-    /// None where the photo shows nothing that enough others show.
+impl Consensus<'_> {
+    /// Computes the disagreement at a pixel; `None` where fewer than two other photos show the point.
     fn pixel(&self, x: u32, y: u32) -> Option<f32> {
         let (id, point) = self.shown(x, y)?;
         let tint = self.asked.tint(x, y);
@@ -86,13 +86,14 @@ impl Court<'_> {
         if count < LEAST_WITNESSES {
             return None;
         }
-        let quarrel = spread(&tints[..count]) / self.options.quarrel;
+        let quarrel = deviation(&tints[..count]) / self.options.quarrel;
         apart[..count].sort_unstable_by(f32::total_cmp);
-        // One in four may be wrong as the asked one is: it shows the same stranger, or is out of register.
+        // One photo in four may be wrong like the tested one, because it shows the same object or is out of
+        // register.
         Some(apart[count / 4] / (1.0 + quarrel * quarrel))
     }
 
-    /// The surface that the asked photo shows at a pixel, and the point.
+    /// Returns the surface that the tested photo shows at a pixel, and the point in world coordinates.
     fn shown(&self, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
         let donor = &self.asked.donor;
         let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
@@ -115,7 +116,8 @@ impl Court<'_> {
         Some((id, point))
     }
 
-    /// Where a witness shows the surface at a point, well inside.
+    /// Returns the pixel position at which another photo shows a surface point, well inside what it shows of
+    /// the surface.
     fn seen(&self, look: &Look, id: SurfaceId, point: DVec3) -> Option<DVec2> {
         let item = look.donor.item(id)?;
         let normal = self.witnesses.surfaces.get(id).plane.normal;
@@ -127,8 +129,8 @@ impl Court<'_> {
     }
 }
 
-/// How far colours are from the one in their middle: the median.
-fn spread(tints: &[Tint]) -> f32 {
+/// Computes the median distance of colours from their median.
+fn deviation(tints: &[Tint]) -> f32 {
     let middle = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_WITNESSES];
         tints.iter().zip(&mut values).for_each(|(tint, value)| *value = tint[c]);
@@ -141,7 +143,7 @@ fn spread(tints: &[Tint]) -> f32 {
     median(&mut values[..tints.len()])
 }
 
-/// The mean of the two in the middle where their number is even.
+/// Returns the median; for an even number of values, the mean of the two in the middle.
 fn median(values: &mut [f32]) -> f32 {
     values.sort_unstable_by(f32::total_cmp);
     let middle = values.len() / 2;
@@ -155,7 +157,7 @@ mod tests {
     #[test]
     fn witnesses_that_quarrel_are_spread_and_one_stray_among_them_is_not() {
         let grey = |l: f32| [l, 0.0, 0.0];
-        assert!(spread(&[grey(-1.0), grey(-1.1), grey(-1.05), grey(-4.0)]) < 0.06);
-        assert!(spread(&[grey(-1.0), grey(-2.0), grey(-3.0), grey(-4.0)]) > 0.9);
+        assert!(deviation(&[grey(-1.0), grey(-1.1), grey(-1.05), grey(-4.0)]) < 0.06);
+        assert!(deviation(&[grey(-1.0), grey(-2.0), grey(-3.0), grey(-4.0)]) > 0.9);
     }
 }

@@ -1,20 +1,22 @@
-//! Where a photo disagrees with the others: connected regions.
+//! Connected regions in which a photo disagrees with the others.
 
 use super::StrangerOptions;
 use crate::geometry::{PixelRect, Spans};
 
-/// A region that shows something that the others do not.
+/// A region that probably shows a transient object.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Suspect {
-    /// With its margin, in pixels of the small photo.
+    /// The mask: the region with its margin, in pixels of the reduced photo.
     pub masked: Spans,
-    /// How far it differs, on average: a natural logarithm.
+    /// The mean disagreement, as a natural logarithm.
     pub score: f32,
-    /// That, times the root of its pixels without the margin: large things need not differ as much as small ones.
+    /// The score times the square root of the number of pixels without the margin: large objects need not
+    /// differ as much as small ones.
     pub weight: f32,
 }
 
-/// The suspects of a photo of `width` columns, from the top; `apart` as [`super::disagreement()`] has it.
+/// Finds the suggested regions of a photo of `width` columns, from the top. `apart` is the result of
+/// [`super::disagreement()`].
 pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
     let smooth = smoothed(apart, width);
     let most = (apart.len() as f64 * options.most_share) as u64;
@@ -40,7 +42,7 @@ pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<S
     found
 }
 
-/// Means over 3 x 3 of what is known, where that is known itself.
+/// Smooths the known values: means over the known values of 3 x 3 pixels; NaN remains NaN.
 fn smoothed(apart: &[f32], width: usize) -> Vec<f32> {
     let height = apart.len() / width.max(1);
     let mean = |x: usize, y: usize| {
@@ -62,7 +64,7 @@ fn smoothed(apart: &[f32], width: usize) -> Vec<f32> {
     (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
 }
 
-/// The pixels above `least` that are connected with one, across corners too.
+/// Collects the pixels of at least `least` that are connected with `start`, across corners too.
 fn connected(values: &[f32], width: usize, start: usize, least: f32, taken: &mut [bool]) -> Vec<usize> {
     let height = values.len() / width;
     let (mut found, mut next) = (Vec::new(), vec![start]);
@@ -72,11 +74,11 @@ fn connected(values: &[f32], width: usize, start: usize, least: f32, taken: &mut
         let (x, y) = (at % width, at / width);
         for v in y.saturating_sub(1)..(y + 2).min(height) {
             for u in x.saturating_sub(1)..(x + 2).min(width) {
-                let beside = v * width + u;
-                // Not a number is never at least anything.
-                if !taken[beside] && values[beside] >= least {
-                    taken[beside] = true;
-                    next.push(beside);
+                let neighbour = v * width + u;
+                // The comparison is false for NaN.
+                if !taken[neighbour] && values[neighbour] >= least {
+                    taken[neighbour] = true;
+                    next.push(neighbour);
                 }
             }
         }
@@ -84,7 +86,7 @@ fn connected(values: &[f32], width: usize, start: usize, least: f32, taken: &mut
     found
 }
 
-/// As a set, with what is enclosed or nearly so, and the margin around.
+/// Converts pixels to a mask with the margin, in which holes and narrow gaps are closed.
 fn spans(mut pixels: Vec<usize>, width: usize, whole: PixelRect, margin: i32) -> Spans {
     pixels.sort_unstable();
     let mut rest = pixels.iter().copied().peekable();
@@ -96,7 +98,7 @@ fn spans(mut pixels: Vec<usize>, width: usize, whole: PixelRect, margin: i32) ->
             out.push(x..x + 1);
         }
     });
-    // Grown by twice the margin and shrunk by once: gaps close, and rims get their margin.
+    // The mask is dilated by twice the margin and eroded by once: gaps close, and rims get their margin.
     let frame = whole.grown(4 * margin.max(1) as u32);
     let wide = bare.grown(2 * margin);
     let shrunk = wide.complement(frame).grown(margin).complement(frame);
@@ -117,7 +119,7 @@ mod tests {
         }
     }
 
-    /// 40 x 30 pixels.
+    /// Builds values of 40 x 30 pixels.
     fn apart(value: impl Fn(i32, i32) -> f32) -> Vec<f32> {
         (0..30).flat_map(|y| (0..40).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect()
     }

@@ -1,4 +1,4 @@
-//! The candidates of a cell hold every photo that matters at any of its points.
+//! Tests that the candidates of a cell include every photo that has weight at any of its points.
 
 use glam::{DVec2, DVec3, dvec3};
 
@@ -10,7 +10,7 @@ use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing,
 use crate::scene::Model;
 use crate::scene::synthetic::{Dice, centred, look_at, random};
 
-/// Every photo is sure of itself to one degree everywhere.
+/// A source of bounds in which each photo has one confidence everywhere.
 struct Even;
 
 impl Even {
@@ -25,7 +25,7 @@ impl Confidence for Even {
     }
 }
 
-/// Cameras around the scene, each of which serves the side of every face that it sees.
+/// Arranges cameras around the scene, each of which textures the side of every face that it sees.
 fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
     let mut sources = Sources::default();
     for i in 0..count {
@@ -57,7 +57,7 @@ fn center(model: &Model) -> DVec3 {
     model.vertices.iter().sum::<DVec3>() / model.vertices.len() as f64
 }
 
-/// The penalty of a server at a point, by the definition.
+/// Computes the penalty of a server at a point, by the definition.
 fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DVec3) -> f64 {
     let photo = sources.photo(server.photo);
     let in_photo = photo.pose.camera_from_world(p);
@@ -77,8 +77,8 @@ fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DV
     claim.penalty(&shot.blend)
 }
 
-/// Compares, at pixels of the shot, the weights of the cell's candidates with those of all servers.
-/// Returns how many points were looked at and how many candidates they had in all.
+/// Compares, at pixels of the view, the weights of the cell's candidates with those of all servers. Returns
+/// the number of points compared and the total number of their candidates.
 fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Dice) -> (u32, usize) {
     let (mut points, mut candidates) = (0, 0);
     for found in &cells.faces {
@@ -136,7 +136,7 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
                 };
                 let (points, candidates) = compare(&model, &sources, &shot, &found, &mut dice);
                 assert!(points > 100, "seed {seed}: {points} points");
-                // Where confidence is known, lists are short: 24 photos serve every side.
+                // Where lower bounds of confidence are known, lists are short: 24 photos texture every side.
                 if known && mode == Mode::Lumigraph {
                     assert!(candidates < 16 * points as usize, "{candidates} at {points} points");
                 }

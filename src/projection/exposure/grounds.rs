@@ -1,20 +1,21 @@
-//! What a photo's gain rests on: how much it has in common with others, and how well that agrees.
+//! The support of the photos' gains: how much each photo has in common with others, and how well the
+//! comparisons agree.
 
 use serde::{Deserialize, Serialize};
 
 use super::{PatchColour, Ratio, SharedPoint};
 
-/// Of one photo.
+/// The support of one photo's gain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 pub struct Grounds {
-    /// Surface points that it and another photo show, both with usable colours.
+    /// The number of surface points that this and another photo show, both with usable colours.
     pub points: u32,
-    /// Median, over its comparisons and R, G and B, of the absolute log ratio that is left once the gains
-    /// are taken out; 0 without any.
+    /// Median, over the photo's comparisons and R, G and B, of the absolute log ratio that remains after the
+    /// gains are removed; 0 without comparisons.
     pub residual: f64,
 }
 
-/// By photo. `gains` as they were estimated from `ratios`.
+/// Computes the support of each photo's gain. `gains` are those estimated from `ratios`.
 pub fn grounds(
     photos: usize,
     points: &[SharedPoint],
@@ -41,7 +42,7 @@ pub fn grounds(
     shared.into_iter().zip(left).map(of_photo).collect()
 }
 
-/// 0 of nothing.
+/// Returns the median; 0 for no values.
 fn median(mut values: Vec<f64>) -> f64 {
     if values.is_empty() {
         return 0.0;

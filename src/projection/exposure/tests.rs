@@ -1,4 +1,4 @@
-//! Photos of an invented court whose exposures are known.
+//! Tests on photos of a synthetic courtyard whose exposures are known.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::geometry::Pose;
 use crate::scene::Model;
 use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
 
-/// A floor with four boxes on it, `at` in the world.
+/// Builds a floor with four boxes on it, at the world point `at`.
 fn court(at: DVec3) -> Arc<Model> {
     let mut m = Modeller::new();
     m.object("floor").quad(at + DVec3::new(-8.0, -8.0, 0.0), DVec3::X * 16.0, DVec3::Y * 16.0);
@@ -21,7 +21,7 @@ fn court(at: DVec3) -> Arc<Model> {
     m.finish()
 }
 
-/// Photos in a ring around `at`, looking inwards.
+/// Arranges photos in a ring around `at`, looking inwards.
 fn ring(at: DVec3, count: u32) -> Vec<Projector> {
     let photo = |k: u32| {
         let angle = TAU * f64::from(k) / f64::from(count);
@@ -32,18 +32,18 @@ fn ring(at: DVec3, count: u32) -> Vec<Projector> {
     (0..count).map(photo).collect()
 }
 
-/// Some photos, what is true of them, and what is wrong with them.
+/// Photos with their true exposures, and the disturbances to simulate.
 struct Shoot {
     model: Arc<Model>,
     photos: Vec<Projector>,
     gains: Vec<[f64; 3]>,
-    /// Standard deviation, about, of a patch's log colour.
+    /// The approximate standard deviation of a patch's log colour.
     noise: f64,
-    /// In these photos somebody in white stands in columns 200 to 240.
+    /// The photos in which a person in white covers columns 200 to 240.
     visited: Vec<u32>,
-    /// One side of the court is brighter, by so much as a logarithm.
+    /// The logarithm by which one side of the court is brighter.
     sunny: f64,
-    /// What cameras do, photo by photo; and what is asked for of it.
+    /// The optics of each photo; below, whether vignetting and offset are estimated.
     optics: Vec<Optics>,
     asked: [bool; 2],
 }
@@ -85,7 +85,7 @@ impl Shoot {
         Some(Colour { mean, usable: true })
     }
 
-    /// The largest error of a gain among `photos`, their mean taken out.
+    /// Returns the largest error of a gain among `photos`, after removing the mean error.
     fn worst(&self, found: &Gains, photos: std::ops::Range<usize>) -> f64 {
         let mut worst: f64 = 0.0;
         for c in 0..3 {
@@ -141,7 +141,7 @@ fn two_courts_that_do_not_see_each_other_are_two_components() {
     let (here, there) = (DVec3::ZERO, DVec3::new(0.0, 500.0, 0.0));
     let mut photos = ring(here, 8);
     photos.extend(ring(there, 5));
-    // One photo looks at nothing.
+    // One photo looks away from the model.
     let away = look_at(DVec3::new(100.0, 0.0, 2.0), DVec3::new(200.0, 1.0, 2.0));
     photos.push(Projector { pose: away, ..photos[0].clone() });
     let model = joined(&court(here), &court(there));
@@ -152,7 +152,7 @@ fn two_courts_that_do_not_see_each_other_are_two_components() {
     assert_eq!(found.gains.of_photo[13], [0.0; 3]);
 }
 
-/// Both, faces of the first before those of the second.
+/// Joins two models, with the faces of the first before those of the second.
 fn joined(first: &Model, second: &Model) -> Arc<Model> {
     let mut m = Modeller::new();
     for (place, model) in [("here", first), ("there", second)] {
@@ -164,7 +164,7 @@ fn joined(first: &Model, second: &Model) -> Arc<Model> {
     m.finish()
 }
 
-/// Photos from the middle of the court, all around.
+/// Arranges photos at the centre of the court, looking in all directions.
 fn panorama(count: u32) -> Vec<Projector> {
     let photo = |k: u32| {
         let angle = TAU * f64::from(k) / f64::from(count);
@@ -175,12 +175,12 @@ fn panorama(count: u32) -> Vec<Projector> {
     (0..count).map(photo).collect()
 }
 
-/// The log gain of a view by nearness; surfaces are about 10 units away.
+/// Computes the log gain of a view by nearness; surfaces are about 10 units away.
 fn near(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
     gains.of_view(view, &Shares::of(view, 10.0, photos, without))
 }
 
-/// Root mean square error of the gains, when each is predicted from the other photos.
+/// Computes the root mean square error of the gains when each is predicted from the other photos.
 fn left_out(gains: &Gains, photos: &[Projector]) -> f64 {
     let error = |(i, photo): (u32, &Projector)| {
         let predicted = near(&photo.pose, gains, photos, &[PhotoId(i)]);
@@ -195,7 +195,7 @@ fn where_exposures_were_metered_the_view_is_metered_too() {
     (shoot.sunny, shoot.noise) = (0.7, 0.01);
     shoot.gains = vec![[0.0; 3]; 16];
     let seen = RayVisibility::new(&shoot.model, &shoot.photos);
-    // Automatic exposure: what is in the middle becomes grey.
+    // Automatic exposure renders the centre of the image as mid-grey.
     let metered = |photo: u32| {
         let (mut light, mut all) = (0.0, 0.0);
         for (u, v) in (0..30 * 20).map(|k| (f64::from(k % 30) / 30.0, f64::from(k / 30) / 20.0)) {
@@ -258,7 +258,7 @@ fn the_number_of_threads_changes_no_bit() {
     assert_eq!(with(1), with(4));
 }
 
-/// So near what is found of a lens has to come at the corner, as a logarithm: a tenth of a stop.
+/// The largest error allowed for a falloff at the corner, as a logarithm: a tenth of a stop.
 const CORNER: f64 = 0.07;
 
 #[test]
@@ -275,7 +275,7 @@ fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
     let found = shoot.estimate();
     let corner = |photo: usize| found.gains.optics[photo].log_light(1.0);
     assert!((corner(0) + 0.7).abs() < CORNER && corner(11).abs() < CORNER, "{:?}", found.gains.optics);
-    // Halfway to the corner a quarter of the first term and a sixteenth of the second.
+    // Halfway to the corner: a quarter of the first term and a sixteenth of the second.
     let halfway = found.gains.optics[0].log_light(0.25);
     assert!((halfway + 0.1375).abs() < 0.5 * CORNER, "{halfway}");
     let (with, without) = (shoot.worst(&found.gains, 0..12), shoot.worst(&blind.gains, 0..12));

@@ -1,5 +1,5 @@
-//! Structural similarity (Wang, Bovik, Sheikh & Simoncelli, "Image quality assessment: from error
-//! visibility to structural similarity", 2004), in the form that scikit-image has by default.
+//! Structural similarity (Wang, Bovik, Sheikh & Simoncelli, "Image quality assessment: from error visibility
+//! to structural similarity", 2004), in the form that scikit-image uses by default.
 
 use rayon::prelude::*;
 
@@ -12,22 +12,23 @@ const PIXELS: f64 = (SIDE * SIDE) as f64;
 const C1: f64 = 2.55 * 2.55;
 const C2: f64 = 7.65 * 7.65;
 
-/// The mean over all windows of 7 x 7 pixels that are `counted` whole, and over R, G and B. Windows
-/// are uniform, K1 = 0.01, K2 = 0.03, variances are those of samples (division by 48), as
-/// `skimage.metrics.structural_similarity` does it with its defaults. `None` without a window.
+/// Computes the mean structural similarity over all windows of 7 x 7 pixels that are completely `counted`,
+/// and over R, G and B. Windows are uniform, K1 = 0.01, K2 = 0.03, and variances are sample variances
+/// (division by 48), as in `skimage.metrics.structural_similarity` with its defaults. Returns `None` without
+/// such a window.
 pub fn structural_similarity(compared: &Compared, counted: &[bool]) -> Option<f64> {
     let (width, height) = (compared.width as usize, compared.height as usize);
     if width < SIDE || height < SIDE {
         return None;
     }
     let rows = (0..=height - SIDE).into_par_iter().map(|top| row(compared, counted, top));
-    // Added up in the rows' order, so that the same input gives the same bytes.
+    // The sums are added in the order of the rows, so that the same input gives the same bytes.
     let rows: Vec<(f64, u64)> = rows.collect();
     let (sum, windows) = rows.iter().fold((0.0, 0), |(sum, count), row| (sum + row.0, count + row.1));
     (windows > 0).then(|| sum / (3 * windows) as f64)
 }
 
-/// Sums over the seven pixels of a column, and then over seven columns, one channel.
+/// Sums over pixels of one channel: first over the seven pixels of a column, then over seven columns.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moments {
     x: u32,
@@ -37,7 +38,7 @@ struct Moments {
     xy: u32,
 }
 
-/// Sum of the similarities of the windows whose first row is `top`, over all channels; and their
+/// Sums the similarities of the windows whose first row is `top`, over all channels; also returns their
 /// number.
 fn row(compared: &Compared, counted: &[bool], top: usize) -> (f64, u64) {
     let width = compared.width as usize;
@@ -70,7 +71,7 @@ fn column_moments(compared: &Compared, column: usize, top: usize, channel: usize
     moments
 }
 
-/// Of one window, from its columns.
+/// Computes the similarity of one window from its columns.
 fn similarity(columns: &[Moments]) -> f64 {
     let sum = |of: fn(&Moments) -> u32| f64::from(columns.iter().map(of).sum::<u32>());
     let (mean_x, mean_y) = (sum(|m| m.x) / PIXELS, sum(|m| m.y) / PIXELS);
@@ -92,7 +93,7 @@ mod tests {
         (0..3 * width * height).map(|_| dice.whole(0, 255) as u8).collect()
     }
 
-    /// Window by window, with means first and deviations from them after.
+    /// Computes the mean window by window, with means first and deviations from them after.
     fn by_definition(compared: &Compared, counted: &[bool]) -> f64 {
         let (width, height) = (compared.width as usize, compared.height as usize);
         let mut values = Vec::new();
@@ -133,7 +134,7 @@ mod tests {
         }
     }
 
-    /// A slope with noise, and the same darker with noise of its own.
+    /// Returns a slope with noise, and a darker copy with noise of its own.
     fn slope_with_noise(seed: u64, width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
         let mut dice = Dice::new(seed);
         let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
@@ -146,9 +147,9 @@ mod tests {
             .unzip()
     }
 
-    /// What scikit-image 0.26.0 (numpy 2.4.6) makes of the same pictures, whose samples it was given by a
-    /// copy of [`Dice`] in Python: `skimage.metrics.structural_similarity(truth, predicted, win_size=7,
-    /// channel_axis=2, data_range=255)`, which leaves out a border of three pixels from the mean.
+    /// The expected values are from scikit-image 0.26.0 (numpy 2.4.6) on the same images, whose samples it
+    /// got from a copy of [`Dice`] in Python: `skimage.metrics.structural_similarity(truth, predicted,
+    /// win_size=7, channel_axis=2, data_range=255)`, which leaves out a border of three pixels from the mean.
     #[test]
     fn it_is_what_scikit_image_says() {
         let said = [

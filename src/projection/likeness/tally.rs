@@ -1,17 +1,17 @@
-//! Squared errors added up by what is shown: which surfaces are predicted well, and which not.
+//! Sums of squared errors, by which the quality of parts of images, such as surfaces, is reported.
 
 use std::ops::AddAssign;
 
 use super::psnr;
 
-/// Of some pixels, over any number of pictures.
+/// The summed errors of some pixels, over any number of images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Tally {
-    /// Pixels that were predicted.
+    /// The number of pixels that were predicted.
     pub covered: u64,
-    /// Pixels that nothing was predicted for.
+    /// The number of pixels that were not predicted.
     pub holes: u64,
-    /// Sum of squared differences over the three channels of the covered ones.
+    /// The sum of squared differences over the three channels of the predicted pixels.
     pub squared_error: u64,
 }
 
@@ -23,7 +23,7 @@ impl Tally {
         self.squared_error += squares.sum::<u64>();
     }
 
-    /// PSNR of the covered pixels in dB; none without any.
+    /// Computes the PSNR of the predicted pixels in dB; `None` when there are none.
     pub fn psnr(&self) -> Option<f64> {
         (self.covered > 0).then(|| psnr(self.squared_error as f64, 3 * self.covered))
     }

@@ -1,38 +1,38 @@
-//! What of a photo can be compared with other photos: luminance without its local mean and contrast, at
-//! several sizes.
+//! The detail of photos that can be compared between photos: luminance without its local mean and contrast,
+//! at several scales.
 
 use rayon::prelude::*;
 
 use crate::scene::{PhotoPixels, Samples};
 
-/// Luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. Exposure,
-/// vignetting and haze, which change slowly over a photo, are gone; so are differences between photos of
-/// different contrast.
+/// An image of luminance relative to its surroundings: `(I - mean) / (deviation + noise)` over a square. This removes
+/// exposure, vignetting and haze, which change slowly over a photo, and differences of contrast between
+/// photos.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Detail {
     width: usize,
     height: usize,
-    /// Row by row from the top, in 1/40; [`NOTHING`] where the photo is not valid.
+    /// The values row by row from the top, in units of 1/40; [`NOTHING`] where the photo is not valid.
     values: Vec<i8>,
 }
 
-/// Texels of the finest level of one photo: hundreds of photos fit into memory.
+/// The largest number of texels of the finest level of a photo, so that hundreds of photos fit into memory.
 pub(super) const MOST_TEXELS: usize = 2 << 20;
 
-/// Half the side of the square of surroundings, in texels, without the middle.
+/// Half the side of the square of surroundings, in texels, without the centre.
 pub(super) const AROUND: usize = 3;
 
-/// Deviation that is as good as noise, of full range: below it contrast is not raised.
+/// The deviation, relative to full range, that is attributed to noise; contrast below it is not amplified.
 pub(super) const NOISE: f32 = 0.04;
 
-/// Steps of a stored value per unit: values beyond 3.2 deviations are cut off.
+/// Steps of a stored value per unit; values beyond 3.2 deviations are clipped.
 pub(super) const STEPS: f32 = 40.0;
 
 const NOTHING: i8 = i8::MIN;
 
 impl Detail {
-    /// The value at a position in texels, the first one's centre at (0.5, 0.5): bilinear; `None` outside
-    /// and next to what is not valid.
+    /// Interpolates the value at a position in texels, the first one's centre being at (0.5, 0.5): bilinear;
+    /// `None` outside of the image and next to invalid pixels.
     #[inline]
     pub fn at(&self, x: f32, y: f32) -> Option<f32> {
         let (x, y) = (x - 0.5, y - 0.5);
@@ -52,7 +52,7 @@ impl Detail {
         Some((upper + (lower - upper) * sy) / STEPS)
     }
 
-    fn of(image: &Luminance) -> Self {
+    fn from_luminance(image: &Luminance) -> Self {
         let squares = image.map(|value| value * value);
         let valid = image.map(|_| 1.0);
         let [sum, squares, count] = [image, &squares, &valid].map(Luminance::box_sums);
@@ -63,7 +63,7 @@ impl Detail {
             }
             let mean = sum[i] / count[i];
             let deviation = (squares[i] / count[i] - mean * mean).max(0.0).sqrt();
-            // A cast from float keeps to the ends of the range; the lowest value is taken.
+            // The cast saturates at the upper end of the range; the lowest value is reserved for `NOTHING`.
             ((value - mean) / (deviation + NOISE) * STEPS).round().max(-127.0) as i8
         };
         let values = (0..image.values.len()).into_par_iter().map(texel).collect();
@@ -71,14 +71,14 @@ impl Detail {
     }
 }
 
-/// The details of a photo: level `l` has `2^l` of its pixels to a texel; `None` for levels that are too
-/// large to keep. The last is at least [`AROUND`] texels wide.
+/// Computes the details of a photo: level `l` has `2^l` of its pixels per texel. Levels that are too large to
+/// keep are `None`. The last level is at least [`AROUND`] texels wide.
 pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
-    let mut image = Luminance::of(pixels);
+    let mut image = Luminance::from_pixels(pixels);
     let mut levels = Vec::new();
     loop {
         let kept = image.values.len() <= MOST_TEXELS;
-        levels.push(kept.then(|| Detail::of(&image)));
+        levels.push(kept.then(|| Detail::from_luminance(&image)));
         if image.width.min(image.height) < 8 * AROUND {
             return levels;
         }
@@ -86,7 +86,7 @@ pub fn levels(pixels: &PhotoPixels) -> Vec<Option<Detail>> {
     }
 }
 
-/// Luma as the photo stores it, 0 to 1; NaN where it is not valid.
+/// An image of luma in the photo's own encoding, 0 to 1; NaN where the photo is not valid.
 struct Luminance {
     width: usize,
     height: usize,
@@ -94,7 +94,7 @@ struct Luminance {
 }
 
 impl Luminance {
-    fn of(pixels: &PhotoPixels) -> Self {
+    fn from_pixels(pixels: &PhotoPixels) -> Self {
         let [width, height] = [pixels.width as usize, pixels.height as usize];
         let mut values = vec![0.0; width * height];
         values.par_chunks_mut(width.max(1)).enumerate().for_each(|(y, row)| {
@@ -114,8 +114,8 @@ impl Luminance {
         Self { width, height, values }
     }
 
-    /// Half the size: means of 2 x 2, not valid unless all four are. A last odd row or column is left
-    /// out, so that texel positions stay halves of pixel positions.
+    /// Halves the image: means of 2 x 2 texels, invalid unless all four are valid. A last odd row or column
+    /// is dropped, so that texel positions remain halves of pixel positions.
     fn halved(&self) -> Self {
         let (width, height) = (self.width / 2, self.height / 2);
         let mut values = vec![0.0; width * height];
@@ -135,7 +135,7 @@ impl Luminance {
         Self { values: self.values.par_iter().map(change).collect(), ..*self }
     }
 
-    /// Sums over the square around each texel, of what is valid and within the image.
+    /// Computes the sums over the square around each texel, of valid texels within the image.
     fn box_sums(&self) -> Vec<f32> {
         let (width, height) = (self.width, self.height);
         let mut across = vec![0.0; self.values.len()];
@@ -144,7 +144,7 @@ impl Luminance {
             for (to, value) in padded[AROUND..].iter_mut().zip(row) {
                 *to = if value.is_nan() { 0.0 } else { *value };
             }
-            // From left to right, for all texels of the row at once.
+            // The sums grow from left to right, for all texels of the row at once.
             for shifted in padded.windows(width) {
                 sums.iter_mut().zip(shifted).for_each(|(sum, value)| *sum += value);
             }
@@ -161,7 +161,7 @@ impl Luminance {
     }
 }
 
-/// A row of luminance; `full` is the alpha of what is valid, where there is alpha.
+/// Converts a row to luminance; `full` is the alpha of valid pixels, where there is alpha.
 fn fill<T: Copy + PartialEq, const CHANNELS: usize>(
     row: &mut [f32],
     samples: &[T],
@@ -197,7 +197,7 @@ mod tests {
         let (dark, bright) = (dark[0].as_ref().unwrap(), bright[0].as_ref().unwrap());
         for (x, y) in [(5.3, 7.7), (30.0, 20.5), (60.1, 40.2)] {
             let [a, b] = [dark, bright].map(|detail| detail.at(x, y).unwrap());
-            // The noise that is allowed for weighs half in the brighter one: deviations of 0.09, 0.18.
+            // The assumed noise weighs half as much in the brighter photo: deviations of 0.09 and 0.18.
             assert!((a - b).abs() <= 0.35 * a.abs().max(0.1), "{a} {b}");
         }
     }

@@ -1,4 +1,4 @@
-//! Relief from photos: what disagrees least, face by face.
+//! The estimation of relief from photos, face by face: the heights at which the photos disagree least.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -15,11 +15,12 @@ use crate::projection::PhotoId;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// Faces of more cells are taken one after the other, their rows by all threads: their volumes are
-/// large. Smaller ones are taken side by side.
+/// The number of cells above which faces are processed one after the other, their rows in parallel, because
+/// their cost volumes are large. Smaller faces are processed in parallel.
 const LARGE: usize = 1 << 15;
 
-/// A photo is a witness of a face from so many blocks on: fewer are a corner seen by chance.
+/// The least number of blocks in which a photo has to show a face to be a witness of it; fewer show only a
+/// corner.
 pub(super) const LEAST_BLOCKS: u32 = 8;
 
 /// Estimates the relief of all faces from photos, `witnesses[i]` being photo i. Billboards and faces that
@@ -38,8 +39,8 @@ pub fn estimate_relief(
     Ok(Relief { of_face })
 }
 
-/// The same as if `photos` were not among the witnesses, given what all of them say: only faces that they
-/// show are estimated again. So photos can be predicted that did not take part.
+/// Estimates the relief without certain photos, starting from the relief of all: only faces that the photos
+/// show are estimated again. It serves to predict photos that did not take part.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -64,7 +65,7 @@ pub fn relief_without(
     Ok(Relief { of_face: of_face.collect() })
 }
 
-/// For each face the photos that show it, with the number of blocks.
+/// Lists for each face the photos that show it, with the number of blocks.
 fn seen_faces(model: &Model, witnesses: &[Witness]) -> Vec<Vec<(usize, u32)>> {
     let mut seen = vec![Vec::new(); model.faces.len()];
     for (w, witness) in witnesses.iter().enumerate() {
@@ -111,7 +112,8 @@ fn of_faces(
     Ok(of_face)
 }
 
-/// The heights of one plot: what the photos say of each, a preference for the plane, and smoothness.
+/// Computes the heights of one plot from the photos' disagreement, a preference for the plane, and
+/// smoothness.
 fn heights(
     model: &Model,
     plot: &Plot,

@@ -1,10 +1,10 @@
-//! The renderer's plain twin: slow, in f64, without shortlists, tiles or shaders. To read the shaders by
-//! and to test them against.
+//! The CPU reference of the renderer: slow, in f64, without shortlists, tiles or shaders. It documents the
+//! shaders and serves to test them.
 //!
-//! Per pixel centre: a ray, the face that owns what it meets, every sheet that serves that face, their
-//! penalties, the k best, their colours in linear light. One sample a pixel in either quality, so at the
-//! outlines of faces it is not the truth of *final* pictures; and texels are filtered in linear light in
-//! either, so between texels of much contrast it is not that of *preview*.
+//! At each pixel centre it casts a ray, finds the face that owns the point hit, samples every sheet that may
+//! texture that face, computes the penalties, and blends the k best in linear light. It takes one sample per
+//! pixel in either quality, so at the outlines of faces it differs from *final* images; and it filters texels
+//! in linear light in either quality, so between texels of high contrast it differs from *preview*.
 
 mod point;
 mod sample;
@@ -31,16 +31,16 @@ use crate::scene::light::srgb_of_linear;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
+/// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;
 
-/// Side of a cell for the view's exposure: any does.
+/// Side of a cell, in pixels, for the exposure of the view; its value does not matter.
 const CELL_PX: u32 = 32;
 
-/// What a pixel without texture looks like behind its alpha of 0.
+/// The colour and alpha of a pixel without texture.
 const FLAT: [u8; 4] = [128, 128, 128, 0];
 
-/// Draws shots of one site on the CPU.
+/// A renderer on the CPU for views of one site.
 pub struct Twin {
     model: Arc<Model>,
     surface: Surface,
@@ -49,12 +49,12 @@ pub struct Twin {
     relief: Relief,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
-    /// The sheets that were needed so far.
+    /// The sheets decoded so far.
     sheets: BTreeMap<SheetId, Lookup>,
 }
 
 impl Twin {
-    /// A twin of a renderer with the same arguments.
+    /// Builds a reference of a renderer with the same arguments.
     pub fn new(
         model: Arc<Model>,
         sources: Arc<Sources>,
@@ -67,7 +67,7 @@ impl Twin {
         Self { model, surface, sources, gains, relief, texels, options, sheets: BTreeMap::new() }
     }
 
-    /// What the centre of each pixel meets, in row order from the top.
+    /// Casts the ray of each pixel's centre; row by row from the top.
     fn owners(&self, shot: &Shot) -> Vec<Option<Hit>> {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
@@ -80,7 +80,7 @@ impl Twin {
             .collect()
     }
 
-    /// Decodes what serves these faces and is not there yet.
+    /// Decodes the sheets of these faces that are not decoded yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
         let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.sheet);
         let missing: BTreeSet<SheetId> = serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
@@ -94,7 +94,8 @@ impl Twin {
         Ok(())
     }
 
-    /// What photos' linear colours are multiplied with: that is no part of what the twin is the twin of.
+    /// Computes the exposure factors on the photos' linear colours. This uses the renderer's own code:
+    /// exposure is not part of what the reference verifies.
     fn factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
         self.gains.factors(shot, || {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
@@ -104,8 +105,8 @@ impl Twin {
         })
     }
 
-    /// The colour of a surface point in a view, in linear light; `None` where no photo serves it. It is
-    /// not asked whether the view sees the point.
+    /// Computes the colours of surface points in a view, in linear light; `None` where no photo shows the
+    /// point. Visibility of the points in the view is not tested.
     ///
     /// # Errors
     /// As [`Renders::picture`].
@@ -123,6 +124,8 @@ impl Twin {
 }
 
 impl Renders for Twin {
+    /// Renders the image of a view, by one sample per pixel.
+    ///
     /// # Errors
     /// As [`Renders::picture`], and [`Error::Request`] for anything but [`Shown::Colour`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
@@ -137,8 +140,8 @@ impl Renders for Twin {
         let pixel = |(i, hit): (usize, &Option<Hit>)| {
             let width = shot.camera.width as usize;
             let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let place = Place::new(twin, shot, px, (*hit)?)?;
-            place.colour(&factors)
+            let point = Place::new(twin, shot, px, (*hit)?)?;
+            point.colour(&factors)
         };
         let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();
         let rgba = colours.into_iter().flat_map(|colour| colour.map_or(FLAT, stored)).collect();

@@ -1,4 +1,4 @@
-//! The twin shows what was photographed.
+//! Tests of the CPU reference: it reproduces the photos.
 
 use glam::DVec3;
 
@@ -7,7 +7,7 @@ use crate::geometry::{PixelRect, Pose};
 use crate::projection::{Domain, PhotoId, Projector, Server, Sheet, SheetPixels};
 use crate::scene::synthetic::{Modeller, centred, look_at};
 
-/// One photo of a wall, all of it in one sheet: a pattern of stripes.
+/// A source with one photo of a wall, in one sheet, with a pattern of stripes.
 struct Stripes;
 
 impl Texels for Stripes {
@@ -62,7 +62,7 @@ fn in_its_own_camera_a_photo_is_itself_but_for_its_outermost_pixels() {
         let (pixels, _) = picture.rgba.as_chunks::<4>();
         for (i, pixel) in (0..).zip(pixels) {
             let (x, y) = (i % 64, i / 64);
-            // At the border of its photo a photo's word counts less.
+            // Near the border of a photo, the photo has less weight.
             let inside = x.min(63 - x).min(y.min(63 - y)) >= 9;
             let expected = stripe(x, y);
             let near = pixel.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 1);
@@ -80,7 +80,7 @@ fn from_behind_nobody_serves_and_beside_the_wall_there_is_nothing() {
     assert!(twin.picture(&behind, &Task::silent()).unwrap().rgba.chunks(4).all(|p| p == FLAT));
     let far = Shot::new(camera, look_at(DVec3::new(0.0, -50.0, 0.0), DVec3::ZERO));
     let faces = twin.faces(&far, &Task::silent()).unwrap();
-    // Ten metres at fifty, 64 pixels a metre's depth: 12.8 pixels.
+    // Ten metres at a distance of fifty, with 64 pixels per unit of tangent: 12.8 pixels.
     assert!((140..190).contains(&faces.iter().filter(|face| **face == 1).count()), "{faces:?}");
     let mut without = Shot::new(camera, pose);
     without.without = vec![PhotoId(0)];

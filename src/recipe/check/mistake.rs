@@ -1,14 +1,14 @@
-//! What is likely to have gone wrong where another transform of the model does better, in words.
+//! Likely reasons for a wrong alignment, as messages.
 
 use super::Verdict;
 use crate::geometry::{Similarity, axes};
 use glam::DMat3;
 
-/// A scale that differs from 1 by less is no other unit but a finer fit.
+/// Scales that differ from 1 by less than this are a finer fit, not another unit.
 const SAME_UNIT: f64 = 0.02;
 
-/// How the model stands wrong as it is (`now`), given how it should stand (`better`): axes, unit, place; one
-/// sentence each. Both take the model into the cameras' world.
+/// Compares the present transform with a better one and returns one sentence for each likely mistake: axes, unit,
+/// position. Both transforms take the model to the cameras' world.
 pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
     let correction = better.compose(&now.inverse());
     let mut mistakes = Vec::new();
@@ -27,7 +27,7 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
         mistakes.push(format!("The model has another unit than the cameras: one of it is {unit} of theirs."));
     }
     let shift = correction.translation.length();
-    // Sizes are not known here: any shift is told, with its length.
+    // The size of the site is unknown here, so every shift is reported with its length.
     if shift > 0.0 {
         mistakes
             .push(format!("The model stands {shift:.3} units of the cameras' world away from its place."));
@@ -35,7 +35,7 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
     mistakes
 }
 
-/// What to do where no other transform does better.
+/// Returns advice for a model that no other transform aligns better.
 pub fn without_mend(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Fits => "",
@@ -50,7 +50,7 @@ pub fn without_mend(verdict: Verdict) -> &'static str {
     }
 }
 
-/// A scale as people say it: whole where it nearly is, else with three digits.
+/// Writes a scale: as an integer where it is nearly one, otherwise with four significant digits.
 fn unit(scale: f64) -> String {
     let rounded = scale.round();
     if rounded >= 1.0 && (scale / rounded - 1.0).abs() < 1e-3 {

@@ -1,4 +1,4 @@
-//! Why a decision cannot be, said before it is made.
+//! Checks of decisions before they are made.
 
 use crate::document::{Element, PhotoDecisions, Stack};
 use crate::error::{Error, Result};
@@ -10,8 +10,10 @@ use crate::recipe::unmet;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, Model};
 
+/// Checks that objects and faces exist.
+///
 /// # Errors
-/// [`Error::Request`] for every object and face that the model does not have.
+/// Returns [`Error::Request`] for all objects and faces that the model does not have.
 pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     let problem = |faces: &Faces| {
         let Some(object) = model.objects.iter().find(|object| object.name == faces.object) else {
@@ -25,8 +27,10 @@ pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     Error::of_all(errors).map_or(Ok(()), Err)
 }
 
+/// Checks that a photo textures the given faces.
+///
 /// # Errors
-/// [`Error::Request`] for everything of which the photo's stack, if it has one, has nothing.
+/// Returns [`Error::Request`] for everything of which the photo's stack, if it has one, contains nothing.
 pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result<()> {
     let Some(stack) = stack else { return Ok(()) };
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
@@ -42,10 +46,10 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
     Error::of_all(unseen.map(problem).collect()).map_or(Ok(()), Err)
 }
 
-/// Judges the last merge, with all that was decided before it.
+/// Checks the last merge, together with all earlier decisions.
 ///
 /// # Errors
-/// [`Error::Request`] when it changes nothing, or with the first element that cannot join and why.
+/// Returns [`Error::Request`] when the merge changes nothing, or when an element cannot join it, with the reason.
 pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Result<()> {
     let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
     let grouping = grouping(decided, &elements, model);
@@ -72,6 +76,7 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
     }
 }
 
+/// Returns the remedy for a merge that fails.
 fn remedy(why: Obstacle) -> &'static str {
     match why {
         Obstacle::Occluded => "merge what does not lie before or behind each other",
@@ -81,6 +86,7 @@ fn remedy(why: Obstacle) -> &'static str {
     }
 }
 
+/// Returns what keeps elements apart from a group, with the member of the group that does.
 fn obstacle(
     joining: &[u32],
     group: &[u32],
@@ -95,6 +101,7 @@ fn obstacle(
     find(&forgiven, Obstacle::Forgiven).or_else(|| find(&|a, b| grouping.apart(a, b), Obstacle::Split))
 }
 
+/// Resolves merges and splits to elements.
 fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> Grouping {
     let faces_of: Vec<Vec<FaceId>> = elements
         .iter()
@@ -103,10 +110,10 @@ fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> Gr
     Wanted::new(&decided.wishes(), model).of_elements(&faces_of)
 }
 
-/// Judges the last split.
+/// Checks the last split.
 ///
 /// # Errors
-/// [`Error::Request`] when a merge holds together what it takes apart.
+/// Returns [`Error::Request`] when a merge contains faces that it separates.
 pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     let last = decided.split.len() - 1;
     let split = crate::layers::Wishes { split: vec![decided.split[last].clone()], ..Default::default() };

@@ -1,11 +1,11 @@
-//! What decisions come to for the stacks and the model as they are.
+//! The effect of decisions on the present stacks and model.
 
 use crate::document::{Decisions, PhotoDecisions};
 use crate::layers::Faces;
 use crate::recipe::decide::list::decided;
 use crate::scene::{Model, Site};
 
-/// What was decided about one face in a photo, in words; none where nothing was.
+/// Returns the decision about a face in a photo, in words; `None` where there is none.
 pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Option<&'static str> {
     if decisions.excludes(object, index) {
         return Some("excluded");
@@ -13,24 +13,25 @@ pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Op
     decisions.pin.iter().any(|faces| faces.holds(object, index)).then_some("pinned to this photo")
 }
 
-/// Decisions that name what the site does not have, each in a sentence. They are kept, and hold again once
-/// it is back.
+/// Returns messages about decisions that refer to missing photos or faces. They are kept, and apply again when
+/// these are back.
 pub fn strangers(decisions: &Decisions, site: &Site) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     for (photo, decisions) in &decisions.photos {
         let remedy = format!("`quadratura decide --photo {photo} --reset` forgets what was decided");
         if !site.photos.iter().any(|known| known.name == *photo) {
-            told.push(format!("decisions about {photo}, which is not among the photos ({remedy})"));
+            messages.push(format!("decisions about {photo}, which is not among the photos ({remedy})"));
             continue;
         }
         for decided in decided(decisions) {
             for faces in decided.of.iter().filter(|faces| !is_whole(faces, &site.model)) {
                 let number = decided.number;
-                told.push(format!("{photo}, decision {number}: the model does not have all of {faces} now"));
+                messages
+                    .push(format!("{photo}, decision {number}: the model does not have all of {faces} now"));
             }
         }
     }
-    told
+    messages
 }
 
 fn is_whole(faces: &Faces, model: &Model) -> bool {

@@ -1,4 +1,4 @@
-//! Sites as people have them, and what is found in them.
+//! Discovery in folders with typical structures.
 
 use std::fs;
 

@@ -1,15 +1,15 @@
-//! The guide of a group: where its layers are hidden in the photo and have to be painted.
+//! The guide of a group: where its layers are hidden in the photo and remain to be painted.
 //!
-//! Every layer that has something to paint has one of six colours, in the editor's list of layers
-//! and in the guide, where its hidden part is hatched and outlined with it. The hatching leans to the
-//! left and to the right in turn, for those who do not see the colours.
+//! Each layer with something to paint has one of six colours, in the editor's list of layers and in the guide,
+//! where its hidden part is hatched and outlined in this colour. The hatching alternates between left and right,
+//! for people who cannot distinguish the colours.
 
 use super::compose::Hidden;
 use crate::geometry::PixelRect;
 use crate::io::layered::{Depth, Raster, Tag};
 use crate::scene::Samples;
 
-/// The colours in turn, as the editors show them: red, green, blue, 8 bits.
+/// The colours in turn, as the editors show them: red, green, blue in 8 bits.
 const COLOURS: [(Tag, [u8; 3]); 6] = [
     (Tag::Red, [235, 60, 50]),
     (Tag::Blue, [45, 120, 240]),
@@ -19,17 +19,19 @@ const COLOURS: [(Tag, [u8; 3]); 6] = [
     (Tag::Orange, [245, 145, 35]),
 ];
 
-/// How opaque the parts of the hatching are, of 255.
+/// The opacity of the outline, of 255.
 const OUTLINE: u8 = 255;
+/// The opacity of stripes, of 255.
 const STRIPE: u8 = 190;
+/// The opacity between stripes, of 255.
 const BETWEEN: u8 = 60;
 
-/// How layers are told apart: the colour of number `index` among those with something to paint.
+/// Returns the colour tag of the layer with number `index` among those that remain to be painted.
 pub fn tag(index: usize) -> Tag {
     COLOURS[index % COLOURS.len()].0
 }
 
-/// How wide the hatching is, in pixels, so that it looks alike on small and large photos.
+/// The dimensions of the hatching in pixels, so that it looks alike on small and large photos.
 #[derive(Debug, Clone, Copy)]
 pub struct Pattern {
     period: i32,
@@ -38,13 +40,13 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// For a photo of this size.
+    /// Chooses the dimensions for a photo of this size.
     pub fn for_photo(width: u32, height: u32) -> Self {
         let period = (width.max(height) / 160).max(6) as i32;
         Self { period, stripe: period / 3, outline: (period / 6).max(1) }
     }
 
-    /// Opacity at a hidden pixel of the photo.
+    /// Returns the opacity at a hidden pixel of the photo.
     fn opacity(self, hidden: &Hidden, x: i32, y: i32, index: usize) -> u8 {
         let t = self.outline;
         let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.at(x + dx, y + dy));
@@ -57,8 +59,8 @@ impl Pattern {
     }
 }
 
-/// Draws the hidden parts into a raster of `rect`, which holds them all. Each comes with its number
-/// among the layers with something to paint.
+/// Draws the hidden parts into a raster of `rect`, which contains them all. Each comes with its number among the
+/// layers that remain to be painted.
 pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth: Depth) -> Raster {
     let mut raster = Raster::blank(rect.w, rect.h, depth);
     for (index, hidden) in parts {

@@ -1,4 +1,4 @@
-//! Layers that were merged into others: what they showed is no paint on the layer that is left.
+//! Layers that were merged into others in the editor: their pixels are not paint on the remaining layer.
 
 use super::compare::Placed;
 use super::report::LayerReport;
@@ -10,21 +10,21 @@ use crate::io::baselines::Baselines;
 /// An image layer that is not in the document.
 #[derive(Debug, Clone, Copy)]
 pub struct Absent<'a> {
-    /// Its place among the record's layers, which come nearest first.
+    /// The index among the record's layers, which are nearest first.
     pub place: usize,
-    /// As it was exported.
+    /// The layer as it was exported.
     pub layer: &'a ExportedLayer,
 }
 
-/// It was merged when so much of what it showed is in the other layer, pixel for pixel. An artist who deletes a
-/// column and paints the wall behind it paints other pixels.
+/// The share of a layer's pixels that has to be in the other layer, pixel by pixel, for the two to count as merged.
+/// An artist who deletes a column and paints the wall behind it paints other pixels.
 const MERGED_SHARE: f64 = 0.5;
 
-/// Takes out of `patch` what absent layers showed at its pixels. What was painted over that, on a layer that lay in
-/// front, is that layer's paint and comes by its place.
+/// Removes from `patch` the pixels of absent layers that were merged into `survivor`. Paint on such pixels of a
+/// layer that was in front is that layer's paint, and is returned with the layer's index.
 ///
 /// # Errors
-/// What reading the pixels as they were exported says.
+/// Returns the errors of reading the exported pixels.
 pub fn take_out(
     absent: &[Absent],
     survivor: &ExportedLayer,
@@ -41,7 +41,7 @@ pub fn take_out(
         }
         let Some(theirs) = kept.pixels(&lost.layer.baseline)? else { continue };
         let theirs = Placed { rect: lost.layer.baseline.rect, pixels: &theirs };
-        // Where the layer that is left showed something in front of them, it still does.
+        // Where the remaining layer covered the absent one, it still does.
         let in_front = lost.layer.order < survivor.order;
         let showed = |x: i32, y: i32| theirs.at(x, y)[3] != 0 && (in_front || base.at(x, y)[3] == 0);
         let all = count(theirs, showed);
@@ -61,6 +61,7 @@ pub fn take_out(
     Ok((patch, of_absent))
 }
 
+/// Counts the pixels of a placed raster for which `wanted` is true.
 fn count(placed: Placed, wanted: impl Fn(i32, i32) -> bool) -> usize {
     let r = placed.rect;
     (r.y..r.bottom())
@@ -98,7 +99,7 @@ mod tests {
         [257 * value, 257 * value, 257 * value, 65535]
     }
 
-    /// The wall shows columns 6 to 9, the column before it 0 to 5; this is what came back as the wall.
+    /// The wall shows columns 6 to 9, the column before it 0 to 5; this is the wall in the edited file.
     fn taken(found: impl Fn(i32) -> Option<Colour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerReport) {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());

@@ -1,5 +1,5 @@
-//! What layers showed when they were looked at before, by the hash of their code: who watches a folder looks at the
-//! same layers again after every save, and most of them are as they were.
+//! A cache of what layers showed at earlier imports, by the hash of their stored data: a watched folder is read
+//! after each save, and most layers of a file have not changed then.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -10,44 +10,44 @@ use crate::geometry::PixelRect;
 use crate::io::hash::Hashing;
 use crate::io::layered::EditedLayer;
 
-/// Kept from import to import, by whoever makes several. What is in it holds for ever: it is found by all that it was
-/// made of.
+/// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
+/// everything they were made from.
 #[derive(Debug, Default)]
 pub struct Recall {
     sights: Mutex<FxHashMap<String, Sight>>,
 }
 
-/// What the layers of one token showed together.
+/// The combined layers of one token, without their pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sight {
-    /// Hash of it in the depth of the export, at its place in the photo.
+    /// The hash of the pixels in the bit depth of the export, at their position in the photo.
     pub shown: String,
-    /// In canvas pixels.
+    /// The rectangle in canvas pixels.
     pub rect: PixelRect,
-    /// What was not followed of them, and what was taken for granted.
+    /// Notes about what was ignored or assumed.
     pub notes: Vec<String>,
 }
 
 impl Recall {
-    /// What was seen under this code.
+    /// Returns the entry of a key.
     pub fn sight(&self, code: &str) -> Option<Sight> {
         self.sights.lock().unwrap_or_else(PoisonError::into_inner).get(code).cloned()
     }
 
-    /// Keeps what was seen.
+    /// Stores an entry.
     pub fn keep(&self, code: String, sight: Sight) {
         self.sights.lock().unwrap_or_else(PoisonError::into_inner).insert(code, sight);
     }
 }
 
-/// A hash of all that the layers of a token show, without decoding it; `desk` is what all layers of the document have in
-/// common. None where the format cannot say.
+/// Returns a hash of everything that determines what the layers of a token show, without decoding their pixels;
+/// `desk` contains what all layers of the document share. `None` where the format does not permit that.
 ///
 /// # Errors
-/// Those of reading the file.
-pub fn code_of(desk: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
+/// Returns the errors of reading the file.
+pub fn code_of(context: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
     let mut hashing = Hashing::default();
-    hashing.add(desk.as_bytes());
+    hashing.add(context.as_bytes());
     for layer in layers {
         let Some(pixels) = layer.pixels.code()? else { return Ok(None) };
         let look =

@@ -1,20 +1,20 @@
-//! A document whose image was scaled: its paint, brought back to the photo's size.
+//! Import of scaled documents: their paint is resampled to the photo's size.
 //!
-//! Nothing of a scaled image is as it was, and nobody knows by what filter it was made. So a pixel counts as paint
-//! only where it lies outside of all that the neighbourhood showed before: filters mix neighbours, and overshoot a
-//! little. Faint paint is lost that way, which is why this is done on request only.
+//! No pixel of a scaled image is as it was, and the filter is unknown. So a pixel counts as paint only where it is
+//! outside the range of all colours that its neighbourhood had before: filters mix neighbours, and overshoot a
+//! little. Faint paint is lost by this, which is why it is done on request only.
 
 use super::compare::Placed;
 use crate::document::paint::{Colour, ERASED, Patch};
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 
-/// How far beyond the neighbourhood's range a colour has to lie, of 65535: sharpening filters overshoot by a tenth
-/// of a step in brightness, which is seldom more than half of the range.
+/// The distance from the neighbourhood's range, of 65535, from which on a colour counts as paint: sharpening
+/// filters overshoot by a tenth of a step in brightness, which is rarely more than half of the range.
 const BEYOND: u16 = 20 * 257;
 
-/// A raster of the canvas at the photo's size, with its place in photo pixels: bilinear, which is what a doubled or a
-/// halved image needs. Alpha is not multiplied in.
+/// Resamples a raster of the canvas to the photo's size, bilinearly, which suits doubled and halved images. Returns
+/// it with its rectangle in photo pixels. Alpha is not premultiplied.
 pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelRect) {
     let low = |edge: i32| (f64::from(edge) / scale).floor() as i32;
     let high = |edge: i32| (f64::from(edge) / scale).ceil() as i32;
@@ -30,10 +30,11 @@ pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelR
     (out, at)
 }
 
-/// The colour at a place between pixel centres; empty outside.
+/// Interpolates the colour between pixel centres; transparent outside.
 fn bilinear(pixels: &Raster, u: f64, v: f64) -> Colour {
     let (left, top) = (u.floor(), v.floor());
-    let (mut sum, mut alpha) = ([0.0; 3], 0.0);
+    let mut sum = [0.0; 3];
+    let mut alpha = 0.0;
     for (dx, wx) in [(0.0, 1.0 - (u - left)), (1.0, u - left)] {
         for (dy, wy) in [(0.0, 1.0 - (v - top)), (1.0, v - top)] {
             let (x, y) = (left + dx, top + dy);
@@ -51,9 +52,9 @@ fn bilinear(pixels: &Raster, u: f64, v: f64) -> Colour {
     [colour(0), colour(1), colour(2), alpha.round() as u16]
 }
 
-/// The paint on a layer at the photo's size, which was scaled by `scale` and back.
+/// Returns the paint on a layer that was scaled by `scale` and is resampled to the photo's size.
 pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
-    // Filters of three lobes reach three pixels of the coarser image.
+    // Filters with three lobes reach three pixels of the coarser image.
     let reach = (3.0 / scale.min(1.0)).ceil() as i32;
     let rect = if base.rect.is_empty() { found.rect } else { base.rect.union(&found.rect) };
     let mut painted = Vec::new();
@@ -68,6 +69,7 @@ pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
     Patch::of_pixels(&painted)
 }
 
+/// Returns true when a colour is outside the range of its neighbourhood before.
 fn is_paint(base: Placed, colour: Colour, x: i32, y: i32, reach: i32) -> bool {
     let (mut low, mut high): (Colour, Colour) = ([u16::MAX; 4], [0; 4]);
     for v in y - reach..=y + reach {

@@ -1,8 +1,8 @@
-//! New paint meets the project's: what stays, what is replaced, what contradicts.
+//! Merging of new paint with the project's: what stays, what is replaced, what conflicts.
 //!
-//! The paint of a layer of a document is *all* of its paint: what was imported from it before and is not there any
-//! more was taken back in the editor. A pixel that is as it was imported before keeps its place among the
-//! imports, so that saving a file again brings none of its old strokes above another file's newer ones.
+//! The paint of a document's layer is *all* of its paint: earlier paint that it no longer contains was removed in
+//! the editor. A pixel that is the same as at an earlier import keeps its position among the imports, so that
+//! saving a file again does not move its old strokes above newer ones of another file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,62 +12,66 @@ use super::report::Conflict;
 use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::error::Result;
 
-/// What is being imported: one layer of one document.
+/// The layer of a document that is being imported.
 pub struct Arrival<'a> {
-    /// The photo.
+    /// The photo's name.
     pub photo: &'a str,
-    /// Token.
+    /// The layer's token.
     pub layer: &'a str,
-    /// Key.
+    /// The key of the document.
     pub document: &'a str,
-    /// Number of this import.
+    /// The number of this import.
     pub import: u32,
-    /// Camera of the document.
+    /// The id of the document's camera.
     pub view: &'a str,
-    /// Files of paint that were exported with it: painting over them contradicts nobody.
+    /// The files of paint that were visible in the export: replacing them is not a conflict.
     pub known: &'a BTreeSet<String>,
 }
 
-/// A surface with paint.
+/// The paint of a surface.
 #[derive(Debug, Clone, PartialEq)]
 pub struct OnSurface {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Of a face that is not planar.
+    /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
-    /// Past all outlines.
+    /// Whether the paint is outside of all outlines.
     pub beyond: bool,
-    /// As it is in the document's camera's world.
+    /// The surface's outline in world coordinates, at the time of the export.
     pub outline: Vec<[f64; 3]>,
-    /// All of its paint in the layer.
+    /// All paint on it in the layer.
     pub patch: Patch,
 }
 
-/// How the book changes.
+/// The changes to be made in the paint book.
 #[derive(Debug, Default)]
 pub struct Settled {
-    /// Entries that go, as they are in the book.
+    /// The entries to be removed, as they are in the book.
     pub removed: Vec<PaintEntry>,
-    /// Entries that come, without a file yet.
+    /// The entries to be added, which have no file yet.
     pub added: Vec<(PaintEntry, Patch)>,
-    /// Pixels that show other paint than before, each once, however many surfaces and documents share it.
+    /// The number of pixels that show other paint than before, each counted once, however many surfaces and
+    /// documents share it.
     pub changed: u64,
-    /// Paint of other documents that is contradicted.
+    /// Conflicts with paint of other documents.
     pub conflicts: Vec<Conflict>,
 }
 
+/// Object, face, triangle, and whether the paint is outside of all outlines.
 type SurfaceKey = (String, u32, Option<u32>, bool);
 
+/// Returns the surface of an entry.
 fn key_of(entry: &PaintEntry) -> SurfaceKey {
     (entry.object.clone(), entry.face, entry.triangle, entry.beyond)
 }
 
-/// Brings the paint of one layer into the book; `read` gives the pixels of an entry, none where its picture is damaged.
+/// Merges the paint of one layer into the book. `read` returns the pixels of an entry, or `None` where its file is
+/// damaged.
 ///
 /// # Errors
-/// What `read` says.
+/// Returns the errors of `read`.
 pub fn settle(
     book: &PaintBook,
     arrival: &Arrival,
@@ -94,16 +98,18 @@ pub fn settle(
     Ok(settled)
 }
 
-/// New and old paint of one surface.
+/// New and existing paint of one surface.
 struct Meeting<'a> {
     arrival: &'a Arrival<'a>,
-    /// Of the same layer of the same document, earlier imports first.
+    /// The entries of the same layer of the same document, earlier imports first.
     own: Vec<&'a PaintEntry>,
+    /// All other entries on the surface.
     others: Vec<&'a PaintEntry>,
     read: &'a dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
 }
 
 impl Meeting<'_> {
+    /// Merges the new paint of the surface with the existing entries.
     fn settle(
         &self,
         surface: Option<OnSurface>,
@@ -115,7 +121,7 @@ impl Meeting<'_> {
         let mut kept = Vec::new();
         for &entry in self.own.iter().rev() {
             let Some(before) = (self.read)(entry)? else {
-                // The layer has all of its paint, so it has what was lost.
+                // The layer contains all of its paint, including what was lost.
                 settled.removed.push(entry.clone());
                 continue;
             };
@@ -146,24 +152,25 @@ impl Meeting<'_> {
         Ok(())
     }
 
-    /// What all other paint of the surface shows together.
+    /// Returns the combined paint of all other entries of the surface.
     fn shown_by_others(&self) -> Result<Patch> {
-        let mut shown = Patch::of_pixels(&[]);
+        let mut combined = Patch::of_pixels(&[]);
         for entry in &self.others {
             if let Some(patch) = (self.read)(entry)? {
-                shown = shown.under(&patch);
+                combined = combined.under(&patch);
             }
         }
-        Ok(shown)
+        Ok(combined)
     }
 
-    /// Own paint that nobody's newer paint lies over becomes one with the new paint.
+    /// Combines own paint that no newer paint of others covers with the new paint.
     fn gather_newest(&self, kept: &mut [(&PaintEntry, Patch, Patch)], fresh: Patch) -> Patch {
         let newest_other = self.others.iter().map(|entry| entry.import).max().unwrap_or(0);
         let own = kept.iter_mut().filter(|(entry, ..)| entry.import > newest_other);
         own.fold(fresh, |fresh, (_, _, stays)| std::mem::replace(stays, Patch::of_pixels(&[])).under(&fresh))
     }
 
+    /// Returns the conflicts of new paint with other documents, except paint that was visible in the export.
     fn conflicts(&self, fresh: &Patch) -> Result<Vec<Conflict>> {
         let mut conflicts = Vec::new();
         let others = self.others.iter().filter(|entry| entry.document != self.arrival.document);
@@ -179,6 +186,7 @@ impl Meeting<'_> {
         Ok(conflicts)
     }
 
+    /// Makes the entry for new paint.
     fn entry(&self, surface: OnSurface) -> PaintEntry {
         let patch = surface.patch.rect();
         PaintEntry {
@@ -241,7 +249,7 @@ mod tests {
             settled
         }
 
-        /// What is to be seen, from the left.
+        /// Returns the visible colours, from left to right.
         fn seen(&self) -> Vec<(i32, Colour)> {
             let all = self.book.of_photo("a.png").into_iter().map(|entry| self.patches[&entry.file].clone());
             let all = all.reduce(|below, above| below.under(&above)).unwrap_or(Patch::of_pixels(&[]));
@@ -295,7 +303,7 @@ mod tests {
         let conflict = Conflict { face: "wall[0]".into(), import: 1, document: "k1".into(), pixels: 1 };
         assert_eq!(second.conflicts, [conflict]);
         assert_eq!(shelf.seen(), [(0, RED), (1, BLUE), (2, BLUE)]);
-        // A stroke elsewhere in the first file does not bring its old one up.
+        // A stroke elsewhere in the first file does not move its old one to the top.
         shelf.import("k1", 3, &[(0, 0, RED), (1, 0, RED), (9, 0, RED)]);
         assert_eq!(shelf.seen(), [(0, RED), (1, BLUE), (2, BLUE), (9, RED)]);
     }

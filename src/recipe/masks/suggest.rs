@@ -1,5 +1,5 @@
-//! Suggestions: what stands in one photo alone, found by asking the others, kept in `cache/suggestions/` until somebody
-//! accepts it.
+//! Suggested masks: transient objects that only one photo shows, found by comparison with the others, and kept in
+//! `cache/suggestions/` until they are accepted.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -34,56 +34,61 @@ use crate::recipe::relief::SiteRelief;
 use crate::scene::{Photo, PhotoPixels, Samples};
 use crate::task::Task;
 
-/// What was found: large and different things first.
+/// The suggestions, large and strongly different regions first.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Suggestions {
-    /// `VERSION`.
+    /// The version of the file's format.
     pub version: u32,
-    /// Numbered from 1.
+    /// The suggestions, numbered from 1.
     pub list: Vec<Suggestion>,
 }
 
-/// A region of a photo that shows something that the others do not.
+/// A region of a photo that shows something which other photos do not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Suggestion {
-    /// What it is accepted by.
+    /// The number by which it is accepted.
     pub number: u32,
     /// The photo's name.
     pub photo: String,
-    /// The photo's, in pixels.
+    /// The photo's size in pixels.
     pub size: [u32; 2],
-    /// Around what would be masked, in pixels of the photo.
+    /// The bounding box of the suggested mask, in photo pixels.
     pub rect: PixelRect,
-    /// Pixels that would be masked.
+    /// The number of pixels that would be masked.
     pub pixels: u64,
-    /// Of the photo's pixels, 0 to 1.
+    /// The share of the photo's pixels that would be masked, 0..=1.
     pub share: f64,
-    /// How far it differs from what the others agree on, on average: a natural logarithm of light.
+    /// The mean difference from the colours on which the other photos agree, as a natural logarithm of light.
     pub score: f64,
-    /// What would be masked: black in this PNG, beside `suggestions.json`.
+    /// The suggested mask as a PNG beside `suggestions.json`, in which masked pixels are black.
     pub mask: String,
-    /// The photo with all that is suggested of it, beside `suggestions.json`.
+    /// The picture of the photo with all its suggestions, beside `suggestions.json`.
     pub picture: String,
 }
 
+/// The version of the file's format.
 const VERSION: u32 = 1;
+/// The largest size of the file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
+/// The name of the list's file.
 const FILE: &str = "suggestions.json";
 
-/// Pixels a side of a picture.
+/// The longer side of a picture in pixels.
 const PICTURE_SIDE: u32 = 1600;
 
-/// Where suggestions are kept.
+/// Returns the folder of suggestions.
 pub fn suggestion_folder(project: &Path) -> PathBuf {
     project.join("cache/suggestions")
 }
 
-/// Looks for strangers in these photos (names in full; none for all), asks all photos about them, and keeps what was
-/// found in place of earlier suggestions of the same photos; those of others stay, with their numbers. What is masked
-/// already says nothing and is not found again. `memory`: bytes that photos decoded at the same time may take.
+/// Searches these photos (full names; all photos for an empty list) for transient objects, by comparison with all
+/// photos. The results replace earlier suggestions for the same photos; those for others stay, with their numbers.
+/// Masked pixels are neither used nor found again. `memory` is the budget in bytes for photos decoded at the same
+/// time.
 ///
 /// # Errors
-/// [`Error::Io`] when nothing can be written; [`Error::Cancelled`]. A photo that cannot be read is a note.
+/// Returns [`Error::Io`] when nothing can be written, or [`Error::Cancelled`]. A photo that cannot be read is
+/// noted.
 pub fn suggest(
     folder: &Path,
     opened: &Opened,
@@ -92,17 +97,18 @@ pub fn suggest(
     task: &Task,
 ) -> Result<Suggestions> {
     let options = StrangerOptions::default();
-    let found = task.timed("find strangers", || strangers(folder, opened, photos, &options, memory, task))?;
+    let found =
+        task.timed("find strangers", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
     let mut all: Vec<(&Photo, Found)> = Vec::new();
-    for (place, found) in found {
-        all.extend(found.into_iter().map(|found| (&site.photos[place], found)));
+    for (index, found) in found {
+        all.extend(found.into_iter().map(|found| (&site.photos[index], found)));
     }
-    // What is equal stays in the order of photos, from the top.
+    // The sort is stable: equal ones stay in the order of photos, from top to bottom.
     all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
     let target = suggestion_folder(folder);
     std::fs::create_dir_all(&target).map_err(Error::io(&target, "create the folder"))?;
-    // Until the list names the new ones the old ones have their masks.
+    // New files get new numbers, because the old list is valid until it is replaced.
     let old = suggestions(folder).map(|found| found.list).unwrap_or_default();
     let first = old.iter().map(|suggestion| suggestion.number).max().unwrap_or(0) + 1;
     let mut new = Vec::with_capacity(all.len());
@@ -125,21 +131,21 @@ pub fn suggest(
         });
     }
     task.timed("draw suggestions", || pictures(&target, &all, first, task))?;
-    // Somebody may dismiss one just now: the list is read after that, or written before it.
+    // A suggestion may be dismissed concurrently: the lock orders reading and writing of the list.
     let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
     let mut kept = others(folder, opened, photos);
     kept.list.extend(new);
     write_atomically(target.join(FILE), &to_json(&kept))?;
-    tidied(&target, &kept)?;
+    remove_unused(&target, &kept)?;
     Ok(kept)
 }
 
-/// Held by whoever reads the list to write it.
+/// A lock that is held from reading the list until writing it.
 static LISTING: Mutex<()> = Mutex::new(());
 
-/// What was suggested of photos that are not looked at now.
+/// Returns the suggestions for photos that are not searched now.
 fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
-    // None yet, or of a program that wrote them otherwise: they can be looked for again.
+    // A missing or unreadable list counts as empty, because suggestions can be searched again.
     let list = suggestions(folder).map(|found| found.list).unwrap_or_default();
     let is_other = |suggestion: &Suggestion| {
         let photo = &suggestion.photo;
@@ -149,10 +155,10 @@ fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
     Suggestions { version: VERSION, list: list.into_iter().filter(is_other).collect() }
 }
 
-/// The suggestions that were made last.
+/// Returns the present suggestions.
 ///
 /// # Errors
-/// [`Error::Request`] when there are none; [`Error::Input`] and [`Error::Io`] when they cannot be read.
+/// Returns [`Error::Request`] when there are none, or [`Error::Input`] and [`Error::Io`] when they cannot be read.
 pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
@@ -164,11 +170,11 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
     Ok(found)
 }
 
-/// The edits that accept suggestions by their numbers; all of them where there is none.
+/// Returns the edits that accept suggestions by their numbers; all suggestions for an empty list.
 ///
 /// # Errors
-/// [`Error::Request`] for numbers that are not there, all at once; [`Error::Input`] and [`Error::Io`] for masks that
-/// cannot be read.
+/// Returns [`Error::Request`] for numbers that do not exist, all of them together, or [`Error::Input`] and
+/// [`Error::Io`] for masks that cannot be read.
 pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     let suggestions = suggestions(project)?;
     let known = |number: &u32| suggestions.list.iter().any(|suggestion| suggestion.number == *number);
@@ -185,18 +191,18 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     wanted.map(edit).collect()
 }
 
-/// What a suggestion would mask, in pixels of its photo.
+/// Returns the pixels of a photo that a suggestion would mask.
 ///
 /// # Errors
-/// As [`read_mask`].
+/// Returns the errors of [`read_mask`].
 pub fn pixels(project: &Path, suggestion: &Suggestion) -> Result<Spans> {
     read_mask(&suggestion_folder(project).join(&suggestion.mask), suggestion.size)
 }
 
-/// Forgets suggestions that somebody has looked at and that are nothing; the others keep their numbers.
+/// Removes suggestions that were rejected; the others keep their numbers.
 ///
 /// # Errors
-/// As [`suggestions`]; [`Error::Io`] when the list cannot be written.
+/// Returns the errors of [`suggestions`], or [`Error::Io`] when the list cannot be written.
 pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
     let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
     let mut kept = suggestions(project)?;
@@ -204,15 +210,15 @@ pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
     write_atomically(suggestion_folder(project).join(FILE), &to_json(&kept))
 }
 
-/// A suspect in pixels of its photo.
+/// A transient region in pixels of its photo.
 struct Found {
     masked: Spans,
     score: f32,
     weight: f32,
 }
 
-/// By the photo's place in the site.
-fn strangers(
+/// Finds transient regions, by the photo's index in the site.
+fn transients(
     folder: &Path,
     opened: &Opened,
     photos: &[String],
@@ -230,23 +236,24 @@ fn strangers(
     let budget = Budget::new(memory);
     let reader = Reader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
     let looks: Vec<Option<Look>> =
-        (0..site.photos.len()).into_par_iter().map(|place| reader.look(place)).collect::<Result<_>>()?;
+        (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
     let witnesses = Witnesses { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
-    let asked = |place: &usize| photos.is_empty() || photos.contains(&site.photos[*place].name);
-    let places: Vec<usize> = (0..looks.len()).filter(asked).collect();
+    let asked = |index: &usize| photos.is_empty() || photos.contains(&site.photos[*index].name);
+    let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
-    for (done, &place) in (0..).zip(&places) {
-        task.step("ask the others", done, places.len() as u64)?;
-        let Some(look) = &looks[place] else { continue };
-        let apart = disagreement(&witnesses, place, options, task)?;
+    for (done, &index) in (0..).zip(&indices) {
+        task.step("ask the others", done, indices.len() as u64)?;
+        let Some(look) = &looks[index] else { continue };
+        let apart = disagreement(&witnesses, index, options, task)?;
         let small = suspects(&apart, look.donor.camera.width as usize, options);
-        let photo = &site.photos[place];
-        found.push((place, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
+        let photo = &site.photos[index];
+        found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
-    task.step("ask the others", places.len() as u64, places.len() as u64)?;
+    task.step("ask the others", indices.len() as u64, indices.len() as u64)?;
     Ok(found)
 }
 
+/// The inputs for preparing photos.
 struct Reader<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
@@ -257,20 +264,21 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// A photo made small; none where it cannot be read.
-    fn look(&self, place: usize) -> Result<Option<Look>> {
+    /// Prepares a reduced photo; `None` where it cannot be read.
+    fn look(&self, index: usize) -> Result<Option<Look>> {
         self.task.go_on()?;
-        let photo = &self.opened.site.photos[place];
+        let photo = &self.opened.site.photos[index];
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
-        // As decoded with alpha, once more in colour alone, and as words while it is made smaller.
+        // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.
         let made = self.budget.with(width * height * 16, || self.small(photo));
         match made {
             Ok((pixels, projector)) => {
                 let project = &self.opened.project;
-                let (model, tolerance) = (&self.opened.site.model, project.options.tolerance);
+                let model = &self.opened.site.model;
+                let tolerance = project.options.tolerance;
                 let donor = Donor::new(&projector, &pixels, &[], model, self.surfaces, tolerance);
-                let optics: &Optics = &self.gains.optics[place];
-                Ok(Some(Look::new(donor, self.gains.of_photo[place], optics)))
+                let optics: &Optics = &self.gains.optics[index];
+                Ok(Some(Look::new(donor, self.gains.of_photo[index], optics)))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
@@ -280,6 +288,7 @@ impl Reader<'_> {
         }
     }
 
+    /// Reads and reduces a photo, with its camera.
     fn small(&self, photo: &Photo) -> Result<(PhotoPixels, Projector)> {
         let longest = photo.camera.width.max(photo.camera.height);
         let scale = f64::from(self.options.longest_side) / f64::from(longest);
@@ -295,7 +304,7 @@ impl Reader<'_> {
     }
 }
 
-/// A suspect of a small photo in pixels of the photo itself.
+/// Converts a region of a reduced photo to pixels of the photo itself.
 fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
     let (small, large) = (&look.donor.camera, &photo.camera);
     let [across, down] =
@@ -310,8 +319,8 @@ fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
     Found { masked, score: suspect.score, weight: suspect.weight }
 }
 
-/// Removes masks and pictures that no suggestion names any more.
-fn tidied(folder: &Path, kept: &Suggestions) -> Result<()> {
+/// Removes masks and pictures to which no suggestion refers.
+fn remove_unused(folder: &Path, kept: &Suggestions) -> Result<()> {
     let of_one = |suggestion: &Suggestion| [suggestion.mask.clone(), suggestion.picture.clone()];
     let named: BTreeSet<String> = kept.list.iter().flat_map(of_one).chain([FILE.to_owned()]).collect();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
@@ -324,7 +333,7 @@ fn tidied(folder: &Path, kept: &Suggestions) -> Result<()> {
     Ok(())
 }
 
-/// A picture of each photo that something is suggested of.
+/// Draws a picture of each photo that has suggestions.
 fn pictures(folder: &Path, all: &[(&Photo, Found)], first: u32, task: &Task) -> Result<()> {
     let mut photos: Vec<&Photo> = all.iter().map(|(photo, _)| *photo).collect();
     photos.sort_by(|a, b| a.name.cmp(&b.name));
@@ -349,10 +358,10 @@ fn pictures(folder: &Path, all: &[(&Photo, Found)], first: u32, task: &Task) -> 
     Ok(())
 }
 
-/// Seldom seen on facades.
+/// The colour of outlines, which is rare on facades.
 const COLOUR: [u8; 3] = [255, 40, 200];
 
-/// The rim of a set: the ends of its runs, and what has nothing above or below.
+/// Draws the outline of a set: the ends of its runs, and pixels without a neighbour above or below.
 fn outline(overlay: &mut Overlay, masked: &Spans) {
     let mut line = |x0: i32, y0: i32, x1: i32, y1: i32| {
         let at = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
@@ -416,8 +425,8 @@ mod tests {
             edits.iter().map(count).collect::<Vec<_>>()
         };
         assert_eq!((pixels(&[]), pixels(&[2])), (vec![1, 2], vec![2]));
-        let told = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
-        assert!(told.contains('7') && told.contains('8'), "{told}");
+        let message = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
+        assert!(message.contains('7') && message.contains('8'), "{message}");
         dismiss(project.path(), &[1]).unwrap();
         assert_eq!(pixels(&[]), [2], "the others stay, with their numbers");
         assert_eq!(super::suggestions(project.path()).unwrap().list[0].number, 2);

@@ -1,4 +1,4 @@
-//! Paint finds its surface again, or says that it did not.
+//! Paint is assigned to its surface again, or reported as lost.
 
 use glam::{DMat3, DVec3};
 
@@ -48,7 +48,7 @@ fn view(x: f64) -> PaintedView {
     }
 }
 
-/// Where paint of `entry` belongs in a stack of `surfaces`.
+/// Finds the parts to which paint of `entry` belongs in a stack of `surfaces`.
 fn home_among(entry: &PaintEntry, surfaces: &[Surface]) -> Home {
     let view = view(0.0);
     let scenery = Scenery { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
@@ -111,7 +111,7 @@ fn under_the_same_camera_paint_stays_at_its_pixels() {
 fn a_camera_that_moved_sees_the_paint_at_the_same_place_of_the_wall() {
     let entry = painted_on(&square("wall", 0, 0.0, 10.0));
     let patch = Patch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (3, 2, [0; 4]), (2, 1, [514, 0, 0, 65535])]);
-    // Three units to the left: all of the wall moves three pixels to the right.
+    // The camera moves three units to the left, so the whole wall moves three pixels to the right.
     let found = moved(&entry, &patch, &view(-3.0)).expect("the camera is another one").picked(|_, _, _| true);
     let expected =
         Patch::of_pixels(&[(4, 1, [257, 0, 0, 65535]), (6, 2, [0; 4]), (5, 1, [514, 0, 0, 65535])]);

@@ -1,4 +1,4 @@
-//! Layers taken off invented scenes, whose photos are noise: no pixel is right by chance.
+//! Peeled views of synthetic scenes, whose photos are noise, so that no pixel is right by chance.
 
 use std::path::Path;
 
@@ -113,7 +113,7 @@ fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
     assert_eq!(deepest, 2, "each step overlaps its neighbours only");
 }
 
-/// How many edges the shapes of an object have, and how many of them are inner.
+/// Returns the number of edges that an object's shapes have, and how many of them are inner.
 fn edges(built: &Built, object: &str) -> Vec<(usize, usize)> {
     let shapes = built.layers.shapes.iter().filter(|shape| shape.object == object);
     let inner = |shape: &Shape| shape.edges.iter().filter(|edge| edge.inner).count();

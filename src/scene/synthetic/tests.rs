@@ -1,4 +1,4 @@
-//! The scenes are what their documentation says.
+//! Checks that the scenes are as documented.
 
 use super::*;
 use crate::scene::FaceId;

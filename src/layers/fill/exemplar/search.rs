@@ -1,5 +1,5 @@
-//! Each patch looks for its likest: PatchMatch, all patches at once in each round, so that the result does
-//! not depend on threads.
+//! The search for the most similar known patch of each patch: PatchMatch, in rounds over all patches at once,
+//! so that the result does not depend on the number of threads.
 
 use rayon::prelude::*;
 
@@ -7,32 +7,35 @@ use super::REACH;
 use super::level::Level;
 use super::random::{number, within};
 
-/// For each patch that holds something unknown the middle of the known patch that is likest so far.
+/// The centre of the most similar known patch found so far, for each patch that holds an unknown cell.
 pub struct Field {
-    /// By cell; [`NONE`] where the cell is the middle of no such patch.
+    /// The source per cell; [`NONE`] where the cell is not the centre of such a patch.
     source: Vec<u32>,
     cost: Vec<f32>,
 }
 
 const NONE: u32 = u32::MAX;
 
-/// Neighbours a patch learns from, so many cells away: far ones first, so that what is good spreads fast.
+/// The distances, in cells, of the neighbours from which a patch learns: far ones first, so that good shifts
+/// spread quickly.
 const JUMPS: [i32; 2] = [5, 1];
 
-/// How much less likely a shift is that neither repeats nor runs along an axis: its cost counts so much more.
+/// The factor on the cost of a shift that neither repeats nor runs along an axis.
 const IRREGULAR: f32 = 1.15;
 
 impl Field {
-    /// Any known patch for each.
+    /// Builds a field with a random known patch for each patch.
     pub fn random(level: &Level, seed: u64) -> Self {
-        Self::of(level, |target| level.sources[number(seed, target.into(), 0) as usize % level.sources.len()])
+        Self::from_sources(level, |target| {
+            level.sources[number(seed, target.into(), 0) as usize % level.sources.len()]
+        })
     }
 
-    /// The field of a grid of half the size, taken over to `level`.
+    /// Refines the field of a grid of half the size for `level`.
     pub fn refined(&self, level: &Level, seed: u64) -> Self {
         let [width, height] = level.size;
         let coarse = [width.div_ceil(2), height.div_ceil(2)];
-        Self::of(level, |target| {
+        Self::from_sources(level, |target| {
             let (x, y) = (target as usize % width, target as usize / width);
             let source = self.source[y / 2 * coarse[0] + x / 2];
             let (sx, sy) = (source as usize % coarse[0] * 2 + x % 2, source as usize / coarse[0] * 2 + y % 2);
@@ -44,7 +47,7 @@ impl Field {
         })
     }
 
-    fn of(level: &Level, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
+    fn from_sources(level: &Level, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
         let mut field =
             Self { source: vec![NONE; level.colours.len()], cost: vec![0.0; level.colours.len()] };
         for &target in &level.targets {
@@ -53,12 +56,13 @@ impl Field {
         field
     }
 
-    /// The likest known patch of the patch around a cell, and how unlike it is.
+    /// Returns the centre of the best known patch for the patch around a cell, and its cost; `None` where no
+    /// patch is searched.
     pub fn best(&self, cell: usize) -> Option<(u32, f32)> {
         (self.source[cell] != NONE).then(|| (self.source[cell], self.cost[cell]))
     }
 
-    /// The way from a cell to its example, in columns and rows.
+    /// Returns the shift from a cell to its best patch, in columns and rows.
     pub fn shift(&self, level: &Level, cell: usize) -> Option<[i32; 2]> {
         let (source, _) = self.best(cell)?;
         let width = level.size[0] as i32;
@@ -66,7 +70,7 @@ impl Field {
         Some([source % width - cell % width, source / width - cell / width])
     }
 
-    /// The cost that three of four patches stay below.
+    /// Returns the upper quartile of the costs: three of four patches stay below it.
     pub fn usual_cost(&self) -> f32 {
         let costs = self.source.iter().zip(&self.cost).filter(|(source, _)| **source != NONE);
         let mut costs: Vec<f32> = costs.map(|(_, cost)| *cost).collect();
@@ -77,8 +81,8 @@ impl Field {
         *costs.select_nth_unstable_by(place, f32::total_cmp).1
     }
 
-    /// One turn: every patch is compared anew, then learns from its neighbours, tries the shifts that repeat,
-    /// and looks around at random, ever nearer.
+    /// Does one turn: every patch is compared anew, then tries its neighbours' shifts, the dominant shifts,
+    /// and random shifts around its best one with ever smaller radius.
     pub fn search(&mut self, level: &Level, shifts: &[[i32; 2]], seed: u64) {
         let measure = Measure { level, shifts };
         for (round, jump) in (0..).zip(JUMPS) {
@@ -118,7 +122,7 @@ impl Field {
     }
 }
 
-/// The best example of a patch so far.
+/// The best known patch for a patch so far.
 struct Best<'a> {
     measure: &'a Measure<'a>,
     target: u32,
@@ -164,15 +168,15 @@ impl<'a> Best<'a> {
     }
 }
 
-/// How unlike two patches are.
+/// The measure of dissimilarity between patches.
 struct Measure<'a> {
     level: &'a Level,
     shifts: &'a [[i32; 2]],
 }
 
 impl Measure<'_> {
-    /// The mean squared difference over what counts of the target's patch; it may stop once that is worse
-    /// than `limit`.
+    /// Computes the mean squared difference, weighted over the target's patch. It may return infinity once
+    /// the cost exceeds `limit`.
     fn cost(&self, target: u32, source: u32, limit: f32) -> f32 {
         let level = self.level;
         let [width, height] = level.size;

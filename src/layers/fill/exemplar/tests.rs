@@ -1,9 +1,9 @@
-//! Pictures whose missing part is known.
+//! Tests on images whose missing part is known.
 
 use super::*;
 use crate::scene::synthetic::Dice;
 
-/// A facade: plaster with a little noise, windows every 24 by 32 cells, a dark frame around each.
+/// Returns a cell of a facade: plaster with a little noise, a window with a dark frame every 24 by 32 cells.
 fn facade(x: usize, y: usize, dice: &mut Dice) -> [f32; 3] {
     let (u, v) = (x % 24, y % 32);
     let noise = dice.between(-0.01, 0.01) as f32;

@@ -1,9 +1,10 @@
-//! Pyramids against plain means over the photo's own texels.
+//! Tests of pyramids against plain means over the photo's own texels.
 
 use super::*;
 use crate::scene::synthetic::Dice;
 
-/// Half of the needed texels hold something: blots of random colours, holes between them.
+/// Makes a sheet in which half of the needed texels have content: blots of random colours with holes between
+/// them.
 pub fn random_sheet(rect: PixelRect, dice: &mut Dice) -> SheetPixels {
     let blots: Vec<[f64; 3]> = (0..4)
         .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(1.0, 40.0)])
@@ -85,8 +86,8 @@ fn black_and_white_make_half_the_light() {
     }
 }
 
-/// Mean light and confidence of the content of level 0 within a texel of `level`, and the share of the
-/// texel that is content.
+/// Computes the mean light and confidence of the content of level 0 within a texel of `level`; `None` where
+/// there is no content.
 fn mean(first: &Level, level: u32, x: i32, y: i32) -> Option<([f32; 3], f32)> {
     let side = 1 << level;
     let (mut sum, mut trust, mut count) = ([0.0f32; 3], 0.0, 0.0);

@@ -1,4 +1,4 @@
-//! Page tables against what they should say, over random sequences of views.
+//! Tests of page tables against their definition, over random sequences of views.
 
 use super::*;
 use crate::projection::pyramid::tests::random_sheet;
@@ -30,7 +30,7 @@ fn random_want(dice: &mut Dice) -> Want {
     Want { sheet: SheetId(sheet), finest: dice.whole(0, 4), rect }
 }
 
-/// What the entry of a tile should be: the nearest resident one of it and its ancestors.
+/// Returns the expected entry of a tile: the nearest resident one of the tile and its ancestors.
 fn expected(book: &Residency, key: TileKey) -> u32 {
     let (shape, Some(occupancy)) = (book.shape(key.sheet), book.occupancy(key.sheet)) else { return NOTHING };
     if !occupancy.holds(key.level, key.x, key.y) {
@@ -47,7 +47,7 @@ fn expected(book: &Residency, key: TileKey) -> u32 {
 }
 
 fn check(book: &mut Residency, entries: &mut [u32]) {
-    // As a device gets them: only what is said to have changed.
+    // The copy is updated like a device's: only in the ranges reported as changed.
     for range in book.write_entries() {
         entries[range.clone()].copy_from_slice(&book.entries()[range]);
     }

@@ -1,4 +1,4 @@
-//! Tiles against the levels that they are cut from.
+//! Tests of tiles against the levels that they are cut from.
 
 use super::*;
 use crate::projection::SheetPixels;
@@ -20,7 +20,7 @@ fn slot(pyramid: &Pyramid, level: u32, x: u32, y: u32) -> Vec<[u8; 4]> {
     slot.as_chunks().0.to_vec()
 }
 
-/// A texel of a slot, counted from its corner.
+/// Returns a texel of a slot, counted from its corner.
 fn at(slot: &[[u8; 4]], x: u32, y: u32) -> [u8; 4] {
     slot[(y * SLOT + x) as usize]
 }
@@ -33,7 +33,7 @@ fn gutters_are_the_neighbours_own_texels() {
             let [columns, rows] = pyramid.shape.tiles(level);
             for (y, x) in (0..rows).flat_map(|y| (1..columns).map(move |x| (y, x))) {
                 let (left, right) = (slot(&pyramid, level, x - 1, y), slot(&pyramid, level, x, y));
-                // Four columns are in both.
+                // Four columns are in both slots.
                 let shared = |i: u32| (i % (2 * GUTTER), i / (2 * GUTTER));
                 let shared = (0..2 * GUTTER * SLOT).map(shared);
                 assert!(shared.clone().all(|(i, j)| at(&left, TILE + i, j) == at(&right, i, j)));
@@ -57,12 +57,12 @@ fn a_tile_is_occupied_where_a_filtered_lookup_can_find_content() {
             let mut count = 0;
             for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
                 let slot = slot(&pyramid, level, x, y);
-                // The outermost texel of the gutter is out of a lookup's reach.
+                // The outermost texel of the gutter is beyond the reach of lookups.
                 let inner = (1..SLOT - 1).flat_map(|j| (1..SLOT - 1).map(move |i| (i, j)));
                 let found = inner.clone().any(|(i, j)| at(&slot, i, j)[3] > 0);
                 assert_eq!(occupancy.holds(level, x, y), found, "{x}, {y} of level {level}");
                 count += u64::from(found);
-                // What holds something is held by its parent, too: page tables fall back to it.
+                // The parent of an occupied tile is occupied, too, because page tables fall back to it.
                 let parents = pyramid.shape.tiles(level + 1);
                 let parent = [(x / 2).min(parents[0] - 1), (y / 2).min(parents[1] - 1)];
                 assert!(!found || occupancy.holds(level + 1, parent[0], parent[1]));
@@ -134,7 +134,7 @@ fn only_tiles_that_differ_are_not_the_same() {
     }
 }
 
-/// Tiles of level 0 that a rectangle needs, and those next to it.
+/// Counts the tiles of level 0 that a rectangle needs, including adjacent ones.
 fn tiles_of(rect: PixelRect, needed: PixelRect) -> i32 {
     let near = needed.grown(1).intersection(&rect);
     let count = |low: i32, high: i32| (high - 1) / TILE as i32 - low / TILE as i32 + 1;

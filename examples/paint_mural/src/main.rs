@@ -3,7 +3,7 @@
 //! A round window in bright colours appears in the middle of the largest layer whose name begins with `OBJECT`, on what the
 //! photo shows and on what is hidden alike.
 
-#[path = "../tests/round_trip/paper.rs"]
+#[path = "../../../tests/round_trip/paper.rs"]
 #[allow(dead_code)]
 mod paper;
 
