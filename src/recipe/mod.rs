@@ -28,7 +28,6 @@ pub mod paint;
 pub mod peel;
 mod photo_plan;
 pub mod photos;
-#[cfg(test)]
 mod plugged_in;
 pub mod preview;
 pub mod relief;

@@ -1,6 +1,8 @@
 //! What a table or a trait alone makes known is used by all that has to do with it: a format of cameras, a layered
 //! format, a renderer.
 
+#![cfg(test)]
+
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex};

@@ -26,10 +26,11 @@ pub struct UsedPath {
 }
 
 impl Source {
-    /// A file called `tests.rs` holds the tests of the module beside it and is blank as code.
+    /// A file called `tests.rs`, or one with `#![cfg(test)]`, holds tests and is blank as code.
     pub fn new(path: &str, text: &str) -> Self {
         let code = without_tests(&without_literals(text));
-        let code = if path.ends_with("/tests.rs") { "\n".repeat(text.lines().count()) } else { code };
+        let is_test = path.ends_with("/tests.rs") || text.lines().any(|line| line == "#![cfg(test)]");
+        let code = if is_test { "\n".repeat(text.lines().count()) } else { code };
         Self { path: path.into(), text: text.into(), code }
     }
 

@@ -1,5 +1,7 @@
 //! A format as small as one can be, in the table of tests only: whatever reads cameras must read it, too.
 
+#![cfg(test)]
+
 use std::path::Path;
 
 use glam::{DMat3, DVec3};

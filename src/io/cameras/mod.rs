@@ -17,7 +17,6 @@ mod binary;
 mod bundler;
 mod colmap;
 mod colmap_model;
-#[cfg(test)]
 mod dummy;
 mod format;
 mod lines;
@@ -32,9 +31,7 @@ mod transforms_lens;
 
 #[cfg(test)]
 mod tests;
-#[cfg(test)]
 mod three_formats;
-#[cfg(test)]
 mod wrong_files;
 
 use assembly::Assembly;

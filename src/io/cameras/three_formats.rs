@@ -1,5 +1,7 @@
 //! The same cameras in COLMAP's, nerfstudio's and Bundler's format.
 
+#![cfg(test)]
+
 use std::fmt::Write as _;
 use std::fs;
 use std::path::Path;

@@ -1,5 +1,7 @@
 //! What goes wrong with nerfstudio's and Bundler's files: who is told what, and that nothing panics.
 
+#![cfg(test)]
+
 use std::fs;
 
 use glam::{DMat4, DVec3};

@@ -1,5 +1,7 @@
 //! A format as small as one can be, in the table of tests only: whatever knows layered formats must know it, too.
 
+#![cfg(test)]
+
 use std::fs::File;
 use std::io::{Read, Write};
 use std::path::Path;

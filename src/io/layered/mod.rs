@@ -9,8 +9,7 @@ mod bytes;
 pub mod composite;
 pub mod depth;
 pub mod document;
-#[cfg(test)]
-pub(crate) mod dummy;
+mod dummy;
 pub mod edited;
 pub mod folder;
 pub mod format;
