@@ -7,7 +7,8 @@ use crate::app::editor::{Ask, Editor};
 use crate::app::jobs::Kind;
 use crate::app::trip::choosing::Wanted;
 use crate::document::export_record::ExportFormat;
-use crate::io::layered::format::{FORMATS, file_names};
+use crate::io::layered::FORMATS;
+use crate::io::layered::format::file_names;
 use crate::io::programs::{ImageEditor, check_program};
 
 /// Draws those that are open.

@@ -7,7 +7,8 @@ use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::{MemoryArg, PhotoArgs};
 use crate::document::export_record::ExportFormat;
-use crate::io::layered::format::{FORMATS, LayeredFormat};
+use crate::io::layered::FORMATS;
+use crate::io::layered::format::LayeredFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {

@@ -18,9 +18,9 @@ use crate::geometry::{Lens, Pinhole, Pose};
 use crate::scene::SparsePoint;
 use crate::task::Task;
 
-/// A camera as parsed, or why there is none.
+/// A parsed camera, or the problem with it.
 type RawResult = Result<RawCamera, Objection>;
-/// Where a photo was taken, or why that is unknown.
+/// A photo's pose, or the problem with it.
 type PoseResult = Result<Pose, Objection>;
 
 /// Takes raw cameras, then images, then points, in file order.
@@ -70,7 +70,7 @@ impl<'s> Assembly<'s> {
         self.problems.push(file, Error::input(file, place, found, remedy));
     }
 
-    /// The sizes of photos, for a format that does not state them; in the order of `photos`.
+    /// Returns the sizes of photos for a format that does not state them, in the order of `photos`.
     ///
     /// # Errors
     /// [`Error::Cancelled`]; what is wrong with one photo stands in its place.
@@ -119,7 +119,7 @@ impl<'s> Assembly<'s> {
         }
     }
 
-    /// Takes a photo with a camera of its own; its index for [`Assembly::seen_point`], where it can be used.
+    /// Takes a photo with a camera of its own. Returns its index for [`Assembly::seen_point`], where it can be used.
     pub fn photo(&mut self, place: String, name: &str, camera: RawResult, pose: PoseResult) -> Option<u32> {
         let quoted = short(name);
         let of_photo = |(found, remedy): Objection| (format!("{quoted}: {found}"), remedy);

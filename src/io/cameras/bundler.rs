@@ -1,7 +1,7 @@
 //! Bundler's `.out` file, version 0.3, with the photos' names in `list.txt`.
 //!
-//! Of every photo `f k1 k2`, a rotation and a translation, world to camera, in OpenGL's axes: y up, looking along -z.
-//! A point P of the camera is shown at `p = -P / P.z`, in pixels `f (1 + k1 |p|^2 + k2 |p|^4) p` from the photo's
+//! Each photo has `f k1 k2`, a rotation and a translation, world to camera, in OpenGL's axes: y up, looking along -z.
+//! A point P in the camera's frame is imaged at `p = -P / P.z`, in pixels `f (1 + k1 |p|^2 + k2 |p|^4) p` from the photo's
 //! middle, y up. With y down, `p` is our (X/Z, Y/Z), and the factor, which depends on |p| alone, is the radial one of
 //! [`Lens::Brown`] with the same signs. A focal length of 0 is a photo that was not registered. Sizes are the photos'
 //! own. Source: Bundler, *User's Manual*, section VI.
@@ -72,7 +72,7 @@ fn is_bundle(beginning: &[u8]) -> bool {
     beginning.trim_ascii_start().starts_with(MARK.as_bytes())
 }
 
-/// The list beside the file or in the folder above: `list.rd.txt` for `bundle.rd.out`, else `list.txt`.
+/// Finds the list beside the file or in the folder above: `list.rd.txt` for `bundle.rd.out`, else `list.txt`.
 fn with_list(file: &Path) -> Result<Files> {
     let name = file.file_name().unwrap_or_default().to_string_lossy().into_owned();
     let own = name.strip_suffix(".out").and_then(|stem| stem.strip_prefix("bundle"));
@@ -90,13 +90,13 @@ fn with_list(file: &Path) -> Result<Files> {
     }
 }
 
-/// Paths of the list are relative to its folder or, where Bundler ran in its own, to the one above.
+/// Returns the folders to which the list's paths may be relative: its own, or the one above where Bundler ran.
 fn folders_of(list: &Path) -> [PathBuf; 2] {
     let folder = list.parent().unwrap_or(Path::new("")).to_path_buf();
     [folder.clone(), folder.join("..")]
 }
 
-/// A photo a line: its path, then perhaps a 0 and the focal length that Bundler was given.
+/// Reads the list: one photo per line, its path optionally followed by a 0 and an initial focal length.
 fn read_list(list: &Path, task: &Task) -> Result<Vec<String>> {
     let (mut lines, mut names) = (Lines::open(list)?, Vec::new());
     while lines.next_record("read names", task)? {
@@ -114,12 +114,12 @@ fn path_in(line: &str) -> &str {
     }
 }
 
-/// For each of the file's cameras where it went.
+/// A camera that is used.
 struct Placed {
     /// The photo's index in the assembly.
     photo: u32,
     pose: Pose,
-    /// In pixels.
+    /// The middle of the photo, in pixels.
     middle: DVec2,
 }
 
@@ -213,7 +213,7 @@ fn read_points(
     Ok(())
 }
 
-/// The file as numbers between spaces and line ends.
+/// The file as a sequence of numbers separated by white space.
 struct Tokens<'a> {
     lines: Lines<'a>,
     line: String,
@@ -225,7 +225,7 @@ impl<'a> Tokens<'a> {
         Ok(Self { lines: Lines::open(path)?, line: String::new(), at: 0 })
     }
 
-    /// The first line, and the numbers of cameras and points.
+    /// Reads the first line, and the numbers of cameras and points.
     fn head(&mut self, task: &Task) -> Result<[u64; 2]> {
         self.lines.advance()?;
         let line = self.lines.text().into_owned();
@@ -240,7 +240,7 @@ impl<'a> Tokens<'a> {
         ])
     }
 
-    /// Goes to the line of the next number.
+    /// Advances to the line of the next number.
     fn fill(&mut self, what: &str, task: &Task) -> Result<()> {
         while self.line[self.at..].trim_ascii_start().is_empty() {
             if !self.lines.next_record("read cameras", task)? {
@@ -259,7 +259,7 @@ impl<'a> Tokens<'a> {
         Ok(self.lines.place())
     }
 
-    /// The next number as text; the file must not end here, within `what`.
+    /// Reads the next number as text; an end of the file here is an error that mentions `what`.
     fn next(&mut self, what: &str, task: &Task) -> Result<&str> {
         self.fill(what, task)?;
         let rest = &self.line[self.at..];
@@ -269,7 +269,7 @@ impl<'a> Tokens<'a> {
         Ok(&self.line[from..self.at])
     }
 
-    /// The next N numbers. The inner error is one number that is none: what follows can still be read.
+    /// Reads the next N numbers. The inner error is a malformed number, after which reading can go on.
     fn numbers<const N: usize>(&mut self, what: &str, task: &Task) -> Result<Result<[f64; N], Objection>> {
         let mut numbers = Ok([0.0; N]);
         for index in 0..N {
@@ -285,7 +285,7 @@ impl<'a> Tokens<'a> {
         Ok(numbers)
     }
 
-    /// A count, without which nothing that follows can be read.
+    /// Reads a count, without which the rest of the file cannot be read.
     fn count(&mut self, name: &str, what: &str, task: &Task) -> Result<u64> {
         let text = self.next(what, task)?;
         let (count, text) = (text.parse(), short(text));
@@ -295,7 +295,7 @@ impl<'a> Tokens<'a> {
         })
     }
 
-    /// One observation: camera, keypoint, x, y. None of a photo that is not used.
+    /// Reads an observation: camera, keypoint, x, y. Returns `None` for a photo that is not used.
     fn view<'p>(
         &mut self,
         what: &str,

@@ -20,7 +20,7 @@ impl CameraFormat for Colmap {
         &["", "sparse", "sparse/0", "0"]
     }
 
-    /// By their names: the text files begin as any other.
+    /// Recognises files by their names, because the text files have no signature.
     fn of_file(&self, file: &Path) -> Option<Result<Files>> {
         let part = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().to_lowercase();
         let (stem, extension) = (part(file.file_stem()), part(file.extension()));
@@ -60,7 +60,7 @@ fn names(binary: bool) -> [&'static str; 3] {
     }
 }
 
-/// The files in `folder`, when cameras and photos are both there.
+/// Returns the files in `folder`, when cameras and photos are both there.
 fn complete(folder: &Path, binary: bool) -> Option<Files> {
     let [cameras, images, points] = names(binary).map(|name| folder.join(name));
     if !cameras.is_file() || !images.is_file() {
@@ -74,7 +74,7 @@ fn complete(folder: &Path, binary: bool) -> Option<Files> {
     Some(Files { cameras, images, points, others: Vec::new(), notes })
 }
 
-/// COLMAP numbers the parts of a reconstruction that it could not join; only one is read.
+/// Returns a note about further parts of a reconstruction, which COLMAP numbers; only one part is read.
 fn other_models(cameras: &Path) -> Option<String> {
     let folder = cameras.parent()?;
     let number: u32 = folder.file_name()?.to_str()?.parse().ok()?;

@@ -1,4 +1,4 @@
-//! What a format of cameras is, and the table of those that are read.
+//! The interface of camera formats, and the table of the formats that are read.
 
 use std::path::{Path, PathBuf};
 
@@ -9,33 +9,33 @@ use super::transforms::Transforms;
 use crate::error::Result;
 use crate::task::Task;
 
-/// A format of calibrated cameras: how its files are recognised, and their reader. Whatever reads cameras goes through
-/// [`FORMATS`]; to add a format, write one of these and name it there.
+/// A format of calibrated cameras: the recognition of its files, and their reader. All code that reads cameras uses
+/// [`FORMATS`]; a new format is an implementation of this trait and an entry there.
 pub(super) trait CameraFormat: Sync {
-    /// What its files are called, for messages and help: `Bundler's .out file with list.txt beside it`.
+    /// Returns a name of its files for messages and help: `Bundler's .out file with list.txt beside it`.
     fn accepted(&self) -> &'static str;
 
-    /// Folders below the one that people name in which the format's own program puts its files.
+    /// Returns the folders, below the one given by the user, in which the format's program puts its files.
     fn folders(&self) -> &'static [&'static str] {
         &[""]
     }
 
-    /// The files of the reconstruction that `file` belongs to. `None` where it is not of this format; an error where it
-    /// is, and others that belong to it are not there.
+    /// Finds the files of the reconstruction to which `file` belongs. Returns `None` where the file is not of this
+    /// format, and an error where it is, but other files of the reconstruction are missing.
     fn of_file(&self, file: &Path) -> Option<Result<Files>>;
 
-    /// The same for a folder that holds files of these `names`, sorted.
+    /// Finds the files of a reconstruction in a folder that contains files with these `names`, sorted.
     fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<Files>>;
 
     /// Reads the files into `assembly`.
     ///
     /// # Errors
-    /// What makes the rest of a file impossible to understand; what is wrong with one camera, photo or point goes to
-    /// the assembly.
+    /// Returns an error when the rest of a file cannot be understood. Problems of single cameras, photos and points go
+    /// to the assembly.
     fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()>;
 }
 
-/// All formats. Where a folder holds several, the first of these is read.
+/// All formats. Of several in one folder, the first in this table is read.
 pub(super) static FORMATS: &[&dyn CameraFormat] = &[
     &Colmap,
     &Transforms,
@@ -53,20 +53,20 @@ pub(super) struct Files {
     pub images: PathBuf,
     /// The file with the points.
     pub points: Option<PathBuf>,
-    /// Others that are read.
+    /// Other files that are read.
     pub others: Vec<PathBuf>,
-    /// What the user should know.
+    /// Notes for the user.
     pub notes: Vec<String>,
 }
 
 impl Files {
-    /// Of a format that has all in one file.
+    /// Creates the value for a format with a single file.
     pub fn one(file: &Path) -> Self {
         let file = file.to_path_buf();
         Self { cameras: file.clone(), images: file, points: None, others: Vec::new(), notes: Vec::new() }
     }
 
-    /// All of them, each once.
+    /// Returns all files, without duplicates.
     pub fn all(self) -> Vec<PathBuf> {
         let mut all = vec![self.cameras];
         for file in std::iter::once(self.images).chain(self.points).chain(self.others) {

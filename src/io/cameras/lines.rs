@@ -12,12 +12,12 @@ use crate::task::Task;
 /// not fill the memory.
 const LONGEST_LINE: usize = 64 << 20;
 
-/// What some editors put before the first line.
+/// The byte order mark that some editors write before the first line.
 const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
 
 /// The lines of a file, counted from 1; one at a time in memory.
 pub(super) struct Lines<'a> {
-    /// The file.
+    /// The path of the file.
     pub path: &'a Path,
     reader: BufReader<File>,
     line: Vec<u8>,
@@ -27,8 +27,10 @@ pub(super) struct Lines<'a> {
 }
 
 impl<'a> Lines<'a> {
+    /// Opens the file.
+    ///
     /// # Errors
-    /// [`Error::Io`].
+    /// Returns [`Error::Io`].
     pub fn open(path: &'a Path) -> Result<Self> {
         let file = File::open(path).map_err(Error::io(path, "read it"))?;
         let size = file.metadata().map_err(Error::io(path, "read it"))?.len();
@@ -36,12 +38,12 @@ impl<'a> Lines<'a> {
         Ok(Self { path, reader, line: Vec::new(), number: 0, at: 0, size })
     }
 
-    /// Where the current line is, for people.
+    /// Returns the place of the current line for messages.
     pub fn place(&self) -> String {
         format!("line {}", self.number)
     }
 
-    /// Goes to the next line that is neither empty nor a comment; false at the end of the file.
+    /// Advances to the next line that is neither empty nor a comment; returns false at the end of the file.
     pub fn next_record(&mut self, stage: &'static str, task: &Task) -> Result<bool> {
         loop {
             if self.number.is_multiple_of(1024) {
@@ -56,7 +58,7 @@ impl<'a> Lines<'a> {
         }
     }
 
-    /// Goes to the next line, whatever it holds; false, and an empty line, at the end of the file.
+    /// Advances to the next line; returns false, with an empty line, at the end of the file.
     pub fn advance(&mut self) -> Result<bool> {
         self.line.clear();
         let most = LONGEST_LINE as u64 + 1;
@@ -76,7 +78,8 @@ impl<'a> Lines<'a> {
         Ok(bytes > 0)
     }
 
-    /// The line without the spaces around it; what is not UTF-8 becomes U+FFFD, which no name may hold.
+    /// Returns the line without surrounding white space; bytes that are not UTF-8 become U+FFFD, which names must not
+    /// contain.
     pub fn text(&self) -> Cow<'_, str> {
         let line = self.line.trim_ascii();
         String::from_utf8_lossy(line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line))

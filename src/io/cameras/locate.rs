@@ -1,5 +1,6 @@
-//! Finding the cameras' files, whatever the user pointed at.
+//! The search for the cameras' files at a path given by the user.
 
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::Read;
 use std::path::{Path, PathBuf};
@@ -9,23 +10,23 @@ use crate::error::{Error, Result};
 
 /// A reconstruction that was found.
 pub(super) struct Located {
-    /// Its format's place in [`FORMATS`].
+    /// The index of its format in [`FORMATS`].
     pub rank: usize,
     /// Its files.
     pub files: Files,
 }
 
 impl Located {
-    /// Its format.
+    /// Returns its format.
     pub fn format(&self) -> &'static dyn CameraFormat {
         FORMATS[self.rank]
     }
 }
 
-/// The reconstruction at a path to a folder or to one of its files.
+/// Finds the reconstruction at a path to a folder or to one of its files.
 ///
 /// # Errors
-/// [`Error::Input`] when there is no complete one, naming what was looked for and what is missing.
+/// Returns [`Error::Input`] when there is no complete reconstruction, with what was looked for and what is missing.
 pub(super) fn locate(path: &Path) -> Result<Located> {
     if path.is_file() {
         return at_file(path);
@@ -45,22 +46,26 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
     Ok(Located { rank, files })
 }
 
-/// What each format finds, in the order of the table.
+/// Collects the files that each format finds, in the order of the table.
 fn all_in(
     path: &Path,
     folders: fn(&'static dyn CameraFormat) -> &'static [&'static str],
 ) -> Vec<(usize, Result<Files>)> {
-    let of_format = |(rank, format): (usize, &&'static dyn CameraFormat)| {
-        let of_folder = |below: &&str| {
+    // Most formats look into the same folder.
+    let mut listed: BTreeMap<PathBuf, Vec<String>> = BTreeMap::new();
+    let mut found = Vec::new();
+    for (rank, format) in FORMATS.iter().enumerate() {
+        let files = folders(*format).iter().find_map(|below| {
             let folder = if below.is_empty() { path.to_path_buf() } else { path.join(below) };
-            format.in_folder(&folder, &names_in(&folder))
-        };
-        folders(*format).iter().find_map(of_folder).map(|files| (rank, files))
-    };
-    FORMATS.iter().enumerate().filter_map(of_format).collect()
+            let names = listed.entry(folder.clone()).or_insert_with(|| names_in(&folder));
+            format.in_folder(&folder, names)
+        });
+        found.extend(files.map(|files| (rank, files)));
+    }
+    found
 }
 
-/// The reconstruction that a named file belongs to. A file of no format stands for its folder.
+/// Finds the reconstruction to which a given file belongs. A file of no known format stands for its folder.
 fn at_file(file: &Path) -> Result<Located> {
     for (rank, format) in FORMATS.iter().enumerate() {
         if let Some(files) = format.of_file(file) {
@@ -77,28 +82,28 @@ fn at_file(file: &Path) -> Result<Located> {
     }
 }
 
-/// Whether a file is one of those that cameras are read from, by its content or, for COLMAP's, by its name.
+/// Returns true for a file from which cameras can be read, judged by its content or, for COLMAP's, by its name.
 pub fn is_camera_file(file: &Path) -> bool {
     file.is_file() && FORMATS.iter().any(|format| format.of_file(file).is_some())
 }
 
-/// Cameras that stand in a folder itself; they are not read.
+/// Cameras that were found in a folder, without being read.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct CamerasThere {
-    /// The place of their format among those that are read: the first is the one with most to tell.
+    /// The index of their format in the table; the first format contains most information.
     pub format: usize,
-    /// Bytes of the file with the poses: more bytes, more photos.
+    /// The size in bytes of the file with the poses, as a measure of the number of photos.
     pub bytes: u64,
 }
 
-/// The cameras in a folder, not in those below it.
+/// Finds the cameras in a folder, without the folders below it.
 pub fn cameras_in(folder: &Path) -> Option<CamerasThere> {
     let (format, files) = all_in(folder, |_| &[""]).into_iter().find(|(_, files)| files.is_ok())?;
     let bytes = std::fs::metadata(files.ok()?.images).map_or(0, |file| file.len());
     Some(CamerasThere { format, bytes })
 }
 
-/// What can be given as cameras, for people.
+/// Returns a list of the accepted files for messages and help.
 pub fn accepted() -> &'static str {
     static ACCEPTED: std::sync::LazyLock<String> = std::sync::LazyLock::new(|| {
         let all: Vec<&str> = FORMATS.iter().map(|format| format.accepted()).collect();
@@ -115,7 +120,7 @@ fn nothing_in(path: &Path) -> Error {
     Error::input(path, "", found, remedy)
 }
 
-/// Names of the files in a folder, sorted.
+/// Lists the names of the files in a folder, sorted.
 fn names_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
@@ -123,12 +128,12 @@ fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A file is recognised by this much of its beginning.
+/// The number of bytes at a file's beginning by which it is recognised.
 const BEGINNING: u64 = 1 << 16;
-/// So many files of a folder are looked into: those of a reconstruction are few.
+/// The most files of a folder whose content is read; a reconstruction has only few files.
 const LOOKED_INTO: usize = 32;
 
-/// The beginning of a file, without what some editors put before the first sign; empty where it cannot be read.
+/// Reads the beginning of a file, without a byte order mark. Returns no bytes where the file cannot be read.
 pub(super) fn beginning(file: &Path) -> Vec<u8> {
     let mut bytes = Vec::new();
     // A pipe would be waited for without end.
@@ -140,7 +145,8 @@ pub(super) fn beginning(file: &Path) -> Vec<u8> {
     bytes.strip_prefix(b"\xEF\xBB\xBF").map(<[u8]>::to_vec).unwrap_or(bytes)
 }
 
-/// The files of a folder whose names end so and whose content `is_one`: those called as one of `usual` first.
+/// Lists the files of a folder with this ending whose content satisfies `is_one`. Files with one of the `usual` names
+/// come first.
 pub(super) fn recognised(
     folder: &Path,
     names: &[String],

@@ -74,7 +74,7 @@ pub struct Cameras {
     pub notes: Vec<String>,
 }
 
-/// The names of the photos that cameras have, and how many points: what can be told without knowing the photos' sizes.
+/// The names of the cameras' photos, and the number of points; the photos' sizes are not needed for them.
 #[derive(Debug, Default)]
 pub struct CameraNames {
     /// The photos' names, in file order.
@@ -103,15 +103,15 @@ pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
     read_with(path, Sizes::Named, task)
 }
 
-/// [`read_cameras`] of photos in a folder, which tell their sizes where the cameras' format does not.
+/// Reads cameras like [`read_cameras`], with the sizes of the photos in a folder where the format does not state them.
 ///
 /// # Errors
-/// As [`read_cameras`]; and when the folder is needed and cannot be read.
+/// Returns the errors of [`read_cameras`], and one when the folder is needed and cannot be read.
 pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Cameras> {
     read_with(path, Sizes::Folder(photos), task)
 }
 
-/// The photos that cameras name. No photo needs to be there.
+/// Reads the names of the cameras' photos, whether these photos exist or not.
 ///
 /// # Errors
 /// As [`read_cameras`].
@@ -128,15 +128,15 @@ fn read_with(path: &Path, sizes: Sizes<'_>, task: &Task) -> Result<Cameras> {
     assembly.finish(located.files.notes)
 }
 
-/// The files that [`read_cameras`] would read; none where there are none.
+/// Lists the files that [`read_cameras`] reads; the list is empty where there are no cameras.
 pub fn camera_files(path: &Path) -> Vec<PathBuf> {
     locate::locate(path).map_or(Vec::new(), |located| located.files.all())
 }
 
-/// What was found, and what to do about it.
+/// A problem and its remedy.
 type Objection = (String, &'static str);
 
-/// A camera as parsed, not yet judged.
+/// A parsed camera before its checks.
 struct RawCamera {
     /// Width and height in pixels.
     size: [u64; 2],
@@ -147,7 +147,7 @@ struct RawCamera {
     lens: Lens,
 }
 
-/// A photo as parsed that refers to its camera and to its points by number, not yet judged.
+/// A parsed photo before its checks that refers to its camera and to its points by number.
 struct RawImage<'a> {
     id: u32,
     pose: Result<Pose, Objection>,
@@ -157,7 +157,7 @@ struct RawImage<'a> {
     observations: Vec<([f64; 2], u64)>,
 }
 
-/// A photo as parsed with its own camera.
+/// A parsed photo with its own camera.
 struct RawPhoto<'a> {
     name: &'a str,
     camera: Result<(Pinhole, Lens), Objection>,

@@ -1,21 +1,21 @@
-//! Photos that a format names by the paths of their files, and what they are called here.
+//! Photo names for formats that refer to photos by the paths of their files.
 
 use std::path::{Path, PathBuf};
 
 use crate::io::photo::EXTENSIONS;
 
-/// A photo by its path.
+/// A photo given by its path.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct PhotoPath {
     /// The photo's name: its path below the deepest folder that holds all photos.
     pub name: String,
-    /// Where its file may be, the likeliest first.
+    /// The possible places of its file, the likeliest first.
     pub files: Vec<PathBuf>,
 }
 
-/// The photos of a list of paths, in its order. Paths are absolute or relative to one of `folders`, with `/` or `\`;
-/// a name without the ending of an image gets `.png`, as the programs that write such names mean it. Whether the paths
-/// are absolute, and where they lead, does not change the names.
+/// Converts a list of paths to photos, in the same order. Paths are absolute or relative to one of `folders`, with `/`
+/// or `\`. A path without the ending of an image gets `.png`, the meaning in the programs that write such paths. The
+/// names are the same for absolute and relative paths.
 pub(super) fn photo_paths(paths: &[&str], folders: &[PathBuf]) -> Vec<PhotoPath> {
     let first = folders.first().map(|folder| absolute(folder)).unwrap_or_default();
     let whole: Vec<Vec<String>> = paths.iter().map(|path| parts(&with_ending(path), &first)).collect();
@@ -32,7 +32,7 @@ pub(super) fn photo_paths(paths: &[&str], folders: &[PathBuf]) -> Vec<PhotoPath>
     named.collect()
 }
 
-/// Where the file of a path may be: with its own ending, or with any that images have.
+/// Lists the possible files of a path: with its own ending, or with each ending of images.
 fn files(path: &str, folders: &[PathBuf]) -> Vec<PathBuf> {
     let path = path.trim().replace('\\', "/");
     let endings = EXTENSIONS.map(|extension| format!("{path}.{extension}"));
@@ -55,7 +55,7 @@ fn absolute(folder: &Path) -> Vec<String> {
     parts(&whole.to_string_lossy(), &[])
 }
 
-/// The parts of a path, without `.` and `..`; of a relative one behind those of the folder that it begins from.
+/// Splits a path into its parts, without `.` and `..`. The parts of a relative path follow those of the folder `from`.
 fn parts(path: &str, from: &[String]) -> Vec<String> {
     let path = path.replace('\\', "/");
     let has_drive = path.as_bytes().get(1) == Some(&b':');

@@ -1,18 +1,18 @@
-//! Where a camera is and where it looks, from the numbers that formats give.
+//! Conversion of quaternions and matrices to poses.
 
 use glam::{DMat3, DQuat, DVec3};
 
 use super::Objection;
 use crate::geometry::Pose;
 
-/// How far the entries of `M^T M` of a rotation may be from those of the identity: one written with three decimals is
-/// within it, a shear or a stretch that shows is not.
+/// The largest difference of the entries of `M^T M` of a rotation from those of the identity: a rotation written with
+/// three decimals is within it, a visible shear or stretch is not.
 const ROUNDED: f64 = 4e-3;
 
-/// From camera axes with y up that look along -z (OpenGL's) to those with y down that look along z, and back.
+/// Converts camera axes with y up that look along -z (OpenGL's) to those with y down that look along z, and back.
 pub(super) const CV_FROM_GL: DMat3 = DMat3::from_diagonal(DVec3::new(1.0, -1.0, -1.0));
 
-/// World to camera from a quaternion (w, x, y, z) and a translation.
+/// Returns the pose, world to camera, of a quaternion (w, x, y, z) and a translation.
 pub(super) fn pose_of_quaternion(quaternion: [f64; 4], translation: [f64; 3]) -> Result<Pose, Objection> {
     let [w, x, y, z] = quaternion;
     let length = (w * w + x * x + y * y + z * z).sqrt();
@@ -29,10 +29,10 @@ pub(super) fn pose_of_quaternion(quaternion: [f64; 4], translation: [f64; 3]) ->
     Ok(Pose { rotation, translation: translation.into() })
 }
 
-/// The rotation of a matrix that may also scale evenly, and its scale.
+/// Splits a matrix into a rotation and a uniform scale.
 ///
 /// # Errors
-/// The matrix mirrors, shears, stretches or is singular; `what` names it.
+/// Returns an error when the matrix mirrors, shears, stretches or is singular; `what` names it in the message.
 pub(super) fn rotation_and_scale(matrix: DMat3, what: &str) -> Result<(DMat3, f64), Objection> {
     let scale = matrix.determinant().abs().cbrt();
     // Also false for what is not a number.
@@ -54,8 +54,8 @@ pub(super) fn rotation_and_scale(matrix: DMat3, what: &str) -> Result<(DMat3, f6
     Ok((DMat3::from_quat(DQuat::from_mat3(&even).normalize()), scale))
 }
 
-/// Beyond this, positions lose whole units, and products of them the range of numbers. The same
-/// limit holds for models.
+/// Returns true for a position within 1e15 of the origin. Beyond that, positions lose whole units, and their products
+/// the range of numbers. The same limit applies to models.
 pub(super) fn is_on_a_map(position: [f64; 3]) -> bool {
     position.iter().all(|v| v.abs() <= 1e15)
 }

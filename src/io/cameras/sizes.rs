@@ -8,22 +8,23 @@ use crate::error::{Error, Result};
 use crate::io::photo::{Match, PhotoFolder, picture_size};
 use crate::task::Task;
 
-/// Where sizes come from.
+/// The source of sizes.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Sizes<'a> {
-    /// The photo's file where the cameras' file says that it is.
+    /// The photo's file at the path given in the cameras' file.
     Named,
-    /// The file in this folder that the photo will be found to be.
+    /// The file in this folder that import will match with the photo.
     Folder(&'a Path),
-    /// Nothing: only names and points are wanted.
+    /// No source: only names and points are needed.
     Unneeded,
 }
 
 impl Sizes<'_> {
-    /// Width and height of each photo in pixels, as its file stores them.
+    /// Returns width and height of each photo in pixels, as stored in its file.
     ///
     /// # Errors
-    /// What is wrong with the folder; [`Error::Cancelled`]. What is wrong with one photo stands in its place.
+    /// Returns an error when the folder cannot be read, or [`Error::Cancelled`]. The problem of a single photo is in
+    /// its place in the list.
     pub fn of(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
         let looked_up = match self {
             Self::Folder(folder) => in_folder(folder, photos, task)?,
@@ -45,7 +46,7 @@ impl Sizes<'_> {
     }
 }
 
-/// The file of each photo, as import finds it.
+/// Finds the file of each photo in the way of import.
 fn in_folder(folder: &Path, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<PathBuf, Objection>>> {
     let files = PhotoFolder::scan(folder, task)?;
     let names: Vec<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -59,7 +60,7 @@ fn in_folder(folder: &Path, photos: &[PhotoPath], task: &Task) -> Result<Vec<Res
     Ok(files.find(&names).into_iter().map(file).collect())
 }
 
-/// A size with which the focal length of any photo is a sensible one.
+/// A size for which the focal length of any photo is plausible.
 const ANY: [u64; 2] = [1000, 1000];
 const UNKNOWN: &str = "the cameras' file does not state the photo's size";
 const PUT_THERE: &str = "put the photo where the cameras' file names it";

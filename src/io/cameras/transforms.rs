@@ -25,7 +25,7 @@ use crate::task::Task;
 /// The format.
 pub(super) struct Transforms;
 
-/// A thousand bytes a frame are usual; this is a survey of a hundred thousand photos.
+/// The largest file that is read, in bytes: at some thousand bytes per frame a survey of a hundred thousand photos.
 const LARGEST: u64 = 256 << 20;
 const REMEDY: &str = "write it anew with nerfstudio or instant-ngp, or copy it again: it is cut or damaged";
 
@@ -67,7 +67,7 @@ impl CameraFormat for Transforms {
     }
 }
 
-/// An object with the key `frames` and one of those that only such files have.
+/// Returns true for a JSON object with the key `frames` and another key that only such files contain.
 fn is_transforms(beginning: &[u8]) -> bool {
     let holds = |key: &str| beginning.windows(key.len()).any(|window| window == key.as_bytes());
     let keys =
@@ -153,7 +153,7 @@ fn note_what_is_not_read(
     }
 }
 
-/// What a value is, for messages.
+/// Describes a value for messages.
 pub(super) fn kind(value: Option<&Value>) -> String {
     match value {
         None => "missing".into(),
@@ -168,7 +168,7 @@ pub(super) fn kind(value: Option<&Value>) -> String {
     }
 }
 
-/// How nerfstudio moved the world.
+/// The transform that nerfstudio applied to the world.
 struct World {
     rotation: DMat3,
     scale: f64,
@@ -176,7 +176,7 @@ struct World {
 }
 
 impl World {
-    /// From `applied_transform`, 3 or 4 rows of 4, and `applied_scale`, each where it is there.
+    /// Reads `applied_transform`, 3 or 4 rows of 4 numbers, and `applied_scale`; both are optional.
     fn new(global: &Map<String, Value>) -> Result<Self, Objection> {
         let moved = match global.get("applied_transform") {
             None | Some(Value::Null) => DMat4::IDENTITY,
@@ -199,7 +199,7 @@ impl World {
         Ok(Self { rotation, scale: scale * more, translation: translation * more })
     }
 
-    /// The pose of a camera whose `transform_matrix` this is, in the world before it was moved.
+    /// Converts a `transform_matrix` to a pose in the world before the transform was applied.
     fn pose(&self, camera_to_world: DMat4) -> Result<Pose, Objection> {
         let (turn, _) = rotation_and_scale(DMat3::from_mat4(camera_to_world), "transform_matrix")?;
         let moved = camera_to_world.w_axis.truncate();
@@ -217,7 +217,7 @@ fn matrix(value: Option<&Value>) -> Result<DMat4, Objection> {
     matrix_called("transform_matrix", value)
 }
 
-/// 3 or 4 rows of 4 numbers.
+/// Reads a matrix of 3 or 4 rows of 4 numbers.
 fn matrix_called(name: &str, value: Option<&Value>) -> Result<DMat4, Objection> {
     let wrong =
         |found: String| (format!("{name} {found}, expected 4 rows of 4 numbers"), "export the cameras again");

@@ -7,7 +7,7 @@ use super::transforms::kind;
 use super::{Objection, RawCamera};
 use crate::geometry::Lens;
 
-/// The keys of a frame and, behind them, those of the file.
+/// The fields of a frame, and those of the whole file as their defaults.
 #[derive(Clone, Copy)]
 pub(super) struct Fields<'a> {
     pub frame: &'a Map<String, Value>,
@@ -15,7 +15,7 @@ pub(super) struct Fields<'a> {
 }
 
 impl<'a> Fields<'a> {
-    /// The frame's value, else the file's.
+    /// Returns the frame's value, or else the file's.
     fn value(&self, key: &str) -> Option<&'a Value> {
         let there = |fields: &'a Map<String, Value>| fields.get(key).filter(|value| !value.is_null());
         there(self.frame).or_else(|| there(self.global))
@@ -34,7 +34,7 @@ impl<'a> Fields<'a> {
         self.value(key).map(number).transpose()
     }
 
-    /// Whether the photo's own file need not be asked for its size.
+    /// Returns true when the size is given, so that the photo's file is not needed for it.
     pub fn states_size(&self) -> bool {
         ["w", "h"].iter().all(|key| self.value(key).is_some())
     }
@@ -51,10 +51,10 @@ impl<'a> Fields<'a> {
     }
 }
 
-/// The camera of a frame; `of_file` is the size of the photo's own file.
+/// Reads the camera of a frame; `of_file` gives the size of the photo's own file.
 ///
 /// # Errors
-/// What is wrong, and what to do about it.
+/// Returns the problem and its remedy.
 pub(super) fn camera(
     fields: Fields<'_>,
     of_file: impl FnOnce() -> Result<[u64; 2], Objection>,
@@ -71,7 +71,8 @@ pub(super) fn camera(
     Ok(RawCamera { size, focal: [fx, fy.unwrap_or(fx)], centre, lens: lens(fields)? })
 }
 
-/// In pixels, from the first key that is there: pixels, the view's angle in radians, or the same in degrees.
+/// Reads a focal length in pixels from the first key that is present: in pixels, as an angle of view in radians, or in
+/// degrees.
 fn focal_length(fields: Fields<'_>, keys: [&str; 3], side: f64) -> Result<Option<f64>, Objection> {
     let of_angle = |angle: f64| 0.5 * side / (0.5 * angle).tan();
     let [pixels, radians, degrees] = keys;
@@ -91,7 +92,7 @@ fn focal_length(fields: Fields<'_>, keys: [&str; 3], side: f64) -> Result<Option
     }
 }
 
-/// Both kinds as OpenCV has them.
+/// Reads the lens model; parameters are those of OpenCV.
 fn lens(fields: Fields<'_>) -> Result<Lens, Objection> {
     let number = |key: &str| Ok(fields.number(key)?.unwrap_or(0.0));
     let k = [number("k1")?, number("k2")?, number("k3")?, number("k4")?];

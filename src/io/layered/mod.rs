@@ -38,3 +38,13 @@ pub use grey::Grey;
 pub use raster::Raster;
 pub use read::read_layered;
 pub use sink::Fit;
+
+/// All formats, the default first: each has its entry beside its codec.
+pub static FORMATS: &[format::LayeredFormat] = &[
+    psd::FORMAT,
+    xcf::FORMAT,
+    ora::FORMAT,
+    folder::FORMAT,
+    #[cfg(test)]
+    dummy::FORMAT,
+];

@@ -5,8 +5,8 @@ use std::path::Path;
 
 use super::bytes::FileBytes;
 use super::edited::EditedDocument;
-use super::format::{FORMATS, file_names};
-use super::{KEY_FILE, folder};
+use super::format::file_names;
+use super::{FORMATS, KEY_FILE, folder};
 use crate::error::{Error, Result};
 use crate::io::documents::is_document;
 
