@@ -36,7 +36,7 @@ step export "$project" --format psd --out "$out/psd"
 step export "$project" --format ora --out "$out/ora"
 step export "$project" --format folder --out "$out/folder"
 say
-say "A round window is painted on the church, as an artist would in an image editor, and comes home:"
+say "A round window is painted on the church, as an artist would in an image editor, and imported:"
 "${CARGO_TARGET_DIR:-target}/release/paint_mural" "$out/psd/01_church.jpg.psd" church.facade
 step import "$project" "$out/psd/01_church.jpg.psd"
 step import "$project" --history

@@ -123,11 +123,9 @@ impl Error {
 /// Returns the remedy against the system's most frequent errors, to be appended to the message.
 fn remedy(source: &std::io::Error) -> &'static str {
     match source.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "; free some space on that disk, then do it again"
-        }
-        ErrorKind::ReadOnlyFilesystem => "; nothing can be written on that disk: use a copy in another place",
-        ErrorKind::PermissionDenied => "; give yourself the right to do that, or use a copy in another place",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "; free some space on that disk, then try again",
+        ErrorKind::ReadOnlyFilesystem => "; that disk is read-only: use a copy in another place",
+        ErrorKind::PermissionDenied => "; give yourself permission for that, or use a copy in another place",
         _ => "",
     }
 }
@@ -152,9 +150,9 @@ mod tests {
     #[test]
     fn a_disk_that_is_full_or_may_not_be_written_to_is_told_with_what_helps() {
         let message = |kind: ErrorKind| Error::io("a.png", "write it")(kind.into()).to_string();
-        assert!(message(ErrorKind::StorageFull).ends_with("free some space on that disk, then do it again"));
+        assert!(message(ErrorKind::StorageFull).ends_with("free some space on that disk, then try again"));
         assert!(message(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
-        assert!(message(ErrorKind::PermissionDenied).contains("give yourself the right"));
+        assert!(message(ErrorKind::PermissionDenied).contains("give yourself permission"));
         assert_eq!(message(ErrorKind::NotFound), "a.png: could not write it: entity not found");
     }
 

@@ -322,7 +322,7 @@ fn decisions_about_a_photos_layers_build_it_again_and_what_does_not_hold_is_told
 
     let gone = decided(r#"{"split":[[[{"object":"nowhere"}]]],"options":{"margin":3}}"#);
     let stack = bench.decided(Options::default(), &gone, 1).stack.unwrap();
-    assert!(stack.unmet[0].contains("nowhere has no texture from this photo"), "{:?}", stack.unmet);
+    assert!(stack.unmet[0].contains("nowhere is not textured by this photo"), "{:?}", stack.unmet);
     let other = bench.build(Options { margin: 3, ..Options::default() }, 1).stack.unwrap();
     let ids = |stack: &Stack| stack.image_layers.iter().map(|l| l.id.clone()).collect::<Vec<_>>();
     assert_eq!(ids(&stack), ids(&other), "an option of the photo's own");

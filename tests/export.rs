@@ -295,7 +295,7 @@ fn even_colour_is_for_looking_at_and_leaves_the_plain_export_as_it_was() {
 
     let document = read_layered(&even.path).unwrap();
     let token = |layer: &EditedLayer| project.stack.image_layers.iter().any(|l| layer.name.contains(&l.id));
-    assert!(!document.layers.iter().any(|layer| token(layer) || layer.id.is_some()), "no way back");
+    assert!(!document.layers.iter().any(|layer| token(layer) || layer.id.is_some()), "cannot be imported");
     let photo = document.layers.iter().find(|layer| layer.name.starts_with("photo")).unwrap();
     let mut expected = project.raster();
     expected.multiply_light([2.0, 1.0, 0.5]);

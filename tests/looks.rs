@@ -9,7 +9,6 @@ mod common;
 #[path = "common/window.rs"]
 mod window;
 
-use eframe::egui::Context;
 use eframe::egui::accesskit::Role;
 use egui_kittest::kittest::{NodeT, Queryable};
 use egui_kittest::{Harness, SnapshotOptions, image_snapshot_options};
@@ -41,10 +40,7 @@ fn halved(picture: &RgbaImage) -> RgbaImage {
 }
 
 fn in_colours(harness: &mut Harness<'_, Editor>, colours: Colours) {
-    let editor = harness.state_mut();
-    editor.settings.colours = colours;
-    let context: Context = editor.context.clone();
-    editor.settings.apply_to(&context);
+    harness.state_mut().settings.colours = colours;
     (0..3).for_each(|_| harness.step());
 }
 
@@ -99,22 +95,22 @@ fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_name
     let project = folder.path().join("piazza");
     project_of(&site_of_piazza(), &project);
     let mut harness = window::window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     press(&mut harness, "Build layers");
     wait(&mut harness, "the layers", |editor| {
         let session = editor.session.as_ref().unwrap();
         let built = session.photos.iter().all(|photo| photo.is_current());
-        built && session.painter.is_some() && editor.jobs.is_idle()
+        built && session.painter.is_some() && editor.running.is_idle()
     });
     assert_eq!(nameless(&harness), Vec::<String>::new(), "the 3D view");
     for side in ["Fill", "Colour", "Paint", "Selection"] {
         to_side(&mut harness, side);
-        wait(&mut harness, "the panel", |editor| editor.jobs.is_idle());
+        wait(&mut harness, "the panel", |editor| editor.running.is_idle());
         assert_eq!(nameless(&harness), Vec::<String>::new(), "{side}");
     }
     for name in ["Views and flight", "Layers pulled apart", "Layers pulled apart"] {
         command(&mut harness, name);
-        wait(&mut harness, name, |editor| editor.jobs.is_idle());
+        wait(&mut harness, name, |editor| editor.running.is_idle());
         assert_eq!(nameless(&harness), Vec::<String>::new(), "{name}");
     }
     command(&mut harness, "Views and flight");
@@ -127,7 +123,7 @@ fn a_photo_with_two_layers_taken_off_looks_as_it_should_and_all_panels_have_name
     }
     // Nobody's adapter is anybody else's.
     harness.state_mut().session.as_mut().unwrap().painter.as_mut().unwrap().adapter = "the adapter".into();
-    wait(&mut harness, "the photo", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the photo", |editor| editor.running.is_idle());
     (0..3).for_each(|_| harness.step());
     assert_eq!(nameless(&harness), Vec::<String>::new(), "the photo view");
     compare(&mut harness, "photo");

@@ -39,10 +39,10 @@ fn project(folder: &Path, photos: usize) -> PathBuf {
 /// A window with the first photo of a project in its view.
 fn opened(project: &Path) -> Harness<'static, Editor> {
     let mut harness = window(Some(project.to_path_buf()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.key_press(Key::F3);
     steps(&mut harness, 3);
-    wait(&mut harness, "the photo", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the photo", |editor| editor.running.is_idle());
     harness
 }
 
@@ -233,7 +233,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
     let is = |word: &'static str| {
         move |editor: &Editor| {
-            editor.session.as_ref().unwrap().photos[0].word == word && editor.jobs.is_idle()
+            editor.session.as_ref().unwrap().photos[0].word == word && editor.running.is_idle()
         }
     };
     wait(&mut harness, "the layers", is("built"));
@@ -302,7 +302,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     let mut harness = opened(&project);
     harness.get_all_by_label("Look for people and cars").next().unwrap().click();
     harness.step();
-    let found = |editor: &Editor| editor.masking.suggested.count() > 0 && editor.jobs.is_idle();
+    let found = |editor: &Editor| editor.masking.suggested.count() > 0 && editor.running.is_idle();
     wait(&mut harness, "somebody", found);
     let before = harness.state().masking.suggested.count();
     // What came of it is told in the photo that it is in, and in no other.

@@ -38,13 +38,13 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     copy_of_piazza(&site, PHOTOS);
     project_of(&site, &project);
     let mut harness = window::window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", |editor| {
         let session = editor.session.as_ref().unwrap();
         session.photos.iter().all(|photo| photo.is_current())
             && session.painter.is_some()
-            && editor.jobs.is_idle()
+            && editor.running.is_idle()
     });
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     Some(harness)
@@ -118,7 +118,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
         ] {
             harness.state_mut().run(shows);
             steps(&mut harness);
-            wait(&mut harness, view, |editor| editor.jobs.is_idle());
+            wait(&mut harness, view, |editor| editor.running.is_idle());
             steps(&mut harness);
             assert_eq!(cut(&harness, view, size), Vec::<String>::new(), "{view} at {size:?}");
         }
@@ -127,7 +127,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
             let tabs = harness.query_all_by_label(tab);
             tabs.max_by(|a, b| a.rect().left().total_cmp(&b.rect().left())).unwrap().click();
             steps(&mut harness);
-            wait(&mut harness, tab, |editor| editor.jobs.is_idle());
+            wait(&mut harness, tab, |editor| editor.running.is_idle());
             steps(&mut harness);
             let mut cut = cut(&harness, "3D view", size);
             // The table of all photos is scrolled where it has no room.

@@ -63,7 +63,8 @@ impl Bookmark {
             && self.focal.iter().all(|focal| *focal > 1e-3 && *focal < 1e4);
         (!fine).then(|| {
             format!(
-                "the view {:?} is none: expected a position and a pivot within 1e15 of 0, a rotation w, x, y, z, and \
+                "the view {:?} is not valid: expected a position and a pivot within 1e15 of 0, a rotation \
+                 w, x, y, z, and \
                  focal lengths of 0.001 to 10000 heights of the picture",
                 self.name
             )

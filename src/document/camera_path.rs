@@ -135,7 +135,7 @@ impl CameraPath {
             return flaw("size", format!("{w} x {h} pixels; sides are 1 to {LONGEST_SIDE}"));
         }
         if !(self.fps > 0.0 && self.fps <= 1000.0) {
-            return flaw("fps", format!("{} frames a second; expected above 0, at most 1000", self.fps));
+            return flaw("fps", format!("{} frames per second; expected above 0, at most 1000", self.fps));
         }
         if self.up.is_some_and(|up| !(1e-6..1e6).contains(&DVec3::from_array(up).length())) {
             return flaw("up", "no direction; write one such as [0, 0, 1]".into());
@@ -153,7 +153,8 @@ impl CameraPath {
         // NaN compares false, too; so do the other comparisons here.
         let is_possible = seconds * self.fps <= MOST_FRAMES;
         if !is_possible {
-            let found = format!("{seconds} s at {} a second make more than {MOST_FRAMES} frames", self.fps);
+            let found =
+                format!("{seconds} s at {} frames per second make more than {MOST_FRAMES} frames", self.fps);
             return Err(("keyframes".into(), found));
         }
         Ok(())
@@ -189,7 +190,7 @@ fn rotation([w, x, y, z]: [f64; 4]) -> Result<DQuat, String> {
     if length > 1e-6 && length < 1e6 {
         Ok(turn.normalize())
     } else {
-        Err(format!("the rotation {:?} is no quaternion w, x, y, z", [w, x, y, z]))
+        Err(format!("the rotation {:?} is not a quaternion w, x, y, z", [w, x, y, z]))
     }
 }
 
@@ -201,7 +202,7 @@ fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, S
     let possible = |f: f64| f > 1e-3 * side && f < 1e4 * side;
     let is_near = |c: f64| c.abs() <= 100.0 * side;
     if !(is_camera && possible(fx) && possible(fy) && is_near(cx) && is_near(cy)) {
-        return Err("K is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
+        return Err("K is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
     }
     Ok(FrameLens::of(&Pinhole { width, height, fx, fy, cx, cy }))
 }

@@ -111,7 +111,7 @@ impl PhotoDecisions {
         let lists = [("exclude", &self.exclude), ("pin", &self.pin)];
         let of_lists = lists
             .into_iter()
-            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} has {faces} twice")));
+            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} lists {faces} twice")));
         of_lists
             .or_else(|| numbered("merge", &self.merge, |merge| empty(merge)))
             .or_else(|| numbered("split", &self.split, |split| problem_of_split(split)))
@@ -253,7 +253,7 @@ mod tests {
         assert!(
             problem(r#"{"pin":[{"object":"a"}],"exclude":[{"object":"a"}]}"#).contains("pinned and excluded")
         );
-        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude has a twice"));
+        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude lists a twice"));
         assert!(problem(r#"{"options":{"tolerance":2}}"#).contains("options: tolerance is 2"));
         assert!(serde_json::from_str::<PhotoDecisions>(r#"{"merges":[]}"#).is_err(), "misspelt");
     }

@@ -169,7 +169,7 @@ impl std::str::FromStr for ExportFormat {
     fn from_str(text: &str) -> Result<Self, String> {
         let found = Self::ALL.iter().find(|format| format.name() == text);
         let names = || Self::ALL.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ");
-        found.copied().ok_or_else(|| format!("\"{text}\" is no format; choose one of {}", names()))
+        found.copied().ok_or_else(|| format!("\"{text}\" is not a format; choose one of {}", names()))
     }
 }
 

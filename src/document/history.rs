@@ -36,12 +36,12 @@ pub struct Gesture(pub u64);
 struct Step {
     /// The step's name, such as `merge of 3 layers`.
     name: String,
-    change: Change,
+    change: StepChange,
 }
 
 /// The change that a step made.
 #[derive(Debug, Clone)]
-enum Change {
+enum StepChange {
     /// The project changed, from `before` to `after`.
     Project { before: Arc<Project>, after: Arc<Project> },
     /// Paint was imported from these files, and masks with it. The number changes when the files are imported
@@ -84,7 +84,7 @@ impl History {
         }
         let after = Arc::new(project);
         let open = if continues { self.steps.back_mut() } else { None };
-        if let Some(Step { change: Change::Project { before, after: end }, .. }) = open {
+        if let Some(Step { change: StepChange::Project { before, after: end }, .. }) = open {
             let nothing = **before == *after;
             *end = after.clone();
             // The same snapshot, so that it is recognised as the saved one.
@@ -96,7 +96,7 @@ impl History {
             return;
         }
         let before = std::mem::replace(&mut self.present, after.clone());
-        self.push(Step { name: name.into(), change: Change::Project { before, after } });
+        self.push(Step { name: name.into(), change: StepChange::Project { before, after } });
         self.gesture = gesture;
     }
 
@@ -115,7 +115,7 @@ impl History {
         masks: Vec<MaskChange>,
     ) {
         self.set_masks(masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
-        self.push(Step { name: name.into(), change: Change::Import { number, files, masks } });
+        self.push(Step { name: name.into(), change: StepChange::Import { number, files, masks } });
         self.gesture = None;
     }
 
@@ -126,14 +126,15 @@ impl History {
         // Later steps were made with the masks that came with the first import.
         let after = came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
         self.rewrite(index.., |project| with_masks(project, after.clone()));
-        if let Change::Import { number, masks, .. } = &mut self.steps[index].change {
+        if let StepChange::Import { number, masks, .. } = &mut self.steps[index].change {
             (*number, *masks) = (new, came);
         }
     }
 
     /// Returns the index of the step of an import.
     fn place_of_import(&self, import: u32) -> Option<usize> {
-        let is_it = |step: &Step| matches!(step.change, Change::Import { number, .. } if number == import);
+        let is_it =
+            |step: &Step| matches!(step.change, StepChange::Import { number, .. } if number == import);
         self.steps.iter().position(is_it)
     }
 
@@ -168,7 +169,7 @@ impl History {
             last = Some((old, new));
         };
         for step in self.steps.range_mut(steps) {
-            if let Change::Project { before, after } = &mut step.change {
+            if let StepChange::Project { before, after } = &mut step.change {
                 changed(before);
                 changed(after);
             }
@@ -179,13 +180,13 @@ impl History {
     /// undone remains in effect: earlier steps get its masks.
     pub fn forget_import(&mut self, number: u32) {
         let made = self.place_of_import(number).filter(|index| *index < self.steps.len() - self.undone);
-        if let Some((index, Change::Import { masks, .. })) =
+        if let Some((index, StepChange::Import { masks, .. })) =
             made.map(|index| (index, self.steps[index].change.clone()))
         {
             let after = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
             self.rewrite(..index, |project| with_masks(project, after.clone()));
         }
-        let is_it = |step: &Step| matches!(step.change, Change::Import { number: n, .. } if n == number);
+        let is_it = |step: &Step| matches!(step.change, StepChange::Import { number: n, .. } if n == number);
         let past = self.steps.len() - self.undone;
         let after = self.steps.iter().skip(past).filter(|step| is_it(step)).count();
         self.steps.retain(|step| !is_it(step));
@@ -219,11 +220,11 @@ impl History {
         self.undone += 1;
         self.gesture = None;
         Some(match &self.steps[index].change {
-            Change::Project { before, .. } => {
+            StepChange::Project { before, .. } => {
                 self.present = before.clone();
                 Turn::Project
             }
-            Change::Import { number, .. } => Turn::TakeBack(*number),
+            StepChange::Import { number, .. } => Turn::TakeBack(*number),
         })
     }
 
@@ -234,11 +235,11 @@ impl History {
         self.undone -= 1;
         self.gesture = None;
         Some(match &step.change {
-            Change::Project { after, .. } => {
+            StepChange::Project { after, .. } => {
                 self.present = after.clone();
                 Turn::Project
             }
-            Change::Import { number, files, .. } => Turn::ImportAgain(*number, files.clone()),
+            StepChange::Import { number, files, .. } => Turn::ImportAgain(*number, files.clone()),
         })
     }
 

@@ -107,7 +107,7 @@ impl Bvh {
     pub fn first_hit(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
         let inverse = direction.recip();
         let mut best: Option<(f64, u32)> = None;
-        let mut open = Open::new((!self.nodes.is_empty()).then_some((0u32, 0.0)));
+        let mut open = NodeStack::new((!self.nodes.is_empty()).then_some((0u32, 0.0)));
         while let Some((at, enters)) = open.pop() {
             let reach = best.map_or(limit, |(t, _)| t);
             if enters >= reach {
@@ -202,12 +202,12 @@ impl Bvh {
 
 /// A stack of nodes to visit, each with the t at which the ray enters it. It holds at most one node per level of
 /// the tree and one more; a tree made by halving has no more levels than the number of triangles has bits.
-struct Open {
+struct NodeStack {
     nodes: [(u32, f64); 34],
     count: usize,
 }
 
-impl Open {
+impl NodeStack {
     fn new(first: Option<(u32, f64)>) -> Self {
         Self { nodes: [first.unwrap_or_default(); 34], count: usize::from(first.is_some()) }
     }

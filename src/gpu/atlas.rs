@@ -86,7 +86,7 @@ impl Atlas {
     pub fn new(gpu: &Gpu, residency: &Residency, storage: Storage) -> Result<Self> {
         if storage == Storage::Compressed && !gpu.has_compression() {
             let name = gpu.adapter_summary();
-            return Err(Error::Gpu(format!("{name} knows no BC7; do without compressed textures")));
+            return Err(Error::Gpu(format!("{name} does not support BC7; do not use compressed textures")));
         }
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         gpu.guarded("making page tables", || {

@@ -5,8 +5,8 @@ use wgpu::{Adapter, AdapterInfo, Backends, Device, DeviceType, ErrorFilter, Feat
 use crate::error::{Error, Result};
 
 /// The message for machines without an adapter.
-const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter found; a software one will do: on Debian and Ubuntu \
-     install the package mesa-vulkan-drivers (`sh examples/setup.sh` does)";
+const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter was found; a software adapter is sufficient: on \
+    Debian and Ubuntu install the package mesa-vulkan-drivers (`sh examples/setup.sh` does this)";
 
 /// A device with its queue. It is passed to the code that draws and never global; clones share both.
 #[derive(Debug, Clone)]

@@ -88,8 +88,8 @@ impl GpuRasteriser {
     pub(super) fn read_lists(&self, space: &Workspace, part: &Part) -> Result<Band> {
         let Part { frame, entries } = part;
         let pixel = |row: u32| u64::from(row - frame.band.start) * u64::from(frame.size[0]);
-        let places = pixel(frame.rows.start)..pixel(frame.rows.end) + 1;
-        let wanted = [(&space.places, places), (&space.entries, 0..*entries)];
+        let pixel_range = pixel(frame.rows.start)..pixel(frame.rows.end) + 1;
+        let wanted = [(&space.places, pixel_range), (&space.entries, 0..*entries)];
         let [mut offsets, entries] = readback::read(&self.gpu, wanted)?;
         if frame.first_entry > 0 {
             offsets.iter_mut().for_each(|offset| *offset -= frame.first_entry);

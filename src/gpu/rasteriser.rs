@@ -269,7 +269,7 @@ fn check_size(gpu: &Gpu, view: &View) -> Result<()> {
         return Ok(());
     }
     Err(Error::Gpu(format!(
-        "the photo has {} x {} pixels, but {} draws at most {most} a side; make the photo smaller",
+        "the photo has {} x {} pixels, but {} draws at most {most} per side; make the photo smaller",
         view.width,
         view.height,
         gpu.adapter_summary()

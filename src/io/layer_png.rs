@@ -1,4 +1,4 @@
-//! The files of a stack: an image layer as RGBA PNG, its needed area as 1-bit PNG.
+//! Writes the files of a stack: image layers as RGBA PNG, needed areas as 1-bit PNG.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -11,32 +11,33 @@ use crate::geometry::PixelRect;
 use crate::layers::content::PixelSpan;
 use crate::scene::pixels::{PhotoPixels, Samples};
 
-/// Pixels of a photo that an image layer has, in photo coordinates.
+/// The pixels of a photo that belong to an image layer, in photo coordinates.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LayerSpans<'a> {
-    /// It shows them: opaque.
+    /// Visible pixels, written opaque.
     pub visible: &'a [PixelSpan],
-    /// It does not, but has their colour, which is never black then: transparent.
+    /// Hidden pixels beside visible ones, written transparent with the photo's colour, which is never written
+    /// as black.
     pub beside: &'a [PixelSpan],
 }
 
-/// Samples of one depth.
+/// Limits of samples of one bit depth.
 struct Range<T> {
-    /// Full alpha.
+    /// The alpha of an opaque pixel.
     full: T,
-    /// The largest sample that is 0 in 8 bits.
+    /// The largest sample that becomes 0 in 8 bits.
     dark: T,
-    /// The smallest that is 1 in 8 bits and no rounding away from it.
+    /// The smallest sample that becomes 1 in 8 bits with a margin for rounding.
     faint: T,
 }
 
 const BYTES: Range<u8> = Range { full: u8::MAX, dark: 0, faint: 1 };
 const WORDS: Range<u16> = Range { full: u16::MAX, dark: 128, faint: 257 };
 
-/// Writes the rectangle `rect` of the photo with the pixels of `spans` as they are where the photo is
-/// valid, and everything else transparent black. Black pixels beside what is visible are written as the
-/// darkest blue: black there means that nothing is known. Bits and ICC profile are the photo's. Returns
-/// the size of the file in bytes.
+/// Writes the rectangle `rect` of the photo: the pixels in `spans` with the photo's colour where the photo is
+/// valid, everything else as transparent black. Black pixels beside visible ones are written as the darkest
+/// blue, because black means that nothing is known. Bit depth and ICC profile are the photo's. Returns the
+/// size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -51,7 +52,8 @@ pub fn write_layer(path: &Path, pixels: &PhotoPixels, rect: PixelRect, spans: La
     write(path, rect, ColorType::Rgba, depth, pixels.icc.as_deref(), &data)
 }
 
-/// Writes a mask of `rect`: white in `spans` (photo coordinates), else black. Returns bytes.
+/// Writes a mask of `rect`: white in `spans` (photo coordinates), black elsewhere. Returns the size of the
+/// file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -64,7 +66,7 @@ pub fn write_mask(path: &Path, rect: PixelRect, spans: &[PixelSpan]) -> Result<u
     write(path, rect, ColorType::Grayscale, BitDepth::One, None, &data)
 }
 
-/// Writes RGBA samples of `rect`, row by row. Returns bytes.
+/// Writes RGBA samples of `rect`, row by row. Returns the size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -72,7 +74,7 @@ pub fn write_rgba(path: &Path, rect: PixelRect, samples: &Samples, icc: Option<&
     write_samples(path, rect, ColorType::Rgba, samples, icc)
 }
 
-/// Writes one sample a pixel of `rect`, row by row. Returns bytes.
+/// Writes one grey sample per pixel of `rect`, row by row. Returns the size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -110,7 +112,8 @@ fn set_bits(row: &mut [u8], x0: usize, x1: usize) {
     row[last] |= tail;
 }
 
-/// Row and columns of a span within the rectangle.
+/// Returns the row and the columns (start, end) of `span` relative to `rect`, cropped to it; `None` if it
+/// lies outside.
 fn within(span: &PixelSpan, rect: PixelRect) -> Option<(usize, usize, usize)> {
     let y = span.y as i64 - i64::from(rect.y);
     let x0 = (i64::from(span.x0) - i64::from(rect.x)).max(0);
@@ -142,13 +145,14 @@ fn rgba<T: Copy + Default + PartialOrd>(
     data
 }
 
-/// Of a valid pixel: its colour, which is not black.
+/// Returns the colour of a valid pixel with alpha 0, and the darkest blue instead of black.
 fn transparent<T: Copy + Default + PartialOrd>([r, g, b, _]: [T; 4], range: &Range<T>) -> [T; 4] {
     let is_black = [r, g, b].iter().all(|sample| *sample <= range.dark);
     let b = if is_black { range.faint } else { b };
     [r, g, b, T::default()]
 }
 
+/// Copies the valid pixels of a row (alpha is `full`, or there is no alpha) through `to_texel`.
 fn copy_valid<T: Copy + PartialEq>(
     source: &[T],
     channels: usize,
@@ -201,13 +205,13 @@ fn encode(
     info.icc_profile = icc.map(|profile| profile.to_vec().into());
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
-    // The best filter of each row makes files 14 % smaller, takes half as long again to write, and twice as
-    // long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
+    // The best filter of each row makes files 14 % smaller, but takes half as long again to write and twice
+    // as long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
     encoder.set_filter(Filter::Up);
     encoder.write_header()?.write_image_data(data)
 }
 
-/// What the system said, as it said it: whether a disk is full, for instance.
+/// Returns the system's own error, so that a full disk, for example, is still recognised.
 pub fn io_error(error: png::EncodingError) -> std::io::Error {
     match error {
         png::EncodingError::IoError(error) => error,
@@ -215,7 +219,7 @@ pub fn io_error(error: png::EncodingError) -> std::io::Error {
     }
 }
 
-/// Counts what it passes on.
+/// A writer that counts the bytes that it passes on.
 struct Counted<W> {
     inner: W,
     bytes: u64,

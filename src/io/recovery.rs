@@ -1,5 +1,5 @@
-//! What is not saved yet, kept for the case of a crash: `project.unsaved.json` beside `project.json`, which
-//! it never touches. It is no derived file: nobody could make it again.
+//! Keeps unsaved changes for the case of a crash, in `project.unsaved.json` beside `project.json`, which
+//! stays as it is. The file is authored data: it cannot be derived again.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -17,43 +17,44 @@ use crate::document::Project;
 use crate::error::{Error, Result};
 
 const LARGEST: u64 = 16 << 20;
-const REMEDY: &str = "remove the file if you do not want back what was not saved";
+const REMEDY: &str = "remove the file if you do not need the unsaved changes";
 
-/// The file.
+/// The content of the file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Unsaved {
-    /// Hash of the `project.json` that the changes were made to.
+    /// BLAKE3 of the `project.json` that the changes were made to.
     of: String,
     /// The project with the changes.
     project: Project,
 }
 
-/// What a program that ended too soon left behind.
+/// Unsaved changes that a program left behind when it ended.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recovered {
     /// The project with the changes that were not saved.
     pub project: Project,
-    /// When they were kept.
+    /// The time at which they were kept.
     pub time: SystemTime,
-    /// Since then `project.json` was changed by somebody else: taking the changes takes that back.
+    /// Whether `project.json` was changed by another program since; accepting the changes would undo that.
     pub saved_since: bool,
 }
 
-/// Keeps a project that is not saved. Whoever calls it holds the project's lock.
+/// Stores a project with unsaved changes. The caller must hold the project's lock.
 ///
 /// # Errors
-/// [`Error::Io`]; what was kept before stays, and `project.json` in any case.
+/// [`Error::Io`]; the changes that were stored before stay, and so does `project.json`.
 pub fn keep_unsaved(folder: &Path, project: &Project) -> Result<()> {
     let unsaved = Unsaved { of: hash_file(folder.join(PROJECT_FILE))?, project: project.clone() };
     write_atomically(path(folder), &to_json(&unsaved))
 }
 
-/// What was kept and not saved; none where nothing was, or where it says the same as `saved`, which is
-/// `project.json` as it is.
+/// Reads the unsaved changes; `None` where there are none, or where they are equal to `saved`, the current
+/// content of `project.json`.
 ///
 /// # Errors
-/// [`Error::Input`] for a file that is broken or of a newer program, [`Error::Io`]. It stays where it is.
+/// [`Error::Input`] for a file that is damaged or from a newer program; [`Error::Io`]. The file stays in
+/// place.
 pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>> {
     let file = path(folder);
     let time = match fs::metadata(&file).and_then(|data| data.modified()) {
@@ -69,10 +70,10 @@ pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>>
     Ok(Some(Recovered { project, time, saved_since }))
 }
 
-/// Forgets what was kept: after a save, or when nobody wants it.
+/// Removes the stored changes, after a save or when they are not wanted.
 ///
 /// # Errors
-/// [`Error::Io`] when it is there and cannot be removed.
+/// [`Error::Io`] when the file exists and cannot be removed.
 pub fn forget_unsaved(folder: &Path) -> Result<()> {
     let file = path(folder);
     match fs::remove_file(&file) {
@@ -104,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_saved_is_found_again_and_project_json_is_as_it_was() {
+    fn unsaved_changes_are_found_and_project_json_is_unchanged() {
         let folder = folder();
         let before = fs::read(folder.path().join(PROJECT_FILE)).unwrap();
         assert_eq!(find_unsaved(folder.path(), &project(1)).unwrap(), None);
@@ -136,7 +137,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_broken_is_told_with_its_file_and_stays() {
+    fn a_damaged_file_is_reported_and_stays() {
         let folder = folder();
         let file = folder.path().join(UNSAVED_FILE);
         for text in [

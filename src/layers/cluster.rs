@@ -68,7 +68,7 @@ pub fn cluster(
         (Reverse(area), name(p), layers.elements[p.element as usize].nodes[0], p.bounds.y, p.bounds.x)
     });
     let mut merging = Merging { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
-    units.into_iter().for_each(|unit| merging.place(unit));
+    units.into_iter().for_each(|unit| merging.add(unit));
     Clusters { list: merging.finish(photo), unmet }
 }
 
@@ -115,12 +115,12 @@ pub fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
 
 /// Positions a box of the given size around some bounds: centred, but within the photo where it fits.
 fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect {
-    let place = |low: i32, len: u32, size: u32, end: u32| {
+    let position = |low: i32, len: u32, size: u32, end: u32| {
         let centred = low - ((size - len) / 2) as i32;
         if size <= end { centred.clamp(0, (end - size) as i32) } else { centred }
     };
-    let x = place(bounds.x, bounds.w, size.w, photo.w);
-    let y = place(bounds.y, bounds.h, size.h, photo.h);
+    let x = position(bounds.x, bounds.w, size.w, photo.w);
+    let y = position(bounds.y, bounds.h, size.h, photo.h);
     // At the photo's edge, a box that fits into the photo loses its margin there; the bounds always remain
     // inside the box.
     PixelRect { x, y, w: size.w, h: size.h }
@@ -232,7 +232,7 @@ struct Merging<'a> {
 }
 
 impl Merging<'_> {
-    fn place(&mut self, unit: Unit) {
+    fn add(&mut self, unit: Unit) {
         let options = self.rules.options;
         let mut by_growth: Vec<(u64, usize)> = self
             .clusters

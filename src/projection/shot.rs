@@ -48,7 +48,7 @@ impl FromStr for Mode {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         Self::ALL.into_iter().find(|mode| mode.name() == text).ok_or_else(|| {
-            format!("{text} is no blending mode; they are {}", Self::ALL.map(Self::name).join(", "))
+            format!("{text} is not a blending mode; the modes are {}", Self::ALL.map(Self::name).join(", "))
         })
     }
 }

@@ -246,17 +246,16 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
         let px: u64 = against.iter().map(|a| u64::from(a.2)).sum();
         let (pairs, locked) = (against.len(), sorted.locked);
         notes.push(format!(
-            "made by stencil peeling as published in 2003: {pairs} pairs of elements are in the wrong order, \
-             at {px} pixels, and {locked} faces that hide each other share the last layer; \
-             `--method graph` sorts and cuts them"
+            "built by stencil peeling as published in 2003: {pairs} pairs of elements are in the wrong \
+             order, at {px} pixels, and {locked} faces that occlude each other share the last layer; `--method graph` sorts and cuts them"
         ));
     }
     let strong = sorted.refused.iter().filter(|r| r.2 > options.min_support);
     notes.extend(strong.map(|&(front, back, px)| {
         let (front, back) = (name(front), name(back));
         format!(
-            "{front} is in front of {back} at {px} pixels but lies behind it in the stack: \
-                 the two hide each other and could not be cut; they are in separate image layers"
+            "{front} is in front of {back} at {px} pixels but behind it in the stack: the two occlude each \
+             other and could not be cut; they are in separate image layers"
         )
     }));
     notes

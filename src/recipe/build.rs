@@ -64,7 +64,7 @@ pub fn build(
 ) -> Result<Vec<Built>> {
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
-    let job = Job { site, store, rasteriser, options, inputs };
+    let job = BuildJob { site, store, rasteriser, options, inputs };
     let at_a_time = SideBySide { threads: options.threads, memory: options.memory, stage: "photos" };
     let work = |photo: &&Photo| job.photo(photo, &task.of(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
@@ -78,7 +78,7 @@ fn bytes_for(photo: &Photo) -> u64 {
 }
 
 /// The inputs that all photos of a build share.
-struct Job<'a> {
+struct BuildJob<'a> {
     site: &'a Site,
     store: &'a StackStore,
     rasteriser: &'a dyn Rasteriser,
@@ -86,7 +86,7 @@ struct Job<'a> {
     inputs: Inputs<'a>,
 }
 
-impl Job<'_> {
+impl BuildJob<'_> {
     /// Builds one photo and moves any error into the result.
     fn photo(&self, photo: &Photo, task: &Task) -> Built {
         let built = |stack, up_to_date, kept| Built { photo: photo.name.clone(), stack, up_to_date, kept };

@@ -219,8 +219,8 @@ fn note_absent_photos(colour: &Colour, site: &Site, task: &Task) {
     let known = |name: &&str| site.photos.iter().any(|photo| photo.name == *name);
     for name in colour.named().into_iter().filter(|name| !known(name)) {
         task.note(format!(
-            "project.json decides about the colour of {name}, which is not among the photos \
-             (`quadratura colour --free {name}` forgets it)"
+            "project.json has colour settings for {name}, which is not among the photos \
+             (`quadratura colour --free {name}` removes them)"
         ));
     }
 }
@@ -270,7 +270,7 @@ mod tests {
     fn wrong_names_are_told_all_at_once_and_a_photo_that_is_gone_can_be_forgotten() {
         let wrong = [ColourEdit::LeaveOut("x".into()), ColourEdit::Fix("y".into(), [0.0; 3])];
         let message = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
-        assert!(message.contains("called x") && message.contains("called y"), "{message}");
+        assert!(message.contains("no photo x") && message.contains("no photo y"), "{message}");
         let mut colour = Colour::default();
         colour.left_out.insert("gone.jpg".into());
         let free = [ColourEdit::Free("gone.jpg".into())];

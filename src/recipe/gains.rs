@@ -22,7 +22,7 @@ use crate::task::Task;
 
 /// The cached estimate in `cache/gains.json`.
 #[derive(Debug, Serialize, Deserialize)]
-struct Kept {
+struct CachedEstimate {
     version: u32,
     /// The hash of everything that the estimate was made from.
     inputs: String,
@@ -79,7 +79,7 @@ pub fn photo_estimate(
     }
     let estimate = estimate_of_photos(site, colour, memory, task)?;
     if let Err(error) = keep(&file, inputs, site, &estimate) {
-        task.note(format!("the gains are not kept: {error}"));
+        task.note(format!("the gains cannot be cached: {error}"));
     }
     Ok(estimate)
 }
@@ -142,7 +142,7 @@ fn colours_of(
 /// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled.
 fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    task.of(&photo.name).note(format!("its exposure is not known: {error}"));
+    task.of(&photo.name).note(format!("the exposure of this photo is unknown: {error}"));
     Ok(vec![None; centers.len()])
 }
 
@@ -183,7 +183,7 @@ fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> St
 
 /// Returns the cached estimate; `None` where the file is missing, unreadable or made from other inputs.
 fn kept_estimate(file: &Path, inputs: &str) -> Option<Estimate> {
-    let kept: Kept = read_json(file, LARGEST, "it is made again").ok()?;
+    let kept: CachedEstimate = read_json(file, LARGEST, "it is computed again").ok()?;
     (kept.version == VERSION && kept.inputs == inputs).then_some(kept.estimate)
 }
 
@@ -192,6 +192,6 @@ fn keep(file: &Path, inputs: String, site: &Site, estimate: &Estimate) -> Result
     let folder = file.parent().expect("it lies in cache/");
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    let kept = Kept { version: VERSION, inputs, photos, estimate: estimate.clone() };
+    let kept = CachedEstimate { version: VERSION, inputs, photos, estimate: estimate.clone() };
     write_atomically(file, &to_json(&kept))
 }

@@ -89,5 +89,5 @@ fn own_names(stack: &Stack) -> Vec<String> {
 /// Writes the message for a name without a layer.
 fn unmatched_message(name: &LayerName) -> String {
     let of: Vec<String> = name.of.iter().map(ToString::to_string).collect();
-    format!("no image layer is called {:?} now: none holds {}", name.name, of.join(", "))
+    format!("no image layer is named {:?} now, because none contains {}", name.name, of.join(", "))
 }

@@ -41,10 +41,10 @@ pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
     let candidates: Vec<_> = photos().enumerate().filter(|(_, photo)| is_short_for(name, photo)).collect();
     match candidates[..] {
         [(index, _)] => Ok(index),
-        [] => Err(Error::Request(format!("no photo is called {name}; `quadratura info` lists them"))),
+        [] => Err(Error::Request(format!("there is no photo {name}; `quadratura info` lists the photos"))),
         _ => {
             let names: Vec<_> = candidates.iter().map(|(_, photo)| *photo).collect();
-            Err(Error::Request(format!("{name} could be any of {}", names.join(", "))))
+            Err(Error::Request(format!("{name} is ambiguous: it matches {}", names.join(", "))))
         }
     }
 }

@@ -29,7 +29,7 @@ pub fn edited(off: &BTreeSet<String>, edits: &[ObjectEdit], whole: &Model) -> Re
         return Err(error);
     }
     if whole.objects.iter().all(|object| edited.contains(&object.name)) {
-        return Err(Error::Request("nothing would be left of the model: all objects would be off".into()));
+        return Err(Error::Request("this would remove all objects from the model".into()));
     }
     Ok(edited)
 }
@@ -100,7 +100,7 @@ mod tests {
         assert!(message.contains("\"x\"") && message.contains("\"y\""), "{message}");
         let message =
             edited(&BTreeSet::new(), &[ObjectEdit::Off("*".into())], &model).unwrap_err().to_string();
-        assert!(message.contains("nothing would be left"), "{message}");
+        assert!(message.contains("remove all objects"), "{message}");
         let gone = BTreeSet::from(["gone".to_owned()]);
         assert!(edited(&gone, &[ObjectEdit::On("gone".into())], &model).unwrap().is_empty());
     }

@@ -169,8 +169,8 @@ impl Unmasked {
     pub fn error(&self) -> Error {
         let (photo, problem) = (&self.photo.name, &self.problem);
         Error::Request(format!(
-            "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` takes its \
-             masks away; --find, --add and --object make them again"
+            "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` \
+             removes its masks; --find, --add and --object create them again"
         ))
     }
 }
@@ -182,12 +182,12 @@ fn working_model(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<A
         return Ok(whole.clone());
     }
     for name in off.iter().filter(|name| whole.objects.iter().all(|object| object.name != **name)) {
-        task.note(format!("project.json switches off {name:?}, which the model does not have"));
+        task.note(format!("project.json removes the object {name:?}, which the model does not have"));
     }
     let working = whole.without(|object| off.contains(&object.name));
     if working.faces.is_empty() {
-        let found = "all objects of the model are switched off";
-        return Err(Error::Request(format!("{found}; `quadratura object --on NAME` brings one back")));
+        let found = "all objects are removed from the model in this project";
+        return Err(Error::Request(format!("{found}; `quadratura object --on NAME` restores one")));
     }
     Ok(Arc::new(working))
 }
@@ -241,7 +241,7 @@ fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Camer
     if import.photos.is_empty() {
         return Err(Error::of_all(cameras.problems.into_iter().chain(import.problems).collect())
             .unwrap_or_else(|| {
-                Error::input(file, "", "it names no photo", "give the cameras of the photos")
+                Error::input(file, "", "it lists no photo", "give the cameras of the photos")
             }));
     }
     Ok((cameras, import))
@@ -251,10 +251,10 @@ fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Camer
 fn no_such_folder(project: &Path, photos: &Path) -> Error {
     let file = project.join(PROJECT_FILE);
     let remedy = match file.is_file() {
-        true => format!("bring it back, or say as \"photos\" in {} where the photos are now", file.display()),
+        true => format!("restore it, or set \"photos\" in {} to the folder with the photos", file.display()),
         false => "give the folder of the photos".to_owned(),
     };
-    Error::input(photos, "", "there is no such folder", remedy)
+    Error::input(photos, "", "this folder does not exist", remedy)
 }
 
 /// Reads the model and transforms it to the cameras' world.

@@ -80,7 +80,7 @@ fn located(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder) -> Result<(
     match found {
         Match::File(file, "") => Ok((folder.path(*file), None)),
         Match::File(file, difference) => {
-            let note = format!("found {difference}, as {}", folder.name(*file));
+            let note = format!("the file was found {difference}, as {}", folder.name(*file));
             Ok((folder.path(*file), Some(note)))
         }
         Match::Missing => Err(missing(photo, folder)),
@@ -98,14 +98,14 @@ fn lost(undistortion: &Undistortion) -> Option<String> {
 
 /// Makes the error for a photo outside of its lens model's valid range.
 fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
-    let found = format!("no pixel of it lies where its lens model makes sense ({:?})", photo.lens);
+    let found = format!("no pixel is in the valid range of the lens model ({:?})", photo.lens);
     Error::input(file, "", found, "calibrate the camera again, with a simpler model")
 }
 
 /// Makes the error for a photo without a file.
 fn missing(photo: &CameraPhoto, folder: &PhotoFolder) -> Error {
-    let found = "there is no such photo, nor one of that name in a sub-folder or in another format";
-    let remedy = "put it there, or give the folder that the cameras' names begin from";
+    let found = "there is no file of this name, nor one in a sub-folder or in another format";
+    let remedy = "put the photo there, or give the folder that the cameras' names are relative to";
     Error::input(folder.root().join(&photo.name), "", found, remedy)
 }
 
@@ -115,9 +115,9 @@ fn ambiguous(photo: &CameraPhoto, folder: &PhotoFolder, files: &[usize], photos:
     let more = if files.len() > listed.len() { ", .." } else { "" };
     let listed = format!("{}{more}", listed.join(", "));
     let found = match photos {
-        1 => format!("{} could be any of {} files ({listed})", photo.name, files.len()),
-        _ => format!("{} and {} others could be {listed}", photo.name, photos - 1),
+        1 => format!("{} matches {} files ({listed})", photo.name, files.len()),
+        _ => format!("{} and {} other photos match {listed}", photo.name, photos - 1),
     };
-    let remedy = "give the files the paths that the cameras' file names";
+    let remedy = "give the files the paths in the cameras' file";
     Error::input(folder.path(files[0]), "", found, remedy)
 }

@@ -175,9 +175,9 @@ mod tests {
         );
         assert_eq!(import.photos.len(), 1);
         let problems: Vec<_> = import.problems.iter().map(Error::to_string).collect();
-        assert!(problems[0].contains("no such photo"), "{problems:?}");
+        assert!(problems[0].contains("no file of this name"), "{problems:?}");
         assert!(problems[1].contains("7 x 6 pixels where the camera has 8 x 6"), "{problems:?}");
-        assert!(problems[2].contains("any of 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
+        assert!(problems[2].contains("matches 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
     }
 
@@ -210,7 +210,11 @@ mod tests {
         photo.camera.cx = 700.0;
         let cameras = Cameras { photos: vec![photo], ..Cameras::default() };
         let import = import_photos(&cameras, folder.path(), folder.path(), &Task::silent()).unwrap();
-        assert!(import.problems[0].to_string().contains("no pixel of it"), "{:?}", import.problems);
+        assert!(
+            import.problems[0].to_string().contains("no pixel is in the valid range"),
+            "{:?}",
+            import.problems
+        );
     }
 
     #[test]
@@ -238,7 +242,7 @@ mod tests {
         assert_eq!(
             import.notes,
             [
-                "a.jpg: found in another folder and image format, as sub/a.png",
+                "a.jpg: the file was found in another folder and image format, as sub/a.png",
                 "other.png: no camera for this photo; it is not used",
             ]
         );

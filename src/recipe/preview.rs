@@ -251,7 +251,7 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Optio
                 None
             }
             StackState::Broken(error) => {
-                broken.push(format!("{}: its stack serves nothing: {error}", photo.name));
+                broken.push(format!("{}: its stack is not used: {error}", photo.name));
                 None
             }
         });
@@ -260,15 +260,21 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Optio
         if !broken.is_empty() {
             return Err(Error::Request(broken.join("\n")));
         }
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
+        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
     }
     if !missing.is_empty() {
         let missing = missing.join(", ");
-        task.note(format!("no stack, so they serve nothing: {missing}; `quadratura build` makes them"));
+        task.note(format!(
+            "these photos have no stack and are not used: {missing}; `quadratura build` \
+            builds them"
+        ));
     }
     if !stale.is_empty() {
         let stale = stale.join(", ");
-        task.note(format!("older than the project: the stacks of {stale}; `quadratura build` renews them"));
+        task.note(format!(
+            "the stacks of these photos are out of date: {stale}; `quadratura build` updates \
+            them"
+        ));
     }
     Ok((stacks, broken))
 }

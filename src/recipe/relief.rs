@@ -47,7 +47,7 @@ impl SiteRelief {
         if witnesses.iter().all(Witness::sees)
             && let Err(error) = write_relief(&file, &relief, inputs)
         {
-            task.note(format!("the relief is not kept: {error}"));
+            task.note(format!("the relief cannot be cached: {error}"));
         }
         opened.whole = Arc::new(relief);
         Ok(opened)
@@ -89,7 +89,7 @@ impl SiteRelief {
                 Ok(pixels) => Ok(Witness::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
-                    task.of(name).note(format!("it tells nothing of the relief: {error}"));
+                    task.of(name).note(format!("the photo is not used for the relief: {error}"));
                     Ok(Witness::blind(&projector))
                 }
             })
@@ -121,7 +121,7 @@ mod tests {
         });
         let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();
         assert!(relief.whole().of_face.iter().all(Option::is_none));
-        assert!(notes.lock().unwrap().iter().any(|note| note.contains("tells nothing of the relief")));
+        assert!(notes.lock().unwrap().iter().any(|note| note.contains("is not used for the relief")));
         assert!(!folder.path().join("cache/relief.bin").exists());
     }
 }

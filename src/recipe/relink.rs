@@ -132,8 +132,8 @@ pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
 pub fn bring_photo(photos: &Path, name: &str, file: &Path) -> Result<()> {
     let target = photos.join(name);
     if target.exists() {
-        let remedy = "move it away first if the other one is the right one";
-        return Err(Error::input(target, "", "there is a photo of this name already", remedy));
+        let remedy = "if the other file is the right one, move this one away first";
+        return Err(Error::input(target, "", "a photo of this name already exists", remedy));
     }
     let mut source = File::open(file).map_err(Error::io(file, "open it"))?;
     if let Some(folder) = target.parent() {

@@ -167,12 +167,12 @@ fn draw_all<'a>(
 fn started(film: &FilmOptions, views: &[View]) -> Result<Film> {
     let size = |view: &View| (view.camera.width, view.camera.height);
     let Some((width, height)) = views.first().map(size) else {
-        return Err(Error::Request("there is nothing to make a film of".into()));
+        return Err(Error::Request("there are no frames for a video".into()));
     };
     if let Some(other) = views.iter().find(|view| size(view) != (width, height)) {
         let (w, h) = size(other);
         return Err(Error::Request(format!(
-            "a film has one size, but {} is {width} x {height} and {} is {w} x {h}; give --size",
+            "a video has one size, but {} is {width} x {height} and {} is {w} x {h}; give --size",
             views[0].name, other.name
         )));
     }
@@ -260,7 +260,7 @@ fn write(folder: &Path, view: &View, picture: &Picture) -> Result<Rendered> {
 fn note_spared(rendered: &Rendered, task: &Task) {
     for file in &rendered.spared {
         let (old, new) = (file.display(), rendered.path.display());
-        task.note(format!("{old} is not as this program wrote it and stays; this picture is {new}"));
+        task.note(format!("{old} was changed by another program and is kept; this picture is {new}"));
     }
 }
 

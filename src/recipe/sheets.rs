@@ -25,12 +25,12 @@ use crate::projection::{SheetId, SheetPixels, Texels};
 pub struct SheetFiles {
     files: Arc<[SheetFile]>,
     /// The stacks with their paint, by photo; empty where paint is not shown.
-    painted: Vec<Option<Painted>>,
+    painted: Vec<Option<PaintedStack>>,
 }
 
 /// A stack and the paint on it.
 #[derive(Debug, Clone)]
-struct Painted {
+struct PaintedStack {
     stack: Arc<Stack>,
     paint: Arc<PhotoPaint>,
 }
@@ -98,7 +98,7 @@ impl SheetFiles {
     pub fn with_paint(mut self, store: &StackStore, stacks: &[Option<Stack>]) -> Result<Self> {
         let paint = PaintStore::new(store.project());
         let book = paint.read()?;
-        let of_stack = |stack: &Stack| Painted {
+        let of_stack = |stack: &Stack| PaintedStack {
             stack: Arc::new(stack.clone()),
             paint: Arc::new(PhotoPaint::of(&book, paint.clone(), stack)),
         };
@@ -162,7 +162,7 @@ impl SheetFiles {
                 laid.filter(|(_, colour)| colour[3] > 0).for_each(|(origin, _)| *origin = Origin::Propagated);
             }
         }
-        if let Some(Some(Painted { stack, paint })) = self.painted.get(file.photo) {
+        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
             for (x, y, colour) in paint.on(stack, file.layer)?.iter() {
                 let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
                 if inside && shown(colour)[3] > 0 {
@@ -214,7 +214,7 @@ impl Texels for SheetFiles {
                 lay_propagated(&mut rgba, &mut needed, &colours, &confidence);
             }
         }
-        if let Some(Some(Painted { stack, paint })) = self.painted.get(file.photo) {
+        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
         }
         Ok(SheetPixels { rect, rgba, needed })

@@ -85,7 +85,7 @@ impl<'a> Survey<'a> {
 pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     let expected = || {
         Error::Request(format!(
-            "{name:?} names no face; write OBJECT[INDEX], as in the list of `quadratura info`"
+            "{name:?} is not a face; write OBJECT[INDEX], as in the list of `quadratura info`"
         ))
     };
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;

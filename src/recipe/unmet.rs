@@ -38,7 +38,7 @@ pub fn list(faces: &[Faces]) -> String {
 
 /// Writes the message for faces that this photo does not texture.
 fn no_texture(faces: &Faces) -> String {
-    format!("{faces} has no texture from this photo now; it holds again once it has")
+    format!("{faces} is not textured by this photo now; the decision applies again when it is")
 }
 
 /// Returns the items of the list of which no element contains a face.
@@ -92,13 +92,13 @@ pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
                     // Only the second name is hidden by the subject of the sentence.
                     names.join(", which hides a part of ").replacen(", which hides", " hides", 1)
                 }
-                None => format!("another merge ties it to what lies before or behind {with}"),
+                None => format!("another merge joins it with something in front of or behind {with}"),
             }
         }
-        Obstacle::Forgiven => format!("it and {with} touch so that each hides a few pixels of the other"),
+        Obstacle::Forgiven => format!("it and {with} each hide a few pixels of the other"),
         Obstacle::Split => format!("a split keeps it apart from {with}"),
         Obstacle::TooLarge => {
-            format!("a rectangle around it and {with} is larger than `largest_side` allows")
+            format!("a rectangle around it and {with} exceeds `largest_side`")
         }
     };
     format!("{item} stays apart: {why}")

@@ -100,10 +100,10 @@ pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
     match &asked.source {
         ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
-        ViewSource::At(path) => match Kind::of(path) {
-            Kind::Cameras => of_cameras(path, size, task),
-            Kind::List => listed(site, path, size),
-            Kind::Path => {
+        ViewSource::At(path) => match ViewFormat::of(path) {
+            ViewFormat::Cameras => of_cameras(path, size, task),
+            ViewFormat::List => listed(site, path, size),
+            ViewFormat::Path => {
                 let (path, flight) = read_camera_path(path, up(&site.photos))?;
                 of_flight(path, &flight, size, fps)
             }
@@ -122,13 +122,13 @@ impl Opened {
 }
 
 /// The kind of a file or folder of views.
-enum Kind {
+enum ViewFormat {
     Cameras,
     List,
     Path,
 }
 
-impl Kind {
+impl ViewFormat {
     /// Determines the kind: cameras by their content or by COLMAP's names, the others by their extension.
     fn of(path: &Path) -> Self {
         if is_camera_file(path) {
@@ -178,8 +178,8 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     if distorted > 0 {
         let (of, count) = (cameras.file.display(), cameras.photos.len());
         task.note(format!(
-            "{of}: {distorted} of {count} cameras have a lens with distortion; their pictures are without, at the \
-             same size and K"
+            "{of}: {distorted} of {count} cameras have lens distortion; their pictures are rendered without \
+             it, at the same size and K"
         ));
     }
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -204,7 +204,7 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
         return Err(error);
     }
     let Some((first, _)) = cameras.first() else {
-        return Err(Error::Request("a flight needs a photo to begin at".into()));
+        return Err(Error::Request("a flight needs at least one photo".into()));
     };
     let frame = size.of(first);
     let path = CameraPath::through(&cameras, [frame.width, frame.height], SECONDS_A_LEG);
@@ -307,7 +307,7 @@ mod tests {
         assert_eq!((names(&views), views.problems.len()), (vec!["x%2F0001"], 2));
         assert_eq!(views.list[0].camera, centred(128, 96, 100.0));
         assert!(
-            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have a lens")),
+            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have lens distortion")),
             "{noted:?}"
         );
     }
@@ -353,6 +353,6 @@ mod tests {
             |fps| views(&site(), &Asked { source: source.clone(), size: Size::Own, fps }, &Task::silent());
         assert_eq!(asked(None).unwrap().list.len(), 401);
         let message = asked(Some(240.0)).unwrap_err().to_string();
-        assert!(message.contains("240 a second") && message.contains("100000 frames"), "{message}");
+        assert!(message.contains("240 frames per second") && message.contains("100000 frames"), "{message}");
     }
 }

@@ -61,7 +61,7 @@ pub fn watch<Held>(
     mut report: impl FnMut(Imported, Duration),
 ) -> Result<()> {
     let events = FolderWatch::new(folder)?;
-    let mut watching = Watching::begin(project, folder, options, task)?;
+    let mut watching = WatchState::begin(project, folder, options, task)?;
     loop {
         match watching.round(&hold, &mut report) {
             Err(Error::Cancelled) => return Ok(()),
@@ -75,10 +75,10 @@ pub fn watch<Held>(
     }
 }
 
-type Document = (PathBuf, Stamp);
+type StampedDocument = (PathBuf, Stamp);
 
 /// A watch in progress.
-struct Watching<'a> {
+struct WatchState<'a> {
     project: &'a Path,
     folder: &'a Path,
     options: WatchOptions,
@@ -93,7 +93,7 @@ struct Watching<'a> {
     recall: Recall,
 }
 
-impl<'a> Watching<'a> {
+impl<'a> WatchState<'a> {
     /// Starts a watch; the documents that were imported before are known from the project.
     fn begin(project: &'a Path, folder: &'a Path, options: WatchOptions, task: &'a Task) -> Result<Self> {
         let taken = TakenDocuments::read(project).unwrap_or_else(|error| {
@@ -115,10 +115,11 @@ impl<'a> Watching<'a> {
     ) -> Result<bool> {
         let complete = self.complete_documents()?;
         // A document that cannot be read may still be being written.
-        let overdue = |(path, _): &Document| {
+        let overdue = |(path, _): &StampedDocument| {
             self.failing.get(path).is_some_and(|since| since.elapsed() >= self.options.patience)
         };
-        let (overdue, fresh): (Vec<Document>, Vec<Document>) = complete.into_iter().partition(overdue);
+        let (overdue, fresh): (Vec<StampedDocument>, Vec<StampedDocument>) =
+            complete.into_iter().partition(overdue);
         for (batch, only_whole) in [(fresh, true), (overdue, false)] {
             if batch.is_empty() {
                 continue;
@@ -139,7 +140,7 @@ impl<'a> Watching<'a> {
     }
 
     /// Returns the documents that were saved and are complete.
-    fn complete_documents(&mut self) -> Result<Vec<Document>> {
+    fn complete_documents(&mut self) -> Result<Vec<StampedDocument>> {
         let first = self.changed()?;
         if first.is_empty() {
             return Ok(first);
@@ -155,7 +156,7 @@ impl<'a> Watching<'a> {
     }
 
     /// Returns the documents whose stamp differs from the known one.
-    fn changed(&self) -> Result<Vec<Document>> {
+    fn changed(&self) -> Result<Vec<StampedDocument>> {
         let mut found = documents(self.folder)?;
         found.retain(|path, stamp| self.seen.get(path) != Some(stamp));
         Ok(found.into_iter().collect())
@@ -163,8 +164,8 @@ impl<'a> Watching<'a> {
 
     /// Returns the documents that are unedited exports. One that was ever painted on does not count, because
     /// exports do not overwrite it.
-    fn own_files(&self, documents: &[Document]) -> Result<BTreeSet<PathBuf>> {
-        let may_be = |(path, _): &&Document| path.is_file() && !self.taken.has(path);
+    fn own_files(&self, documents: &[StampedDocument]) -> Result<BTreeSet<PathBuf>> {
+        let may_be = |(path, _): &&StampedDocument| path.is_file() && !self.taken.has(path);
         let files: Vec<_> = documents.iter().filter(may_be).collect();
         if files.is_empty() {
             return Ok(BTreeSet::new());
@@ -177,7 +178,7 @@ impl<'a> Watching<'a> {
     }
 
     /// Imports documents. With `only_whole`, incomplete ones are left for a later round, until their time is over.
-    fn import(&mut self, documents: &[Document], only_whole: bool) -> Result<Imported> {
+    fn import(&mut self, documents: &[StampedDocument], only_whole: bool) -> Result<Imported> {
         let files: Vec<PathBuf> = documents.iter().map(|(path, _)| path.clone()).collect();
         let options = ImportOptions { only_whole, ..self.options.import };
         let mut imported = import(self.project, &files, options, &self.recall, self.task)?;
@@ -195,8 +196,8 @@ impl<'a> Watching<'a> {
 
     /// Stores in the project which documents need not be imported again. If that fails, they are read again at the
     /// next opening, which only takes time.
-    fn remember(&mut self, batch: &[Document]) {
-        let taken: Vec<Document> =
+    fn remember(&mut self, batch: &[StampedDocument]) {
+        let taken: Vec<StampedDocument> =
             batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)).cloned().collect();
         match TakenDocuments::note(self.project, &taken) {
             Ok(taken) => self.taken = taken,

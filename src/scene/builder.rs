@@ -83,7 +83,7 @@ impl ModelBuilder {
     /// # Panics
     /// Panics when a vertex does not exist.
     pub fn face(&mut self, object: ObjectId, ring: &[u32]) {
-        assert!(ring.iter().all(|&v| (v as usize) < self.model.vertices.len()), "no such vertex");
+        assert!(ring.iter().all(|&v| (v as usize) < self.model.vertices.len()), "this vertex does not exist");
         let id = FaceId(self.model.faces.len() as u32);
         let start = self.model.ring_vertices.len() as u32;
         self.model.ring_vertices.extend_from_slice(ring);

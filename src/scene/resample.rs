@@ -40,15 +40,15 @@ fn resample<T: Sample>(
 ) -> Result<Vec<T>> {
     let (width, height) = (photo.width as usize, photo.height as usize);
     if photo.has_alpha() {
-        resample_from(&Source::<T, 4> { samples, width, height }, undistortion, task)
+        resample_from(&SampledPhoto::<T, 4> { samples, width, height }, undistortion, task)
     } else {
-        resample_from(&Source::<T, 3> { samples, width, height }, undistortion, task)
+        resample_from(&SampledPhoto::<T, 3> { samples, width, height }, undistortion, task)
     }
 }
 
 /// Resamples row by row, in parallel.
 fn resample_from<T: Sample, const CHANNELS: usize>(
-    source: &Source<'_, T, CHANNELS>,
+    source: &SampledPhoto<'_, T, CHANNELS>,
     undistortion: &Undistortion,
     task: &Task,
 ) -> Result<Vec<T>> {
@@ -70,13 +70,13 @@ fn resample_from<T: Sample, const CHANNELS: usize>(
 }
 
 /// A photo's samples with the photo's size.
-struct Source<'a, T, const CHANNELS: usize> {
+struct SampledPhoto<'a, T, const CHANNELS: usize> {
     samples: &'a [T],
     width: usize,
     height: usize,
 }
 
-impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
+impl<T: Sample, const CHANNELS: usize> SampledPhoto<'_, T, CHANNELS> {
     /// Returns the colour at a position in pixels within the photo; `None` where one of the four nearest pixels is
     /// invalid.
     #[inline]

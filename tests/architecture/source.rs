@@ -44,14 +44,14 @@ impl Source {
         path
     }
 
-    /// Everything that the file names through `crate::`, `super::` or `quadratura::`.
+    /// Everything that the file names through `crate::`, `super::`, `self::` or `quadratura::`.
     pub fn used_paths(&self) -> Vec<UsedPath> {
         let tokens = tokens(&self.code);
         let here = self.module_path();
         let mut found = Vec::new();
         for at in 0..tokens.len() {
             let continues = at > 0 && tokens[at - 1].text == "::";
-            let starts = matches!(tokens[at].text, "crate" | "super" | "quadratura");
+            let starts = matches!(tokens[at].text, "crate" | "super" | "self" | "quadratura");
             if starts && !continues && tokens.get(at + 1).is_some_and(|next| next.text == "::") {
                 read_path(&tokens, at, &mut here.clone(), &mut found);
             }

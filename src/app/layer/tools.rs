@@ -4,10 +4,12 @@ use eframe::egui::{Color32, Sense, Ui, vec2};
 
 use super::{Aspect, Key};
 use crate::app::command::{Command, flat};
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::{grouped, percent, toggle_ui};
 use crate::app::photo::scale_ui;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 use crate::document::ImageLayer;
 
 /// What is needed most comes first.
@@ -50,18 +52,23 @@ pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, layer: &ImageLayer, asks: &mut
 }
 
 fn aspect(editor: &mut Editor, ui: &mut Ui, aspect: Aspect) {
-    let now = &mut editor.flat.layer.aspect;
+    let now = &mut editor.state.flat.layer.aspect;
     ui.selectable_value(now, aspect, aspect.name()).on_hover_text(aspect.tooltip());
 }
 
 /// A switch of what pixels are shown: the other aspects know nothing of it.
 fn of_pixels(editor: &mut Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
-    let pixels = editor.flat.layer.aspect == Aspect::Pixels;
+    let pixels = editor.state.flat.layer.aspect == Aspect::Pixels;
     ui.add_enabled_ui(pixels, |ui| toggle_ui(editor, ui, command, asks));
 }
 
 fn scale(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
-    scale_ui(ui, editor.flat.layer.view.placement.magnification(ui.ctx().pixels_per_point()), asks);
+    scale_ui(
+        &editor.state,
+        ui,
+        editor.state.flat.layer.view.placement.magnification(ui.ctx().pixels_per_point()),
+        asks,
+    );
 }
 
 fn facts(ui: &mut Ui, layer: &ImageLayer) {
@@ -85,8 +92,8 @@ fn facts(ui: &mut Ui, layer: &ImageLayer) {
 }
 
 /// Draws the row below.
-pub fn status_ui(editor: &Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
-    let pane = &editor.flat.layer;
+pub fn status_ui(state: &State, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
+    let pane = &state.flat.layer;
     let Some(view) = pane.views.get(key) else {
         ui.weak("Reading the image layer…");
         return;

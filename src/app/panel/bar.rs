@@ -4,7 +4,8 @@ use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role,
 
 use super::{text_width, toggle_ui};
 use crate::app::command::Command;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
+use crate::app::state::ask::Ask;
 
 /// Where a part of a bar is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -3,10 +3,11 @@
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
 
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::{long_list, named};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::stack::{Reason, Untextured};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{REASONS, untextured, words};
@@ -27,12 +28,12 @@ fn listed(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
 pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
-    let Some(faces) = editor.session.as_ref().and_then(|session| listed(session, photo)) else {
+    let Some(faces) = editor.state.session.as_ref().and_then(|session| listed(session, photo)) else {
         ui.weak("Known when the photo's layers are built.");
         return;
     };
     let faces: Vec<&Untextured> = faces.iter().collect();
-    let filter = &mut editor.flat.photo.reasons;
+    let filter = &mut editor.state.flat.photo.reasons;
     choose(ui, filter, &faces);
     let wanted = filter.0;
     let is_wanted = |face: &&Untextured| wanted.is_none_or(|reason| face.reason == reason);
@@ -69,9 +70,9 @@ fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
 }
 
 fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let face = face(session, &it.object, it.face);
-    let selected = face.is_some_and(|face| editor.selection == Selection::Face(face));
+    let selected = face.is_some_and(|face| editor.state.selection == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
         let name = format!("{}[{}]", it.object, it.face);
@@ -82,7 +83,7 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
                 ui.weak("hidden by");
                 let front = face_named(session.model(), by).ok();
                 if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
-                    asks.extend(front.map(|front| Ask::Select(Selection::Face(front))));
+                    asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
                 }
             }
             None => {
@@ -91,9 +92,9 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
         }
     });
     if let Some(face) = face.filter(|_| gone_to) {
-        asks.push(Ask::Select(Selection::Face(face)));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        editor.flat.photo.go_to(face, at);
+        editor.state.flat.photo.go_to(face, at);
     }
 }
 

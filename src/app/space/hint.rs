@@ -3,8 +3,10 @@
 use eframe::egui::{Grid, Ui};
 
 use crate::app::command::file;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::help::mouse;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 
 /// So many lines of the help are enough to begin.
 const FIRST: usize = 5;
@@ -14,8 +16,8 @@ const ROOM: f32 = 440.0;
 const WORDS: f32 = 460.0;
 
 /// It is wanted, and there is something to move through.
-pub fn is_wanted(editor: &Editor) -> bool {
-    editor.settings.hints && editor.space.has_picture()
+pub fn is_wanted(state: &State) -> bool {
+    state.settings.hints && state.space.has_picture()
 }
 
 /// Draws it.
@@ -27,7 +29,7 @@ pub fn hint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if room >= ROOM {
         ui.add_space(4.0);
         Grid::new("first steps").num_columns(2).striped(true).show(ui, |ui| {
-            for (keys, what) in &mouse(editor.settings.navigation)[..FIRST] {
+            for (keys, what) in &mouse(editor.state.settings.navigation)[..FIRST] {
                 ui.strong(*keys);
                 ui.label(*what);
                 ui.end_row();
@@ -37,11 +39,11 @@ pub fn hint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(6.0);
     ui.horizontal(|ui| {
         if ui.button("Got it").on_hover_text("Does not show this again.").clicked() {
-            editor.settings.hints = false;
+            editor.state.settings.hints = false;
         }
         if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {
-            editor.settings.hints = false;
-            asks.push(Ask::Run(&file::KEYS));
+            editor.state.settings.hints = false;
+            asks.push(file::KEYS.asked(editor));
         }
     });
 }

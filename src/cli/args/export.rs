@@ -1,4 +1,4 @@
-//! What may be typed for `export`.
+//! Arguments of `export`.
 
 use std::path::PathBuf;
 
@@ -12,9 +12,9 @@ use crate::io::layered::format::LayeredFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// What to write
+    /// The format to write
     #[arg(long, value_parser = formats(), default_value_t = ExportFormat::Psd)]
     pub format: ExportFormat,
     /// The folder to write to
@@ -22,18 +22,18 @@ pub struct ExportArgs {
     pub out: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Write also where every filled texel comes from: a coloured PNG per image layer and a legend
+    /// Also write the source of every filled texel: a coloured PNG per image layer and a legend
     #[arg(long)]
     pub provenance: bool,
-    /// With exposures evened out: to the reference that `colour` chose, else to the common exposure. For
-    /// looking at: such files cannot be imported
+    /// Export with matched exposures: to the reference set with `colour`, else to the common exposure. For
+    /// viewing only: such files cannot be imported
     #[arg(long)]
     pub even_colour: bool,
     #[command(flatten)]
     pub memory: MemoryArg,
 }
 
-/// Those of the table, with what it says of them.
+/// Returns a parser for the formats in the table.
 fn formats() -> impl TypedValueParser<Value = ExportFormat> {
     let value = |entry: &LayeredFormat| PossibleValue::new(entry.format.name()).help(entry.about);
     let names = PossibleValuesParser::new(FORMATS.iter().map(value));

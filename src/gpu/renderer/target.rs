@@ -50,7 +50,7 @@ pub fn judge(gpu: &Gpu, shot: &Shot) -> Result<()> {
     let (longest, largest) = (limits.max_texture_dimension_2d, limits.max_buffer_size);
     let picture = format!("a picture of {width} x {height} pixels");
     if width.min(height) == 0 {
-        return Err(Error::Gpu(format!("{picture} has none; sides are 1 to {longest}")));
+        return Err(Error::Gpu(format!("{picture} is empty; sides are 1 to {longest}")));
     }
     if width.max(height) > longest {
         let most = format!("sides of {longest} pixels at most");

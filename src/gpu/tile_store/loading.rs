@@ -143,7 +143,7 @@ impl TileStore {
     /// Marks sheets that cannot be read as empty from now on.
     pub(super) fn give_up(&mut self, failed: &[(SheetId, Error)], task: &Task) {
         for (sheet, error) in failed {
-            task.note(format!("an image layer serves nothing: {error}"));
+            task.note(format!("an image layer is not used: {error}"));
             let nothing = self.pyramids.maker().of_nothing(*sheet);
             self.learn(*sheet, &nothing);
             self.unreadable.insert(*sheet);

@@ -326,10 +326,10 @@ fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_
     let texels = Arc::new(Torn(scene.made.clone(), torn));
     let mut store = TileStore::new(&Gpu::noop(), &scene.sources, texels, TextureOptions::default()).unwrap();
     let notes: Arc<Mutex<Vec<String>>> = Arc::default();
-    let told = notes.clone();
+    let recorded = notes.clone();
     let task = Task::new(move |event| {
         if let Event::Note { text, .. } = event {
-            told.lock().unwrap().push(text);
+            recorded.lock().unwrap().push(text);
         }
     });
     let wants: Vec<Want> = (0..SIZES.len() as u32).map(|sheet| Want::all(SheetId(sheet))).collect();

@@ -81,7 +81,7 @@ impl<'s> Assembly<'s> {
     /// Takes a camera that photos refer to by its number.
     pub fn camera(&mut self, place: String, id: u32, raw: Result<RawCamera, Objection>) {
         let judged = if self.cameras.contains_key(&id) {
-            Err((format!("camera {id} is there twice"), "keep one; the first is used"))
+            Err((format!("camera {id} appears twice"), "keep one; the first is used"))
         } else {
             let camera = |(found, remedy)| (format!("camera {id}: {found}"), remedy);
             raw.and_then(judged_camera).map_err(camera)
@@ -156,7 +156,7 @@ impl<'s> Assembly<'s> {
         }
         let name = short(raw.name);
         if self.names.contains(raw.name) {
-            return Err((format!("{name} is there twice"), "keep one; the first is used"));
+            return Err((format!("{name} appears twice"), "keep one; the first is used"));
         }
         let (camera, lens) = raw.camera?;
         let pose = raw.pose.map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?;
@@ -169,10 +169,10 @@ impl<'s> Assembly<'s> {
             Some(Some(found)) => Ok(*found),
             Some(None) => {
                 let found = format!("{name} uses camera {camera}, which cannot be used");
-                Err((found, "mend that camera, see above"))
+                Err((found, "correct that camera, see above"))
             }
             None => {
-                let found = format!("{name} uses camera {camera}, which the cameras file lacks");
+                let found = format!("{name} uses camera {camera}, which is not in the cameras file");
                 Err((found, "use cameras and images files of the same reconstruction"))
             }
         }
@@ -195,7 +195,7 @@ impl<'s> Assembly<'s> {
         let objection = if !is_on_a_map(position) {
             Some((format!("point {id} at {position:?}, not within 1e15 of the origin"), "remove the point"))
         } else if !self.point_ids.insert(id) {
-            Some((format!("point {id} is there twice"), "keep one; the first is used"))
+            Some((format!("point {id} appears twice"), "keep one; the first is used"))
         } else {
             None
         };
@@ -215,7 +215,7 @@ impl<'s> Assembly<'s> {
         let problems = problems.finish();
         if photos.is_empty() {
             let remedy = "use a reconstruction in which photos were registered";
-            let empty = || Error::input(file, "", "it names no photo", remedy);
+            let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
         Ok(Cameras { file, photos, points, problems, notes })

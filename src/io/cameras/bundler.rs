@@ -26,7 +26,7 @@ use crate::task::Task;
 pub(super) struct Bundler;
 
 const MARK: &str = "# Bundle file v";
-const CUT: &str = "copy the file again; it is cut or damaged";
+const CUT: &str = "copy the file again; it is cut short or damaged";
 
 impl CameraFormat for Bundler {
     fn accepted(&self) -> &'static str {

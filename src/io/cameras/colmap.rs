@@ -31,7 +31,7 @@ impl CameraFormat for Colmap {
         let folder = file.parent().unwrap_or(Path::new(""));
         Some(complete(folder, is_binary).ok_or_else(|| {
             let [cameras, images, _] = names(is_binary);
-            let remedy = "point at the folder or at one of the files that COLMAP wrote \
+            let remedy = "give the folder or one of the files that COLMAP wrote \
                           (cameras, images, points3D; .bin or .txt)";
             Error::input(file, "", format!("{cameras} and {images} are not both beside it"), remedy)
         }))
@@ -86,8 +86,8 @@ fn other_models(cameras: &Path) -> Option<String> {
     let other = others.first()?;
     let (used, all) = (folder.display(), others.len() + 1);
     Some(format!(
-        "{used}: the first of {all} separate reconstructions is used; to use another, point at it, \
-         for instance {}",
+        "{used}: the first of {all} separate reconstructions is used; to use another, give its folder, \
+         for example {}",
         other.display()
     ))
 }

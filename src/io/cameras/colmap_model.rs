@@ -91,7 +91,7 @@ impl ColmapModel {
     pub fn camera(&self, width: u64, height: u64, values: &[f64]) -> Result<RawCamera, Objection> {
         if self.is_spherical() {
             let remedy = "cut the panorama into pinhole views first (COLMAP's panorama script does)";
-            return Err(("a spherical panorama (EQUIRECTANGULAR) is no pinhole image".into(), remedy));
+            return Err(("a spherical panorama (EQUIRECTANGULAR) is not a pinhole image".into(), remedy));
         }
         let (name, expected) = (self.name, self.parameter_count());
         if values.len() != expected {

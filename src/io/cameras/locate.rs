@@ -32,7 +32,7 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
         return at_file(path);
     }
     if !path.is_dir() {
-        return Err(Error::input(path, "", "there is no such file or folder", "check the path"));
+        return Err(Error::input(path, "", "this file or folder does not exist", "check the path"));
     }
     let mut found = all_in(path, |format| format.folders());
     let (rank, files) = if found.is_empty() { return Err(nothing_in(path)) } else { found.remove(0) };
@@ -41,7 +41,7 @@ pub(super) fn locate(path: &Path) -> Result<Located> {
     let others: Vec<String> = others.map(|other| other.images.display().to_string()).collect();
     if !others.is_empty() {
         let (used, others) = (files.images.display(), others.join(" and "));
-        files.notes.push(format!("{used}: read instead of {others}; to use that, point at the file itself"));
+        files.notes.push(format!("{used}: read instead of {others}; to use that, give the file itself"));
     }
     Ok(Located { rank, files })
 }
@@ -77,7 +77,7 @@ fn at_file(file: &Path) -> Result<Located> {
         Some((rank, Ok(files))) => Ok(Located { rank, files }),
         _ => {
             let found = "it holds no cameras of a format that is read here";
-            Err(Error::input(file, "", found, format!("point at {}", accepted())))
+            Err(Error::input(file, "", found, format!("give {}", accepted())))
         }
     }
 }
@@ -115,8 +115,8 @@ pub fn accepted() -> &'static str {
 fn nothing_in(path: &Path) -> Error {
     let mut folders: Vec<&str> = FORMATS.iter().flat_map(|format| format.folders()).copied().collect();
     folders.retain(|folder| !folder.is_empty());
-    let found = format!("no cameras in it, nor in {} below it", folders.join(", "));
-    let remedy = format!("point at {}; other programs can export to one of these", accepted());
+    let found = format!("no cameras in this folder or below it in {}", folders.join(", "));
+    let remedy = format!("give {}; other programs can export to one of these", accepted());
     Error::input(path, "", found, remedy)
 }
 

@@ -185,7 +185,7 @@ impl Problems {
     fn finish(mut self) -> Vec<Error> {
         for (file, count) in self.dropped {
             let found = format!("{count} more problems that are not listed");
-            self.kept.push(Error::input(file, "", found, "mend those above first"));
+            self.kept.push(Error::input(file, "", found, "correct those above first"));
         }
         self.kept
     }

@@ -18,7 +18,7 @@ pub(super) fn pose_of_quaternion(quaternion: [f64; 4], translation: [f64; 3]) ->
     let length = (w * w + x * x + y * y + z * z).sqrt();
     // Also false for a length that is not a number.
     if !(length > 1e-6 && length < 1e6) {
-        let found = format!("the rotation {quaternion:?} is no quaternion");
+        let found = format!("the rotation {quaternion:?} is not a valid quaternion");
         return Err((found, "write QW QX QY QZ of length 1"));
     }
     if !is_on_a_map(translation) {

@@ -54,7 +54,7 @@ fn take_camera(line: &str, place: String, assembly: &mut Assembly) {
 
 fn unknown_model(name: &str) -> Objection {
     let known: Vec<_> = MODELS.iter().map(|model| model.name).collect();
-    let found = format!("the camera model {}; known are {}", short(name), known.join(", "));
+    let found = format!("the camera model {}; known models are {}", short(name), known.join(", "));
     (found, "use one of COLMAP's models")
 }
 
@@ -85,7 +85,9 @@ fn read_images(lines: &mut Lines<'_>, assembly: &mut Assembly, task: &Task) -> R
     }
     if missing > 0 {
         let file = lines.path.display();
-        assembly.note(format!("{file}: {missing} photos lack their second line, read as without keypoints"));
+        assembly.note(format!(
+            "{file}: {missing} photos lack their second line; they are read without keypoints"
+        ));
     }
     Ok(())
 }

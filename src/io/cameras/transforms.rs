@@ -27,7 +27,8 @@ pub(super) struct Transforms;
 
 /// The largest file that is read, in bytes: at some thousand bytes per frame a survey of a hundred thousand photos.
 const LARGEST: u64 = 256 << 20;
-const REMEDY: &str = "write it anew with nerfstudio or instant-ngp, or copy it again: it is cut or damaged";
+const REMEDY: &str =
+    "write it anew with nerfstudio or instant-ngp, or copy it again: it is cut short or damaged";
 
 impl CameraFormat for Transforms {
     fn accepted(&self) -> &'static str {
@@ -44,9 +45,7 @@ impl CameraFormat for Transforms {
         let mut files = Files::one(found.first()?);
         if let Some(other) = found.get(1) {
             let (used, other) = (files.images.display(), other.display());
-            files
-                .notes
-                .push(format!("{used}: read instead of {other}; to use that, point at the file itself"));
+            files.notes.push(format!("{used}: read instead of {other}; to use that, give the file itself"));
         }
         Some(Ok(files))
     }

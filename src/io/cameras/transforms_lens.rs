@@ -126,7 +126,7 @@ fn lens(fields: Fields<'_>) -> Result<Lens, Objection> {
             Ok(Lens::Fisheye { k, p, s: [0.0; 2] })
         }
         "EQUIRECTANGULAR" => Err((
-            "a spherical panorama (EQUIRECTANGULAR) is no pinhole image".into(),
+            "a spherical panorama (EQUIRECTANGULAR) is not a pinhole image".into(),
             "cut the panorama into pinhole views first (nerfstudio's ns-process-data can)",
         )),
         _ => {

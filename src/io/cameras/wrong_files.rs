@@ -94,7 +94,7 @@ fn what_is_wrong_with_one_frame_leaves_out_that_one_and_says_where() {
     let read = written("transforms.json", &twice.to_string()).1.unwrap();
     let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
     assert!(told[0].contains("frames[1]: a list of 0, expected an object"), "{told:?}");
-    assert!(told[1].contains("frames[2]: \"a.png\" is there twice"), "{told:?}");
+    assert!(told[1].contains("frames[2]: \"a.png\" appears twice"), "{told:?}");
 }
 
 #[test]
@@ -118,9 +118,9 @@ fn a_file_that_is_wrong_as_a_whole_is_refused_with_what_to_do() {
         (changed("applied_transform", mirror), "applied_transform: applied_transform mirrors"),
         (changed("applied_transform", json!([])), "has 0 rows"),
         (changed("applied_scale", json!(0)), "expected a positive number"),
-        (changed("frames", json!([])), "it names no photo"),
-        (String::new(), "point at"),
-        ("{}".to_owned(), "point at"),
+        (changed("frames", json!([])), "it lists no photo"),
+        (String::new(), "give "),
+        ("{}".to_owned(), "give "),
     ] {
         let told = written("transforms.json", &text).1.unwrap_err().to_string();
         assert!(told.contains("transforms.json") && told.contains(expected) && told.contains("; "), "{told}");
@@ -150,8 +150,8 @@ fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
         (out[..out.len() / 2].to_owned(), "the file ends within"),
         (out.lines().take(4).collect::<Vec<_>>().join("\n"), "the file ends within camera 0 of 3"),
         (line(20, "-1"), "should be"),
-        (line(1, "Bundle"), "no cameras in it"),
-        (String::new(), "no cameras in it"),
+        (line(1, "Bundle"), "no cameras in this folder"),
+        (String::new(), "no cameras in this folder"),
     ] {
         let told = read_text(&text, &list).unwrap_err().to_string();
         assert!(told.contains(expected) && told.contains("; "), "{told}");

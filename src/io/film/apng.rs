@@ -1,4 +1,4 @@
-//! Animated PNG: every browser shows it, and it needs nothing but our PNG encoder.
+//! Writes animated PNG, which every browser shows and which needs no other program.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
 use crate::io::layer_png::io_error;
 
-/// Plays for ever.
+/// The number of plays that stands for an endless loop.
 const ENDLESS: u32 = 0;
 
 /// An animated PNG that is being written.
@@ -28,7 +28,7 @@ impl std::fmt::Debug for Apng {
 }
 
 impl Apng {
-    /// Starts one.
+    /// Starts writing an animated PNG.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -39,12 +39,12 @@ impl Apng {
         Ok(Self { file, target: target.to_path_buf(), writer })
     }
 
-    /// Adds a frame.
+    /// Adds a frame: RGB, 8 bits, rows from the top.
     pub fn add(&mut self, rgb: &[u8]) -> Result<()> {
         self.writer.write_image_data(rgb).map_err(|error| cannot_encode(&self.target, error))
     }
 
-    /// Puts the file in its place.
+    /// Puts the file in place.
     pub fn finish(self) -> Result<()> {
         self.writer.finish().map_err(|error| cannot_encode(&self.target, error))?;
         self.file.commit()
@@ -62,9 +62,9 @@ fn begun(out: File, reel: Reel) -> std::result::Result<Writer<BufWriter<File>>, 
     encoder.write_header()
 }
 
-/// Seconds from frame to frame as a fraction of two 16-bit numbers.
+/// Returns the seconds between frames as a fraction of two 16-bit numbers.
 fn delay(fps: f64) -> (u16, u16) {
-    // Whole rates exactly, others to a thousandth of a frame.
+    // Whole rates are exact, others are rounded to a thousandth of a second.
     if fps.fract() == 0.0 && fps <= 65_535.0 {
         (1, fps as u16)
     } else {

@@ -1,5 +1,4 @@
-//! Layers laid over each other: what an editor shows, and the proof that a stack gives its photo
-//! back.
+//! Composites layers: the picture that an editor shows, and the proof that a stack reproduces its photo.
 
 use super::document::{Layer, LayeredDocument};
 use super::raster::Raster;
@@ -7,14 +6,14 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::scene::Samples;
 
-/// Lays those layers that `wanted` picks over nothing, from the bottom to the top, whether they are
-/// shown or not. The result is as large as the canvas.
+/// Composites the layers for which `wanted` holds from bottom to top over transparency, regardless of their
+/// visibility. The result has the size of the canvas.
 ///
-/// The over operator of Porter and Duff (1984) on alpha that is not multiplied in; exact, bit for
-/// bit, where pixels are opaque or empty.
+/// Uses the over operator of Porter and Duff (1984) on straight alpha; the result is exact, bit for bit,
+/// where pixels are opaque or empty.
 ///
 /// # Errors
-/// What a layer says when it is asked for its pixels.
+/// The error of a layer's pixel source.
 pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>) -> bool) -> Result<Raster> {
     let mut canvas = Raster::blank(document.width, document.height, document.depth);
     for layer in document.layers().filter(|layer| wanted(layer)) {
@@ -23,7 +22,7 @@ pub fn composite<'a>(document: &LayeredDocument<'a>, wanted: impl Fn(&Layer<'a>)
     Ok(canvas)
 }
 
-/// Lays `above` over `canvas` with its top left corner at that of `rect`.
+/// Composites `above` over `canvas` with its top-left corner at that of `rect`.
 pub fn lay_over(canvas: &mut Raster, above: &Raster, rect: PixelRect) {
     let size = (canvas.width(), canvas.height());
     match (canvas.samples_mut(), above.samples()) {
@@ -33,7 +32,7 @@ pub fn lay_over(canvas: &mut Raster, above: &Raster, rect: PixelRect) {
     }
 }
 
-/// A sample as a number and back.
+/// A sample that converts to a number and back.
 trait Sample: Copy {
     fn number(self) -> f64;
     fn rounded(number: f64) -> Self;
@@ -110,7 +109,7 @@ mod tests {
     }
 
     #[test]
-    fn what_reaches_outside_the_canvas_is_left_out() {
+    fn pixels_outside_the_canvas_are_left_out() {
         let mut canvas = Raster::blank(2, 2, Depth::Sixteen);
         let layer = Raster::new(3, 3, Samples::U16(vec![65535; 36]));
         lay_over(&mut canvas, &layer, PixelRect { x: -2, y: 1, w: 3, h: 3 });

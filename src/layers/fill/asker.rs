@@ -96,12 +96,12 @@ impl Asking<'_> {
         block: &Block,
         answer: &dyn Fn(&Asker, DVec2) -> Option<T>,
     ) -> Vec<Row<T>> {
-        let Some(asker) = Asker::new(self, region, block.corner) else { return Vec::new() };
+        let Some(query) = Asker::new(self, region, block.corner) else { return Vec::new() };
         let mut rows = Vec::new();
         for hidden in &block.spans {
             let x0 = hidden.span.x0.max(block.corner[0]);
             let x1 = hidden.span.x1.min(block.corner[0] + BLOCK);
-            let row = (x0..x1).map(|x| answer(&asker, centre(x, hidden.span.y))).collect();
+            let row = (x0..x1).map(|x| answer(&query, centre(x, hidden.span.y))).collect();
             rows.push(((hidden.first + x0 - hidden.span.x0) as usize, row));
         }
         rows
@@ -136,10 +136,10 @@ impl Asking<'_> {
         cells: &[(usize, DVec2)],
         plate: Option<&Plate>,
     ) -> Vec<(usize, [f32; 3])> {
-        let asker = Asker::new(self, region, corner);
+        let query = Asker::new(self, region, corner);
         let difference = |&(index, px): &(usize, DVec2)| {
             let given =
-                asker.as_ref().and_then(|asker| asker.given(px, CELL_LEVEL)).map(|given| given.colour);
+                query.as_ref().and_then(|query| query.given(px, CELL_LEVEL)).map(|given| given.colour);
             let filling = given.or_else(|| Some(plate?.colour(self.met(region, px))))?;
             let own_colour = self.own.colour(px, CELL_LEVEL.min(self.own.level_for(f64::INFINITY)));
             let gain = self.ground.gains.of_photo[self.photo.0 as usize].map(|gain| gain as f32);

@@ -105,15 +105,20 @@ pub struct Offered {
 /// paint on the surface are preferred when there are too many.
 pub fn givers<'a>(donors: &'a [(PhotoId, Arc<Donor>)], gains: &Gains, spot: &Place) -> Vec<Giver<'a>> {
     let mut found: Vec<(bool, Giver)> =
-        donors.iter().filter_map(|(photo, donor)| giver(*photo, donor, gains, spot)).collect();
+        donors.iter().filter_map(|(photo, donor)| rank_donor(*photo, donor, gains, spot)).collect();
     found.sort_by(|a, b| (b.0.cmp(&a.0)).then(a.1.penalty.total_cmp(&b.1.penalty)));
     found.truncate(MOST_GIVERS);
-    let mut givers: Vec<Giver> = found.into_iter().map(|(_, giver)| giver).collect();
+    let mut givers: Vec<Giver> = found.into_iter().map(|(_, ranked)| ranked).collect();
     givers.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
     givers
 }
 
-fn giver<'a>(photo: PhotoId, donor: &'a Donor, gains: &Gains, spot: &Place) -> Option<(bool, Giver<'a>)> {
+fn rank_donor<'a>(
+    photo: PhotoId,
+    donor: &'a Donor,
+    gains: &Gains,
+    spot: &Place,
+) -> Option<(bool, Giver<'a>)> {
     let item = donor.item(spot.surface)?;
     if donor.seen(item).back != spot.back {
         return None;
@@ -141,7 +146,7 @@ fn giver<'a>(photo: PhotoId, donor: &'a Donor, gains: &Gains, spot: &Place) -> O
         confidence: 1.0,
     };
     let ratio = density / spot.density;
-    let giver = Giver {
+    let ranked = Giver {
         photo,
         donor,
         item,
@@ -152,7 +157,7 @@ fn giver<'a>(photo: PhotoId, donor: &'a Donor, gains: &Gains, spot: &Place) -> O
         optics: gains.optics[photo.0 as usize],
         factor: gains.of_photo[photo.0 as usize].map(|gain| (-gain).exp() as f32),
     };
-    Some((shows || paint.is_some(), giver))
+    Some((shows || paint.is_some(), ranked))
 }
 
 impl Giver<'_> {
@@ -180,7 +185,7 @@ impl Giver<'_> {
         };
         let seen = self.optics.undone(colour.map(f64::from), radius2(&self.donor.camera, px));
         let colour = [0, 1, 2].map(|c| seen[c] as f32 * self.factor[c]);
-        Some(Candidate { colour, log: colour.map(|c| c.max(BLACK).ln()), giver: index, painted })
+        Some(Candidate { colour, log: colour.map(|c| c.max(BLACK).ln()), donor_index: index, painted })
     }
 
     fn given_colour(&self, candidate: &Candidate, agreement: f32) -> Given {
@@ -195,7 +200,7 @@ impl Giver<'_> {
 struct Candidate {
     colour: [f32; 3],
     log: [f32; 3],
-    giver: usize,
+    donor_index: usize,
     painted: bool,
 }
 
@@ -206,8 +211,8 @@ struct Candidate {
 pub fn given(givers: &[Giver], point: DVec3, coarser: usize) -> Option<Given> {
     let mut candidates = [Candidate::default(); MOST_GIVERS];
     let mut count = 0;
-    for (i, giver) in givers.iter().enumerate() {
-        if let Some(candidate) = giver.sample(i, point, coarser) {
+    for (i, ranked) in givers.iter().enumerate() {
+        if let Some(candidate) = ranked.sample(i, point, coarser) {
             candidates[count] = candidate;
             count += 1;
         }
@@ -219,19 +224,19 @@ pub fn given(givers: &[Giver], point: DVec3, coarser: usize) -> Option<Given> {
         (None, 1) => (0, AGREEMENT_ALONE),
         _ => chosen(candidates),
     };
-    Some(givers[candidates[chosen].giver].given_colour(&candidates[chosen], agreement))
+    Some(givers[candidates[chosen].donor_index].given_colour(&candidates[chosen], agreement))
 }
 
 /// Returns the paint of the least penalty that the donors have at a point, and whether another donor's paint
 /// contradicts it.
 pub fn offered(givers: &[Giver], point: DVec3) -> Option<Offered> {
-    let with_paint = givers.iter().enumerate().filter(|(_, giver)| giver.paint.is_some());
-    let mut samples = with_paint.filter_map(|(i, giver)| giver.sample(i, point, 0)).filter(|c| c.painted);
+    let with_paint = givers.iter().enumerate().filter(|(_, ranked)| ranked.paint.is_some());
+    let mut samples = with_paint.filter_map(|(i, ranked)| ranked.sample(i, point, 0)).filter(|c| c.painted);
     let first = samples.next()?;
     let dissent = samples.find(|other| contradict(other.colour, first.colour));
     Some(Offered {
-        given: givers[first.giver].given_colour(&first, 1.0),
-        dissent: dissent.map(|other| givers[other.giver].photo),
+        given: givers[first.donor_index].given_colour(&first, 1.0),
+        dissent: dissent.map(|other| givers[other.donor_index].photo),
     })
 }
 
@@ -276,9 +281,9 @@ mod tests {
     use super::*;
 
     fn candidates(values: &[f32]) -> Vec<Candidate> {
-        let candidate = |(giver, value): (usize, &f32)| {
+        let candidate = |(donor_index, value): (usize, &f32)| {
             let colour = [*value; 3];
-            Candidate { colour, log: colour.map(f32::ln), giver, painted: false }
+            Candidate { colour, log: colour.map(f32::ln), donor_index, painted: false }
         };
         values.iter().enumerate().map(candidate).collect()
     }
@@ -297,8 +302,8 @@ mod tests {
 
     #[test]
     fn of_more_a_stray_colour_is_passed_over_even_by_the_nearest_photo() {
-        let (place, agreement) = chosen(&candidates(&[0.02, 0.2, 0.21, 0.2, 0.19]));
-        assert_eq!(place, 1);
+        let (index, agreement) = chosen(&candidates(&[0.02, 0.2, 0.21, 0.2, 0.19]));
+        assert_eq!(index, 1);
         assert!(agreement > 0.9);
         assert!(chosen(&candidates(&[0.02, 0.2, 0.5, 0.9])).1 < 0.2, "they do not agree");
     }

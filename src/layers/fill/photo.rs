@@ -112,7 +112,7 @@ pub fn fill_photo(
     let donors = ground.donors(&nearest_donors(ground, photo, &regions))?;
     let job = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
-    let given = |asker: &Asker, px: DVec2| asker.given(px, 0);
+    let given = |query: &Asker, px: DVec2| query.given(px, 0);
     let from_photos = task.timed("from photos", || job.ask(&regions, &given, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
     // A billboard stands for foliage, so an image in its plane would be meaningless.

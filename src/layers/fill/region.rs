@@ -199,7 +199,7 @@ mod tests {
         assert_eq!(found[0].texels(), 3);
         assert_eq!(found[0].rect(), PixelRect { x: 10, y: 5, w: 4, h: 1 });
         assert_eq!(found[0].pixels().map(|(x, _)| x).collect::<Vec<_>>(), [10, 11, 13]);
-        let part = found[0].part(|place| place != 1).unwrap();
+        let part = found[0].part(|index| index != 1).unwrap();
         let spans: Vec<_> = part.spans.iter().map(|s| (s.span.x0, s.span.x1, s.layer, s.first)).collect();
         assert_eq!(spans, [(10, 11, 3, 0), (13, 14, 3, 1)]);
         assert_eq!(found[0].part(|_| false), None);

@@ -45,8 +45,9 @@ mod tests {
             |y: u32| HiddenSpan { span: PixelSpan { y, x0: 40, x1: 80 }, layer: 0, first: (y - 20) * 40 };
         let region = Region { surface: SurfaceId(0), spans: (20..60).map(span).collect() };
         let cells = Cells::around(&region, PixelRect { x: 0, y: 0, w: 200, h: 100 });
-        let beside: Vec<(usize, DVec2)> = cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();
-        let differences: Vec<(usize, [f32; 3])> = beside
+        let outside: Vec<(usize, DVec2)> =
+            cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();
+        let differences: Vec<(usize, [f32; 3])> = outside
             .iter()
             .enumerate()
             .map(|(i, (index, px))| {

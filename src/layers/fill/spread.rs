@@ -65,11 +65,11 @@ pub fn spread_paint(
     }
     let own = ground.source.donor(photo)?;
     let own =
-        own.ok_or_else(|| Error::Request("the photo cannot be read, so nothing is laid on it".into()))?;
+        own.ok_or_else(|| Error::Request("the photo cannot be read, so no paint is projected to it".into()))?;
     let donors = ground.donors(&others)?;
     let asking = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| asking.side(region).is_some()).collect();
-    let offered = |asker: &Asker, px: DVec2| asker.offered(px);
+    let offered = |query: &Asker, px: DVec2| query.offered(px);
     let offered = task.timed("spread", || asking.ask(&regions, &offered, task))?;
     let answered: Vec<_> = regions.into_iter().zip(offered).collect();
     let propagated = answered.par_iter().map(|(region, offered)| {

@@ -41,9 +41,9 @@ pub fn disagreement(
     options: &StrangerOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {
-    let Some(asked) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
-    let consensus = Consensus { witnesses, asked, others: nearest(witnesses.looks, photo), options };
-    let (width, height) = (asked.donor.camera.width, asked.donor.camera.height);
+    let Some(tested) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
+    let consensus = Consensus { witnesses, tested, others: nearest(witnesses.looks, photo), options };
+    let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
     let row = |y: u32| {
         task.go_on()?;
         Ok((0..width).map(|x| consensus.pixel(x, y).unwrap_or(f32::NAN)).collect::<Vec<f32>>())
@@ -65,7 +65,7 @@ fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
 
 struct Consensus<'a> {
     witnesses: &'a Witnesses<'a>,
-    asked: &'a Look,
+    tested: &'a Look,
     others: Vec<&'a Look>,
     options: &'a StrangerOptions,
 }
@@ -73,29 +73,29 @@ struct Consensus<'a> {
 impl Consensus<'_> {
     /// Computes the disagreement at a pixel; `None` where fewer than two other photos show the point.
     fn pixel(&self, x: u32, y: u32) -> Option<f32> {
-        let (id, point) = self.shown(x, y)?;
-        let tint = self.asked.tint(x, y);
-        let (mut apart, mut tints) = ([0.0; MOST_WITNESSES], [[0.0; 3]; MOST_WITNESSES]);
+        let (id, point) = self.visible_point(x, y)?;
+        let tint = self.tested.tint(x, y);
+        let (mut distances, mut tints) = ([0.0; MOST_WITNESSES], [[0.0; 3]; MOST_WITNESSES]);
         let mut count = 0;
         for look in &self.others {
             let Some(px) = self.seen(look, id, point) else { continue };
-            apart[count] = look.distance(tint, px, self.options.reach);
+            distances[count] = look.distance(tint, px, self.options.reach);
             tints[count] = look.tint(px.x as u32, px.y as u32);
             count += 1;
         }
         if count < LEAST_WITNESSES {
             return None;
         }
-        let quarrel = deviation(&tints[..count]) / self.options.quarrel;
-        apart[..count].sort_unstable_by(f32::total_cmp);
+        let others_disagreement = deviation(&tints[..count]) / self.options.quarrel;
+        distances[..count].sort_unstable_by(f32::total_cmp);
         // One photo in four may be wrong like the tested one, because it shows the same object or is out of
         // register.
-        Some(apart[count / 4] / (1.0 + quarrel * quarrel))
+        Some(distances[count / 4] / (1.0 + others_disagreement * others_disagreement))
     }
 
     /// Returns the surface that the tested photo shows at a pixel, and the point in world coordinates.
-    fn shown(&self, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
-        let donor = &self.asked.donor;
+    fn visible_point(&self, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
+        let donor = &self.tested.donor;
         let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let item = donor.owner(x, y)?;
         let seen = donor.seen(item);

@@ -15,13 +15,13 @@ pub struct Suspect {
     pub weight: f32,
 }
 
-/// Finds the suggested regions of a photo of `width` columns, from the top. `apart` is the result of
+/// Finds the suggested regions of a photo of `width` columns, from the top. `disagreement` is the result of
 /// [`super::disagreement()`].
-pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
-    let smooth = smoothed(apart, width);
-    let most = (apart.len() as f64 * options.most_share) as u64;
-    let whole = PixelRect { x: 0, y: 0, w: width as u32, h: (apart.len() / width.max(1)) as u32 };
-    let mut taken = vec![false; apart.len()];
+pub fn suspects(disagreement: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
+    let smooth = smoothed(disagreement, width);
+    let most = (disagreement.len() as f64 * options.most_share) as u64;
+    let whole = PixelRect { x: 0, y: 0, w: width as u32, h: (disagreement.len() / width.max(1)) as u32 };
+    let mut taken = vec![false; disagreement.len()];
     let mut found = Vec::new();
     for start in 0..smooth.len() {
         if taken[start] || smooth[start].is_nan() || smooth[start] < options.weak {
@@ -43,16 +43,16 @@ pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<S
 }
 
 /// Smooths the known values: means over the known values of 3 x 3 pixels; NaN remains NaN.
-fn smoothed(apart: &[f32], width: usize) -> Vec<f32> {
-    let height = apart.len() / width.max(1);
+fn smoothed(disagreement: &[f32], width: usize) -> Vec<f32> {
+    let height = disagreement.len() / width.max(1);
     let mean = |x: usize, y: usize| {
-        if apart[y * width + x].is_nan() {
+        if disagreement[y * width + x].is_nan() {
             return f32::NAN;
         }
         let (mut sum, mut count) = (0.0, 0.0);
         for v in y.saturating_sub(1)..(y + 2).min(height) {
             for u in x.saturating_sub(1)..(x + 2).min(width) {
-                let value = apart[v * width + u];
+                let value = disagreement[v * width + u];
                 if !value.is_nan() {
                     sum += value;
                     count += 1.0;
@@ -120,14 +120,14 @@ mod tests {
     }
 
     /// Builds values of 40 x 30 pixels.
-    fn apart(value: impl Fn(i32, i32) -> f32) -> Vec<f32> {
+    fn disagreement(value: impl Fn(i32, i32) -> f32) -> Vec<f32> {
         (0..30).flat_map(|y| (0..40).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect()
     }
 
     #[test]
     fn a_region_that_differs_is_found_with_its_margin_and_noise_is_not() {
         let is_stranger = |x: i32, y: i32| (10..18).contains(&x) && (5..20).contains(&y);
-        let values = apart(|x, y| match (is_stranger(x, y), (x * 7 + y * 13) % 50) {
+        let values = disagreement(|x, y| match (is_stranger(x, y), (x * 7 + y * 13) % 50) {
             (true, _) => 0.9,
             (false, 0) => 0.8,
             (false, _) => 0.02,
@@ -141,16 +141,19 @@ mod tests {
 
     #[test]
     fn weak_small_and_huge_differences_are_no_suspects_and_the_unknown_is_none() {
-        assert!(suspects(&apart(|x, _| if x < 9 { 0.4 } else { 0.0 }), 40, &options()).is_empty(), "weak");
-        let small = apart(|x, y| if x < 2 && y < 2 { 2.0 } else { 0.0 });
+        assert!(
+            suspects(&disagreement(|x, _| if x < 9 { 0.4 } else { 0.0 }), 40, &options()).is_empty(),
+            "weak"
+        );
+        let small = disagreement(|x, y| if x < 2 && y < 2 { 2.0 } else { 0.0 });
         assert!(suspects(&small, 40, &options()).is_empty(), "small");
-        assert!(suspects(&apart(|_, _| 2.0), 40, &options()).is_empty(), "all of it");
-        assert!(suspects(&apart(|_, _| f32::NAN), 40, &options()).is_empty());
+        assert!(suspects(&disagreement(|_, _| 2.0), 40, &options()).is_empty(), "all of it");
+        assert!(suspects(&disagreement(|_, _| f32::NAN), 40, &options()).is_empty());
     }
 
     #[test]
     fn holes_are_closed() {
-        let values = apart(|x, y| match ((10..20).contains(&x) && (5..15).contains(&y), x == 14) {
+        let values = disagreement(|x, y| match ((10..20).contains(&x) && (5..15).contains(&y), x == 14) {
             (true, true) => f32::NAN,
             (true, false) => 1.0,
             _ => 0.0,

@@ -59,8 +59,8 @@ mod tests {
         let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_OF_BYTE[byte]));
         assert!((colour[0] - (35.0 * high + low) / 36.0).abs() < 1e-6 && (colour[1] - high).abs() < 1e-6);
         // The pixel is not in a patch one pixel further right: 5.5 is less than 9 - 3.
-        let beside = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap().mean;
-        assert!((beside[0] - high).abs() < 1e-6);
+        let neighbour = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap().mean;
+        assert!((neighbour[0] - high).abs() < 1e-6);
     }
 
     #[test]

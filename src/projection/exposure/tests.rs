@@ -11,7 +11,7 @@ use crate::scene::Model;
 use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
 
 /// Builds a floor with four boxes on it, at the world point `at`.
-fn court(at: DVec3) -> Arc<Model> {
+fn courtyard(at: DVec3) -> Arc<Model> {
     let mut m = Modeller::new();
     m.object("floor").quad(at + DVec3::new(-8.0, -8.0, 0.0), DVec3::X * 16.0, DVec3::Y * 16.0);
     for (k, angle) in [0.3, 1.9, 3.3, 4.9].into_iter().enumerate() {
@@ -41,7 +41,7 @@ struct Shoot {
     noise: f64,
     /// The photos in which a person in white covers columns 200 to 240.
     visited: Vec<u32>,
-    /// The logarithm by which one side of the court is brighter.
+    /// The logarithm by which one side of the courtyard is brighter.
     sunny: f64,
     /// The optics of each photo; below, whether vignetting and offset are estimated.
     optics: Vec<Optics>,
@@ -100,7 +100,7 @@ impl Shoot {
 
 #[test]
 fn known_exposures_are_found_to_one_percent() {
-    let shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     let found = shoot.estimate();
     assert!(shoot.worst(&found.gains, 0..10) < 0.01, "{found:?}");
     assert!(found.after[0] < 0.04 && found.before[0] > 0.1, "{found:?}");
@@ -110,7 +110,7 @@ fn known_exposures_are_found_to_one_percent() {
 
 #[test]
 fn what_a_gain_rests_on_is_counted_and_a_photo_that_disagrees_shows_it() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.visited = vec![2];
     let found = shoot.estimate();
     let most = found.points as u32;
@@ -123,7 +123,7 @@ fn what_a_gain_rests_on_is_counted_and_a_photo_that_disagrees_shows_it() {
 
 #[test]
 fn somebody_in_white_in_two_photos_does_not_disturb() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.visited = vec![2, 7];
     let found = shoot.estimate();
     assert!(shoot.worst(&found.gains, 0..10) < 0.01, "{found:?}");
@@ -132,7 +132,7 @@ fn somebody_in_white_in_two_photos_does_not_disturb() {
 #[test]
 fn far_from_the_origin_nothing_changes() {
     let at = DVec3::new(5e6, -3e6, 100.0);
-    let shoot = Shoot::new(court(at), ring(at, 6));
+    let shoot = Shoot::new(courtyard(at), ring(at, 6));
     assert!(shoot.worst(&shoot.estimate().gains, 0..6) < 0.01);
 }
 
@@ -144,7 +144,7 @@ fn two_courts_that_do_not_see_each_other_are_two_components() {
     // One photo looks away from the model.
     let away = look_at(DVec3::new(100.0, 0.0, 2.0), DVec3::new(200.0, 1.0, 2.0));
     photos.push(Projector { pose: away, ..photos[0].clone() });
-    let model = joined(&court(here), &court(there));
+    let model = joined(&courtyard(here), &courtyard(there));
     let shoot = Shoot::new(model, photos);
     let found = shoot.estimate();
     assert_eq!((found.components, &found.alone[..]), (2, &[PhotoId(13)][..]));
@@ -164,7 +164,7 @@ fn joined(first: &Model, second: &Model) -> Arc<Model> {
     m.finish()
 }
 
-/// Arranges photos at the centre of the court, looking in all directions.
+/// Arranges photos at the centre of the courtyard, looking in all directions.
 fn panorama(count: u32) -> Vec<Projector> {
     let photo = |k: u32| {
         let angle = TAU * f64::from(k) / f64::from(count);
@@ -191,7 +191,7 @@ fn left_out(gains: &Gains, photos: &[Projector]) -> f64 {
 
 #[test]
 fn where_exposures_were_metered_the_view_is_metered_too() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(16));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(16));
     (shoot.sunny, shoot.noise) = (0.7, 0.01);
     shoot.gains = vec![[0.0; 3]; 16];
     let seen = RayVisibility::new(&shoot.model, &shoot.photos);
@@ -222,7 +222,7 @@ fn where_exposures_were_metered_the_view_is_metered_too() {
 
 #[test]
 fn where_exposures_were_drawn_by_lot_the_meter_is_not_asked() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(16));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(16));
     shoot.sunny = 0.7;
     let gains = shoot.estimate().gains;
     let without = Gains { meter: Meter::default(), ..gains.clone() };
@@ -232,7 +232,7 @@ fn where_exposures_were_drawn_by_lot_the_meter_is_not_asked() {
 
 #[test]
 fn the_metered_gain_changes_little_by_little() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(8));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(8));
     shoot.sunny = 0.7;
     let mut gains = shoot.estimate().gains;
     gains.meter.follows = [1.0; 3];
@@ -250,7 +250,7 @@ fn the_metered_gain_changes_little_by_little() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 5));
+    let shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 5));
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| shoot.estimate())
@@ -265,7 +265,7 @@ const CORNER: f64 = 0.07;
 fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
     let mut photos = ring(DVec3::ZERO, 12);
     photos[6..].iter_mut().for_each(|photo| photo.camera.fx += 1.0);
-    let mut shoot = Shoot::new(court(DVec3::ZERO), photos);
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), photos);
     let [dark, clear] = [[-0.5, -0.2], [0.0, 0.0]];
     for (photo, optics) in shoot.optics.iter_mut().enumerate() {
         optics.falloff = if photo < 6 { dark } else { clear };
@@ -285,11 +285,11 @@ fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
 
 #[test]
 fn where_lenses_are_clear_or_photos_are_few_no_falloff_is_found() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.asked = [true, false];
     let clear = shoot.estimate();
     assert!(clear.gains.optics[0].log_light(1.0).abs() < CORNER, "{:?}", clear.gains.optics[0]);
-    let mut few = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 3));
+    let mut few = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 3));
     few.asked = [true, false];
     few.optics.iter_mut().for_each(|optics| optics.falloff = [-0.5, -0.2]);
     assert_eq!(few.estimate().gains.optics, vec![Optics::default(); 3]);
@@ -297,7 +297,7 @@ fn where_lenses_are_clear_or_photos_are_few_no_falloff_is_found() {
 
 #[test]
 fn light_that_was_added_to_one_photo_is_found_and_to_the_others_next_to_nothing() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.optics[4].offset = 0.02;
     shoot.asked = [false, true];
     let found = shoot.estimate().gains;

@@ -176,7 +176,7 @@ fn directions(keyframes: &[Keyframe], knots: &[f64], rotations: &[DQuat], up: DV
 /// Validates the keyframes and returns their rotations, camera to world.
 fn rotations_of(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, String)> {
     if keyframes.is_empty() {
-        return Err((0, "there is no keyframe".into()));
+        return Err((0, "the path has no keyframes".into()));
     }
     for (i, pair) in keyframes.windows(2).enumerate() {
         // The comparison is false for NaN, too.
@@ -191,7 +191,7 @@ fn rotations_of(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize,
             let forward = point - frame.position;
             let across = forward.normalize_or_zero().cross(up.normalize_or_zero());
             if across.length() < 1e-6 {
-                let found = "it looks straight up or down, or at where it stands, which leaves its turn open";
+                let found = "it looks straight up or down, or at its own position, so its roll is undefined";
                 return Err((i, found.into()));
             }
             Ok(DQuat::from_mat3(&camera_from_world(forward, up).transpose()))

@@ -137,8 +137,8 @@ mod tests {
     /// Returns a slope with noise, and a darker copy with noise of its own.
     fn slope_with_noise(seed: u64, width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
         let mut dice = Dice::new(seed);
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let samples = places.flat_map(|(x, y)| (0..3).map(move |c| 5 * x + 3 * y + 40 * c));
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let samples = pixels.flat_map(|(x, y)| (0..3).map(move |c| 5 * x + 3 * y + 40 * c));
         samples
             .map(|slope| {
                 let truth = slope % 200 + dice.whole(0, 40);

@@ -115,8 +115,8 @@ fn heights(relief: &Relief) -> Vec<(DVec2, f64)> {
     let relief = relief.of(FaceId(0)).expect("five photos show it");
     // The face's normal points to the cameras if its outline is counter-clockwise as seen from there.
     let side = if relief.frame.u.cross(relief.frame.v).z < 0.0 { 1.0 } else { -1.0 };
-    let places = (0..400).map(|k| DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) * 0.2);
-    places.map(|p| (p, side * relief.height(DVec3::new(p.x, p.y, 10.0)))).collect()
+    let points = (0..400).map(|k| DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) * 0.2);
+    points.map(|p| (p, side * relief.height(DVec3::new(p.x, p.y, 10.0)))).collect()
 }
 
 /// Selects the heights inside the window and those outside of it, away from its edge and from the photos'

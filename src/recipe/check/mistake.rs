@@ -16,21 +16,23 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
         let convention =
             axes::conventions().into_iter().find(|(_, r)| r.abs_diff_eq(correction.rotation, 1e-9));
         mistakes.push(match convention {
-            Some((name, _)) => format!(
-                "The model's axes point elsewhere than the cameras': they have to be taken as {name}."
-            ),
-            None => "The model is turned against the cameras.".into(),
+            Some((name, _)) => {
+                format!("The model's axes differ from the cameras': the model has to be read as {name}.")
+            }
+            None => "The model is rotated relative to the cameras.".into(),
         });
     }
     if (correction.scale - 1.0).abs() > SAME_UNIT {
         let unit = unit(correction.scale);
-        mistakes.push(format!("The model has another unit than the cameras: one of it is {unit} of theirs."));
+        mistakes.push(format!(
+            "The model has another unit than the cameras: one unit of the model is {unit} \
+            of the cameras'."
+        ));
     }
     let shift = correction.translation.length();
     // The size of the site is unknown here, so every shift is reported with its length.
     if shift > 0.0 {
-        mistakes
-            .push(format!("The model stands {shift:.3} units of the cameras' world away from its place."));
+        mistakes.push(format!("The model is shifted by {shift:.3} units of the cameras' world."));
     }
     mistakes
 }
@@ -40,12 +42,12 @@ pub fn without_mend(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Fits => "",
         Verdict::Misses => {
-            "Cameras and model are likely not of the same site: no axes, unit and place of the model make it fit the \
-             photos. Give the model that belongs to these cameras, or the cameras that belong to this model."
+            "The cameras and the model are probably not of the same site: no axes, unit or position align \
+             the model with the photos. Use the model that belongs to these cameras, or the cameras that belong to this model."
         }
         Verdict::Poor => {
-            "No other axes, unit or place of the model do better: it leaves out much of what the photos show, or is of \
-             another state of the site. Look at its edges over the photos."
+            "No other axes, unit or position fit better: the model leaves out much of what the photos show, \
+             or shows another state of the site. Look at its edges over the photos."
         }
     }
 }
@@ -75,8 +77,8 @@ mod tests {
         assert!(mistake.contains("y-up") || mistake.contains("x,"), "{mistake}");
         let centimetres = Similarity { scale: 0.01, ..Similarity::IDENTITY };
         let [mistake] = likely_mistakes(&Similarity::IDENTITY, &centimetres).try_into().unwrap();
-        assert!(mistake.contains("is 0.01 of theirs"), "{mistake}");
-        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of theirs"));
+        assert!(mistake.contains("is 0.01 of the cameras'"), "{mistake}");
+        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of the cameras'"));
     }
 
     #[test]

@@ -106,7 +106,7 @@ fn look_at_all(
 ) -> Result<Vec<Seen>> {
     let mut seen = Vec::with_capacity(site.photos.len());
     for (done, photo) in site.photos.iter().enumerate() {
-        task.step("look through the cameras", done as u64, site.photos.len() as u64)?;
+        task.step("check views", done as u64, site.photos.len() as u64)?;
         let task = task.of(&photo.name);
         seen.push(seen::look(&site.model, photo, rasteriser, options.tolerance, &task)?);
     }
@@ -221,7 +221,7 @@ fn cover(surface: &Surface, photo: &Photo, correction: &Similarity) -> f64 {
     grid.filter(meets).count() as f64 / f64::from(COLUMNS * ROWS)
 }
 
-type Picture = Option<Result<PathBuf>>;
+type PictureResult = Option<Result<PathBuf>>;
 
 /// Draws the pictures in parallel; `None` for each photo where no folder is given.
 fn pictures(
@@ -230,7 +230,7 @@ fn pictures(
     seen: &[Seen],
     options: &CheckOptions,
     task: &Task,
-) -> Result<Vec<Picture>> {
+) -> Result<Vec<PictureResult>> {
     let Some(folder) = &options.pictures else { return Ok(site.photos.iter().map(|_| None).collect()) };
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let jobs: Vec<_> = site.photos.iter().zip(seen).collect();
@@ -250,7 +250,7 @@ fn picture_path(folder: &Path, photo: &Photo) -> PathBuf {
 }
 
 /// Reports on one photo.
-fn photo_report(photo: &Photo, seen: &Seen, picture: Picture) -> PhotoReport {
+fn photo_report(photo: &Photo, seen: &Seen, picture: PictureResult) -> PhotoReport {
     let (picture, problem) = match picture {
         Some(Ok(path)) => (Some(path), None),
         Some(Err(error)) => (None, Some(error.to_string())),
@@ -275,7 +275,7 @@ fn face_report(
     verdict: Verdict,
     task: &Task,
 ) -> Result<FaceReport> {
-    let sides = Sides::of(model, seen);
+    let sides = FaceVisibility::of(model, seen);
     // Where the model is not aligned, visibility in the photos says nothing about its faces.
     let is_significant =
         |face: &FaceId| verdict != Verdict::Misses && !model.face_triangles(*face).is_empty();
@@ -303,7 +303,7 @@ fn face_report(
 }
 
 /// From which side the photos see each face.
-struct Sides {
+struct FaceVisibility {
     seen: Vec<bool>,
     /// The number of photos that see the front well, less the number of those that see the back well.
     balance: Vec<i32>,
@@ -313,7 +313,7 @@ struct Sides {
 /// shows its back.
 const WELL_SEEN_PX: u32 = 64;
 
-impl Sides {
+impl FaceVisibility {
     fn of(model: &Model, seen: &[Seen]) -> Self {
         let mut sides = Self { seen: vec![false; model.faces.len()], balance: vec![0; model.faces.len()] };
         for seen in seen.iter().flat_map(|seen| &seen.faces) {

@@ -128,7 +128,7 @@ fn a_model_of_another_site_is_told_to_be_one_and_is_moved_nowhere() {
     assert_eq!((report.verdict, &report.suggestion), (Verdict::Misses, &None));
     assert!(
         mistake::without_mend(report.verdict)
-            .starts_with("Cameras and model are likely not of the same site")
+            .starts_with("The cameras and the model are probably not of the same site")
     );
 }
 

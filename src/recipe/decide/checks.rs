@@ -41,7 +41,7 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
             FaceInStack::Untextured(why) => format!(": {}", why.in_words()),
             FaceInStack::Textured { .. } | FaceInStack::Unknown => String::new(),
         };
-        Error::Request(format!("{photo} gives {faces} no texture{why}"))
+        Error::Request(format!("{photo} does not texture {faces}{why}"))
     };
     Error::of_all(unseen.map(problem).collect()).map_or(Ok(()), Err)
 }
@@ -79,9 +79,9 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
 /// Returns the remedy for a merge that fails.
 fn remedy(why: Obstacle) -> &'static str {
     match why {
-        Obstacle::Occluded => "merge what does not lie before or behind each other",
-        Obstacle::Forgiven => "a larger tolerance or another merge may do",
-        Obstacle::Split => "forget that split first",
+        Obstacle::Occluded => "merge only surfaces that are not in front of or behind each other",
+        Obstacle::Forgiven => "try a larger tolerance or another merge",
+        Obstacle::Split => "remove that split first",
         Obstacle::TooLarge => "raise `largest_side` in the project's options",
     }
 }
@@ -126,7 +126,7 @@ pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     match decided.merge.iter().find(torn) {
         None => Ok(()),
         Some(merge) => Err(Error::Request(format!(
-            "{}: the merge of {} holds both sides; forget it first",
+            "{}: the merge of {} contains both sides; remove it first",
             unmet::title_of_split(&decided.split[last]),
             unmet::list(merge)
         ))),

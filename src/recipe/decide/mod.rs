@@ -63,7 +63,7 @@ impl LayerEdit {
             Self::Pin { photo, of } => format!("pin of {} to {photo}", in_short(of)),
             Self::Free { photo, of } => format!("no exclusion or pin of {} in {photo}", in_short(of)),
             Self::Options { photo, .. } => format!("options of {photo}"),
-            Self::Forget { photo, number } => format!("forget decision {number} of {photo}"),
+            Self::Forget { photo, number } => format!("remove decision {number} of {photo}"),
             Self::Reset { photo: Some(photo) } => format!("reset of {photo}"),
             Self::Reset { photo: None } => "reset of all decisions".into(),
         }
@@ -231,7 +231,7 @@ impl EditContext<'_> {
 }
 
 fn no_layer(of: &[Faces], photo: &str) -> Error {
-    Error::Request(format!("no image layer of {photo} holds {}", in_words(of)))
+    Error::Request(format!("no image layer of {photo} contains {}", in_words(of)))
 }
 
 /// Combines entries to one per object, sorted by name; an entry for a whole object includes its single faces.

@@ -25,7 +25,7 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
     }
     let unknown = || {
         Error::Request(format!(
-            "{typed:?} names nothing here; expected an object, faces of one as OBJECT[3, 5-8], or the token of an \
+            "{typed:?} is unknown; expected an object, faces of one as OBJECT[3, 5-8], or the token of an \
              image layer, as `quadratura info` shows them"
         ))
     };

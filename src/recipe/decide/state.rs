@@ -18,7 +18,7 @@ pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Op
 pub fn strangers(decisions: &Decisions, site: &Site) -> Vec<String> {
     let mut messages = Vec::new();
     for (photo, decisions) in &decisions.photos {
-        let remedy = format!("`quadratura decide --photo {photo} --reset` forgets what was decided");
+        let remedy = format!("`quadratura decide --photo {photo} --reset` removes these decisions");
         if !site.photos.iter().any(|known| known.name == *photo) {
             messages.push(format!("decisions about {photo}, which is not among the photos ({remedy})"));
             continue;
@@ -26,8 +26,7 @@ pub fn strangers(decisions: &Decisions, site: &Site) -> Vec<String> {
         for decided in decided(decisions) {
             for faces in decided.of.iter().filter(|faces| !is_whole(faces, &site.model)) {
                 let number = decided.number;
-                messages
-                    .push(format!("{photo}, decision {number}: the model does not have all of {faces} now"));
+                messages.push(format!("{photo}, decision {number}: the model no longer has all of {faces}"));
             }
         }
     }

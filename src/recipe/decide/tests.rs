@@ -99,9 +99,9 @@ fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() 
     let message = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
     assert!(message.contains("no object \"gate\"") && message.contains("no face 7"), "{message}");
     let message = refused(&[LayerEdit::Exclude { photo: "a".into(), of: whole(&["shed"]) }]);
-    assert!(message.contains("gives shed no texture: hidden by"), "{message}");
+    assert!(message.contains("does not texture shed: hidden by"), "{message}");
     let message = refused(&[LayerEdit::Exclude { photo: "c".into(), of: whole(&["front"]) }]);
-    assert!(message.contains("no photo is called c"), "{message}");
+    assert!(message.contains("there is no photo c"), "{message}");
 }
 
 #[test]
@@ -118,9 +118,9 @@ fn faces_of_one_object_are_split_into_layers_of_their_own() {
 fn merges_and_splits_that_contradict_each_other_are_refused() {
     let apart = || split(vec![whole(&["pair"]), whole(&["back"])]);
     let message = refused(&[apart(), merge(whole(&["pair", "back"]))]);
-    assert!(message.contains("a split keeps it apart") && message.contains("forget that split"), "{message}");
+    assert!(message.contains("a split keeps it apart") && message.contains("remove that split"), "{message}");
     let message = refused(&[merge(whole(&["pair", "back"])), apart()]);
-    assert!(message.contains("the merge of back, pair holds both sides"), "{message}");
+    assert!(message.contains("the merge of back, pair contains both sides"), "{message}");
     let message = refused(&[split(vec![whole(&["pair"]), vec![faces("pair", &[1])]])]);
     assert!(message.contains("in two of its groups"), "{message}");
     // The members of a single group may be merged with each other.
@@ -222,7 +222,7 @@ fn decisions_about_what_is_gone_are_kept_told_and_can_be_forgotten() {
     assert!(messages[0].contains("a.jpg, decision 1") && messages[0].contains("pair"), "{messages:?}");
     assert!(messages[1].contains("gone.jpg") && messages[1].contains("--reset"), "{messages:?}");
     let stack = stack(&site, &project);
-    assert!(stack.unmet[0].contains("pair has no texture"), "{:?}", stack.unmet);
+    assert!(stack.unmet[0].contains("pair is not textured"), "{:?}", stack.unmet);
     let edit = LayerEdit::Reset { photo: Some("gone.jpg".into()) };
     assert_eq!(edited(&project, &edit, &site, &[]).unwrap().decisions.photos.len(), 1);
 }
@@ -239,7 +239,7 @@ fn faces_are_named_as_people_type_them() {
     let of_layer = named(&stack.image_layers[layer].id).unwrap();
     assert!(of_layer.contains(&faces("front", &[0])), "{of_layer:?}");
     for wrong in ["gate", "pair[", "pair[x]", "pair[2-1]", "gate[0]", "pair[0-4000000000]"] {
-        assert!(named(wrong).unwrap_err().to_string().contains("names nothing here"), "{wrong}");
+        assert!(named(wrong).unwrap_err().to_string().contains("is unknown"), "{wrong}");
     }
 }
 
@@ -319,7 +319,7 @@ fn every_edit_has_a_name_for_the_history() {
     assert_eq!(merge(whole(&["a", "b", "c", "d"])).name(), "merge of a, b and 2 more");
     assert_eq!(split(vec![whole(&["pair"])]).name(), "split of pair");
     let edit = LayerEdit::Forget { photo: "a".into(), number: 2 };
-    assert_eq!(edit.name(), "forget decision 2 of a");
+    assert_eq!(edit.name(), "remove decision 2 of a");
 }
 
 #[test]

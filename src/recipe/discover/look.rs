@@ -186,7 +186,7 @@ fn photos(path: &Path, task: &Task) -> Result<PhotosFound> {
     let files = PhotoFolder::scan(path, task)?;
     if files.is_empty() {
         let remedy = "give the folder of the photos: JPEG, PNG, TIFF or WebP";
-        return Err(Error::input(path, "", "there is no photo in it", remedy));
+        return Err(Error::input(path, "", "this folder contains no photos", remedy));
     }
     Ok(PhotosFound { files })
 }

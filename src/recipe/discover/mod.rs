@@ -145,7 +145,7 @@ const LOOKED_AT: usize = 12;
 /// [`Error::Cancelled`].
 pub fn find_site(root: &Path, task: &Task) -> Result<Candidates> {
     if !root.is_dir() {
-        return Err(Error::input(root, "", "there is no such folder", "check the path"));
+        return Err(Error::input(root, "", "this folder does not exist", "check the path"));
     }
     let listing = Listing::of(root, task)?;
     let below = |paths: Vec<PathBuf>| paths.iter().map(|path| joined(root, path)).collect::<Vec<_>>();
@@ -163,7 +163,7 @@ fn joined(root: &Path, below: &Path) -> PathBuf {
 }
 
 /// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be read;
-/// whoever uses them reports the error.
+/// the caller that uses them reports the error.
 fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
     match read_names(cameras, &Task::silent().stopped_by(task.stop_flag())) {
         Ok(cameras) => Ok(cameras.names),

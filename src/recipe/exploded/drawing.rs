@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3};
 
-use super::LayerPicture as Layer;
+use super::LayerPicture;
 use super::canvas::{Canvas, Ink, over, scaled};
 
 /// The factor of supersampling in each direction, for antialiasing.
@@ -25,7 +25,7 @@ const FIRST: f64 = 2.6;
 const STEP: f64 = 0.7;
 
 /// A pane: the layers of consecutive orders composited, with their shadow.
-struct Pane {
+struct LayerPane {
     picture: Canvas,
     shadow: Canvas,
     depth: f64,
@@ -43,7 +43,7 @@ struct Eye {
 }
 
 /// Draws the layers of a photo of `photo_px` as a picture of `size_px` (width, height).
-pub fn draw(layers: &[Layer], photo_px: (usize, usize), size_px: (usize, usize)) -> Canvas {
+pub fn draw(layers: &[LayerPicture], photo_px: (usize, usize), size_px: (usize, usize)) -> Canvas {
     let panes = panes(layers, photo_px);
     let aspect = photo_px.0 as f64 / photo_px.1 as f64;
     let (width, height) = (size_px.0 * FINER, size_px.1 * FINER);
@@ -75,19 +75,19 @@ fn corners(aspect: f64, depth: f64) -> [DVec3; 4] {
 }
 
 /// Composites the layers to panes, nearest first.
-fn panes(layers: &[Layer], size: (usize, usize)) -> Vec<Pane> {
+fn panes(layers: &[LayerPicture], size: (usize, usize)) -> Vec<LayerPane> {
     let height = TEXTURE * size.1 / size.0;
     let groups = grouped(layers);
-    let make = |(i, group): (usize, Vec<&Layer>)| {
+    let make = |(i, group): (usize, Vec<&LayerPicture>)| {
         let picture = composed(&group, size).resized(TEXTURE, height);
-        Pane { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
+        LayerPane { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
     };
     groups.into_iter().enumerate().map(make).collect()
 }
 
 /// Groups the layers by consecutive orders so that panes have similar numbers of covered pixels, nearest first.
-fn grouped(layers: &[Layer]) -> Vec<Vec<&Layer>> {
-    let mut orders: Vec<Vec<&Layer>> = Vec::new();
+fn grouped(layers: &[LayerPicture]) -> Vec<Vec<&LayerPicture>> {
+    let mut orders: Vec<Vec<&LayerPicture>> = Vec::new();
     for layer in layers {
         match orders.last_mut() {
             Some(last) if last[0].order == layer.order => last.push(layer),
@@ -104,13 +104,13 @@ fn grouped(layers: &[Layer]) -> Vec<Vec<&Layer>> {
 }
 
 /// Returns the number of opaque pixels of several layers.
-fn pixels_of(layers: &[&Layer]) -> usize {
-    let opaque = |layer: &&Layer| layer.pixels.pixels.iter().filter(|p| p[3] > 0.5).count();
+fn pixels_of(layers: &[&LayerPicture]) -> usize {
+    let opaque = |layer: &&LayerPicture| layer.pixels.pixels.iter().filter(|p| p[3] > 0.5).count();
     layers.iter().map(opaque).sum()
 }
 
 /// Composites layers, nearest on top, on a pane of glass.
-fn composed(layers: &[&Layer], size: (usize, usize)) -> Canvas {
+fn composed(layers: &[&LayerPicture], size: (usize, usize)) -> Canvas {
     let mut canvas = Canvas::new(size.0, size.1);
     canvas.pixels.fill(GLASS.linear());
     let pitch = (size.0 / 110).max(3);
@@ -132,7 +132,7 @@ fn shadow_of(picture: &Canvas) -> Canvas {
 impl Eye {
     /// Places the camera to the right of the photo's camera, behind and above it, so that the panes appear in a
     /// row, and zooms until all of them fill the picture.
-    fn before(panes: &[Pane], aspect: f64, size_px: [f64; 2]) -> Self {
+    fn before(panes: &[LayerPane], aspect: f64, size_px: [f64; 2]) -> Self {
         let last = panes.last().map_or(FIRST, |pane| pane.depth);
         let middle = DVec3::new(0.0, 0.0, last * 0.6);
         let position = middle + DVec3::new(1.0, -0.42, -0.86) * last * 1.7;

@@ -107,7 +107,7 @@ pub fn export(
 ) -> Result<Exported> {
     if !options.evened.is_empty() && options.format == ExportFormat::Folder {
         return Err(Error::Request(
-            "a folder is exported as the stack is; with --even-colour choose psd, xcf or ora".into(),
+            "--even-colour does not apply to folders; choose the format psd, xcf or ora".into(),
         ));
     }
     fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;

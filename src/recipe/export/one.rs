@@ -89,11 +89,11 @@ impl Exporter<'_> {
         content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
         let key = self.key(&content);
-        let job = Job { exporter: self, content: &content, photo_file: &photo.file, key };
+        let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
             let (old, new) = (file.display(), path.display());
-            task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
+            task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));
         }
         let photo = photo.name.clone();
         let layers = stack.image_layers.len();
@@ -118,7 +118,7 @@ impl Exporter<'_> {
 
 /// Makes the error for a photo without a stack.
 fn no_stack(photo: &Photo) -> Error {
-    Error::Request(format!("photo {} has no stack yet: run `quadratura build` first", photo.name))
+    Error::Request(format!("photo {} has no stack yet; run `quadratura build` first", photo.name))
 }
 
 /// Reads the photo that the layers were cut from.
@@ -137,7 +137,7 @@ fn name_of(path: &Path) -> String {
 }
 
 /// A document that is being written to a file.
-struct Job<'a> {
+struct ExportJob<'a> {
     exporter: &'a Exporter<'a>,
     content: &'a Content<'a>,
     photo_file: &'a Path,
@@ -145,10 +145,10 @@ struct Job<'a> {
 }
 
 /// The path that was written, the files that were not overwritten, and the size in bytes.
-type Written = (PathBuf, Vec<PathBuf>, u64);
+type WrittenExport = (PathBuf, Vec<PathBuf>, u64);
 
-impl Job<'_> {
-    fn write(&self) -> Result<Written> {
+impl ExportJob<'_> {
+    fn write(&self) -> Result<WrittenExport> {
         let document = self.content.document(&self.key);
         match &format_of(self.exporter.options.format).file {
             Some(format) => self.write_file(&document, format),
@@ -157,7 +157,7 @@ impl Job<'_> {
     }
 
     /// Writes the first of the format's variants, or the next one if that turns out too large.
-    fn write_file(&self, document: &LayeredDocument, format: &FileFormat) -> Result<Written> {
+    fn write_file(&self, document: &LayeredDocument, format: &FileFormat) -> Result<WrittenExport> {
         for variant in (format.variants)(document) {
             let destination = self.find_destination(variant.extension)?;
             let mut file = AtomicFile::create(&destination.target)?;
@@ -169,7 +169,7 @@ impl Job<'_> {
         Err(Error::Request(format!("{}: too large for this format", document.title)))
     }
 
-    fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
+    fn write_folder(&self, document: &LayeredDocument) -> Result<WrittenExport> {
         let mut new = NewFolder::create(self.find_destination(place::FOLDER)?.target)?;
         folder::fill(&mut new, self.content, document, self.photo_file)?;
         let file = |name: &String| exported_file(new.path(), name);
@@ -194,7 +194,7 @@ impl Job<'_> {
     /// Moves a complete file to its destination, which is determined again because someone may have saved there
     /// while the file was written. The record is written first: a file without a record would count as changed for
     /// ever.
-    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<Written> {
+    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<WrittenExport> {
         let destination = self.find_destination(extension)?;
         file.redirect(&destination.target);
         let bytes = size_of(file.path())?;

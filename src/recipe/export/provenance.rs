@@ -25,23 +25,23 @@ const SHOWN: [u8; 3] = [96, 96, 96];
 
 /// The contents of `legend.json`.
 #[derive(Debug, Serialize)]
-struct Legend<'a> {
+struct LegendFile<'a> {
     photo: &'a str,
     /// Colours as #rrggbb, with their meanings.
-    colours: Vec<Entry<'a>>,
-    layers: Vec<Picture>,
+    colours: Vec<LegendEntry<'a>>,
+    layers: Vec<LegendPicture>,
 }
 
 /// A colour of the legend.
 #[derive(Debug, Serialize)]
-struct Entry<'a> {
+struct LegendEntry<'a> {
     colour: String,
     origin: &'a str,
 }
 
 /// A picture of one layer.
 #[derive(Debug, Serialize)]
-struct Picture {
+struct LegendPicture {
     layer: String,
     file: String,
     rect: PixelRect,
@@ -67,7 +67,7 @@ pub fn write_provenance(
         rename(&mut stack, &decisions.of(&photo.name).names);
         let Some(fill) = &stack.fill else {
             task.of(&photo.name)
-                .note("it is not filled, so there is no provenance; `quadratura fill` fills it");
+                .note("this photo is not filled, so there is no provenance; `quadratura fill` fills it");
             continue;
         };
         let folder = out.join(format!("{}.provenance", file_name_of_photo(&photo.name)));
@@ -77,7 +77,7 @@ pub fn write_provenance(
             let Some(of_layer) = &layer.fill else { continue };
             layers.push(write_one(&store.folder(&photo.name), &folder, layer, of_layer, fill)?);
         }
-        let legend = Legend { photo: &photo.name, colours: entries(&photo.name, fill), layers };
+        let legend = LegendFile { photo: &photo.name, colours: entries(&photo.name, fill), layers };
         write_atomically(folder.join("legend.json"), &to_json(&legend))?;
     }
     Ok(())
@@ -90,7 +90,7 @@ fn write_one(
     layer: &ImageLayer,
     of_layer: &LayerFill,
     fill: &StackFill,
-) -> Result<Picture> {
+) -> Result<LegendPicture> {
     let rect = layer.needed_rect.intersection(&layer.rect);
     let sources = read_grey(&stacks.join(&of_layer.provenance_file), layer.rect, rect)?;
     let photo = read_layer(&stacks.join(&layer.file), layer.rect, rect)?;
@@ -104,13 +104,15 @@ fn write_one(
     }
     let placed = write_picture(folder, &layer.id, [rect.w, rect.h], &pixels)?;
     let file = placed.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Picture { layer: layer_name(&layer.name, &layer.id), file, rect })
+    Ok(LegendPicture { layer: layer_name(&layer.name, &layer.id), file, rect })
 }
 
 /// Lists the colours with their meanings.
-fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<Entry<'a>> {
-    let named =
-        |[r, g, b]: [u8; 3], origin: &'a str| Entry { colour: format!("#{r:02x}{g:02x}{b:02x}"), origin };
+fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<LegendEntry<'a>> {
+    let named = |[r, g, b]: [u8; 3], origin: &'a str| LegendEntry {
+        colour: format!("#{r:02x}{g:02x}{b:02x}"),
+        origin,
+    };
     let filled = fill.origins.iter().enumerate().skip(1).map(|(i, origin)| named(colour(i, fill), origin));
     std::iter::once(named(SHOWN, photo)).chain(filled).collect()
 }

@@ -66,15 +66,17 @@ impl<'a> PhotoDonors<'a> {
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
                 // Without its paint the photo would give what was painted over.
-                self.task.of(&file.name).note(format!("it gives nothing: {error}"));
+                self.task.of(&file.name).note(format!("the photo is not used for filling: {error}"));
                 return Ok(None);
             }
         };
         let task_of_photo = self.task.of(&file.name);
-        self.paint
-            .damaged(photo)
-            .iter()
-            .for_each(|damage| task_of_photo.note(format!("filling goes on without: {damage}")));
+        self.paint.damaged(photo).iter().for_each(|damage| {
+            task_of_photo.note(format!(
+                "paint that cannot be read is not used for \
+                filling: {damage}"
+            ))
+        });
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
         let tolerance = self.opened.project.options.tolerance;
         let (model, surfaces) = (&site.model, self.surfaces);

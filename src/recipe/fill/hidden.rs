@@ -27,13 +27,13 @@ pub(super) struct Hidden {
 }
 
 /// The pixels of an image layer within its needed rectangle.
-struct Pixels {
+struct NeededPixels {
     rect: PixelRect,
     needed: Vec<u8>,
     visible: Vec<bool>,
 }
 
-impl Pixels {
+impl NeededPixels {
     /// Reads a layer's needed and visible pixels.
     fn read(layer: &ImageLayer, folder: &Path) -> Result<Self> {
         let rect = layer.needed_rect.intersection(&layer.rect);
@@ -72,8 +72,8 @@ pub(super) fn hidden_regions(
     options: &FillOptions,
     propagated: &BTreeSet<SurfaceId>,
 ) -> Result<Hidden> {
-    let read = |layer: &ImageLayer| Pixels::read(layer, folder);
-    let layers: Vec<Pixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
+    let read = |layer: &ImageLayer| NeededPixels::read(layer, folder);
+    let layers: Vec<NeededPixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
     let front = front(stack, &layers);
     let shaper = Shaper { stack, own, model, surfaces, faces: faces_by_name(model) };
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
@@ -81,7 +81,7 @@ pub(super) fn hidden_regions(
         let object = model.face(surfaces.get(id).face).object;
         options.fills(&model.object(object).name)
     };
-    let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &Pixels))| {
+    let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
         let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[*e as usize]).collect();
         let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
@@ -116,7 +116,7 @@ pub(super) fn hidden_regions(
 }
 
 /// Returns, for each pixel of the photo, the nearest image layer that shows it.
-fn front(stack: &Stack, layers: &[Pixels]) -> Vec<u32> {
+fn front(stack: &Stack, layers: &[NeededPixels]) -> Vec<u32> {
     let width = stack.photo.width as usize;
     let mut front = vec![NOTHING; width * stack.photo.height as usize];
     for (index, pixels) in layers.iter().enumerate().rev() {

@@ -55,7 +55,7 @@ pub struct FillRequest {
 
 /// The purpose for which a filling is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Purpose {
+enum FillPurpose {
     /// Fill the stacks and write them.
     Fill,
     /// Report propagated paint only; nothing is filled, and no stack is written.
@@ -116,7 +116,7 @@ impl FillState {
 /// the model does not have, and when no photo has a stack; an error when the paint book cannot be read; or
 /// [`Error::Cancelled`].
 pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, Purpose::Fill, task)
+    fill_or_report(folder, opened, request, FillPurpose::Fill, task)
 }
 
 /// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
@@ -125,7 +125,7 @@ pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) 
 /// # Errors
 /// Returns the errors of [`fill`].
 pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_report(folder, opened, request, Purpose::Report, task)
+    fill_or_report(folder, opened, request, FillPurpose::Report, task)
 }
 
 /// Fills the photos or reports their propagated paint.
@@ -133,7 +133,7 @@ fn fill_or_report(
     folder: &Path,
     opened: &Opened,
     request: &FillRequest,
-    purpose: Purpose,
+    purpose: FillPurpose,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
@@ -145,7 +145,7 @@ fn fill_or_report(
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
+        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
     }
     let inputs = FillInputs::of(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::of(&site.model);
@@ -154,7 +154,7 @@ fn fill_or_report(
     let states = &states[..];
     let inputs = &inputs;
     let paint = &paint;
-    let job = Job { store, opened, request, purpose, states, inputs, paint };
+    let job = FillJob { store, opened, request, purpose, states, inputs, paint };
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -217,7 +217,10 @@ fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     let errors = options.without.iter().filter(unknown);
     let errors = errors.map(|o| {
         let known = objects_in_words(&opened.site.model);
-        Error::Request(format!("the model has no object {o:?} to leave unfilled; it has {known}"))
+        Error::Request(format!(
+            "the model has no object {o:?}, which is to stay unfilled; its objects are \
+            {known}"
+        ))
     });
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
@@ -244,17 +247,17 @@ fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
 }
 
 /// The inputs that all photos of a filling share.
-struct Job<'a> {
+struct FillJob<'a> {
     store: &'a StackStore,
     opened: &'a Opened,
     request: &'a FillRequest,
-    purpose: Purpose,
+    purpose: FillPurpose,
     states: &'a [StackState],
     inputs: &'a FillInputs,
     paint: &'a SitePaint<'a>,
 }
 
-impl Job<'_> {
+impl FillJob<'_> {
     /// Returns the id and the stack's state of a photo.
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
         let index = self.opened.site.photos.iter().position(|other| other.name == photo.name);
@@ -265,7 +268,7 @@ impl Job<'_> {
     /// Returns true when a photo's filling need not be made again.
     fn up_to_date(&self, photo: &Photo) -> Result<bool> {
         let StackState::Current(stack) = self.state(photo).1 else { return Ok(false) };
-        let again = self.request.force || self.purpose == Purpose::Report;
+        let again = self.request.force || self.purpose == FillPurpose::Report;
         let current = !again && FillState::of(stack, self.inputs) == FillState::Current;
         Ok(current && self.store.up_to_date(&photo.name, &stack.inputs)?.is_some())
     }
@@ -335,7 +338,7 @@ impl Job<'_> {
             spread: spread.clone(),
             kept,
         };
-        if self.purpose == Purpose::Report {
+        if self.purpose == FillPurpose::Report {
             return Ok(done(stack.clone(), Vec::new()));
         }
         let filled = fill_photo(context, id, hidden.regions, plates, task)?;
@@ -390,11 +393,11 @@ impl Job<'_> {
 fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a Stack> {
     match state {
         StackState::Current(stack) => Ok(stack),
-        StackState::Stale(_) => Err(Error::Request(
-            "its stack is older than the project; run `quadratura build`, then fill again".into(),
-        )),
+        StackState::Stale(_) => {
+            Err(Error::Request("its stack is out of date; run `quadratura build`, then fill again".into()))
+        }
         StackState::Missing => {
-            Err(Error::Request(format!("{} has no stack yet; `quadratura build` makes it", photo.name)))
+            Err(Error::Request(format!("{} has no stack yet; `quadratura build` builds it", photo.name)))
         }
         StackState::Broken(error) => Err(Error::Request(error.to_string())),
     }

@@ -51,7 +51,7 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
     let count = stack.image_layers.len() as u64;
     let mut all = Vec::with_capacity(stack.image_layers.len());
     for (index, layer) in stack.image_layers.iter().enumerate() {
-        task.step("look at fillings", index as u64, count)?;
+        task.step("check fillings", index as u64, count)?;
         let mut shares =
             LayerShares { hidden: layer.texels_used - layer.texels_visible, ..LayerShares::default() };
         if let (Some(fill), Some(of_stack)) = (&layer.fill, &stack.fill) {

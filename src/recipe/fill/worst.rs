@@ -53,18 +53,18 @@ pub fn worst_first(
     let layers_of: Vec<Option<LayersOfFaces>> =
         stacks.iter().map(|stack| stack.map(|stack| LayersOfFaces::new(stack, &site.model))).collect();
     let count = |(index, view): (usize, &View)| {
-        task.step("look for hidden parts", index as u64, views.len() as u64)?;
-        Ok(seen_from(view, &Scene { site, surface: &surface, layers_of: &layers_of }))
+        task.step("find occluded areas", index as u64, views.len() as u64)?;
+        Ok(seen_from(view, &RayScene { site, surface: &surface, layers_of: &layers_of }))
     };
-    let counted: Vec<Counted> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;
+    let counted: Vec<ViewCount> = views.par_iter().enumerate().map(count).collect::<Result<_>>()?;
     let rays: u64 = counted.iter().map(|counted| counted.rays).sum();
-    let mut seen: FxHashMap<(usize, usize), Seen> = FxHashMap::default();
+    let mut seen: FxHashMap<(usize, usize), HitCount> = FxHashMap::default();
     for (view, counted) in counted.into_iter().enumerate() {
         for (layer, count) in counted.hidden {
             seen.entry(layer).or_default().add(view, count);
         }
     }
-    let layer = |((photo, layer), Seen { count, view, .. }): ((usize, usize), Seen)| {
+    let layer = |((photo, layer), HitCount { count, view, .. }): ((usize, usize), HitCount)| {
         let it = &stacks[photo]?.image_layers[layer];
         let hidden = it.texels_used - it.texels_visible;
         let filled = it.fill.as_ref().map_or(0, |fill| fill.texels_filled);
@@ -79,7 +79,7 @@ pub fn worst_first(
 
 /// A count of the rays of all views that hit hidden points of a layer.
 #[derive(Default)]
-struct Seen {
+struct HitCount {
     count: u64,
     /// The first of the views that see most of them.
     view: usize,
@@ -87,7 +87,7 @@ struct Seen {
     most: u64,
 }
 
-impl Seen {
+impl HitCount {
     fn add(&mut self, view: usize, count: u64) {
         self.count += count;
         if count > self.most {
@@ -97,25 +97,25 @@ impl Seen {
 }
 
 /// The rays of one view, counted by what they hit.
-struct Counted {
+struct ViewCount {
     rays: u64,
     /// The number of rays that hit a point hidden in a layer, by photo and layer.
     hidden: FxHashMap<(usize, usize), u64>,
 }
 
 /// The site and the stacks' layers, for ray casts.
-struct Scene<'a> {
+struct RayScene<'a> {
     site: &'a Site,
     surface: &'a Surface,
     layers_of: &'a [Option<LayersOfFaces<'a>>],
 }
 
 /// Casts a grid of rays from a view.
-fn seen_from(view: &View, scene: &Scene<'_>) -> Counted {
+fn seen_from(view: &View, scene: &RayScene<'_>) -> ViewCount {
     let Pinhole { width, height, .. } = view.camera;
     let step = f64::from(width.max(height)) / f64::from(RAYS_ACROSS);
     let along = |side: u32| ((f64::from(side) / step).round() as u32).max(1);
-    let mut counted = Counted { rays: 0, hidden: FxHashMap::default() };
+    let mut counted = ViewCount { rays: 0, hidden: FxHashMap::default() };
     let origin = view.pose.center_in_world();
     for y in 0..along(height) {
         for x in 0..along(width) {
@@ -133,7 +133,7 @@ fn seen_from(view: &View, scene: &Scene<'_>) -> Counted {
     counted
 }
 
-impl Scene<'_> {
+impl RayScene<'_> {
     /// Returns the layer of a photo that covers a point of a face which the photo does not show; `None` where it
     /// shows the point, or does not contain the face.
     fn hides(&self, photo: usize, face: FaceId, point: glam::DVec3) -> Option<(usize, usize)> {

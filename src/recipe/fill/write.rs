@@ -53,8 +53,8 @@ pub(super) fn write_fill(
             .copied()
             .map(Into::into)
             .chain(sources.iter().map(|source| match source {
-                Source::Photo(photo) => names[photo.0 as usize].to_owned(),
-                Source::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
+                TexelSource::Photo(photo) => names[photo.0 as usize].to_owned(),
+                TexelSource::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
             }))
             .collect(),
         texels_hidden: 0,
@@ -73,12 +73,12 @@ pub(super) fn write_fill(
 
 /// A source of texels: a photo, or the paint in one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Source {
+enum TexelSource {
     Photo(PhotoId),
     Painter(PhotoId),
 }
 
-impl Source {
+impl TexelSource {
     /// Returns the source of an origin; `None` for inpainting.
     fn of(origin: Origin) -> Option<Self> {
         match origin {
@@ -90,9 +90,9 @@ impl Source {
 }
 
 /// Returns the sources that occur, sorted.
-fn sources<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<Source> {
+fn sources<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<TexelSource> {
     let texels = regions.flat_map(|region| &region.texels);
-    texels.filter_map(|texel| Source::of(texel.origin)).collect::<BTreeSet<_>>().into_iter().collect()
+    texels.filter_map(|texel| TexelSource::of(texel.origin)).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
 /// A run of texels in a row.
@@ -124,7 +124,7 @@ struct Maps {
 
 impl Maps {
     /// Draws the filling of a layer and the paint that is propagated to it.
-    fn of(rect: PixelRect, parts: &[Run], laid: &[Run], bits: u8, sources: &[Source]) -> Self {
+    fn of(rect: PixelRect, parts: &[Run], laid: &[Run], bits: u8, sources: &[TexelSource]) -> Self {
         let count = rect.area() as usize;
         let blank = || match bits {
             16 => Samples::U16(vec![0; 4 * count]),
@@ -152,9 +152,9 @@ impl Maps {
     }
 
     /// Sets confidence and source of a texel.
-    fn describe(&mut self, at: usize, texel: Texel, sources: &[Source]) {
+    fn describe(&mut self, at: usize, texel: Texel, sources: &[TexelSource]) {
         self.confidence[at] = texel.confidence;
-        self.provenance[at] = match (texel.origin, Source::of(texel.origin)) {
+        self.provenance[at] = match (texel.origin, TexelSource::of(texel.origin)) {
             (Origin::Exemplar, _) => 2,
             (_, Some(source)) => (FIXED.len() + sources.partition_point(|g| *g < source)) as u16,
             (_, None) => 3,

@@ -127,7 +127,7 @@ pub fn read<'a>(
             (layer_report.painted, layer_report.erased) = (patch.count(), patch.erased());
             layer_report
                 .notes
-                .push("it was merged into another layer; what was painted there is taken home".into());
+                .push("it was merged into another layer; its paint is imported from there".into());
             let surfaces = Some(by_surface(record, exported, &patch));
             let token = exported.id.clone();
             let index = Some(report.layers.len());
@@ -145,8 +145,8 @@ fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
     if record.evened.is_none() {
         return Ok(());
     }
-    let found = "it was exported with --even-colour, for looking at; it has no way back";
-    Err(Error::input(file, "", found, "export without --even-colour, and paint on that"))
+    let found = "it was exported with --even-colour for viewing only, and cannot be imported";
+    Err(Error::input(file, "", found, "export without --even-colour, and paint on that file"))
 }
 
 /// Returns the record's layers that are not in the document, with their indices.
@@ -176,10 +176,10 @@ fn document_context<'a>(
         Place::Unclear => {
             let (w, h) = size;
             let found = format!(
-                "a canvas of {} x {} pixels, the photo has {w} x {h}, and no layer tells where it lies",
+                "the canvas has {} x {} pixels but the photo {w} x {h}, and no layer shows the position",
                 document.width, document.height
             );
-            return Err(Error::input(file, "", found, "give the image its old canvas back in the editor"));
+            return Err(Error::input(file, "", found, "restore the image's canvas in the editor"));
         }
     };
     let canvas = match scale == 1.0 {
@@ -259,14 +259,14 @@ fn notes(context: &Desk) -> Vec<String> {
     let mut notes = Vec::new();
     if context.offset != [0, 0] {
         let [x, y] = context.offset;
-        notes.push(format!("the canvas was cropped or enlarged: the photo lies at {x}, {y}"));
+        notes.push(format!("the canvas was cropped or enlarged: the photo is at {x}, {y}"));
     }
     if context.scale != 1.0 {
         notes.push(format!("the image was scaled to {:.4} of its size; faint paint is lost", context.scale));
     }
     if context.profiles.is_some() {
         notes.push(
-            "its colours are in another profile; changes of less than 3 of 255 are taken for rounding".into(),
+            "its colours are in another profile; changes of less than 3 of 255 count as rounding".into(),
         );
     }
     notes
@@ -280,7 +280,7 @@ fn others(context: &Desk, sorted: &Sorted) -> Result<Vec<LayerReport>> {
     let reports = looked_at.collect::<Result<Vec<_>>>()?;
     let unknown_layer = |layer: &&EditedLayer| {
         let mut report = LayerReport::new(&layer.name, None, LayerState::Unknown);
-        report.notes.push("it has no [token]; merge it into the layer that it is meant for".into());
+        report.notes.push("it has no [token]; merge it into the layer that it belongs to".into());
         report
     };
     Ok(reports.into_iter().flatten().chain(sorted.unknown.iter().map(unknown_layer)).collect())

@@ -31,21 +31,21 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
     let (mut visible, mut notes) = visible(layers);
     if !std::ptr::eq(visible[0], layers[0]) && !replaces(visible[0], layers[0])? {
         visible.insert(0, layers[0]);
-        notes.push(format!("\"{}\" is not shown, but the copy above it holds little of it", layers[0].name));
+        notes.push(format!("\"{}\" is hidden, but the copy above it contains little of it", layers[0].name));
     }
     let (lowest, copies) = visible.split_first().expect("a token is known because a layer has it");
     if lowest.opacity < 1.0 {
-        notes.push(format!("\"{}\": its opacity counts as a way of looking at it", lowest.name));
+        notes.push(format!("\"{}\": its opacity only affects the display and is ignored", lowest.name));
     }
     if let Blend::Other(blend) = &lowest.blend {
-        notes.push(format!("\"{}\": its mode {blend} counts as a way of looking at it", lowest.name));
+        notes.push(format!("\"{}\": its mode {blend} only affects the display and is ignored", lowest.name));
     }
     let mut rect = lowest.rect;
     let mut pixels = masked(lowest.pixels.read()?, lowest.rect, &lowest.masks, 1.0)?;
     for copy in copies {
         if let Blend::Other(blend) = &copy.blend {
             notes.push(format!(
-                "\"{}\" is left out: it is blended as {blend}; merge it down first",
+                "\"{}\" is left out: its blend mode is {blend}; merge it down first",
                 copy.name
             ));
             continue;
@@ -72,7 +72,7 @@ fn visible<'a>(layers: &[&'a EditedLayer]) -> (Vec<&'a EditedLayer>, Vec<String>
     }
     let is_visible = |layer: &EditedLayer| visible.iter().any(|other| std::ptr::eq(*other, layer));
     let hidden = layers.iter().filter(|layer| !is_visible(layer));
-    let notes = hidden.map(|layer| format!("\"{}\" is left out: it is not shown", layer.name)).collect();
+    let notes = hidden.map(|layer| format!("\"{}\" is left out: it is hidden", layer.name)).collect();
     (visible, notes)
 }
 

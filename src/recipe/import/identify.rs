@@ -62,9 +62,10 @@ pub fn refuse_foreign(file: &Path, document: &EditedDocument, records: &[ExportR
     if records.iter().any(|record| record.key == key) {
         return Ok(());
     }
-    let found = format!("it was exported with the key {key}, and exports/{key}.json is not in this project");
-    let remedy = "import it into the project that it was exported from, or put that record (and exports/pixels) \
-                  back from a copy; else export again, and copy the painted layers over in the image editor";
+    let found = format!("it was exported with the key {key}, but exports/{key}.json is not in this project");
+    let remedy = "import it into the project that it was exported from, or restore that record (and \
+        exports/pixels) from a copy; otherwise export again, and copy the painted layers over in the image \
+        editor";
     Err(Error::input(file, "", found, remedy))
 }
 
@@ -138,7 +139,8 @@ pub fn stranger(file: &Path) -> Error {
     Error::input(
         file,
         "",
-        "it is no export of this project: neither its key nor a layer's [token] is in the project's exports/",
+        "it is not an export of this project: neither its key nor a layer's [token] is in the project's \
+         exports/",
         "import it into the project that it was exported from, or export again and paint there",
     )
 }

@@ -63,7 +63,7 @@ fn left_out(mut report: LayerReport, why: String) -> LayerPaint {
 }
 
 /// The combined layers of one token.
-struct Seen {
+struct CombinedLayers {
     sight: Sight,
     /// The pixels with their rectangle in the photo; `None` where the hash was enough.
     pixels: Option<(Raster, PixelRect)>,
@@ -110,8 +110,7 @@ impl Desk<'_> {
             return Ok(left_out(
                 report,
                 "its pixels as exported are no longer kept (exports/pixels holds those of the last eight exports of each \
-                 photo), and the stack has others now: what was painted cannot be told; export again, and copy the \
-                 layer over in the image editor"
+                 photo), and the stack has changed, so its paint cannot be identified; export again, and copy the layer over in the image editor"
                     .into(),
             ));
         };
@@ -140,11 +139,11 @@ impl Desk<'_> {
 
     /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again when
     /// `enough` accepts the hash of what they show.
-    fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<Seen> {
+    fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<CombinedLayers> {
         let code = code_of(&self.ground, layers)?;
         let before = code.as_deref().and_then(|code| self.recall.sight(code));
         if let Some(sight) = before.filter(|sight| enough(&sight.shown)) {
-            return Ok(Seen { sight, pixels: None });
+            return Ok(CombinedLayers { sight, pixels: None });
         }
         let Gathered { rect: found, pixels, notes } = gathered(layers)?;
         let (pixels, rect) = match self.scale == 1.0 {
@@ -155,7 +154,7 @@ impl Desk<'_> {
         if let Some(code) = code {
             self.recall.keep(code, sight.clone());
         }
-        Ok(Seen { sight, pixels: Some((pixels, rect)) })
+        Ok(CombinedLayers { sight, pixels: Some((pixels, rect)) })
     }
 
     /// Reports a helper layer, the photo or a guide, if it was painted on.
@@ -173,7 +172,7 @@ impl Desk<'_> {
         Ok(shown.filter(|shown| *shown != helper.pixels).map(|_| {
             let mut report = LayerReport::new(&layer.name, None, LayerState::PaintedHelper);
             report.notes.push(
-                "it was painted on; nothing of that is taken home: paint on a layer with a [token]".into(),
+                "it was painted on, but this paint is not imported; paint on a layer with a [token]".into(),
             );
             report
         }))

@@ -56,7 +56,9 @@ pub fn mask_of(
     if masked.count() == photo.area() {
         layer_report.state = LayerState::LeftOut;
         layer_report.notes.push(
-            "it covers the whole photo; paint only what is to be masked, the rest is transparent".into(),
+            "it covers the whole photo; paint only the area to be masked and leave the rest \
+             transparent"
+                .into(),
         );
         report.layers.push(layer_report);
         return Ok(None);

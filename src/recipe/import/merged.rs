@@ -50,7 +50,10 @@ pub fn take_out(
             continue;
         }
         let name = &lost.layer.name;
-        report.notes.push(format!("\"{name}\" was merged into it; what that showed stays where it was"));
+        report.notes.push(format!(
+            "\"{name}\" was merged into it; the content of that layer stays where it \
+            was"
+        ));
         let painted = patch.picked(|x, y, colour| in_front && showed(x, y) && theirs.at(x, y) != colour);
         patch = patch.picked(|x, y, colour| {
             let is_theirs = showed(x, y) && (in_front || theirs.at(x, y) == colour);

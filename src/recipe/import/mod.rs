@@ -172,7 +172,7 @@ fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result
         let found = documents(path)?;
         if found.is_empty() {
             let finding =
-                "a folder without a layered file in it, and no exported one (stack.json is not there)";
+                "this folder contains no layered file and is not an exported one (it has no stack.json)";
             let remedy = format!("give {} files, a folder of them, or an exported folder", file_names());
             failed.push((path.clone(), Error::input(path, "", finding, remedy)));
         }
@@ -205,7 +205,7 @@ pub fn take_back(project: &Path) -> Result<PaintImport> {
 pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook>)> {
     let store = PaintStore::new(project);
     let mut book = store.read()?;
-    let import = book.take_back().ok_or_else(|| Error::Request("there is no import to take back".into()))?;
+    let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
     mask::take_back(project, &import.masks)?;
     store.commit(&book)?;
     Ok((import, Arc::new(book)))

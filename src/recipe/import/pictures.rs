@@ -63,7 +63,7 @@ pub fn changed_layers(
         let [before, after] = [&sides.before, &sides.after].map(|b| PhotoPaint::of(b, paint.clone(), &stack));
         for layer in after.differs_on(&before) {
             task.go_on()?;
-            let look = Look { stack: &stack, folder: &stacks.folder(photo), layer, longest };
+            let look = LayerComparison { stack: &stack, folder: &stacks.folder(photo), layer, longest };
             changed.extend(look.at(&before, &after)?);
         }
     }
@@ -89,14 +89,14 @@ fn sides(mut book: PaintBook, number: u32) -> Option<Sides> {
 }
 
 /// An image layer to be compared.
-struct Look<'a> {
+struct LayerComparison<'a> {
     stack: &'a Stack,
     folder: &'a Path,
     layer: usize,
     longest: u32,
 }
 
-impl Look<'_> {
+impl LayerComparison<'_> {
     /// Compares the layer with two states of the paint; `None` where they are equal.
     fn at(&self, before: &PhotoPaint, after: &PhotoPaint) -> Result<Option<ChangedLayer>> {
         let layer = &self.stack.image_layers[self.layer];

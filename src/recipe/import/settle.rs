@@ -92,14 +92,14 @@ pub fn settle(
         let (own, others): (Vec<&PaintEntry>, Vec<&PaintEntry>) =
             of_photo.iter().copied().filter(|entry| key_of(entry) == key).partition(is_own);
         let surface = by_surface.remove(&key);
-        Meeting { arrival, own, others, read }.settle(surface, &mut settled, &mut changed)?;
+        SurfaceMerge { arrival, own, others, read }.settle(surface, &mut settled, &mut changed)?;
     }
     settled.changed = changed.len() as u64;
     Ok(settled)
 }
 
 /// New and existing paint of one surface.
-struct Meeting<'a> {
+struct SurfaceMerge<'a> {
     arrival: &'a Arrival<'a>,
     /// The entries of the same layer of the same document, earlier imports first.
     own: Vec<&'a PaintEntry>,
@@ -108,7 +108,7 @@ struct Meeting<'a> {
     read: &'a dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
 }
 
-impl Meeting<'_> {
+impl SurfaceMerge<'_> {
     /// Merges the new paint of the surface with the existing entries.
     fn settle(
         &self,

@@ -47,7 +47,7 @@ fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
     if past.is_empty() || parts.list.is_empty() {
         return Vec::new();
     }
-    let nearest = Nearest::around(past.rect(), parts);
+    let nearest = NearestParts::around(past.rect(), parts);
     let mut pixels: Vec<Vec<(i32, i32, Colour)>> = vec![Vec::new(); parts.list.len()];
     past.iter().for_each(|(x, y, colour)| pixels[nearest.at(x, y)].push((x, y, colour)));
     let share =
@@ -56,7 +56,7 @@ fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
 }
 
 /// The nearest part for each pixel of a rectangle, by the number of steps.
-struct Nearest {
+struct NearestParts {
     rect: PixelRect,
     part: Vec<u32>,
 }
@@ -64,7 +64,7 @@ struct Nearest {
 /// Marks a pixel without a part.
 const NO_PART: u32 = u32::MAX;
 
-impl Nearest {
+impl NearestParts {
     /// Finds the nearest parts around and within the bounds of all parts.
     fn around(past: PixelRect, parts: &Parts) -> Self {
         let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());

@@ -112,7 +112,7 @@ fn read_whole(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
     let masked = read_undistorted(file, photo)?;
     let all = u64::from(photo.camera.width) * u64::from(photo.camera.height);
     if photo.lens.is_none() && masked.count() == all {
-        let remedy = "paint black what is to be masked and the rest white, or leave it away";
+        let remedy = "paint the area to be masked black and the rest white, or remove the file";
         return Err(Error::input(file, "", "it masks the whole photo", remedy));
     }
     Ok(masked)

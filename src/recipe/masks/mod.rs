@@ -66,7 +66,7 @@ pub fn edited(folder: &Path, masks: &Masks, edits: &[MaskEdit], site: &Site) -> 
             // Masks may outlive their photos and can be removed nevertheless.
             (MaskEdit::Clear { photo }, _) => editor.masks.clear(photo),
             (MaskEdit::Remove { photo, from }, _) => drop(editor.masks.remove(photo, from)),
-            (_, None) => return Err(Error::Request(format!("no photo is called {}", edit.photo()))),
+            (_, None) => return Err(Error::Request(format!("there is no photo {}", edit.photo()))),
             (edit, Some(photo)) => editor.apply(edit, photo)?,
         }
     }
@@ -97,7 +97,7 @@ pub fn cleared(masks: &Masks, names: &[String]) -> Result<Masks> {
         let meant: Vec<&str> =
             masks.photos().map(|(photo, _)| photo).filter(|photo| answers(photo)).collect();
         if meant.is_empty() {
-            errors.push(Error::Request(format!("no photo called {name} has a mask")));
+            errors.push(Error::Request(format!("photo {name} has no mask")));
         }
         meant.into_iter().for_each(|photo| rest.clear(photo));
     }
@@ -243,7 +243,7 @@ mod tests {
         assert!(bench.masks.is_empty());
         let stranger = MaskEdit::Add { photo: "x".into(), from: MaskFrom::Drawn, masked: block(0, 0, 1, 1) };
         let message = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
-        assert!(message.to_string().contains("called x"), "{message}");
+        assert!(message.to_string().contains("no photo x"), "{message}");
     }
 
     #[test]

@@ -100,7 +100,7 @@ pub fn suggest(
     let found =
         task.timed("find strangers", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
-    let mut all: Vec<(&Photo, Found)> = Vec::new();
+    let mut all: Vec<(&Photo, FoundRegion)> = Vec::new();
     for (index, found) in found {
         all.extend(found.into_iter().map(|found| (&site.photos[index], found)));
     }
@@ -163,7 +163,7 @@ pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
         return Err(Error::Request(
-            "nothing is suggested yet; `quadratura mask --suggest` looks for it".into(),
+            "there are no suggestions yet; `quadratura mask --suggest` finds transient objects".into(),
         ));
     }
     let found: Suggestions = read_json(&file, LARGEST, "run `quadratura mask --suggest` again")?;
@@ -211,7 +211,7 @@ pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
 }
 
 /// A transient region in pixels of its photo.
-struct Found {
+struct FoundRegion {
     masked: Spans,
     score: f32,
     weight: f32,
@@ -225,7 +225,7 @@ fn transients(
     options: &StrangerOptions,
     memory: u64,
     task: &Task,
-) -> Result<Vec<(usize, Vec<Found>)>> {
+) -> Result<Vec<(usize, Vec<FoundRegion>)>> {
     let site = &opened.site;
     let store = StackStore::new(folder);
     let stacks: Vec<Option<Stack>> =
@@ -234,7 +234,7 @@ fn transients(
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
     let surfaces = Surfaces::of(&site.model);
     let budget = Budget::new(memory);
-    let reader = Reader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
+    let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
     let looks: Vec<Option<Look>> =
         (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
     let witnesses = Witnesses { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
@@ -242,19 +242,19 @@ fn transients(
     let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
     for (done, &index) in (0..).zip(&indices) {
-        task.step("ask the others", done, indices.len() as u64)?;
+        task.step("compare photos", done, indices.len() as u64)?;
         let Some(look) = &looks[index] else { continue };
         let apart = disagreement(&witnesses, index, options, task)?;
         let small = suspects(&apart, look.donor.camera.width as usize, options);
         let photo = &site.photos[index];
         found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
-    task.step("ask the others", indices.len() as u64, indices.len() as u64)?;
+    task.step("compare photos", indices.len() as u64, indices.len() as u64)?;
     Ok(found)
 }
 
 /// The inputs for preparing photos.
-struct Reader<'a> {
+struct PhotoReader<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
     gains: &'a Gains,
@@ -263,7 +263,7 @@ struct Reader<'a> {
     task: &'a Task,
 }
 
-impl Reader<'_> {
+impl PhotoReader<'_> {
     /// Prepares a reduced photo; `None` where it cannot be read.
     fn look(&self, index: usize) -> Result<Option<Look>> {
         self.task.go_on()?;
@@ -282,7 +282,7 @@ impl Reader<'_> {
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                self.task.of(&photo.name).note(format!("it is not asked: {error}"));
+                self.task.of(&photo.name).note(format!("the photo is not used for comparison: {error}"));
                 Ok(None)
             }
         }
@@ -305,7 +305,7 @@ impl Reader<'_> {
 }
 
 /// Converts a region of a reduced photo to pixels of the photo itself.
-fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
+fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> FoundRegion {
     let (small, large) = (&look.donor.camera, &photo.camera);
     let [across, down] =
         [(large.width, small.width), (large.height, small.height)].map(|(l, s)| f64::from(l) / f64::from(s));
@@ -316,7 +316,7 @@ fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
         let row = ((f64::from(y) + 0.5) / down) as i32;
         out.extend(suspect.masked.row(row).iter().map(|run| edge(run.start, across)..edge(run.end, across)));
     });
-    Found { masked, score: suspect.score, weight: suspect.weight }
+    FoundRegion { masked, score: suspect.score, weight: suspect.weight }
 }
 
 /// Removes masks and pictures to which no suggestion refers.
@@ -334,7 +334,7 @@ fn remove_unused(folder: &Path, kept: &Suggestions) -> Result<()> {
 }
 
 /// Draws a picture of each photo that has suggestions.
-fn pictures(folder: &Path, all: &[(&Photo, Found)], first: u32, task: &Task) -> Result<()> {
+fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Task) -> Result<()> {
     let mut photos: Vec<&Photo> = all.iter().map(|(photo, _)| *photo).collect();
     photos.sort_by(|a, b| a.name.cmp(&b.name));
     photos.dedup_by(|a, b| a.name == b.name);

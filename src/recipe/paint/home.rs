@@ -77,13 +77,13 @@ fn same_plane(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
 }
 
 /// A camera and its pose.
-type View = (Pinhole, Pose);
+type PosedCamera = (Pinhole, Pose);
 
 /// The mapping of paint from the photo at the time of painting to the present photo, through the surface's plane.
 pub struct Reprojection {
     plane: Plane,
-    old: View,
-    new: View,
+    old: PosedCamera,
+    new: PosedCamera,
 }
 
 /// The distance in pixels below which two cameras show a surface's corners at the same position.
@@ -92,7 +92,7 @@ const SAME_CAMERA_PX: f64 = 1e-3;
 impl Reprojection {
     /// Compares the cameras; `None` where they agree, or the surface has no plane, so that paint stays at its
     /// pixels.
-    pub fn between(entry: &PaintEntry, old: &PaintedView, new: View) -> Option<Self> {
+    pub fn between(entry: &PaintEntry, old: &PaintedView, new: PosedCamera) -> Option<Self> {
         let old = camera_of(&old.photo, &old.camera);
         let outline = points(&entry.outline);
         let same = old == new || corners(entry.rect).all(|px| at_same_place(px, &outline, old, new));
@@ -149,14 +149,19 @@ fn corners(rect: PixelRect) -> impl Iterator<Item = DVec2> {
 }
 
 /// Returns true when both cameras show a position of the surface at the same pixel.
-fn at_same_place(px: DVec2, outline: &[DVec3], old: View, new: View) -> bool {
+fn at_same_place(px: DVec2, outline: &[DVec3], old: PosedCamera, new: PosedCamera) -> bool {
     let plane = fit_plane(outline);
     let there = plane.and_then(|plane| carried(px, &plane, old, new));
     there.is_some_and(|there| there.distance(px) <= SAME_CAMERA_PX)
 }
 
 /// Maps a position from one photo to another through a plane; `None` where that is not possible.
-fn carried(px: DVec2, plane: &Plane, (from, from_pose): View, (to, to_pose): View) -> Option<DVec2> {
+fn carried(
+    px: DVec2,
+    plane: &Plane,
+    (from, from_pose): PosedCamera,
+    (to, to_pose): PosedCamera,
+) -> Option<DVec2> {
     let eye = from_pose.center_in_world();
     let ray = from_pose.rotation.transpose() * from.ray_in_camera(px);
     let along = -plane.signed_distance(eye) / plane.normal.dot(ray);

@@ -54,7 +54,7 @@ pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> 
                 photo: name.to_owned(),
                 face: entry.face_name(),
                 pixels: entry.pixels,
-                reason: "the project has no such photo".into(),
+                reason: "the photo is not in the project".into(),
             }));
         // Unreadable stacks are reported elsewhere.
         } else if let Ok(Some(stack)) = store.current(name) {

@@ -201,11 +201,11 @@ impl PhotoPaint {
         };
         let gone = self.lost.iter().map(|&index| &self.entries[index]);
         let mut all: Vec<_> =
-            gone.map(|e| lost(e, e.pixels, "this photo's stack has no such surface")).collect();
+            gone.map(|e| lost(e, e.pixels, "the surface is not in this photo's stack")).collect();
         for (index, entry) in self.entries.iter().enumerate() {
             let unplaced = self.unplaced(index, stack)?;
             if unplaced > 0 {
-                all.push(lost(entry, unplaced, "the surface is another one now, and does not cover them"));
+                all.push(lost(entry, unplaced, "the surface has changed and does not cover these pixels"));
             }
         }
         Ok(all)

@@ -165,7 +165,7 @@ impl PhotoLayers {
     /// # Errors
     /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
     pub fn peeled(&self, photo: &Picture, peeling: Peeling, task: &Task) -> Result<Peeled> {
-        let mut canvas = Canvas::of(photo);
+        let mut canvas = PeelCanvas::of(photo);
         if peeling.taken_off > 0 {
             canvas.fade();
             self.shapes.iter().for_each(|shape| canvas.clear(shape));
@@ -180,7 +180,7 @@ impl PhotoLayers {
 }
 
 /// A picture of the photo's size that is drawn on.
-struct Canvas {
+struct PeelCanvas {
     picture: Picture,
     hidden: Mask,
     /// The pixels at which a remaining surface is visible in the photo. Hidden surfaces are never drawn over it:
@@ -188,7 +188,7 @@ struct Canvas {
     visible: Mask,
 }
 
-impl Canvas {
+impl PeelCanvas {
     /// Starts with the photo.
     fn of(photo: &Picture) -> Self {
         let rect = PixelRect { x: 0, y: 0, w: photo.width, h: photo.height };

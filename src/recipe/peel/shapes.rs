@@ -29,7 +29,7 @@ pub struct Shape {
     pub covered: Spans,
     /// The outline within the photo, without the bridges to holes.
     pub edges: Vec<Edge>,
-    plane: Plane,
+    plane: CameraPlane,
 }
 
 /// A straight part of an outline.
@@ -43,7 +43,7 @@ pub struct Edge {
 
 /// A plane in the camera's frame: `normal . p = offset`.
 #[derive(Debug, Clone, Copy)]
-struct Plane {
+struct CameraPlane {
     normal: DVec3,
     offset: f64,
 }
@@ -69,7 +69,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
         .collect();
     let (photo, camera) = (&stack.photo, &stack.camera);
     let scenery = Scenery { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
-    let view = View::of(stack);
+    let view = PhotoView::of(stack);
     let mut shapes = Vec::new();
     for (layer, image_layer) in stack.image_layers.iter().enumerate() {
         for &element in &image_layer.elements {
@@ -129,12 +129,12 @@ fn shared_edges(outlines: &[Vec<DVec3>]) -> BTreeMap<EdgeKey, u32> {
 }
 
 /// The photo's camera.
-struct View {
+struct PhotoView {
     camera: Pinhole,
     pose: Pose,
 }
 
-impl View {
+impl PhotoView {
     fn of(stack: &Stack) -> Self {
         let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         Self { camera, pose }
@@ -177,10 +177,10 @@ impl View {
     }
 
     /// Returns the outline's plane in the camera's frame.
-    fn plane(&self, outline: &[DVec3]) -> Plane {
+    fn plane(&self, outline: &[DVec3]) -> CameraPlane {
         let ring: Vec<DVec3> = outline.iter().map(|&point| self.pose.camera_from_world(point)).collect();
         let normal = crate::geometry::polygon::newell(&ring);
         let middle = ring.iter().sum::<DVec3>() / ring.len().max(1) as f64;
-        Plane { normal, offset: normal.dot(middle) }
+        CameraPlane { normal, offset: normal.dot(middle) }
     }
 }

@@ -129,8 +129,8 @@ fn view_score(photo: &str, pixels: &Pixels) -> Result<ViewScore> {
     let compared = |predicted| Compared { width, height, truth: &pixels.reference.rgb, predicted };
     let covered = Likeness::of(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);
     let with_holes = Likeness::of(&compared(&pixels.over_black), &pixels.asked, &pixels.covered);
-    let with_holes = with_holes
-        .ok_or_else(|| Error::Request("no pixel of it is left to compare: all are ignored".into()))?;
+    let with_holes =
+        with_holes.ok_or_else(|| Error::Request("no pixels are left to compare: all are ignored".into()))?;
     Ok(ViewScore {
         photo: photo.to_owned(),
         width,

@@ -76,7 +76,7 @@ pub(super) fn write(folder: &Path, stem: &str, panels: &Panels, task: &Task) -> 
     let placed = write_picture(folder, stem, size_px, &panels.side_by_side())?;
     for file in &placed.spared {
         let (old, new) = (file.display(), placed.path.display());
-        task.note(format!("{old} is not as this program wrote it and stays; this picture is {new}"));
+        task.note(format!("{old} was changed by another program and is kept; this picture is {new}"));
     }
     Ok(placed.path)
 }

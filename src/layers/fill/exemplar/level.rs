@@ -49,16 +49,16 @@ fn halved(canvas: &Canvas) -> Canvas {
         let (x, y) = (i % size[0] * 2, i / size[0] * 2);
         let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
             .map(|(dx, dy)| ((y + dy).min(height - 1)) * width + (x + dx).min(width - 1));
-        let asked = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
-        let count = asked.clone().count();
+        let not_outside = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
+        let count = not_outside.clone().count();
         if count == 0 {
             half.colours[i] = canvas.colours[four[0]];
             continue;
         }
         let known = four.iter().all(|at| canvas.cells[*at] == Cell::Known);
         half.cells[i] = if known { Cell::Known } else { Cell::Unknown };
-        half.colours[i] =
-            [0, 1, 2].map(|c| asked.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32);
+        half.colours[i] = [0, 1, 2]
+            .map(|c| not_outside.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32);
     }
     half
 }

@@ -77,8 +77,8 @@ impl Field {
         if costs.is_empty() {
             return 0.0;
         }
-        let place = costs.len() * 3 / 4;
-        *costs.select_nth_unstable_by(place, f32::total_cmp).1
+        let index = costs.len() * 3 / 4;
+        *costs.select_nth_unstable_by(index, f32::total_cmp).1
     }
 
     /// Does one turn: every patch is compared anew, then tries its neighbours' shifts, the dominant shifts,
@@ -195,8 +195,8 @@ impl Measure<'_> {
             let at = row * width + columns.start;
             let from = (at as i64 + i64::from(source) - i64::from(target)) as usize;
             let count = columns.len();
-            let shown = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
-            for ((a, b), weight) in shown.zip(&level.weights[at..at + count]) {
+            let pairs = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
+            for ((a, b), weight) in pairs.zip(&level.weights[at..at + count]) {
                 let [r, g, b] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
                 sum += weight * (r * r + g * g + b * b);
             }

@@ -42,9 +42,9 @@ pub fn dominant(levels: &[Level], seed: u64) -> Vec<Shift> {
     let level = &levels[index];
     let least = ((level.size[0].max(level.size[1]) as f32 * LEAST_SHARE) as i32).max(2 * REACH as i32);
     let step = level.sources.len().div_ceil(ASKED).max(1);
-    let asked: Vec<u32> = level.sources.iter().copied().step_by(step).collect();
+    let sampled: Vec<u32> = level.sources.iter().copied().step_by(step).collect();
     let found: Vec<[i32; 2]> =
-        asked.par_iter().filter_map(|&patch| most_similar(level, patch, least, seed)).collect();
+        sampled.par_iter().filter_map(|&patch| most_similar(level, patch, least, seed)).collect();
     peaks(&found, level.size).into_iter().map(|cells| Shift { cells, level: index }).collect()
 }
 

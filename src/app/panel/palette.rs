@@ -2,9 +2,10 @@
 
 use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
 
-use super::command::{self, Command, first_keys};
-use super::dialog::Dialog;
-use super::editor::Editor;
+use crate::app::command::{self, Command, first_keys};
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::widget::dialog::Dialog;
 
 /// The palette, open or not.
 #[derive(Debug, Default)]
@@ -29,13 +30,13 @@ impl Palette {
 
 /// Shows the palette when it is open; the command that was chosen.
 pub fn palette_ui(editor: &mut Editor, context: &Context) -> Option<&'static Command> {
-    if !editor.palette.open {
+    if !editor.state.palette.open {
         return None;
     }
     let dialog = Dialog::new("palette", 460.0).at(Align2::CENTER_TOP, [0.0, 80.0]);
     let answer = dialog.show(context, |ui, _| contents(editor, ui));
     if answer.is_left() || answer.inner.is_some() {
-        editor.palette = Palette::default();
+        editor.state.palette = Palette::default();
     }
     answer.inner
 }
@@ -47,22 +48,22 @@ fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
     // Before it is drawn: it takes in letters in the same frame then.
     let id = Id::unique("letters of a command");
     ui.memory_mut(|memory| memory.request_focus(id));
-    let field = TextEdit::singleline(&mut editor.palette.typed)
+    let field = TextEdit::singleline(&mut editor.state.palette.typed)
         .id(id)
         .hint_text("Type a few letters of a command")
         .desired_width(f32::INFINITY);
     let typed = ui.add(field);
     if typed.changed() {
-        editor.palette.chosen = 0;
+        editor.state.palette.chosen = 0;
     }
-    let found = found(&editor.palette.typed);
+    let found = found(&editor.state.palette.typed);
     let last = found.len().saturating_sub(1);
-    editor.palette.chosen = (editor.palette.chosen + down).saturating_sub(up).min(last);
+    editor.state.palette.chosen = (editor.state.palette.chosen + down).saturating_sub(up).min(last);
     let moved = down + up > 0;
     let mut clicked = None;
     ScrollArea::vertical().max_height(360.0).auto_shrink([false, true]).show(ui, |ui| {
         for (place, command) in found.iter().enumerate() {
-            if row(editor, ui, command, place == editor.palette.chosen, moved) {
+            if row(editor, ui, command, place == editor.state.palette.chosen, moved) {
                 clicked = Some(*command);
             }
         }
@@ -70,12 +71,12 @@ fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
             ui.label("No command has these letters in its name.");
         }
     });
-    let entered = enter.then(|| found.get(editor.palette.chosen).copied()).flatten();
+    let entered = enter.then(|| found.get(editor.state.palette.chosen).copied()).flatten();
     clicked.or(entered).filter(|command| (command.ready)(editor).is_ok())
 }
 
-fn row(editor: &Editor, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {
-    let why_not = (command.ready)(editor).err();
+fn row(state: &State, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {
+    let why_not = (command.ready)(state).err();
     let keys = first_keys(ui.ctx(), command);
     let text = RichText::new(format!("{} › {}", command.menu.name(), command.name));
     let response = ui

@@ -1,9 +1,9 @@
 //! Decisions about layers, as the selection means them.
 
-use super::editor::Editor;
-use super::notes::{Note, Weight};
-use super::selection::Selection;
-use super::session::PhotoStatus;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::PhotoStatus;
 use crate::document::Project;
 use crate::document::decisions::PhotoOptions;
 use crate::document::history::Gesture;
@@ -27,7 +27,7 @@ pub fn problem_of_options(project: &Project) -> Option<String> {
     project.options.problem().or_else(|| project.decisions.problem(&project.options))
 }
 
-impl Editor {
+impl State {
     /// The photo whose image layers are selected, and their places in its stack: the one that is selected, and those
     /// that were added to it.
     pub fn selected_layers(&self) -> (usize, Vec<usize>) {
@@ -65,7 +65,7 @@ impl Editor {
     }
 
     /// Stacks were made anew: image layers that are still there stay selected, by their tokens.
-    pub(super) fn keep_selection(&mut self, before: &[PhotoStatus]) {
+    pub fn keep_selection(&mut self, before: &[PhotoStatus]) {
         let Some(session) = &self.session else { return };
         let token = |statuses: &[PhotoStatus], photo: usize, layer: usize| {
             Some(statuses.get(photo)?.stack.as_ref()?.image_layers.get(layer)?.id.clone())

@@ -8,8 +8,7 @@ use std::path::{Path, PathBuf};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 
-use eframe::egui::Context;
-
+use super::waker::Waker;
 use crate::document::Project;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
@@ -120,7 +119,7 @@ pub struct Ending(Arc<Outside>);
 #[derive(Default)]
 struct Outside {
     is_asked: AtomicBool,
-    context: OnceLock<Context>,
+    waker: OnceLock<Waker>,
     keeper: Mutex<Weak<Keeper>>,
     /// Of the project that was open last.
     folder: Mutex<PathBuf>,
@@ -136,8 +135,8 @@ impl Ending {
             // Nobody is left to be told.
             let _ = keeper.write();
         }
-        if let Some(context) = self.0.context.get() {
-            context.request_repaint();
+        if let Some(waker) = self.0.waker.get() {
+            waker.wake();
         }
     }
 
@@ -147,18 +146,18 @@ impl Ending {
     }
 
     /// The window that is to be woken.
-    pub(super) fn wakes(&self, context: &Context) {
-        let _ = self.0.context.set(context.clone());
+    pub fn wakes(&self, waker: &Waker) {
+        let _ = self.0.waker.set(waker.clone());
     }
 
     /// What is kept, and of which project.
-    pub(super) fn keeps(&self, keeper: &Arc<Keeper>) {
+    pub fn keeps(&self, keeper: &Arc<Keeper>) {
         *locked(&self.0.keeper) = Arc::downgrade(keeper);
         locked(&self.0.folder).clone_from(&keeper.folder);
     }
 
     /// The project of which something is kept that is not saved, once the window is gone.
-    pub(super) fn left_behind(&self) -> Option<PathBuf> {
+    pub fn left_behind(&self) -> Option<PathBuf> {
         let folder = locked(&self.0.folder).clone();
         folder.join(UNSAVED_FILE).is_file().then_some(folder)
     }

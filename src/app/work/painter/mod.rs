@@ -12,12 +12,13 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread::JoinHandle;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{Color32, ColorImage, Context};
+use eframe::egui::{Color32, ColorImage};
 use glam::DVec3;
 
 pub use self::orders::Orders;
 
 use self::orders::{Bench, Order};
+use super::waker::Waker;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::projection::surface::Surface;
@@ -112,13 +113,13 @@ impl Painter {
         model: Arc<Model>,
         adapter: String,
         task: Task,
-        context: Context,
+        waker: Waker,
     ) -> Result<Self> {
         let shared = Arc::<Shared>::default();
         let (send, receive) = channel();
         let (theirs, surface) = (shared.clone(), preview.surface());
         let bench = Bench::default();
-        let draw = move || Drawing { preview, model, task, send, context, bench }.run(&theirs);
+        let draw = move || Drawing { preview, model, task, send, waker, bench }.run(&theirs);
         let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
         let thread = started.map_err(|error| {
             Error::Request(format!("the system gives no thread for the 3D view: {error}"))
@@ -192,7 +193,7 @@ struct Drawing {
     model: Arc<Model>,
     task: Task,
     send: Sender<Result<Painted>>,
-    context: Context,
+    waker: Waker,
     bench: Bench,
 }
 
@@ -223,7 +224,7 @@ impl Drawing {
     fn tell(&self, done: Result<Painted>) {
         // The window may be gone.
         let _ = self.send.send(done);
-        self.context.request_repaint();
+        self.waker.wake();
     }
 
     /// Paint that cannot be read is told, and pictures are as they were; only the device's faults end it.

@@ -3,52 +3,26 @@
 use eframe::Storage;
 use eframe::egui::{Id, Response, Ui, WidgetText};
 use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
-use serde::{Deserialize, Serialize};
 
-use super::editor::{Ask, Editor};
-use super::layer::layer_ui;
-use super::photo::photo_ui;
-use super::space::space_ui;
+use crate::app::editor::Editor;
+use crate::app::layer::layer_ui;
+use crate::app::photo::photo_ui;
+use crate::app::space::space_ui;
+use crate::app::state::ask::Ask;
+use crate::app::state::panes::{Pane, Panes, Seen};
 
 /// The key of the layout among what eframe keeps.
 const LAYOUT: &str = "layout";
 
-/// A view of the centre.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Pane {
-    /// The 3D view.
-    Space,
-    /// The selected photo with its layers.
-    Photo,
-    /// The selected image layer.
-    Layer,
-}
-
-impl Pane {
-    /// In the order of their tabs.
-    pub const ALL: [Self; 3] = [Self::Space, Self::Photo, Self::Layer];
-
-    /// On its tab.
-    pub fn name(self) -> &'static str {
-        match self {
-            Self::Space => "3D",
-            Self::Photo => "Photo",
-            Self::Layer => "Image layer",
-        }
-    }
-}
-
 /// Where the views are.
 pub struct Layout {
     tree: Tree<Pane>,
-    /// The view that was used last: the one that commands on a view mean.
-    used: Pane,
 }
 
 impl Default for Layout {
     fn default() -> Self {
         let tree = Tree::new_tabs(Id::unique("centre"), Pane::ALL.to_vec());
-        Self { tree, used: Pane::Space }
+        Self { tree }
     }
 }
 
@@ -57,7 +31,7 @@ impl Layout {
     pub fn kept(storage: Option<&dyn Storage>) -> Self {
         let tree = storage.and_then(|storage| eframe::get_value::<Tree<Pane>>(storage, LAYOUT));
         let whole = |tree: &Tree<Pane>| Pane::ALL.iter().all(|pane| is_once_in(tree, *pane));
-        tree.filter(whole).map_or_else(Self::default, |tree| Self { tree, used: Pane::Space })
+        tree.filter(whole).map_or_else(Self::default, |tree| Self { tree })
     }
 
     /// Keeps it for the next run.
@@ -68,19 +42,22 @@ impl Layout {
     /// Brings a view to the front.
     pub fn show(&mut self, pane: Pane) {
         self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(other) if *other == pane));
-        self.used = pane;
     }
 
-    /// Whether a view is in front of its tabs.
-    pub fn is_shown(&self, pane: Pane) -> bool {
-        let tile = self.tree.tiles.find_pane(&pane);
-        tile.is_some_and(|tile| self.tree.active_tiles().contains(&tile))
+    /// Tells which views are seen, and which would be if each came to the front.
+    pub fn tell(&self, panes: &mut Panes) {
+        let seen_if = Pane::ALL.map(|pane| {
+            let mut layout = Self { tree: self.tree.clone() };
+            layout.show(pane);
+            layout.seen()
+        });
+        panes.laid_out(self.seen(), seen_if);
     }
 
-    /// The view that commands on a view mean: the one that was used last, if it is seen.
-    pub fn used(&self) -> Pane {
-        let seen = Pane::ALL.into_iter().find(|pane| self.is_shown(*pane));
-        if self.is_shown(self.used) { self.used } else { seen.unwrap_or(self.used) }
+    /// Which views are in front of their tabs.
+    fn seen(&self) -> Seen {
+        let active = self.tree.active_tiles();
+        Pane::ALL.map(|pane| self.tree.tiles.find_pane(&pane).is_some_and(|tile| active.contains(&tile)))
     }
 }
 
@@ -103,8 +80,9 @@ pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let mut layout = std::mem::take(&mut editor.layout);
     let mut views = Views { editor, asks, used: None };
     layout.tree.ui(&mut views, ui);
-    layout.used = views.used.unwrap_or(layout.used);
+    let used = views.used;
     editor.layout = layout;
+    used.into_iter().for_each(|pane| editor.state.panes.use_pane(pane));
 }
 
 struct Views<'a> {
@@ -154,32 +132,6 @@ impl Behavior<Pane> for Views<'_> {
 
     fn tab_bar_height(&self, _: &eframe::egui::Style) -> f32 {
         28.0
-    }
-}
-
-impl Editor {
-    /// Shows the selection as large as the view that is in use has room for.
-    pub fn frame(&mut self) {
-        let framed = match self.layout.used() {
-            Pane::Space => false,
-            Pane::Photo => self.frame_in_photo(),
-            Pane::Layer => {
-                self.flat.layer.view.fit();
-                true
-            }
-        };
-        if !framed {
-            self.frame_selection();
-        }
-    }
-
-    /// Shows everything in the view that is in use.
-    pub fn show_all(&mut self) {
-        match self.layout.used() {
-            Pane::Space => self.show_everything(),
-            Pane::Photo => self.flat.photo.view.fit(),
-            Pane::Layer => self.flat.layer.view.fit(),
-        }
     }
 }
 

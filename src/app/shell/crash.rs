@@ -10,8 +10,11 @@ use std::time::{SystemTime, UNIX_EPOCH};
 
 use eframe::egui::{CentralPanel, RichText, Ui};
 
-use super::APP_ID;
-use super::editor::Editor;
+use crate::app::APP_ID;
+use crate::app::action::build::close_project;
+use crate::app::action::saving::keep_now;
+use crate::app::editor::Editor;
+use crate::app::opening::open_now;
 use crate::io::atomic::write_atomically;
 
 thread_local! {
@@ -109,7 +112,7 @@ pub fn crash_ui(editor: &mut Editor, ui: &mut Ui) {
                 editor.go_on_after_crash();
             }
             if ui.button("Quit").clicked() {
-                editor.quit();
+                editor.state.quit();
             }
         });
     });
@@ -119,18 +122,18 @@ impl Editor {
     /// Shows what went wrong, instead of the editor; what is not saved is on disk before anybody reads that.
     pub(super) fn crashed(&mut self, crash: Crash) {
         self.crash = Some(crash);
-        self.keep_now();
+        keep_now(&mut self.state, &mut self.work);
     }
 
     /// Begins anew from what is on disk: what is in memory may be half of something.
     fn go_on_after_crash(&mut self) {
         self.crash = None;
         // Decisions are whole snapshots: the last ones are kept, and offered again.
-        self.keep_now();
-        let folder = self.session.as_ref().map(|session| session.folder.clone());
+        keep_now(&mut self.state, &mut self.work);
+        let folder = self.state.session.as_ref().map(|session| session.folder.clone());
         match folder {
-            Some(folder) => self.open_now(folder),
-            None => self.close_project(),
+            Some(folder) => open_now(&mut self.state, &mut self.work, folder),
+            None => close_project(&mut self.state, &mut self.work),
         }
     }
 }

@@ -3,13 +3,20 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use super::command::file::READ_AGAIN;
-use super::editor::Editor;
-use super::jobs::{Arrival, Kind};
-use super::notes::{Note, Remedy, Weight};
-use super::saving::DueKeep;
-use super::selection::Selection;
-use super::session::{Session, survey};
+use crate::app::action::saving::keep_if_due;
+use crate::app::lists::switching::follow_objects;
+use crate::app::quality::colour::follow_colour;
+use crate::app::state::State;
+use crate::app::state::ask::{BuildAsk, MaskAsk};
+use crate::app::state::life::Autosave;
+use crate::app::state::notes::{Note, Remedy, Weight};
+use crate::app::state::running::Kind;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::{Session, survey};
+use crate::app::trip::importing::import_again;
+use crate::app::trip::importing::take_back_import;
+use crate::app::work::Work;
+use crate::app::work::jobs::{Arrival, arrival};
 use crate::document::Project;
 use crate::document::history::{Gesture, History, Turn};
 use crate::document::masks::MaskChange;
@@ -25,7 +32,7 @@ const FOLLOWS_AFTER_S: f64 = 0.3;
 
 /// What must be made anew after an edit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) enum Follows {
+pub enum Follows {
     /// By what photos are multiplied.
     Gains,
     /// Which stacks are up to date, and what is shown.
@@ -76,18 +83,17 @@ pub struct Due {
     waits: bool,
     edited_s: f64,
     /// When it is to be kept.
-    pub keep: DueKeep,
+    pub keep: Autosave,
 }
 
-impl Editor {
+impl State {
     /// Makes a step of the history: `name` is what is undone. Edits of one gesture are one step.
     pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         let Some(session) = &mut self.session else { return };
         let before = session.history.present().clone();
         session.history.edit(name, project, gesture);
         session.present_changed(&before, gesture.is_some(), now_s);
-        self.keep_if_due();
     }
 
     /// The next edit is a step of its own.
@@ -110,43 +116,14 @@ impl Editor {
     ///
     /// # Errors
     /// Why it cannot be.
-    pub(super) fn decided(&self, edit: &LayerEdit) -> Result<Project> {
+    pub fn decided(&self, edit: &LayerEdit) -> Result<Project> {
         let session = self.session.as_ref().ok_or_else(|| Error::Request("no project is open".into()))?;
         let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
         decide::edited(session.history.present(), edit, &session.opened.site, &stacks)
     }
 
-    /// Takes the last step back.
-    pub fn undo(&mut self) {
-        self.turn(History::undo);
-    }
-
-    /// Does a step again that was undone.
-    pub fn redo(&mut self) {
-        self.turn(History::redo);
-    }
-
-    fn turn(&mut self, turn: fn(&mut History) -> Option<Turn>) {
-        let now_s = self.now_s();
-        let Some(session) = &mut self.session else { return };
-        let before = session.history.present().clone();
-        match turn(&mut session.history) {
-            Some(Turn::Project) => {
-                session.present_changed(&before, false, now_s);
-                if session.history.present().fill != before.fill {
-                    // It goes by what was taken back.
-                    self.jobs.stop_kind(Kind::Fill);
-                }
-                self.keep_if_due();
-            }
-            Some(Turn::TakeBack(number)) => self.take_back_import(number),
-            Some(Turn::ImportAgain(number, files)) => self.import_again(number, files),
-            None => (),
-        }
-    }
-
     /// An import was made, or one that was taken back is made again: it is a step, with the masks that came with it.
-    pub(super) fn remember_import(
+    pub fn remember_import(
         &mut self,
         number: u32,
         again: Option<u32>,
@@ -160,127 +137,144 @@ impl Editor {
     }
 
     /// An import is taken back on disk: its masks go with it.
-    pub(super) fn forget_masks_of(&mut self, import: &PaintImport) {
+    pub fn forget_masks_of(&mut self, import: &PaintImport) {
         self.on_disk_already(|history| history.took_back(import.number, &import.masks));
     }
 
     fn on_disk_already(&mut self, change: impl FnOnce(&mut History)) {
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         let Some(session) = &mut self.session else { return };
         let before = session.history.present().clone();
         change(&mut session.history);
         session.present_changed(&before, false, now_s);
-        self.keep_if_due();
     }
 
     /// An import cannot be taken back or done again as a step any more.
-    pub(super) fn forget_import(&mut self, number: u32) {
+    pub fn forget_import(&mut self, number: u32) {
         if let Some(session) = &mut self.session {
             session.history.forget_import(number);
         }
     }
+}
 
-    /// Does what follows from edits, once nothing has been edited for a moment.
-    pub(super) fn follow(&mut self) {
-        self.keep_if_due();
-        let now_s = self.now_s();
-        let Some(session) = &mut self.session else { return };
-        let rests_s = now_s - session.due.edited_s;
-        // A job that writes goes by the project that it began with, and a film is drawn by the 3D view's renderer.
-        let busy = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open, Kind::Render];
-        let busy = busy.into_iter().any(|kind| self.jobs.runs(kind));
-        if rests_s < FOLLOWS_AFTER_S || busy || session.due.waits {
-            return;
+/// Takes the last step back.
+pub fn undo(state: &mut State, work: &mut Work) {
+    turn_history(state, work, History::undo);
+}
+
+/// Does a step again that was undone.
+pub fn redo(state: &mut State, work: &mut Work) {
+    turn_history(state, work, History::redo);
+}
+
+fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Option<Turn>) {
+    let now_s = state.window.now_s;
+    let Some(session) = &mut state.session else { return };
+    let before = session.history.present().clone();
+    match turn(&mut session.history) {
+        Some(Turn::Project) => {
+            session.present_changed(&before, false, now_s);
+            if session.history.present().fill != before.fill {
+                // It goes by what was taken back.
+                work.jobs.stop_kind(&mut state.running, Kind::Fill);
+            }
         }
-        let (follows, looks) = (session.due.follows.take(), std::mem::take(&mut session.due.looks));
-        match follows {
-            Some(Follows::Gains) => self.follow_colour(),
-            Some(Follows::Stacks) => return self.look_again(),
-            Some(Follows::Objects) => return self.follow_objects(),
-            Some(Follows::Site) => return self.reopen(None),
-            None => (),
-        }
-        if looks {
-            self.look_at_states();
-        }
-    }
-
-    /// Looks which stacks are up to date.
-    fn look_again(&mut self) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened, known) =
-            (session.folder.clone(), session.opened.clone(), session.photos.clone());
-        self.jobs.stop_kind(Kind::Survey);
-        self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
-            let photos = survey(&folder, &opened, &known, task)?;
-            Ok(Box::new(move |editor| editor.stacks_changed(&folder, photos, Vec::new(), false)))
-        });
-    }
-
-    /// Looks which stacks are up to date, where the stacks themselves are those that are shown.
-    fn look_at_states(&mut self) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened, known) =
-            (session.folder.clone(), session.opened.clone(), session.photos.clone());
-        self.jobs.stop_kind(Kind::Survey);
-        self.jobs.start(Kind::Survey, "Looking at stacks", move |task| {
-            let photos = survey(&folder, &opened, &known, task)?;
-            Ok(Box::new(move |editor| editor.states_seen(&folder, photos)))
-        });
-    }
-
-    /// Reads the site again, as the project says it is now; then builds these photos (all, where none is named), if that
-    /// is wanted.
-    pub(super) fn reopen(&mut self, then_build: Option<Vec<String>>) {
-        let Some(session) = &mut self.session else { return };
-        // All that was to follow does.
-        (session.due.follows, session.due.waits) = (None, false);
-        let (folder, project) = (session.folder.clone(), session.history.present().clone());
-        self.jobs.stop_kind(Kind::Survey);
-        self.jobs.start(Kind::Open, "Reading the site again", move |task| {
-            let seen = SiteStamp::of(&folder, &project);
-            let read = || {
-                let opened = open_site(&folder, Project::clone(&project), task)?;
-                let photos = survey(&folder, &opened, &[], task)?;
-                Ok((opened, photos))
-            };
-            let (opened, photos) = match read() {
-                Ok(read) => read,
-                Err(error) => return Ok(not_followed(folder, Follows::Site, error)),
-            };
-            let count = photos.len();
-            Ok(Box::new(move |editor| {
-                let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) else {
-                    return;
-                };
-                session.set_site(opened, photos);
-                session.seen = seen;
-                // Photos, objects and faces may be others: nothing goes by their old places.
-                editor.select(Selection::Nothing);
-                editor.photo = editor.photo.filter(|photo| *photo < count);
-                editor.space.forget_site();
-                editor.flat.forget();
-                editor.pictures = super::pictures::Pictures::default();
-                let opened = editor.session.as_ref().map(|session| session.opened.clone());
-                if let Some(opened) = opened {
-                    editor.pictures.start(&folder, &opened, &mut editor.jobs);
-                }
-                editor.space.refresh();
-                editor.prepare_painter();
-                editor.tell_problems();
-                editor.watch_disk();
-                if let Some(photos) = then_build {
-                    editor.build(photos);
-                }
-            }))
-        });
+        Some(Turn::TakeBack(number)) => take_back_import(state, work, number),
+        Some(Turn::ImportAgain(number, files)) => import_again(state, work, number, files),
+        None => (),
     }
 }
 
+/// Does what follows from edits, once nothing has been edited for a moment.
+pub fn follow(state: &mut State, work: &mut Work) {
+    keep_if_due(state, work);
+    let now_s = state.window.now_s;
+    let Some(session) = &mut state.session else { return };
+    let rests_s = now_s - session.due.edited_s;
+    // A job that writes goes by the project that it began with, and a film is drawn by the 3D view's renderer.
+    let busy = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open, Kind::Render];
+    let busy = busy.into_iter().any(|kind| state.running.runs(kind));
+    if rests_s < FOLLOWS_AFTER_S || busy || session.due.waits {
+        return;
+    }
+    let (follows, looks) = (session.due.follows.take(), std::mem::take(&mut session.due.looks));
+    match follows {
+        Some(Follows::Gains) => follow_colour(state, work),
+        Some(Follows::Stacks) => return look_again(state, work),
+        Some(Follows::Objects) => return follow_objects(state, work),
+        Some(Follows::Site) => return reopen(state, work, None),
+        None => (),
+    }
+    if looks {
+        look_at_states(state, work);
+    }
+}
+
+/// Looks which stacks are up to date.
+fn look_again(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Survey, "Looking at stacks", move |task| {
+        let photos = survey(&folder, &opened, &known, task)?;
+        Ok(Box::new(move |state| state.stacks_changed(&folder, photos, Vec::new(), false)))
+    });
+}
+
+/// Looks which stacks are up to date, where the stacks themselves are those that are shown.
+fn look_at_states(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Survey, "Looking at stacks", move |task| {
+        let photos = survey(&folder, &opened, &known, task)?;
+        Ok(Box::new(move |state| state.states_seen(&folder, photos)))
+    });
+}
+
+/// Reads the site again, as the project says it is now; then builds these photos (all, where none is named), if that
+/// is wanted.
+pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>>) {
+    let Some(session) = &mut state.session else { return };
+    // All that was to follow does.
+    (session.due.follows, session.due.waits) = (None, false);
+    let (folder, project) = (session.folder.clone(), session.history.present().clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Open, "Reading the site again", move |task| {
+        let seen = SiteStamp::of(&folder, &project);
+        let read = || {
+            let opened = open_site(&folder, Project::clone(&project), task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
+            Ok((opened, photos))
+        };
+        let (opened, photos) = match read() {
+            Ok(read) => read,
+            Err(error) => return Ok(not_followed(folder, Follows::Site, error)),
+        };
+        let count = photos.len();
+        Ok(Box::new(move |state| {
+            let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
+                return Vec::new();
+            };
+            session.set_site(opened, photos);
+            session.seen = seen;
+            // Photos, objects and faces may be others: nothing goes by their old places.
+            state.select(Selection::Nothing);
+            state.photo = state.photo.filter(|photo| *photo < count);
+            state.space.forget_site();
+            state.flat.forget();
+            state.space.refresh();
+            let build = then_build.map(|photos| BuildAsk::Build(photos).into());
+            let asks = [BuildAsk::SiteRead.into(), MaskAsk::ReportProblems.into()];
+            asks.into_iter().chain(build).collect()
+        }))
+    });
+}
+
 /// What was to follow from an edit did not: it is due again.
-pub(super) fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> Arrival {
-    Box::new(move |editor| {
-        let Some(session) = editor.session.as_mut().filter(|session| session.folder == folder) else {
+pub fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> Arrival {
+    arrival(move |state| {
+        let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
             return;
         };
         session.due.follows = session.due.follows.max(Some(follows));
@@ -290,18 +284,18 @@ pub(super) fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> A
             error => (Weight::Problem, error.to_string()),
         };
         let text = format!("The site was not read again ({why}): views and photos show it as it was before.");
-        editor.tell(Note::new(weight, text).with("Read files again", Remedy::Run(&READ_AGAIN)));
+        state.tell(Note::new(weight, text).with("Read files again", Remedy::ReadAgain));
     })
 }
 
 /// What an import is called among the steps.
-pub(super) fn step_of_import(number: u32) -> String {
+pub fn step_of_import(number: u32) -> String {
     format!("import {number}")
 }
 
 impl Session {
     /// Views and photos show a model, or files, that are not the project's: reading them was stopped.
-    pub(super) fn is_behind(&self) -> bool {
+    pub fn is_behind(&self) -> bool {
         self.due.follows >= Some(Follows::Objects)
     }
 
@@ -316,7 +310,6 @@ impl Session {
         self.due.follows = self.due.follows.max(follows);
         (self.due.edited_s, self.due.waits) = (now_s, false);
         self.due.keep.edited(in_gesture, now_s);
-        self.keeper.want(self.history.is_dirty().then(|| present.clone()));
         if follows != Some(Follows::Site) {
             self.opened = Arc::new(self.opened.with_project(&self.folder, Project::clone(&present)));
         }

@@ -2,12 +2,8 @@
 //! Enter presses its main button, and of the commands only those hold that do no harm there.
 
 use eframe::egui::{
-    Align2, Area, Context, Event, Id, Key, KeyboardShortcut, Modal, Modifiers, Popup, Response, ScrollArea,
-    Ui, Vec2,
+    Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, ScrollArea, Ui, Vec2,
 };
-
-use super::command::Command;
-use super::editor::Editor;
 
 /// A dialog that is about to be drawn.
 pub struct Dialog {
@@ -148,27 +144,6 @@ fn enter_is_free(context: &Context) -> bool {
         modifiers.is_none()
     };
     !taken && !Popup::is_any_open(context) && context.input(|input| input.events.iter().any(is_enter))
-}
-
-impl Editor {
-    /// A dialog is open, or is drawn from the next frame on.
-    pub fn has_dialog(&self) -> bool {
-        self.palette.is_open()
-            || self.settings_shown
-            || self.asks()
-            || self.opening.is_asking()
-            || self.flights.asks()
-            || self.trip.asks()
-    }
-
-    /// Whether the keys of a command hold now. Where no project is open a letter is likely meant for a line that has
-    /// lost the focus: what cannot be done then needs no answer.
-    pub(super) fn hears(&self, command: &Command, keys: &KeyboardShortcut) -> bool {
-        if self.has_dialog() {
-            return (command.in_dialog)(self);
-        }
-        self.session.is_some() || keys.modifiers.command || (command.ready)(self).is_ok()
-    }
 }
 
 #[cfg(test)]

@@ -6,10 +6,7 @@ use std::time::Duration;
 
 use glam::DVec2;
 
-use super::authored::Due;
-use super::command::words::in_window;
-use super::keeper::Keeper;
-use super::painter::Painter;
+use crate::app::action::decide::Due;
 use crate::document::history::History;
 use crate::document::{Project, Stack};
 use crate::error::{Error, Result};
@@ -44,8 +41,6 @@ pub struct Session {
     pub solid: Arc<Surface>,
     /// Outlines of faces.
     pub edges: Edges,
-    /// Who draws novel views; none while that is being prepared, or where there is no adapter.
-    pub painter: Option<Painter>,
     /// Versions of stacks may lie about that views showed until others took their place.
     pub has_former: bool,
     /// The site's files as they were when it was read.
@@ -58,8 +53,6 @@ pub struct Session {
     pub due: Due,
     /// Held by jobs that write what must not be left half done, too.
     pub lock: Arc<ProjectLock>,
-    /// Keeps what is not saved.
-    pub keeper: Arc<Keeper>,
 }
 
 /// The word for a photo whose layers are up to date.
@@ -88,9 +81,7 @@ impl PhotoStatus {
                 Self { word, stack: Some(Arc::new(stack)), problem: None }
             }
             StackState::Missing => Self { word, stack: None, problem: None },
-            StackState::Broken(error) => {
-                Self { word, stack: None, problem: Some(in_window(&error.to_string())) }
-            }
+            StackState::Broken(error) => Self { word, stack: None, problem: Some(error.to_string()) },
         }
     }
 
@@ -117,7 +108,7 @@ impl PhotoStatus {
     /// With what is damaged of its stack's files: the others are shown.
     fn with(self, damage: Option<Error>) -> Self {
         let Some(damage) = damage.filter(|_| self.problem.is_none()) else { return self };
-        Self { word: BROKEN, problem: Some(in_window(&damage.to_string())), ..self }
+        Self { word: BROKEN, problem: Some(damage.to_string()), ..self }
     }
 
     /// Built of the project as it is.
@@ -204,10 +195,8 @@ impl Session {
             incomplete: !opened.problems.is_empty(),
             opened: Arc::new(opened),
             photos,
-            painter: None,
             history,
             due: Due::default(),
-            keeper: Arc::new(Keeper::new(folder, lock.clone())),
             lock,
         })
     }
@@ -222,7 +211,6 @@ impl Session {
         self.incomplete = !opened.problems.is_empty();
         self.opened = Arc::new(opened.with_project(&self.folder, present));
         self.photos = photos;
-        self.painter = None;
     }
 
     /// For the title of the window: the folder's own name.

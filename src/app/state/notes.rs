@@ -2,8 +2,6 @@
 
 use std::time::SystemTime;
 
-use super::command::Command;
-use super::command::words::in_window;
 use crate::document::masks::MaskChange;
 use crate::error::Error;
 use crate::recipe::open::Unmasked;
@@ -22,8 +20,8 @@ pub enum Weight {
 /// What helps, by a click on the note.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Remedy {
-    /// This command.
-    Run(&'static Command),
+    /// The site is read again.
+    ReadAgain,
     /// Another mask in the place of one that cannot be used, or none.
     SetMask(MaskChange),
     /// A file is chosen for a mask of a photo that cannot be used.
@@ -100,7 +98,6 @@ pub struct Notes {
 impl Notes {
     /// One more; the same as the last one is only counted.
     pub fn add(&mut self, note: Note) {
-        let note = Note { text: in_window(&note.text), ..note };
         if let Some(last) = self.list.last_mut().filter(|l| l.text == note.text && l.subject == note.subject)
         {
             last.times += 1;
@@ -144,6 +141,17 @@ impl Notes {
     }
 }
 
+/// `5 minutes ago`, in a sentence.
+pub fn ago(passed: std::time::Duration) -> String {
+    match passed.as_secs() / 60 {
+        0 => "a moment ago".into(),
+        1 => "a minute ago".into(),
+        minutes @ 2..=119 => format!("{minutes} minutes ago"),
+        minutes if minutes < 48 * 60 => format!("{} hours ago", minutes / 60),
+        minutes => format!("{} days ago", minutes / 60 / 24),
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -163,9 +171,7 @@ mod tests {
     #[test]
     fn what_helps_is_offered_once_where_it_was_said_last() {
         let mut notes = Notes::default();
-        let gone = || {
-            Note::new(Weight::Problem, "gone").with("Again", Remedy::Run(&crate::app::command::file::OPEN))
-        };
+        let gone = || Note::new(Weight::Problem, "gone").with("Again", Remedy::ReadAgain);
         [gone(), Note::new(Weight::Info, "dust"), gone()].into_iter().for_each(|note| notes.add(note));
         let texts: Vec<&str> = notes.list().iter().map(|note| note.text.as_str()).collect();
         assert_eq!(texts, ["dust", "gone"]);
