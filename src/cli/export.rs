@@ -5,10 +5,9 @@ use std::collections::BTreeMap;
 use serde_json::json;
 
 use super::Outcome;
-use super::args::{ExportArgs, FormatArg};
+use super::args::ExportArgs;
 use super::bytes::readable_bytes;
 use super::table::{Table, counted};
-use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
@@ -35,7 +34,7 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     };
     let options = ExportOptions {
         evened,
-        format: args.format.into(),
+        format: args.format,
         memory: args.memory.or_default(),
         decisions: Some(opened.project.decisions.clone()),
         ..ExportOptions::default()
@@ -77,15 +76,4 @@ fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {
     );
     let json = json!({ "photos": exported.done, "problems": problems });
     Outcome { text, json, problems }
-}
-
-impl From<FormatArg> for ExportFormat {
-    fn from(arg: FormatArg) -> Self {
-        match arg {
-            FormatArg::Psd => Self::Psd,
-            FormatArg::Folder => Self::Folder,
-            FormatArg::Ora => Self::Ora,
-            FormatArg::Xcf => Self::Xcf,
-        }
-    }
 }

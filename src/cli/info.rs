@@ -16,10 +16,11 @@ use super::untextured::Untextured;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
-use crate::recipe::decide::{excluded, state_of_face, strangers as decision_strangers};
+use crate::recipe::decide::{state_of_face, strangers as decision_strangers};
 use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
-use crate::recipe::survey::{FaceInStack, StackState, Survey, face_in_stack, face_named};
+use crate::recipe::survey::{StackState, Survey, face_named};
+use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::Photo;
 use crate::task::Task;
 
@@ -55,7 +56,7 @@ fn about_photos(
         let state = survey.state(photo)?;
         table.add(&photo.name, state.word(), state.stack());
         if let Some(stack) = state.stack() {
-            untextured.add(stack, excluded(stack, &opened.project.decisions.of(&photo.name)));
+            untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unmet.iter().for_each(|unmet| task.of(&photo.name).note(unmet));
             filling.add(stack, FillState::of(stack, &fill_inputs).word());
             spread.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.spread));

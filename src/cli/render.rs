@@ -61,7 +61,7 @@ fn draw_shots(
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
     let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     let report = render(&views.list, &mut draw, options, task)?;
-    task.note(format!("textures: {}", renderer.renderer().tiles().statistics()));
+    task.note(format!("textures: {}", renderer.statistics()));
     Ok((report, renderer.problems()))
 }
 

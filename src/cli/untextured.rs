@@ -5,8 +5,9 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::table::{Table, counted};
-use crate::document::Stack;
 use crate::document::stack::{self, Reason};
+use crate::document::{PhotoDecisions, Stack};
+use crate::recipe::untextured::untextured;
 
 /// Maximum number of faces in the list for people; JSON has all of them.
 const MOST_FACES: usize = 40;
@@ -19,10 +20,8 @@ pub struct Untextured {
 
 impl Untextured {
     /// Adds the untextured faces of a photo's stack and the faces that exclude the photo.
-    pub fn add(&mut self, stack: &Stack, excluded: Vec<stack::Untextured>) {
-        let mut faces = stack.untextured.clone();
-        faces.extend(excluded);
-        self.photos.push((stack.photo.name.clone(), faces));
+    pub fn add(&mut self, stack: &Stack, decided: &PhotoDecisions) {
+        self.photos.push((stack.photo.name.clone(), untextured(stack, decided)));
     }
 
     /// Returns the numbers by photo and reason, and the faces that no photo textures.

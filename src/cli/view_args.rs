@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
+use crate::io::cameras::accepted;
 use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
 use crate::recipe::colour::reference;
 use crate::recipe::named::place_of_photo;
@@ -23,10 +24,11 @@ const PHOTOS: &str = "photos";
 pub struct RenderArgs {
     /// The project folder
     pub project: PathBuf,
-    /// The viewpoints: COLMAP's cameras (the folder, or one of its files), a list of the project's photos
-    /// (.txt, one per line), a camera path (.json), or the word `photos` for all photos of the project (for a
-    /// folder of that name give ./photos)
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!(
+        "The viewpoints: a list of the project's photos (.txt, one per line), a camera path (.json), the word `photos` \
+         for all photos of the project (for a folder of that name give ./photos), or cameras: {}",
+        accepted()
+    ))]
     pub cameras: Option<PathBuf>,
     /// Fly through these photos of the project, two seconds from one to the next
     #[arg(long, value_name = "PHOTO,PHOTO,..", value_delimiter = ',')]
@@ -65,7 +67,8 @@ pub struct RenderArgs {
 pub struct ScoreArgs {
     /// The project folder
     pub project: PathBuf,
-    /// COLMAP's cameras of held-out photos [default: each photo of the project is predicted from the others]
+    /// Cameras of held-out photos, in any format that `new` reads [default: each photo of the project is
+    /// predicted from the others]
     #[arg(long, value_name = "PATH", requires = "photos")]
     pub cameras: Option<PathBuf>,
     /// The folder of the held-out photos

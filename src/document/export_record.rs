@@ -26,6 +26,9 @@ pub enum ExportFormat {
     Ora,
     /// GIMP's XCF.
     Xcf,
+    /// Of a test.
+    #[cfg(test)]
+    Dummy,
 }
 
 /// A record of one export. It contains everything that an import needs to know, without the stack of that time.
@@ -138,7 +141,14 @@ pub enum HelperRole {
 
 impl ExportFormat {
     /// All formats, the default first.
-    pub const ALL: [Self; 4] = [Self::Psd, Self::Folder, Self::Ora, Self::Xcf];
+    pub const ALL: &'static [Self] = &[
+        Self::Psd,
+        Self::Folder,
+        Self::Ora,
+        Self::Xcf,
+        #[cfg(test)]
+        Self::Dummy,
+    ];
 
     /// Returns the name that is typed on the command line.
     pub fn name(self) -> &'static str {
@@ -147,6 +157,8 @@ impl ExportFormat {
             Self::Folder => "folder",
             Self::Ora => "ora",
             Self::Xcf => "xcf",
+            #[cfg(test)]
+            Self::Dummy => "dummy",
         }
     }
 }
@@ -155,8 +167,9 @@ impl std::str::FromStr for ExportFormat {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|format| format.name() == text);
-        found.ok_or_else(|| format!("\"{text}\" is not a format; choose psd, folder, ora or xcf"))
+        let found = Self::ALL.iter().find(|format| format.name() == text);
+        let names = || Self::ALL.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ");
+        found.copied().ok_or_else(|| format!("\"{text}\" is not a format; choose one of {}", names()))
     }
 }
 
@@ -172,7 +185,7 @@ mod tests {
 
     #[test]
     fn formats_are_read_as_they_are_written() {
-        for format in ExportFormat::ALL {
+        for &format in ExportFormat::ALL {
             assert_eq!(format.to_string().parse(), Ok(format));
             assert_eq!(serde_json::to_value(format).unwrap(), format.name());
         }

@@ -21,7 +21,7 @@ pub struct Project {
     pub version: u32,
     /// The folder of the photos.
     pub photos: String,
-    /// The cameras: COLMAP's folder, or one of its files.
+    /// The cameras: a folder or a file of one of the formats that are read.
     pub cameras: String,
     /// The model's file.
     pub model: String,

@@ -40,7 +40,7 @@ mod workspace;
 pub use atlas::Storage;
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
-pub use renderer::{Renderer, Sliced};
+pub use renderer::Renderer;
 pub use texture_statistics::TextureStatistics;
 pub use tile_store::{Loaded, TextureOptions, TileStore};
 

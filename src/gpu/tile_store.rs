@@ -63,6 +63,7 @@ pub struct Loaded {
 /// The sheets' tiles on the device.
 pub struct TileStore {
     gpu: Gpu,
+    options: TextureOptions,
     pyramids: Pyramids,
     residency: Residency,
     atlas: Atlas,
@@ -88,6 +89,11 @@ pub struct TileStore {
 const LEAST_SLOTS: u32 = 1024;
 
 impl TileStore {
+    /// Returns the limits that the store was created with.
+    pub fn options(&self) -> TextureOptions {
+        self.options
+    }
+
     /// Creates a store without tiles: sheets texture nothing until [`Self::load`] was called for them.
     ///
     /// # Errors
@@ -104,6 +110,7 @@ impl TileStore {
         Ok(Self {
             atlas: Atlas::new(gpu, &residency, options.storage)?,
             gpu: gpu.clone(),
+            options,
             texels_of: vec![[0; 2]; rects.len()],
             least: vec![LeastConfidence::default(); rects.len()],
             corners: rects.iter().map(|rect| IVec2::new(rect.x, rect.y)).collect(),

@@ -5,12 +5,11 @@ use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::layered::KEY_FILE;
+use super::layered::format::extensions;
 use super::project::PROJECT_FILE;
 use super::stamp::Stamp;
 use crate::error::{Error, Result};
 
-/// The extensions of layered formats, in lower case.
-const EXTENSIONS: [&str; 4] = ["psd", "psb", "ora", "xcf"];
 /// Sub-folders are searched down to this depth; exports are never nested that deeply.
 const DEEPEST: usize = 16;
 
@@ -34,8 +33,13 @@ pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
 
 /// Returns whether `path` is a layered document: a file by its extension, a folder by its key file.
 pub fn is_document(path: &Path) -> bool {
+    (has_extension(path) && path.is_file()) || is_exported_folder(path)
+}
+
+/// Whether a path is called as a layered file.
+fn has_extension(path: &Path) -> bool {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    (EXTENSIONS.contains(&extension.as_str()) && path.is_file()) || is_exported_folder(path)
+    extensions().contains(&extension.as_str())
 }
 
 /// Returns whether `export --format folder` wrote this folder.
@@ -51,14 +55,13 @@ fn search(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
         if name.starts_with('.') || name.ends_with('~') {
             continue;
         }
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             if is_exported_folder(&path) {
                 found.insert(path.clone(), Stamp::of(&path));
             } else if depth < DEEPEST && !path.join(PROJECT_FILE).exists() {
                 search(&path, depth + 1, found);
             }
-        } else if EXTENSIONS.contains(&extension.as_str()) {
+        } else if has_extension(&path) {
             let stamp = Stamp::of(&path);
             if !stamp.is_empty() {
                 found.insert(path, stamp);

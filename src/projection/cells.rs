@@ -310,7 +310,7 @@ impl<C: Confidence> Finder<'_, C> {
         let footprint = self.footprint(patch, server, photo, density.start)?;
         let octaves = match blend.mode {
             Mode::Debevec => 0.0..0.0,
-            _ => density.start.max(0.0)..density.end.max(0.0),
+            Mode::Best | Mode::Lumigraph | Mode::Smooth => density.start.max(0.0)..density.end.max(0.0),
         };
         let other_side = subject.billboard && server.back != subject.back;
         let apart = if other_side { OTHER_SIDE } else { 0.0 };
@@ -318,7 +318,7 @@ impl<C: Confidence> Finder<'_, C> {
         let trust = match blend.mode {
             Mode::Debevec if footprint.trust.start > 0.0 => 1.0..1.0,
             Mode::Debevec => 0.0..1.0,
-            _ => footprint.trust,
+            Mode::Best | Mode::Lumigraph | Mode::Smooth => footprint.trust,
         };
         let most = if footprint.whole { sum(angle.end, octaves.end) / trust.start } else { f64::INFINITY };
         let least = sum(angle.start, octaves.start) / trust.end;

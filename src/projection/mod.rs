@@ -14,8 +14,10 @@ pub mod likeness;
 pub mod navigation;
 pub mod reduced;
 pub mod relief;
+mod renders;
 pub mod shot;
 pub mod sides;
+mod sliced;
 pub mod sources;
 pub mod surface;
 mod texels;
@@ -23,7 +25,9 @@ pub mod twin;
 pub mod weights;
 
 pub use exposure::Gains;
-pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
+pub use renders::{Renders, SiteContent, SiteRenderer};
+pub use shot::{Blend, Exposure, Mode, Picture, Quality, Shot, Shown};
+pub use sliced::Sliced;
 pub use sources::{
     Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,
 };

@@ -6,10 +6,8 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use super::PhotoId;
-use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::raster::over::on_opaque;
-use crate::task::Task;
 
 /// The formula by which photos are selected and weighted at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
@@ -207,23 +205,6 @@ impl Picture {
         };
         self.pixels().iter().flat_map(laid).collect()
     }
-}
-
-/// A renderer of views: the GPU's, or its CPU reference.
-pub trait Renders {
-    /// Renders the image of a view.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
-    /// can't be read, [`crate::Error::Cancelled`].
-    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
-
-    /// Finds the visible face at each pixel centre, row by row from the top: 1 + its id, 0 where there is
-    /// none. Of faces within the visibility tolerance, the last in the model file counts.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
-    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
 }
 
 #[cfg(test)]

@@ -47,7 +47,9 @@ impl Claim {
         }
         match blend.mode {
             Mode::Debevec => self.angle + LEAST_ANGLE,
-            _ => (self.angle + blend.lambda * self.octaves + LEAST_ANGLE) / trust,
+            Mode::Best | Mode::Lumigraph | Mode::Smooth => {
+                (self.angle + blend.lambda * self.octaves + LEAST_ANGLE) / trust
+            }
         }
     }
 }

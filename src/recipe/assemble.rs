@@ -3,20 +3,18 @@
 use std::collections::BTreeMap;
 
 use super::unmet::unmet;
+use super::untextured;
 use crate::document::stack::{
-    Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
-    Surface, Untextured,
+    Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, Support, Surface,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::nodes::Node;
 use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
-use crate::layers::rasteriser::Presence;
-use crate::layers::view::Absence;
 use crate::layers::{Method, Options, Sorted, Wishes};
 use crate::projection::frustum::uv_from_world;
-use crate::scene::{FaceId, Model, ObjectId, Photo};
+use crate::scene::{Model, ObjectId, Photo};
 
 /// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
 /// automatic names, and `bytes` is still 0.
@@ -54,7 +52,7 @@ pub fn assemble(
         texels_unmerged: sorted.texels_unmerged,
         bytes: 0,
         fill: None,
-        untextured: untextured(model, sorted),
+        untextured: untextured::of_sort(model, sorted),
         notes: notes(model, sorted, options),
         unmet: unmet(wishes, sorted, &elements),
         counts: counts(sorted, options),
@@ -236,48 +234,6 @@ fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> Str
     let key = serde_json::to_vec(&(photo, named, cluster.rect, salt)).expect("plain data is JSON");
     let hash = blake3::hash(&key);
     hash.as_bytes()[..8].iter().map(|b| DIGITS[usize::from(b % 32)] as char).collect()
-}
-
-/// Lists the faces without texture with their reasons, in the model's order.
-fn untextured(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
-    let mut why: Vec<(FaceId, Untextured)> = Vec::new();
-    let mut add = |face: FaceId, reason: Reason, by: Option<String>, at: Option<[u32; 2]>| {
-        let f = model.face(face);
-        let object = model.object(f.object).name.clone();
-        why.push((face, Untextured { object, face: f.index, reason, by, at }));
-    };
-    for &(face, absence) in &sorted.view.absent {
-        let reason = match absence {
-            Absence::Outside => Reason::Outside,
-            Absence::Behind => Reason::Behind,
-            Absence::EdgeOn => Reason::TooSmall,
-            Absence::Degenerate => Reason::Degenerate,
-        };
-        add(face, reason, None, None);
-    }
-    let items = &sorted.view.items;
-    let mut first = 0;
-    // All triangles of a non-planar face count as one face.
-    for group in items.chunk_by(|a, b| a.face == b.face) {
-        let states = &sorted.presence[first..first + group.len()];
-        first += group.len();
-        if states.contains(&Presence::Working) {
-            continue;
-        }
-        let hidden = states.iter().find_map(|s| match *s {
-            Presence::Hidden { x, y, by } => Some((x, y, by)),
-            _ => None,
-        });
-        match hidden {
-            Some((x, y, by)) => {
-                let by = model.face_name(items[by as usize].face);
-                add(group[0].face, Reason::Hidden, Some(by), Some([x, y]));
-            }
-            None => add(group[0].face, Reason::TooSmall, None, None),
-        }
-    }
-    why.sort_by_key(|(face, _)| *face);
-    why.into_iter().map(|(_, u)| u).collect()
 }
 
 /// Writes the notes about violations of the order and about cycles that could not be cut.

@@ -1,6 +1,5 @@
 //! The command `build`: sorts every photo, cuts it into image layers and writes its stack.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
@@ -10,15 +9,15 @@ use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::named::photos_named;
 use super::side_by_side::SideBySide;
-use crate::document::stack::{Reason, Stack, Untextured};
+use super::untextured;
+use crate::document::stack::Stack;
 use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
 use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
 use crate::io::photo::read_shown;
 use crate::io::stack_store::{StackStore, StackWriter};
-use crate::layers::runs::{is_visible, item_of};
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
-use crate::scene::{Face, FaceId, Model, Photo, PhotoPixels, Site};
+use crate::scene::{Photo, PhotoPixels, Site};
 use crate::task::Task;
 
 /// Options of [`build`].
@@ -132,7 +131,7 @@ impl BuildJob<'_> {
         let pixels = task.timed("decode", || read_shown(photo))?;
         if pixels.has_alpha() {
             count_valid(&mut stack, &sorted, &pixels);
-            add_masked(&mut stack, model, &sorted, &pixels);
+            stack.untextured.extend(untextured::of_mask(model, &sorted, &pixels));
         }
         let writer = self.store.begin(&photo.name)?;
         stack.bytes = task.timed("write", || write_files(&writer, &stack, &sorted, &pixels, task))?;
@@ -183,23 +182,4 @@ fn count_valid(stack: &mut Stack, sorted: &Sorted, pixels: &PhotoPixels) {
         let valid = content.visible.iter().flat_map(|s| (s.x0..s.x1).filter(|&x| pixels.is_valid(x, s.y)));
         layer.texels_visible = valid.count() as u64;
     }
-}
-
-/// Adds the faces of the working set that are visible only at invalid pixels to the untextured faces.
-fn add_masked(stack: &mut Stack, model: &Model, sorted: &Sorted, pixels: &PhotoPixels) {
-    let items = &sorted.view.items;
-    let mut textured: BTreeSet<FaceId> = BTreeSet::new();
-    for (y, run, entries) in sorted.runs.iter() {
-        let visible = entries.iter().filter(|&&e| is_visible(e)).map(|&e| items[item_of(e) as usize].face);
-        let fresh: Vec<FaceId> = visible.filter(|f| !textured.contains(f)).collect();
-        if !fresh.is_empty() && (run.x0..run.x1).any(|x| pixels.is_valid(x, y)) {
-            textured.extend(fresh);
-        }
-    }
-    let working: BTreeSet<FaceId> = sorted.nodes.list.iter().map(|n| items[n.item as usize].face).collect();
-    stack.untextured.extend(working.difference(&textured).map(|&face| {
-        let Face { object, index, .. } = *model.face(face);
-        let object = model.object(object).name.clone();
-        Untextured { object, face: index, reason: Reason::Masked, by: None, at: None }
-    }));
 }

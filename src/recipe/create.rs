@@ -23,7 +23,7 @@ use crate::task::Task;
 pub struct NewProject {
     /// The folder of the photos.
     pub photos: PathBuf,
-    /// The cameras: COLMAP's folder, or one of its files.
+    /// The cameras: a file or a folder of one of the formats that are read.
     pub cameras: PathBuf,
     /// The model's file.
     pub model: PathBuf,

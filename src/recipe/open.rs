@@ -10,7 +10,7 @@ use super::photos::{PhotoImport, import_photos};
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
-use crate::io::cameras::{CameraPhoto, Cameras, read_cameras};
+use crate::io::cameras::{CameraPhoto, Cameras, read_cameras_of};
 use crate::io::mask_file::check_mask;
 use crate::io::models::read_model;
 use crate::io::project::{PROJECT_FILE, read_project, resolved};
@@ -224,7 +224,7 @@ fn points_of_photos(
 fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Cameras, PhotoImport)> {
     let file = resolved(folder, &project.cameras);
     let photo_folder = resolved(folder, &project.photos);
-    let cameras = task.timed("read cameras", || read_cameras(&file, task));
+    let cameras = task.timed("read cameras", || read_cameras_of(&photo_folder, &file, task));
     // A wrong photo folder is reported even where the cameras are wrong, too.
     let missing = (!photo_folder.is_dir()).then(|| no_such_folder(folder, &photo_folder));
     let cameras = match (cameras, missing) {

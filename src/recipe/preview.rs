@@ -11,12 +11,13 @@ use super::relief::SiteRelief;
 use super::sheets::SheetFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
+use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Loaded, Renderer, Sliced, TextureOptions, TileStore};
+use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_store::StackStore;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown};
+use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sliced};
 use crate::scene::Site;
 use crate::task::Task;
 
@@ -41,7 +42,7 @@ impl Default for PreviewOptions {
 
 /// A project's renderer. Photos that a shot excludes do not contribute to its relief either.
 pub struct Preview {
-    renderer: Renderer,
+    renderer: Box<dyn SiteRenderer>,
     store: StackStore,
     /// The names of the photos, in the site's order.
     photos: Vec<String>,
@@ -51,11 +52,7 @@ pub struct Preview {
     without: Vec<PhotoId>,
     /// Messages about unreadable stacks and paint, which all pictures lack.
     problems: Vec<String>,
-    textures: TextureOptions,
 }
-
-/// The divisor of the texture memory for provenance colours, which have little detail.
-const ORIGINS_SHARE: u64 = 4;
 
 /// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the project are.
 /// Both are noted. A stack that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the
@@ -71,26 +68,34 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    let on_device = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
+        Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
+    };
+    open_with(folder, opened, on_device, options, task)
+}
+
+/// [`open`] with another renderer, which `make` makes of the site.
+///
+/// # Errors
+/// As [`open`], and those of `make`.
+pub fn open_with(
+    folder: &Path,
+    opened: &Opened,
+    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn SiteRenderer>>,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
     let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems());
-    let tiles = TileStore::new(gpu, &sources, Arc::new(files.clone()), options.textures)?;
     let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
-    let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
+    let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
+    let renderer = make(SiteContent { model, sources, gains, relief: &whole, texels })?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    Ok(Preview {
-        renderer,
-        store,
-        photos,
-        files,
-        relief,
-        without: Vec::new(),
-        problems,
-        textures: options.textures,
-    })
+    Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
 }
 
 /// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.
@@ -132,23 +137,24 @@ fn estimates_from_photos(
 }
 
 impl Preview {
-    /// Returns the renderer itself.
-    pub fn renderer(&mut self) -> &mut Renderer {
-        &mut self.renderer
+    /// Returns the costs of texture memory, against what it shows, in words.
+    pub fn statistics(&self) -> String {
+        self.renderer.statistics()
     }
 
-    /// Shows the present paint of the photos with these names. Only layer textures that change are read again.
-    /// Gains stay, and so does the relief, which is estimated from photos without paint.
+    /// Shows the paint that the photos with these names have in `book`, the project's present paint. Only layer
+    /// textures that change are read again. Gains stay, and so does the relief, which is estimated from photos without
+    /// paint. Returns the number of layer textures that were read at once; others follow when they are needed.
     ///
     /// # Errors
-    /// Returns an error when the project's paint cannot be read, or [`Error::Gpu`].
-    pub fn renew_paint(&mut self, photos: &[String], task: &Task) -> Result<Loaded> {
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub fn renew_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
         let index = |name: &String| self.photos.iter().position(|photo| photo == name);
         let indices: Vec<usize> = photos.iter().filter_map(index).collect();
-        let (files, changed) = self.files.repainted(&self.store, &indices)?;
+        let (files, changed) = self.files.repainted(&self.store, book, &indices);
         self.files = files;
         self.renderer.set_origins(None)?;
-        self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
+        self.renderer.renew(Arc::new(self.files.clone()), &changed, task)
     }
 
     /// Applies the present decisions about which photos may texture a face, and which one does so alone. Stacks
@@ -169,7 +175,7 @@ impl Preview {
     /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
     /// until now.
     pub fn problems(&self) -> Vec<String> {
-        let unreadable = self.renderer.tiles().unreadable().len();
+        let unreadable = self.renderer.unreadable();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
         let problem = || {
             format!(
@@ -184,33 +190,13 @@ impl Preview {
         self.renderer.surface()
     }
 
-    /// Begins a picture that is drawn in slices, between which other pictures can be drawn.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Renders::picture`].
-    pub fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
-        self.make_ready(shot, task)?;
-        self.renderer.begin(shot)
-    }
-
-    /// Draws the next slice; returns true when the picture is complete.
-    ///
-    /// # Errors
-    /// Returns the errors of [`Renders::picture`].
-    pub fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
-        self.make_ready(sliced.shot(), task)?;
-        self.renderer.advance(sliced, task)
-    }
-
     /// Prepares what this shot needs in addition: the relief without excluded photos, or provenance colours.
     fn make_ready(&mut self, shot: &Shot, task: &Task) -> Result<()> {
         if shot.relief {
             self.leave_out(&shot.without, task)?;
         }
         if shot.shown == Shown::Provenance && !self.renderer.has_origins() {
-            let budget_bytes = self.textures.budget_bytes / ORIGINS_SHARE;
-            let options = TextureOptions { budget_bytes, ..self.textures };
-            self.renderer.set_origins(Some((Arc::new(SheetOrigins(self.files.clone())), options)))?;
+            self.renderer.set_origins(Some(Arc::new(SheetOrigins(self.files.clone()))))?;
         }
         Ok(())
     }
@@ -233,6 +219,16 @@ impl Renders for Preview {
 
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.renderer.faces(shot, task)
+    }
+
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        self.renderer.begin(shot, task)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.make_ready(sliced.shot(), task)?;
+        self.renderer.advance(sliced, task)
     }
 }
 

@@ -7,6 +7,7 @@ use super::layer_pixels::shown;
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
+use crate::document::paint::PaintBook;
 use crate::document::paint::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -106,26 +107,22 @@ impl SheetFiles {
         Ok(self)
     }
 
-    /// Returns the same with the present paint of these photos (indices in the site), and the layer textures that
-    /// may have changed by it.
-    ///
-    /// # Errors
-    /// Returns an error when the paint book cannot be read.
-    pub fn repainted(&self, store: &StackStore, photos: &[usize]) -> Result<(Self, Vec<SheetId>)> {
+    /// Returns the same with the paint of these photos (indices in the site) in `book`, the project's present paint,
+    /// and the layer textures that may have changed by it.
+    pub fn repainted(&self, store: &StackStore, book: &PaintBook, photos: &[usize]) -> (Self, Vec<SheetId>) {
         let paint = PaintStore::new(store.project());
-        let book = paint.read()?;
         let mut repainted = self.clone();
         let mut changed = Vec::new();
         for &photo in photos {
             let Some(Some(painted)) = repainted.painted.get_mut(photo) else { continue };
-            let now = PhotoPaint::of(&book, paint.clone(), &painted.stack);
+            let now = PhotoPaint::of(book, paint.clone(), &painted.stack);
             let layers = now.differs_on(&painted.paint);
             let is_other = |file: &&SheetFile| file.photo == photo && layers.contains(&file.layer);
             let sheets = (0..).map(SheetId).zip(self.files.iter());
             changed.extend(sheets.filter(|(_, file)| is_other(file)).map(|(sheet, _)| sheet));
             painted.paint = Arc::new(now);
         }
-        Ok((repainted, changed))
+        (repainted, changed)
     }
 
     /// Returns the stacks on which paint is shown, in the site's order.

@@ -3,7 +3,6 @@
 use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::open::Opened;
-use crate::document::stack::Untextured;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
 use crate::io::stack_store::StackStore;
@@ -76,39 +75,6 @@ impl<'a> Survey<'a> {
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => Ok(StackState::Broken(error)),
         }
-    }
-}
-
-/// The state of a face in a stack.
-#[derive(Debug, PartialEq)]
-pub enum FaceInStack<'a> {
-    /// The face has texture in these image layers (indices in [`Stack::image_layers`]), seen from behind or not.
-    Textured { image_layers: Vec<usize>, back: bool },
-    /// The face has no texture, for the given reason.
-    Untextured(&'a Untextured),
-    /// The stack was made from a model without this face.
-    Unknown,
-}
-
-/// Looks up the face `index` of `object` in a stack.
-pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInStack<'a> {
-    if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
-        return FaceInStack::Untextured(untextured);
-    }
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let holding: Vec<_> = elements
-        .filter(|(element, _)| element.object == object)
-        .filter(|(element, _)| {
-            element.faces.contains(&index) || element.pieces.iter().any(|piece| piece[0] == index)
-        })
-        .collect();
-    if holding.is_empty() {
-        return FaceInStack::Unknown;
-    }
-    let holds = |layer: usize| holding.iter().any(|(_, e)| stack.image_layers[layer].elements.contains(e));
-    FaceInStack::Textured {
-        image_layers: (0..stack.image_layers.len()).filter(|layer| holds(*layer)).collect(),
-        back: holding.iter().any(|(element, _)| element.back.contains(&index)),
     }
 }
 

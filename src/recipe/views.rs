@@ -1,4 +1,4 @@
-//! The views to be rendered: COLMAP cameras, photos of the project, or a flight.
+//! The views to be rendered: cameras of a file, photos of the project, or a flight.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::camera_path::read_camera_path;
-use crate::io::cameras::read_cameras;
+use crate::io::cameras::{is_camera_file, read_cameras};
 use crate::io::photo_list::read_photo_list;
 use crate::projection::PhotoId;
 use crate::projection::flight::Flight;
@@ -27,7 +27,7 @@ const SECONDS_A_LEG: f64 = 2.0;
 pub enum ViewSource {
     /// All photos of the project.
     Photos,
-    /// A file or folder: COLMAP's cameras, a list of photos (`.txt`) or a camera path (`.json`).
+    /// A file or folder: cameras of a format that is read here, a list of photos (`.txt`) or a camera path (`.json`).
     At(PathBuf),
     /// A flight through these photos of the project, in this order.
     Through(Vec<String>),
@@ -101,7 +101,7 @@ pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
         ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
         ViewSource::At(path) => match ViewFormat::of(path) {
-            ViewFormat::Colmap => of_cameras(path, size, task),
+            ViewFormat::Cameras => of_cameras(path, size, task),
             ViewFormat::List => listed(site, path, size),
             ViewFormat::Path => {
                 let (path, flight) = read_camera_path(path, up(&site.photos))?;
@@ -123,20 +123,21 @@ impl Opened {
 
 /// The kind of a file or folder of views.
 enum ViewFormat {
-    Colmap,
+    Cameras,
     List,
     Path,
 }
 
 impl ViewFormat {
-    /// Determines the kind from the name; COLMAP's files always have the same names.
+    /// Determines the kind: cameras by their content or by COLMAP's names, the others by their extension.
     fn of(path: &Path) -> Self {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-        let is_colmap = matches!(name.as_str(), "cameras.txt" | "images.txt" | "points3d.txt");
+        if is_camera_file(path) {
+            return Self::Cameras;
+        }
         match path.extension().unwrap_or_default().to_string_lossy().to_lowercase().as_str() {
             "json" if path.is_file() => Self::Path,
-            "txt" if path.is_file() && !is_colmap => Self::List,
-            _ => Self::Colmap,
+            "txt" if path.is_file() => Self::List,
+            _ => Self::Cameras,
         }
     }
 }
@@ -169,7 +170,7 @@ fn listed(site: &Site, file: &Path, size: Size) -> Result<Views> {
     Ok(Views { problems, ..of_photos(site, &indices, size) })
 }
 
-/// Returns the views of COLMAP's cameras. The pictures have no lens distortion, even if the cameras have.
+/// Returns the views of a file of cameras. The pictures have no lens distortion, even if the cameras have.
 fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     let cameras = read_cameras(path, task)?;
     cameras.notes.iter().for_each(|note| task.note(note));

@@ -26,10 +26,11 @@ pub struct UsedPath {
 }
 
 impl Source {
-    /// A file called `tests.rs`, and one in a folder `tests`, holds tests of the module beside it and is blank as code.
+    /// A file called `tests.rs`, one in a folder `tests`, and one with `#![cfg(test)]` holds tests and is blank as code.
     pub fn new(path: &str, text: &str) -> Self {
         let code = without_tests(&without_literals(text));
-        let is_test = path.ends_with("/tests.rs") || path.contains("/tests/");
+        let says_so = text.lines().any(|line| line == "#![cfg(test)]");
+        let is_test = path.ends_with("/tests.rs") || path.contains("/tests/") || says_so;
         let code = if is_test { "\n".repeat(text.lines().count()) } else { code };
         Self { path: path.into(), text: text.into(), code }
     }

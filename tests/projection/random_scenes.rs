@@ -136,7 +136,7 @@ fn a_picture_in_slices_is_the_picture() {
         .into_iter()
         .for_each(|value| *value *= 5.0);
     let whole = gpu.picture(&shot, &Task::silent()).unwrap();
-    let (mut sliced, mut slices) = (gpu.begin(&shot).unwrap(), 1);
+    let (mut sliced, mut slices) = (gpu.begin(&shot, &Task::silent()).unwrap(), 1);
     while !gpu.advance(&mut sliced, &Task::silent()).unwrap() {
         // Whatever is drawn between two slices.
         gpu.picture(&view(&scene, &mut Dice::new(9)), &Task::silent()).unwrap();

@@ -144,8 +144,8 @@ fn trip(state: &mut State, work: &mut Work, ask: TripAsk) {
         TripAsk::TakeBackLast => take_back_last(state, work),
         TripAsk::ShowFolder(folder) => state.show_folder(&folder),
         TripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
-        TripAsk::PaintChanged(photos) => paint_changed(state, work, photos),
-        TripAsk::LookAtImport(number) => look_at_import(state, work, number),
+        TripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
+        TripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
         TripAsk::WatchForSaves => watch_for_saves(state, work),
     }
 }

@@ -10,14 +10,14 @@ use crate::app::editor::Editor;
 use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::masks::object_mask_ui;
 use crate::app::panel::{counted, long_list, small_button};
-use crate::app::photo::reason_words;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
 use crate::layers::Faces;
-use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, Given, LayerEdit, face_in_photos, photos_of_faces};
+use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit, face_in_photos, photos_of_faces};
 use crate::recipe::survey::face_named;
+use crate::recipe::untextured::{Given, words as reason_words};
 use crate::scene::{FaceId, ObjectId};
 
 /// The page of an object.

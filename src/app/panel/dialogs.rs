@@ -10,6 +10,8 @@ use crate::app::trip::choosing::Wanted;
 use crate::app::trip::choosing::choose_path;
 use crate::app::widget::dialog::Dialog;
 use crate::document::export_record::ExportFormat;
+use crate::io::layered::FORMATS;
+use crate::io::layered::format::file_names;
 use crate::io::programs::{ImageEditor, check_program};
 
 /// Draws those that are open.
@@ -27,7 +29,8 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
     let (mut open, mut choose, mut done) = (true, false, false);
     let answer = Dialog::new("import", WIDTH).show(context, |ui, keys| {
         ui.heading("Import edited files");
-        ui.label("PSD, XCF or OpenRaster files that were exported from this project, or exported folders.");
+        let files = file_names();
+        ui.label(format!("{files} files that were exported from this project, or exported folders."));
         ui.weak("They can also be dropped on the window.");
         for (place, path) in dialog.paths.iter_mut().enumerate() {
             ui.horizontal(|ui| {
@@ -124,13 +127,8 @@ fn usual(text: &str) -> Button<'_> {
 }
 
 fn formats(ui: &mut Ui, format: &mut ExportFormat) {
-    for (value, name) in [
-        (ExportFormat::Psd, "PSD"),
-        (ExportFormat::Xcf, "XCF (GIMP)"),
-        (ExportFormat::Ora, "OpenRaster"),
-        (ExportFormat::Folder, "Folder of PNG"),
-    ] {
-        ui.radio_value(format, value, name);
+    for entry in FORMATS {
+        ui.radio_value(format, entry.format, entry.title);
     }
 }
 

@@ -13,7 +13,6 @@ use self::drawing::Picked;
 pub use self::drawing::colour_of_depth;
 use self::loading::Loading;
 use self::pointing::Pointed;
-pub use self::reasons::words as reason_words;
 pub use self::tools::scale_ui;
 use super::command::{Command, layers};
 use super::flat::hatch::hatch;

@@ -1,7 +1,5 @@
 //! Faces that the photo gives no texture, each with the reason: a click goes to the face.
 
-use std::sync::Arc;
-
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
 
@@ -10,58 +8,31 @@ use crate::app::panel::{long_list, named};
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::document::Stack;
 use crate::document::stack::{Reason, Untextured};
-use crate::recipe::decide::excluded;
 use crate::recipe::survey::face_named;
+use crate::recipe::untextured::{REASONS, untextured, words};
 use crate::scene::FaceId;
 
 /// Which reasons are listed; none for all.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Filter(Option<Reason>);
 
-/// All reasons, those that can be mended first.
-const REASONS: [Reason; 7] = [
-    Reason::Hidden,
-    Reason::Masked,
-    Reason::TooSmall,
-    Reason::Outside,
-    Reason::Behind,
-    Reason::Excluded,
-    Reason::Degenerate,
-];
-
-/// Why a face has no texture, for people.
-pub fn words(reason: Reason) -> &'static str {
-    match reason {
-        Reason::Hidden => "hidden",
-        Reason::Masked => "masked",
-        Reason::TooSmall => "too small or edge-on",
-        Reason::Outside => "outside the photo",
-        Reason::Behind => "behind the camera",
-        Reason::Excluded => "excluded by hand",
-        Reason::Degenerate => "without area",
-    }
-}
-
-/// What a photo's stack says of faces without texture, and those that were excluded since. None before it is built.
-fn told(session: &Session, photo: usize) -> Option<(Arc<Stack>, Vec<Untextured>)> {
-    let stack = session.photos.get(photo)?.stack.clone()?;
+/// The faces without texture of a photo, whose layers are built.
+fn listed(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
+    let stack = session.photos.get(photo)?.stack.as_ref()?;
     let decided = session.history.present().decisions.of(&session.opened.site.photos[photo].name);
-    let excluded = excluded(&stack, &decided);
-    Some((stack, excluded))
+    Some(untextured(stack, &decided))
 }
 
 /// Draws the list.
 pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
-    let Some((stack, excluded)) = editor.state.session.as_ref().and_then(|session| told(session, photo))
-    else {
+    let Some(faces) = editor.state.session.as_ref().and_then(|session| listed(session, photo)) else {
         ui.weak("Known when the photo's layers are built.");
         return;
     };
-    let faces: Vec<&Untextured> = stack.untextured.iter().chain(&excluded).collect();
+    let faces: Vec<&Untextured> = faces.iter().collect();
     let filter = &mut editor.state.flat.photo.reasons;
     choose(ui, filter, &faces);
     let wanted = filter.0;

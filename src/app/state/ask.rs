@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 
 use super::life::Event;
 use super::notes::Note;
@@ -20,6 +21,7 @@ use crate::app::trip::choosing::Wanted;
 use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::document::masks::MaskChange;
+use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::recovery::Recovered;
@@ -280,10 +282,10 @@ pub enum TripAsk {
     ShowFolder(PathBuf),
     /// A dialog of the system for a file or folder.
     ChoosePath(Wanted),
-    /// Paint of these photos has changed on disk.
-    PaintChanged(BTreeSet<String>),
-    /// Makes the pictures before and after an import, by its number.
-    LookAtImport(u32),
+    /// Paint of these photos has changed on disk; the project's paint is this now.
+    PaintChanged(BTreeSet<String>, Arc<PaintBook>),
+    /// Makes the pictures before and after an import, by its number in the project's paint.
+    LookAtImport(u32, Arc<PaintBook>),
     /// Watches the folder of documents from now on, where there is one.
     WatchForSaves,
 }

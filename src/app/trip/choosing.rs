@@ -43,7 +43,7 @@ fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     match wanted {
         Wanted::Layered => dialog
             .set_title("Import edited files")
-            .add_filter("Layered files", &["psd", "psb", "ora", "xcf"])
+            .add_filter("Layered files", &crate::io::layered::format::extensions())
             .pick_files()
             .unwrap_or_default(),
         Wanted::ExportFolder => dialog.set_title("Export to this folder").pick_folder().into_iter().collect(),

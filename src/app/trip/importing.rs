@@ -2,6 +2,7 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
 use eframe::egui::TextureHandle;
@@ -17,10 +18,10 @@ use crate::app::state::running::Kind;
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Change;
-use crate::document::paint::PaintImport;
+use crate::document::paint::{PaintBook, PaintImport};
 use crate::io::paint_store::PaintStore;
 use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
-use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
+use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back_with_book};
 use crate::task::Task;
 
 /// The longer side of a picture before or after, in pixels: as wide as the panel of a large window.
@@ -101,10 +102,11 @@ impl State {
             let again = if let Way::ByHand { again } = way { again } else { None };
             self.remember_import(number, again, files, imported.masks.clone());
         }
+        let book = imported.book.clone();
         self.trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
         self.settings.side = Tab::Paint;
-        let looks = number.map(|number| TripAsk::LookAtImport(number).into());
-        [TripAsk::PaintChanged(photos).into()].into_iter().chain(looks).collect()
+        let looks = number.map(|number| TripAsk::LookAtImport(number, book.clone()).into());
+        [TripAsk::PaintChanged(photos, book.clone()).into()].into_iter().chain(looks).collect()
     }
 
     fn show_looks(&mut self, number: u32, changed: Vec<ChangedLayer>) {
@@ -123,7 +125,7 @@ impl State {
         self.tell(Note::new(Weight::Problem, text));
     }
 
-    fn taken_back(&mut self, import: PaintImport) -> Vec<Ask> {
+    fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Ask> {
         let text = format!(
             "Import {} is taken back: {} of {} are as they were. The files are as they were saved; saving one again \
              imports it again.",
@@ -136,7 +138,13 @@ impl State {
             report.taken_back |= report.imported.number == Some(import.number);
         }
         self.forget_masks_of(&import);
-        vec![TripAsk::PaintChanged(import.photos.into_iter().collect()).into()]
+        vec![TripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
+    }
+
+    /// Shows the imports that can be taken back, and which photos have paint, as they are in `book`.
+    fn history_is(&mut self, book: &PaintBook) {
+        self.trip.history = book.imports.clone();
+        self.trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
     }
 }
 
@@ -179,22 +187,22 @@ fn import_with(
     });
 }
 
-/// The paint of these photos is another one now.
-pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String>) {
-    read_history(state, work);
+/// Shows the paint of these photos, which has changed to that of `book`.
+pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String>, book: Arc<PaintBook>) {
+    state.history_is(&book);
     state.quality.forget_fillings();
     if let Some(painter) = &mut work.painter {
-        painter.change(Change::Paint(photos.into_iter().collect()));
+        painter.change(Change::Paint(photos.into_iter().collect(), book));
         state.space.redraw();
     }
 }
 
 /// Makes pictures of what an import changed.
-pub fn look_at_import(state: &mut State, work: &mut Work, number: u32) {
+pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc<PaintBook>) {
     let Some(session) = &state.session else { return };
     let folder = session.folder.clone();
     work.jobs.start(&mut state.running, Kind::Look, "Looking at what was painted", move |task| {
-        let changed = changed_layers(&folder, number, PICTURE, task)?;
+        let changed = changed_layers(&folder, &book, number, PICTURE, task)?;
         Ok(arrival(move |state| state.show_looks(number, changed)))
     });
 }
@@ -219,9 +227,9 @@ pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
         if history(&folder)?.last().map(|import| import.number) != Some(number) {
             return Ok(arrival(move |state| state.not_taken_back(number)));
         }
-        let import = take_back(&folder)?;
+        let (import, book) = take_back_with_book(&folder)?;
         drop(lock);
-        Ok(Box::new(move |state| state.taken_back(import)))
+        Ok(Box::new(move |state| state.taken_back(import, book)))
     });
 }
 
@@ -231,11 +239,10 @@ pub fn read_history(state: &mut State, work: &mut Work) {
     let folder = session.folder.clone();
     work.jobs.start(&mut state.running, Kind::Look, "Reading the imports", move |_: &Task| {
         let book = PaintStore::new(&folder).read()?;
-        let painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
         Ok(arrival(move |state| {
             let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
             if same {
-                (state.trip.history, state.trip.painted) = (book.imports, painted);
+                state.history_is(&book);
             }
         }))
     });

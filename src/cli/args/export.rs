@@ -2,17 +2,21 @@
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::{MemoryArg, PhotoArgs};
+use crate::document::export_record::ExportFormat;
+use crate::io::layered::FORMATS;
+use crate::io::layered::format::LayeredFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {
     /// The project folder
     pub project: PathBuf,
     /// The format to write
-    #[arg(long, value_enum, default_value_t = FormatArg::Psd)]
-    pub format: FormatArg,
+    #[arg(long, value_parser = formats(), default_value_t = ExportFormat::Psd)]
+    pub format: ExportFormat,
     /// The folder to write to
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
@@ -29,15 +33,9 @@ pub struct ExportArgs {
     pub memory: MemoryArg,
 }
 
-/// The formats of exports.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FormatArg {
-    /// One layered PSD per photo, for Photoshop, GIMP and Krita
-    Psd,
-    /// A folder of PNG files with stack.json
-    Folder,
-    /// OpenRaster, for Krita
-    Ora,
-    /// XCF, for GIMP: opens fastest, and locks are kept
-    Xcf,
+/// Returns a parser for the formats in the table.
+fn formats() -> impl TypedValueParser<Value = ExportFormat> {
+    let value = |entry: &LayeredFormat| PossibleValue::new(entry.format.name()).help(entry.about);
+    let names = PossibleValuesParser::new(FORMATS.iter().map(value));
+    names.map(|name| name.parse().expect("the table names formats as they are parsed"))
 }

@@ -18,7 +18,7 @@ use clap::{Args, Parser, Subcommand};
 
 pub use colour::{ColourArgs, Switch};
 pub use decide::{DecideArgs, OwnOption};
-pub use export::{ExportArgs, FormatArg};
+pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
@@ -27,6 +27,7 @@ pub use method::OptionArgs;
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
 use crate::geometry::Similarity;
+use crate::io::cameras::accepted;
 use crate::recipe::budget::default_memory;
 use crate::recipe::open::Opened;
 use crate::task::Task;
@@ -118,8 +119,7 @@ pub struct NewArgs {
     /// The folder of the photos
     #[arg(long, value_name = "DIR")]
     pub photos: PathBuf,
-    /// COLMAP's cameras, text or binary: the folder, or one of its files
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!("The cameras: {}", accepted()))]
     pub cameras: PathBuf,
     /// The model: .obj, .gltf or .glb
     #[arg(long, value_name = "FILE")]

@@ -22,8 +22,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-pub use sliced::Sliced;
-
 use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
@@ -41,7 +39,10 @@ use crate::projection::exposure::{Optics, seen_shares};
 use crate::projection::relief::Relief;
 use crate::projection::residency::Want;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, Sources, Texels};
+use crate::projection::{
+    Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, SiteContent, SiteRenderer, Sliced,
+    Sources, Texels,
+};
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -50,6 +51,9 @@ use crate::task::Task;
 /// save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
+
+/// The divisor of the texture memory for provenance colours, which have little detail.
+const ORIGINS_SHARE: u64 = 4;
 
 /// A renderer of views of one site. It is long-lived: textures, tables and pipelines are reused from view to
 /// view.
@@ -73,6 +77,16 @@ pub struct Renderer {
 }
 
 impl Renderer {
+    /// Builds a renderer of a site, with texture memory of its own.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`].
+    pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
+        let SiteContent { model, sources, gains, relief, texels } = site;
+        let tiles = TileStore::new(gpu, &sources, texels, textures)?;
+        Self::new(gpu, model, sources, gains, relief, tiles)
+    }
+
     /// Builds a renderer for the model's faces and the sheets that texture them.
     ///
     /// # Errors
@@ -106,30 +120,9 @@ impl Renderer {
         })
     }
 
-    /// Returns the model for ray casting, as it is drawn.
-    pub fn surface(&self) -> Arc<Surface> {
-        self.surface.clone()
-    }
-
     /// Returns the sheets' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
-    }
-
-    /// Sets the data for [`Shown::Provenance`]: sheets in the colours of their texels' origins. `None`
-    /// removes it and frees its texture memory.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
-    pub fn set_origins(&mut self, origins: Option<(Arc<dyn Texels>, TextureOptions)>) -> Result<()> {
-        let store = |(texels, options)| TileStore::new(&self.gpu, &self.sources, texels, options);
-        self.origins = origins.map(store).transpose()?;
-        Ok(())
-    }
-
-    /// Returns true when the data for [`Shown::Provenance`] is set.
-    pub fn has_origins(&self) -> bool {
-        self.origins.is_some()
     }
 
     /// Returns the texels that a view samples.
@@ -144,39 +137,6 @@ impl Renderer {
     /// Returns the sheets' texels on the device, for changes.
     pub fn tiles_mut(&mut self) -> &mut TileStore {
         &mut self.tiles
-    }
-
-    /// Replaces the relief with which surfaces are drawn.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
-    pub fn set_relief(&mut self, relief: &Relief) -> Result<()> {
-        let origin = self.surfaces.origin();
-        self.heights = self
-            .gpu
-            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
-        Ok(())
-    }
-
-    /// Replaces the table of which sheets texture which faces; photos and sheets remain the same.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`]; nothing has changed then.
-    pub fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
-        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
-        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
-        self.surfaces = self.gpu.guarded("preparing the renderer", || {
-            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
-        })?;
-        self.surface = surface.into();
-        self.pins = sources.servers.iter().any(|server| server.pinned);
-        self.sources = sources;
-        Ok(())
-    }
-
-    /// Replaces the photos' gains.
-    pub fn set_gains(&mut self, gains: Gains) {
-        self.gains = gains;
     }
 
     /// Computes the exposure factor of each photo and channel in this view.
@@ -217,7 +177,14 @@ impl Renderer {
         let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
         let of_photo = |photo| match shot.shown {
             Shown::Provenance => Optics::default(),
-            _ => self.gains.optics(shot, photo),
+            Shown::Colour
+            | Shown::Weights
+            | Shown::BestPhoto
+            | Shown::Density
+            | Shown::Confidence
+            | Shown::Layer
+            | Shown::Item
+            | Shown::Coverage => self.gains.optics(shot, photo),
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
         let origin = self.surfaces.origin();
@@ -287,6 +254,68 @@ impl Renders for Renderer {
             self.draw(shot, Program::Faces);
             self.target(shot, false).faces(&gpu)
         })
+    }
+
+    fn begin(&mut self, shot: &Shot, _task: &Task) -> Result<Sliced> {
+        self.begun(shot)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.advanced(sliced, task)
+    }
+}
+
+impl SiteRenderer for Renderer {
+    fn surface(&self) -> Arc<Surface> {
+        self.surface.clone()
+    }
+
+    fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
+        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
+        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
+        self.surfaces = self.gpu.guarded("preparing the renderer", || {
+            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
+        })?;
+        self.surface = surface.into();
+        self.pins = sources.servers.iter().any(|server| server.pinned);
+        self.sources = sources;
+        Ok(())
+    }
+
+    fn set_gains(&mut self, gains: Gains) {
+        self.gains = gains;
+    }
+
+    fn set_relief(&mut self, relief: &Relief) -> Result<()> {
+        let origin = self.surfaces.origin();
+        self.heights = self
+            .gpu
+            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
+        Ok(())
+    }
+
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<usize> {
+        Ok(self.tiles.renew(texels, changed, task)?.sheets)
+    }
+
+    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
+        let tiles = self.tiles.options();
+        let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
+        let store = |texels| TileStore::new(&self.gpu, &self.sources, texels, options);
+        self.origins = origins.map(store).transpose()?;
+        Ok(())
+    }
+
+    fn has_origins(&self) -> bool {
+        self.origins.is_some()
+    }
+
+    fn unreadable(&self) -> usize {
+        self.tiles.unreadable().len()
+    }
+
+    fn statistics(&self) -> String {
+        self.tiles.statistics().to_string()
     }
 }
 

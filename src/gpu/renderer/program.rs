@@ -34,7 +34,15 @@ pub enum Program {
 impl Program {
     /// Returns the program that draws a view's image.
     pub fn of(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
-        let single = matches!(shot.shown, Shown::BestPhoto | Shown::Layer | Shown::Density);
+        let single = match shot.shown {
+            Shown::BestPhoto | Shown::Layer | Shown::Density => true,
+            Shown::Colour
+            | Shown::Weights
+            | Shown::Confidence
+            | Shown::Item
+            | Shown::Coverage
+            | Shown::Provenance => false,
+        };
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality, undoes_optics, pins }
@@ -60,7 +68,16 @@ pub fn generated(program: Program) -> String {
         mode as u32,
         quality == Quality::Final,
         // Counts and the largest confidence are over all contributing photos, not over the best.
-        matches!(shown, Shown::Coverage | Shown::Confidence),
+        match shown {
+            Shown::Coverage | Shown::Confidence => true,
+            Shown::Colour
+            | Shown::Weights
+            | Shown::BestPhoto
+            | Shown::Density
+            | Shown::Layer
+            | Shown::Item
+            | Shown::Provenance => false,
+        },
         quality == Quality::Preview,
     );
     text.push_str(&slots(photos));
@@ -124,7 +141,12 @@ fn ramp_of(shown: Shown) -> Option<Ramp> {
         Shown::Confidence => Some(CONFIDENCE),
         Shown::Coverage => Some(COVERAGE),
         Shown::Density => Some(DENSITY),
-        _ => None,
+        Shown::Colour
+        | Shown::Weights
+        | Shown::BestPhoto
+        | Shown::Layer
+        | Shown::Item
+        | Shown::Provenance => None,
     }
 }
 
@@ -167,7 +189,12 @@ fn finished(shown: Shown) -> String {
             "select(UNSERVED, vec4f(ramp(log2(max(served, 1.0)) / {:?}), 1.0), served > 0.0)",
             f64::from(COVERAGE_DOUBLINGS)
         ),
-        _ => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
+        Shown::Colour
+        | Shown::Weights
+        | Shown::BestPhoto
+        | Shown::Density
+        | Shown::Layer
+        | Shown::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
     };
     format!(
         "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {{ return {color}; }}\n"

@@ -1,25 +1,35 @@
-//! Validates what the parsers read and keeps what can be used.
+//! Judges what the parsers found and keeps what can be used.
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DQuat, DVec2};
+use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::format::Files;
 use super::photo_name::{objection, short};
-use super::{CameraPhoto, Cameras, Files, LARGEST_SIDE, MOST_PIXELS, Problems, RawCamera, RawImage};
+use super::photo_paths::PhotoPath;
+use super::pose::is_on_a_map;
+use super::sizes::Sizes;
+use super::{
+    CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS, Objection, Problems, RawCamera, RawImage, RawPhoto,
+};
 use crate::error::{Error, Result};
 use crate::geometry::{Lens, Pinhole, Pose};
 use crate::scene::SparsePoint;
+use crate::task::Task;
 
-/// A finding that refuses a record, and what to do about it.
-type Objection = (String, &'static str);
+/// A parsed camera, or the problem with it.
+type RawResult = Result<RawCamera, Objection>;
+/// A photo's pose, or the problem with it.
+type PoseResult = Result<Pose, Objection>;
 
-/// Collects raw cameras, then images, then points, in file order.
-pub(super) struct Assembly {
+/// Takes raw cameras, then images, then points, in file order.
+pub(super) struct Assembly<'s> {
+    sizes: Sizes<'s>,
     cameras_file: PathBuf,
     images_file: PathBuf,
     points_file: PathBuf,
-    /// Cameras by number; `None` for a camera that is in the file but cannot be used.
+    /// `None` for a camera that was there but could not be used.
     cameras: FxHashMap<u32, Option<(Pinhole, Lens)>>,
     image_ids: FxHashSet<u32>,
     names: FxHashSet<String>,
@@ -31,9 +41,10 @@ pub(super) struct Assembly {
     notes: Vec<String>,
 }
 
-impl Assembly {
-    pub fn new(files: &Files) -> Self {
+impl<'s> Assembly<'s> {
+    pub fn new(files: &Files, sizes: Sizes<'s>) -> Self {
         Self {
+            sizes,
             cameras_file: files.cameras.clone(),
             images_file: files.images.clone(),
             points_file: files.points.clone().unwrap_or_default(),
@@ -49,47 +60,58 @@ impl Assembly {
         }
     }
 
-    /// Adds a note for the user about something that leaves nothing out.
+    /// Something the user should know and that leaves nothing out.
     pub fn note(&mut self, text: String) {
         self.notes.push(text);
     }
 
-    /// Adds a problem that leaves one camera, photo or point out.
+    /// Something that leaves one camera, photo or point out.
     pub fn problem(&mut self, file: &Path, place: String, (found, remedy): Objection) {
         self.problems.push(file, Error::input(file, place, found, remedy));
     }
 
-    /// Adds a camera.
-    pub fn camera(&mut self, place: String, raw: &RawCamera<'_>) {
-        let checked = if self.cameras.contains_key(&raw.id) {
-            Err((format!("camera {} appears twice", raw.id), "keep one; the first is used"))
+    /// Returns the sizes of photos for a format that does not state them, in the order of `photos`.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; what is wrong with one photo stands in its place.
+    pub fn sizes(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
+        self.sizes.of(photos, task)
+    }
+
+    /// Takes a camera that photos refer to by its number.
+    pub fn camera(&mut self, place: String, id: u32, raw: Result<RawCamera, Objection>) {
+        let judged = if self.cameras.contains_key(&id) {
+            Err((format!("camera {id} appears twice"), "keep one; the first is used"))
         } else {
-            checked_camera(raw)
+            let camera = |(found, remedy)| (format!("camera {id}: {found}"), remedy);
+            raw.and_then(judged_camera).map_err(camera)
         };
-        match checked {
+        match judged {
             Ok(camera) => {
-                self.cameras.insert(raw.id, Some(camera));
+                self.cameras.insert(id, Some(camera));
             }
-            Err(objection) => self.refused_camera(raw.id, place, objection),
+            Err(objection) => self.refused_camera(id, place, objection),
         }
     }
 
-    /// Adds a camera that could not be parsed; photos that use it are then reported, too.
+    /// Takes a camera that could not even be parsed; the photos that use it are told so.
     pub fn refused_camera(&mut self, id: u32, place: String, objection: Objection) {
         self.cameras.entry(id).or_insert(None);
         self.problem(&self.cameras_file.clone(), place, objection);
     }
 
-    /// Adds a photo and its observations.
+    /// Takes a photo that refers to its camera by number, and its observations.
     pub fn image(&mut self, place: String, raw: RawImage<'_>) {
-        match self.checked_image(&raw) {
-            Ok((camera, lens, pose)) => {
-                let name = raw.name.to_owned();
-                let index = self.photos.len() as u32;
-                self.image_ids.insert(raw.id);
-                self.names.insert(name.clone());
-                self.photos.push(CameraPhoto { name, camera, lens, pose, place });
-                for (at, point) in raw.observations {
+        let RawImage { id, pose, camera, name, observations } = raw;
+        let judged = self.judged_number(id, name).and_then(|()| {
+            let raw = RawPhoto { name, camera: self.camera_of(name, camera), pose };
+            self.judged_photo(&place, raw)
+        });
+        match judged {
+            Ok(photo) => {
+                let index = self.keep(photo);
+                self.image_ids.insert(id);
+                for (at, point) in observations {
                     self.observations.entry(point).or_default().push((index, at.into()));
                 }
             }
@@ -97,35 +119,80 @@ impl Assembly {
         }
     }
 
-    fn checked_image(&self, raw: &RawImage<'_>) -> Result<(Pinhole, Lens, Pose), Objection> {
+    /// Takes a photo with a camera of its own. Returns its index for [`Assembly::seen_point`], where it can be used.
+    pub fn photo(&mut self, place: String, name: &str, camera: RawResult, pose: PoseResult) -> Option<u32> {
+        let quoted = short(name);
+        let of_photo = |(found, remedy): Objection| (format!("{quoted}: {found}"), remedy);
+        let camera = camera.and_then(judged_camera).map_err(of_photo);
+        match self.judged_photo(&place, RawPhoto { name, camera, pose }) {
+            Ok(photo) => Some(self.keep(photo)),
+            Err(objection) => {
+                self.problem(&self.images_file.clone(), place, objection);
+                None
+            }
+        }
+    }
+
+    fn keep(&mut self, photo: CameraPhoto) -> u32 {
+        self.names.insert(photo.name.clone());
+        self.photos.push(photo);
+        self.photos.len() as u32 - 1
+    }
+
+    fn judged_number(&self, id: u32, name: &str) -> Result<(), Objection> {
+        if let Some(objection) = objection(name) {
+            return Err(objection);
+        }
+        if self.image_ids.contains(&id) {
+            let found = format!("{} has the number {id} of an earlier photo", short(name));
+            return Err((found, "give each photo its own number; the first is used"));
+        }
+        Ok(())
+    }
+
+    fn judged_photo(&self, place: &str, raw: RawPhoto<'_>) -> Result<CameraPhoto, Objection> {
         if let Some(objection) = objection(raw.name) {
             return Err(objection);
         }
         let name = short(raw.name);
-        if self.image_ids.contains(&raw.id) {
-            let found = format!("{name} has the number {} of an earlier photo", raw.id);
-            return Err((found, "give each photo its own number; the first is used"));
-        }
         if self.names.contains(raw.name) {
             return Err((format!("{name} appears twice"), "keep one; the first is used"));
         }
-        let (camera, lens) = match self.cameras.get(&raw.camera) {
-            Some(Some(camera)) => *camera,
-            Some(None) => {
-                let found = format!("{name} uses camera {}, which cannot be used", raw.camera);
-                return Err((found, "correct that camera, see above"));
-            }
-            None => {
-                let found = format!("{name} uses camera {}, which is not in the cameras file", raw.camera);
-                return Err((found, "use cameras and images files of the same reconstruction"));
-            }
-        };
-        Ok((camera, lens, pose(raw).map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?))
+        let (camera, lens) = raw.camera?;
+        let pose = raw.pose.map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?;
+        Ok(CameraPhoto { name: raw.name.to_owned(), camera, lens, pose, place: place.to_owned() })
     }
 
-    /// Adds a point; points that no photo in the list observes are kept, too.
+    fn camera_of(&self, name: &str, camera: u32) -> Result<(Pinhole, Lens), Objection> {
+        let name = short(name);
+        match self.cameras.get(&camera) {
+            Some(Some(found)) => Ok(*found),
+            Some(None) => {
+                let found = format!("{name} uses camera {camera}, which cannot be used");
+                Err((found, "correct that camera, see above"))
+            }
+            None => {
+                let found = format!("{name} uses camera {camera}, which is not in the cameras file");
+                Err((found, "use cameras and images files of the same reconstruction"))
+            }
+        }
+    }
+
+    /// Takes a point that photos refer to by its number; those that no photo here observes are kept too.
     pub fn point(&mut self, place: String, id: u64, position: [f64; 3]) {
-        let objection = if !is_in_range(position) {
+        let observations = self.observations.remove(&id).unwrap_or_default();
+        self.seen_point(place, id, position, observations);
+    }
+
+    /// Takes a point with its observations: indices of photos, and places in these in pixels.
+    pub fn seen_point(
+        &mut self,
+        place: String,
+        id: u64,
+        position: [f64; 3],
+        observations: Vec<(u32, DVec2)>,
+    ) {
+        let objection = if !is_on_a_map(position) {
             Some((format!("point {id} at {position:?}, not within 1e15 of the origin"), "remove the point"))
         } else if !self.point_ids.insert(id) {
             Some((format!("point {id} appears twice"), "keep one; the first is used"))
@@ -135,14 +202,13 @@ impl Assembly {
         if let Some(objection) = objection {
             return self.problem(&self.points_file.clone(), place, objection);
         }
-        let observations = self.observations.remove(&id).unwrap_or_default();
         self.points.push(SparsePoint { position: position.into(), observations });
     }
 
-    /// Returns everything that was kept.
+    /// All that was kept.
     ///
     /// # Errors
-    /// [`Error::Input`] when no photo can be used: the first problem, or that the file is empty.
+    /// [`Error::Input`] when no photo was: the first problem, or the empty file.
     pub fn finish(self, mut notes: Vec<String>) -> Result<Cameras> {
         let Self { images_file: file, photos, points, problems, .. } = self;
         notes.extend(self.notes);
@@ -156,33 +222,19 @@ impl Assembly {
     }
 }
 
-fn checked_camera(raw: &RawCamera<'_>) -> Result<(Pinhole, Lens), Objection> {
-    let camera = |found: String| format!("camera {}: {found}", raw.id);
-    if raw.model.is_spherical() {
-        let remedy = "cut the panorama into pinhole views first (COLMAP's panorama script does)";
-        return Err((camera("a spherical panorama (EQUIRECTANGULAR) is not a pinhole image".into()), remedy));
-    }
-    let (width, height) = (raw.width, raw.height);
+fn judged_camera(raw: RawCamera) -> Result<(Pinhole, Lens), Objection> {
+    let RawCamera { size: [width, height], focal: [fx, fy], centre: [cx, cy], lens } = raw;
     let sides = 1..=LARGEST_SIDE;
     if !sides.contains(&width) || !sides.contains(&height) || width * height > MOST_PIXELS {
         let found = format!("{width} x {height} pixels");
-        return Err((camera(found), "sides are 1 to 65535 pixels, and the photo up to 268 megapixels"));
+        return Err((found, "sides are 1 to 65535 pixels, and the photo up to 268 megapixels"));
     }
-    let expected = raw.model.parameter_count();
-    if raw.parameters.len() != expected {
-        let (name, wanted) = (raw.model.name, raw.model.parameters);
-        let found = format!("{} parameters where {name} has {expected} ({wanted})", raw.parameters.len());
-        return Err((camera(found), "write all of them, in this order"));
-    }
-    if let Some(value) = raw.parameters.iter().find(|value| !value.is_finite()) {
-        return Err((camera(format!("a parameter is {value}")), "calibrate the camera again"));
-    }
-    let (pinhole, lens) = raw.model.camera(width as u32, height as u32, raw.parameters);
-    sensible(&pinhole, &lens).map_err(|(found, remedy)| (camera(found), remedy))?;
+    let pinhole = Pinhole { width: width as u32, height: height as u32, fx, fy, cx, cy };
+    sensible(&pinhole, &lens)?;
     Ok((pinhole, lens))
 }
 
-/// Refuses values that make computation impossible; unusual but possible ones pass.
+/// Refuses values with which nothing could be computed; odd but possible ones pass.
 fn sensible(camera: &Pinhole, lens: &Lens) -> Result<(), Objection> {
     let side = f64::from(camera.width.max(camera.height));
     for focal_length in [camera.fx, camera.fy] {
@@ -207,26 +259,4 @@ fn sensible(camera: &Pinhole, lens: &Lens) -> Result<(), Objection> {
         }
         _ => Ok(()),
     }
-}
-
-fn pose(raw: &RawImage<'_>) -> Result<Pose, Objection> {
-    let [w, x, y, z] = raw.quaternion;
-    let length = (w * w + x * x + y * y + z * z).sqrt();
-    // Also false for a length that is not a number.
-    if !(length > 1e-6 && length < 1e6) {
-        let found = format!("the rotation {:?} is not a valid quaternion", raw.quaternion);
-        return Err((found, "write QW QX QY QZ of length 1"));
-    }
-    if !is_in_range(raw.translation) {
-        let found = format!("the position {:?} is not within 1e15 of the origin", raw.translation);
-        return Err((found, "write TX TY TZ as numbers in the model's unit"));
-    }
-    let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-    Ok(Pose { rotation, translation: raw.translation.into() })
-}
-
-/// Returns whether coordinates are small enough to compute with: beyond 1e15 positions lose whole units and
-/// their products overflow. The same limit applies to models.
-fn is_in_range(position: [f64; 3]) -> bool {
-    position.iter().all(|v| v.abs() <= 1e15)
 }

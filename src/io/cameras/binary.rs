@@ -6,10 +6,12 @@ use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
+use super::RawImage;
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
+use super::format::Files;
 use super::photo_name::LONGEST_NAME;
-use super::{Files, RawCamera, RawImage};
+use super::pose::pose_of_quaternion;
 use crate::error::{Error, Result};
 use crate::task::Task;
 
@@ -54,7 +56,7 @@ fn read_camera(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
     for value in parameters.iter_mut() {
         *value = file.f64()?;
     }
-    assembly.camera(place, &RawCamera { id, model, width, height, parameters });
+    assembly.camera(place, id, model.camera(width, height, parameters));
     Ok(())
 }
 
@@ -74,7 +76,8 @@ fn read_image(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
         }
     }
     let name = &String::from_utf8_lossy(&name);
-    assembly.image(place, RawImage { id, quaternion, translation, camera, name, observations });
+    let pose = pose_of_quaternion(quaternion, translation);
+    assembly.image(place, RawImage { id, pose, camera, name, observations });
     Ok(())
 }
 

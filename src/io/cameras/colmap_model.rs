@@ -1,14 +1,15 @@
-//! COLMAP's camera models with their numbers, names and parameters.
+//! COLMAP's camera models: their numbers, names and parameters.
 
-use crate::geometry::{Lens, Pinhole};
+use super::{Objection, RawCamera};
+use crate::geometry::Lens;
 
 /// One of COLMAP's camera models.
 pub(super) struct ColmapModel {
-    /// The name in text files; the index in [`MODELS`] is the number in binary files.
+    /// Its name in text files; its place in [`MODELS`] is its number in binary files.
     pub name: &'static str,
-    /// The names of the parameters in file order, as COLMAP's documentation writes them.
+    /// The parameters in file order, as COLMAP's documentation writes them.
     pub parameters: &'static str,
-    /// Builds the lens from the parameters behind focal length(s) and principal point.
+    /// From the parameters behind focal length(s) and principal point.
     lens: fn(&[f64]) -> Lens,
 }
 
@@ -63,35 +64,52 @@ fn fisheye(k: [f64; 4]) -> Lens {
 }
 
 impl ColmapModel {
-    /// Returns the model with this name, as text files use it.
+    /// The model with this name, as in text files.
     pub fn by_name(name: &str) -> Option<&'static Self> {
         MODELS.iter().find(|model| model.name == name)
     }
 
-    /// Returns the model with this number, as binary files use it.
+    /// The model with this number, as in binary files.
     pub fn by_number(number: i32) -> Option<&'static Self> {
         MODELS.get(usize::try_from(number).ok()?)
     }
 
-    /// Returns the number of parameters.
+    /// How many parameters it has.
     pub fn parameter_count(&self) -> usize {
         self.parameters.split(", ").count()
     }
 
-    /// Returns whether this is the one model without a focal length, which has no pinhole image of the same
-    /// scale.
+    /// True for the one model that has no focal length, hence no pinhole of the same scale.
     pub fn is_spherical(&self) -> bool {
         self.name == "EQUIRECTANGULAR"
     }
 
-    /// Returns the size, focal lengths and principal point of the photo as taken, and its lens. `values` must
-    /// hold [`ColmapModel::parameter_count`] numbers, and the model must not be spherical.
-    pub fn camera(&self, width: u32, height: u32, values: &[f64]) -> (Pinhole, Lens) {
+    /// The camera with these parameters, of a photo of `width` x `height` pixels.
+    ///
+    /// # Errors
+    /// The model is a panorama's, or `values` are not its parameters.
+    pub fn camera(&self, width: u64, height: u64, values: &[f64]) -> Result<RawCamera, Objection> {
+        if self.is_spherical() {
+            let remedy = "cut the panorama into pinhole views first (COLMAP's panorama script does)";
+            return Err(("a spherical panorama (EQUIRECTANGULAR) is not a pinhole image".into(), remedy));
+        }
+        let (name, expected) = (self.name, self.parameter_count());
+        if values.len() != expected {
+            let wanted = self.parameters;
+            let found = format!("{} parameters where {name} has {expected} ({wanted})", values.len());
+            return Err((found, "write all of them, in this order"));
+        }
         let one_focal_length = self.parameters.starts_with("f,");
         let (fx, rest) = (values[0], &values[1..]);
         let (fy, rest) = if one_focal_length { (fx, rest) } else { (rest[0], &rest[1..]) };
-        let intrinsics = Pinhole { width, height, fx, fy, cx: rest[0], cy: rest[1] };
-        (intrinsics, (self.lens)(&rest[2..]))
+        let lens = (self.lens)(&rest[2..]);
+        let not_finite = values.iter().find(|value| !value.is_finite()).copied();
+        match not_finite {
+            Some(value) => Err((format!("a parameter is {value}"), "calibrate the camera again")),
+            None => {
+                Ok(RawCamera { size: [width, height], focal: [fx, fy], centre: [rest[0], rest[1]], lens })
+            }
+        }
     }
 }
 
@@ -103,17 +121,17 @@ mod tests {
     fn every_model_takes_exactly_its_parameters() {
         for (number, model) in MODELS.iter().enumerate().filter(|(_, m)| !m.is_spherical()) {
             let values: Vec<f64> = (1..=model.parameter_count()).map(|v| v as f64).collect();
-            let (camera, _) = model.camera(40, 30, &values);
-            assert_eq!((camera.width, camera.height, camera.fx), (40, 30, 1.0), "{number}");
-            assert!(camera.cy == camera.cx + 1.0 && camera.cy <= 4.0, "{number}");
+            let RawCamera { size, focal, centre: [cx, cy], .. } = model.camera(40, 30, &values).unwrap();
+            assert_eq!((size, focal[0]), ([40, 30], 1.0), "{number}");
+            assert!(cy == cx + 1.0 && cy <= 4.0, "{number}");
         }
     }
 
     #[test]
     fn full_opencv_has_its_tangential_terms_in_the_middle() {
         let values: Vec<f64> = (1..=12).map(f64::from).collect();
-        let (_, lens) = ColmapModel::by_name("FULL_OPENCV").unwrap().camera(1, 1, &values);
-        assert_eq!(lens, Lens::Brown { k: [5.0, 6.0, 9.0, 10.0, 11.0, 12.0], p: [7.0, 8.0] });
+        let camera = ColmapModel::by_name("FULL_OPENCV").unwrap().camera(1, 1, &values).unwrap();
+        assert_eq!(camera.lens, Lens::Brown { k: [5.0, 6.0, 9.0, 10.0, 11.0, 12.0], p: [7.0, 8.0] });
     }
 
     #[test]

@@ -1,8 +1,8 @@
-//! Reads calibrated cameras as COLMAP writes them, text or binary.
+//! Calibrated cameras: COLMAP's files, text or binary, `transforms.json`, Bundler's `.out`.
 //!
-//! [`read_cameras`] finds the files and streams them through one of two parsers (`text`, `binary`) into one
-//! place that validates and collects (`assembly`). A problem with one camera, photo or point is reported and
-//! leaves it out; reading stops only where a file cannot be understood at all.
+//! [`read_cameras`] finds the files and streams them through their format's reader (`format` has the table of formats)
+//! into one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
+//! reported and leaves it out; only a file that cannot be understood at all stops the reading.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -14,111 +14,157 @@ use crate::task::Task;
 
 mod assembly;
 mod binary;
+mod bundler;
+mod colmap;
 mod colmap_model;
+mod dummy;
+mod format;
+mod lines;
 mod locate;
 mod photo_name;
+mod photo_paths;
+mod pose;
+mod sizes;
 mod text;
+mod transforms;
+mod transforms_lens;
 
 #[cfg(test)]
 mod tests;
+mod three_formats;
+mod wrong_files;
 
 use assembly::Assembly;
-pub use locate::holds_cameras;
+pub use locate::{CamerasThere, accepted, cameras_in, is_camera_file};
+use sizes::Sizes;
 
-/// The largest side of a photo in pixels, which is the limit of JPEG.
+/// The largest side of a photo in pixels: what JPEG can hold.
 pub const LARGEST_SIDE: u64 = 65_535;
-/// The largest number of pixels of a photo: more than any single-shot camera takes, and few enough to be
-/// decoded in the memory of a desktop computer.
+/// The most pixels of a photo: beyond any single-shot camera, and still below the memory of a
+/// desk's machine when it is decoded.
 pub const MOST_PIXELS: u64 = 1 << 28;
 
-/// A calibrated photo before import, with its distortion.
+/// A photo as the cameras know it: before import, with its distortion.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CameraPhoto {
     /// Unique path below the photo folder, with `/`; it never leads out of that folder.
     pub name: String,
-    /// Size of the photo as taken; focal lengths and principal point of the distorted image, in pixels.
+    /// Size of the photo as taken; focal lengths and principal point of its distorted image.
     pub camera: Pinhole,
-    /// The distortion of the lens.
+    /// Its distortion.
     pub lens: Lens,
-    /// The pose, world to camera.
+    /// World to camera.
     pub pose: Pose,
-    /// The place in the cameras' file: `line 7` or `byte 1024`.
+    /// Where the cameras' file names it: `line 7` or `byte 1024`.
     pub place: String,
 }
 
-/// The result of reading cameras.
+/// What was read.
 #[derive(Debug, Default)]
 pub struct Cameras {
     /// The file with the photos' poses.
     pub file: PathBuf,
-    /// The photos, in file order.
+    /// In file order.
     pub photos: Vec<CameraPhoto>,
-    /// The sparse points, in file order; `observations` refer to indices of `photos`.
+    /// In file order; `observations` count through `photos`.
     pub points: Vec<SparsePoint>,
-    /// One error for each camera, photo or point that was left out.
+    /// What was left out, and why; one each.
     pub problems: Vec<Error>,
-    /// Notes for the user about things that left nothing out.
+    /// What the user should know and that left nothing out.
     pub notes: Vec<String>,
 }
 
-/// Reads COLMAP's `cameras`, `images` and, where it exists, `points3D`.
+/// The names of the cameras' photos, and the number of points; the photos' sizes are not needed for them.
+#[derive(Debug, Default)]
+pub struct CameraNames {
+    /// The photos' names, in file order.
+    pub names: Vec<String>,
+    /// The number of points.
+    pub points: usize,
+    /// What was left out, and why; one each.
+    pub problems: Vec<Error>,
+    /// What the user should know and that left nothing out.
+    pub notes: Vec<String>,
+}
+
+/// Reads cameras: for COLMAP its `cameras`, `images` and, where it is there, `points3D`.
 ///
-/// `path` is the folder with these files, a folder above it (`sparse`, `sparse/0` and `0` are searched), or
-/// one of the files. Binary files take precedence over text files in the same folder, unless `path` is a text
-/// file.
+/// `path` is the folder with the files, a folder above it (for COLMAP `sparse`, `sparse/0`, `0` are looked
+/// into), or one of the files, whose content says which format it is. Of several formats in one folder COLMAP's comes
+/// first; COLMAP's binary files win over text files in the same folder, except over one that was named itself.
+///
+/// Where a format does not state the sizes of photos, they are read from the photos that it names;
+/// [`read_cameras_of`] takes them from a folder instead.
 ///
 /// # Errors
-/// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too early, or
-/// when no photo can be used; [`Error::Io`]; [`Error::Cancelled`].
+/// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too
+/// early, or when no photo at all could be used; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
-    let found = locate::locate(path)?;
-    let mut assembly = Assembly::new(&found);
-    if found.binary {
-        binary::read(&found, &mut assembly, task)?;
-    } else {
-        text::read(&found, &mut assembly, task)?;
-    }
-    assembly.finish(found.notes)
+    read_with(path, Sizes::Named, task)
 }
 
-/// Returns the files that [`read_cameras`] would read; empty where there are none.
+/// Reads cameras like [`read_cameras`], with the sizes of the photos in a folder where the format does not state them.
+///
+/// # Errors
+/// Returns the errors of [`read_cameras`], and one when the folder is needed and cannot be read.
+pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Cameras> {
+    read_with(path, Sizes::Folder(photos), task)
+}
+
+/// Reads the names of the cameras' photos, whether these photos exist or not.
+///
+/// # Errors
+/// As [`read_cameras`].
+pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
+    let Cameras { photos, points, problems, notes, .. } = read_with(path, Sizes::Unneeded, task)?;
+    let names = photos.into_iter().map(|photo| photo.name).collect();
+    Ok(CameraNames { names, points: points.len(), problems, notes })
+}
+
+fn read_with(path: &Path, sizes: Sizes<'_>, task: &Task) -> Result<Cameras> {
+    let located = locate::locate(path)?;
+    let mut assembly = Assembly::new(&located.files, sizes);
+    located.format().read(&located.files, &mut assembly, task)?;
+    assembly.finish(located.files.notes)
+}
+
+/// Lists the files that [`read_cameras`] reads; the list is empty where there are no cameras.
 pub fn camera_files(path: &Path) -> Vec<PathBuf> {
-    let files = locate::locate(path).ok();
-    files.map_or(Vec::new(), |files| [files.cameras, files.images].into_iter().chain(files.points).collect())
+    locate::locate(path).map_or(Vec::new(), |located| located.files.all())
 }
 
-/// The files of a COLMAP model.
-#[derive(Debug)]
-struct Files {
-    binary: bool,
-    cameras: PathBuf,
-    images: PathBuf,
-    points: Option<PathBuf>,
-    notes: Vec<String>,
+/// A problem and its remedy.
+type Objection = (String, &'static str);
+
+/// A parsed camera before its checks.
+struct RawCamera {
+    /// Width and height in pixels.
+    size: [u64; 2],
+    /// Focal lengths along x and y, in pixels.
+    focal: [f64; 2],
+    /// The principal point in pixels from the upper left corner.
+    centre: [f64; 2],
+    lens: Lens,
 }
 
-/// A camera as parsed, before validation.
-struct RawCamera<'a> {
-    id: u32,
-    model: &'static colmap_model::ColmapModel,
-    width: u64,
-    height: u64,
-    parameters: &'a [f64],
-}
-
-/// A photo as parsed, before validation.
+/// A parsed photo before its checks that refers to its camera and to its points by number.
 struct RawImage<'a> {
     id: u32,
-    /// Rotation, world to camera: w, x, y, z.
-    quaternion: [f64; 4],
-    translation: [f64; 3],
+    pose: Result<Pose, Objection>,
     camera: u32,
     name: &'a str,
-    /// Image position in pixels and point id, for keypoints that have a point.
+    /// Image position in pixels and point id, of those keypoints that have one.
     observations: Vec<([f64; 2], u64)>,
 }
 
-/// The problems of one reading, limited in number, because a hostile file may have one in every line.
+/// A parsed photo with its own camera.
+struct RawPhoto<'a> {
+    name: &'a str,
+    camera: Result<(Pinhole, Lens), Objection>,
+    pose: Result<Pose, Objection>,
+}
+
+/// Problems of one reading, kept in number: a hostile file may hold one in every line.
 #[derive(Debug, Default)]
 struct Problems {
     kept: Vec<Error>,

@@ -137,7 +137,7 @@ fn a_path_without_cameras_is_told_what_to_point_at() {
     let empty = tempfile::tempdir().unwrap();
     for path in [empty.path().to_path_buf(), empty.path().join("none"), PathBuf::from("")] {
         let error = read_cameras(&path, &Task::silent()).unwrap_err().to_string();
-        assert!(error.contains("; give the folder") || error.contains("check the path"), "{error}");
+        assert!(error.contains("; give COLMAP's cameras") || error.contains("check the path"), "{error}");
     }
 }
 
@@ -312,7 +312,11 @@ proptest! {
     }
 }
 
-fn mutate(bytes: &mut Vec<u8>, changes: &[(prop::sample::Index, u8)], cut: Option<prop::sample::Index>) {
+pub(super) fn mutate(
+    bytes: &mut Vec<u8>,
+    changes: &[(prop::sample::Index, u8)],
+    cut: Option<prop::sample::Index>,
+) {
     for (at, value) in changes {
         let at = at.index(bytes.len());
         bytes[at] = *value;

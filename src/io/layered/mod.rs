@@ -9,8 +9,10 @@ mod bytes;
 pub mod composite;
 pub mod depth;
 pub mod document;
+mod dummy;
 pub mod edited;
 pub mod folder;
+pub mod format;
 pub mod grey;
 mod groups;
 mod inflate;
@@ -36,3 +38,13 @@ pub use grey::Grey;
 pub use raster::Raster;
 pub use read::read_layered;
 pub use sink::Fit;
+
+/// All formats, the default first: each has its entry beside its codec.
+pub static FORMATS: &[format::LayeredFormat] = &[
+    psd::FORMAT,
+    xcf::FORMAT,
+    ora::FORMAT,
+    folder::FORMAT,
+    #[cfg(test)]
+    dummy::FORMAT,
+];

@@ -5,7 +5,8 @@ use std::path::Path;
 
 use super::bytes::FileBytes;
 use super::edited::EditedDocument;
-use super::{KEY_FILE, folder, ora, psd, xcf};
+use super::format::file_names;
+use super::{FORMATS, KEY_FILE, folder};
 use crate::error::{Error, Result};
 use crate::io::documents::is_document;
 
@@ -26,7 +27,7 @@ pub fn read_layered(path: &Path) -> Result<EditedDocument> {
     let metadata = path.metadata().map_err(|error| unreachable(path, &error))?;
     // Reading a pipe could block forever.
     if !metadata.is_file() {
-        let found = "this is not a regular file; expected PSD, PSB, XCF, OpenRaster or a folder";
+        let found = format!("this is not a regular file; expected {} or a folder", file_names());
         return Err(Error::input(path, "the file", found, "give the file that the image editor saved"));
     }
     let bytes = FileBytes::open(path).map_err(|error| match error {
@@ -35,14 +36,10 @@ pub fn read_layered(path: &Path) -> Result<EditedDocument> {
     })?;
     // All signatures fit into 16 bytes.
     let beginning = bytes.read(0, bytes.length().min(16))?;
-    if beginning.starts_with(psd::read::SIGNATURE) {
-        psd::read::read(&bytes)
-    } else if beginning.starts_with(xcf::read::SIGNATURE) {
-        xcf::read::read(&bytes)
-    } else if beginning.starts_with(ora::read::SIGNATURE) {
-        ora::read::read(&bytes)
-    } else {
-        Err(unknown(path, &beginning))
+    let files = FORMATS.iter().filter_map(|format| format.file.as_ref());
+    match files.into_iter().find(|file| beginning.starts_with(file.signature)) {
+        Some(file) => (file.read)(&bytes),
+        None => Err(unknown(path, &beginning)),
     }
 }
 
@@ -78,7 +75,7 @@ fn unknown(path: &Path, beginning: &[u8]) -> Error {
         }
         other => (format!("the file begins with \"{}\"", other.escape_ascii()), as_psd()),
     };
-    Error::input(path, "byte 0", format!("{found}; expected PSD, PSB, XCF, OpenRaster or a folder"), remedy)
+    Error::input(path, "byte 0", format!("{found}; expected {} or a folder", file_names()), remedy)
 }
 
 const AS_PSD: &str = "save it from the image editor as PSD";

@@ -6,8 +6,8 @@ use crate::layers::Faces;
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
 use crate::layers::wishes::{Grouping, Wanted};
-use crate::recipe::survey::{FaceInStack, face_in_stack};
 use crate::recipe::unmet;
+use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, Model};
 
 /// Checks that objects and faces exist.
@@ -39,7 +39,7 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
         let first = faces.faces.first().copied().unwrap_or(0);
         let why = match face_in_stack(stack, &faces.object, first) {
             FaceInStack::Untextured(why) => format!(": {}", why.in_words()),
-            _ => String::new(),
+            FaceInStack::Textured { .. } | FaceInStack::Unknown => String::new(),
         };
         Error::Request(format!("{photo} does not texture {faces}{why}"))
     };

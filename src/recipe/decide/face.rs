@@ -1,23 +1,9 @@
 //! The relation of each photo to one face: whether it textures the face, why not, and what was decided.
 
-use super::{excluded, state_of_face};
-use crate::document::stack::Untextured;
+use super::state_of_face;
 use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::recipe::survey::{FaceInStack, face_in_stack};
+use crate::recipe::untextured::{Given, given};
 use crate::scene::{FaceId, Site};
-
-/// The texture that a photo has for a face.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Given {
-    /// The photo's layers are not built, so nothing is known.
-    NotBuilt,
-    /// There is texture in this number of image layers, seen from behind or not.
-    Texture { image_layers: usize, back: bool },
-    /// There is no texture, for the given reason, which may be a decision.
-    Nothing(Untextured),
-    /// The photo's layers were made from a model without this face.
-    Unknown,
-}
 
 /// The relation of a photo to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -58,22 +44,6 @@ pub fn face_in_photos(
     FaceInPhotos {
         photos: names.clone().enumerate().map(photo).collect(),
         pinned_to: pinned.and_then(|pinned| names.clone().position(|name| name == pinned)),
-    }
-}
-
-/// Returns the texture that one stack has for a face.
-fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> Given {
-    match face_in_stack(stack, object, index) {
-        FaceInStack::Untextured(why) => Given::Nothing(why.clone()),
-        FaceInStack::Unknown => Given::Unknown,
-        FaceInStack::Textured { image_layers, back } => {
-            let is_it = |why: &Untextured| why.object == object && why.face == index;
-            let by_hand = match decided.excludes(object, index) {
-                true => excluded(stack, decided).into_iter().find(is_it),
-                false => None,
-            };
-            by_hand.map_or(Given::Texture { image_layers: image_layers.len(), back }, Given::Nothing)
-        }
     }
 }
 

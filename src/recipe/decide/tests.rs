@@ -4,6 +4,7 @@ use super::*;
 use crate::layers::{Options, SoftwareRasteriser, sort_photo};
 use crate::recipe::assemble::assemble;
 use crate::recipe::layer_names::rename;
+use crate::recipe::untextured::{Given, excluded};
 use crate::scene::synthetic::{Modeller, Scene, closed_form};
 use crate::task::Task;
 

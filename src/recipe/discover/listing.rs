@@ -4,7 +4,7 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::io::cameras::holds_cameras;
+use crate::io::cameras::{CamerasThere, cameras_in};
 use crate::io::photo::EXTENSIONS;
 use crate::io::project::PROJECT_FILE;
 use crate::task::Task;
@@ -25,8 +25,8 @@ pub(super) struct Folder {
     pub path: PathBuf,
     /// The number of images in the folder itself, not in subfolders.
     pub images: usize,
-    /// The size in bytes of the cameras' list of photos, as a measure of their number.
-    pub cameras: Option<u64>,
+    /// The cameras in it, of the first format that is there.
+    pub cameras: Option<CamerasThere>,
     /// The file names and sizes in bytes of models.
     pub models: Vec<(String, u64)>,
 }
@@ -83,12 +83,8 @@ fn names_in(folder: &Path) -> Vec<String> {
 /// Returns a folder's relevant contents, and its subfolders.
 fn sorted_out(root: &Path, below: PathBuf, names: Vec<String>) -> (Folder, Vec<PathBuf>) {
     let here = root.join(&below);
-    let mut folder = Folder { path: below, ..Folder::default() };
+    let mut folder = Folder { path: below, cameras: cameras_in(&here), ..Folder::default() };
     let mut sub_folders = Vec::new();
-    if holds_cameras(&here) {
-        let bytes = |name: &str| std::fs::metadata(here.join(name)).map(|file| file.len()).ok();
-        folder.cameras = bytes("images.bin").or_else(|| bytes("images.txt"));
-    }
     for name in names {
         if is_image(Path::new(&name)) {
             folder.images += 1;

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::{Part, Parts};
 use crate::error::{Error, Result};
-use crate::io::cameras::read_cameras;
+use crate::io::cameras::{CameraNames, read_names};
 use crate::io::models::read_model;
 use crate::io::photo::{Match, PhotoFolder};
 use crate::io::stamp::Stamp;
@@ -193,13 +193,8 @@ fn photos(path: &Path, task: &Task) -> Result<PhotosFound> {
 
 /// Reads cameras.
 fn cameras(path: &Path, task: &Task) -> Result<CamerasFound> {
-    let cameras = read_cameras(path, task)?;
-    Ok(CamerasFound {
-        names: cameras.photos.into_iter().map(|photo| photo.name).collect(),
-        points: cameras.points.len(),
-        left_out: cameras.problems.iter().map(ToString::to_string).collect(),
-        notes: cameras.notes,
-    })
+    let CameraNames { names, points, problems, notes } = read_names(path, task)?;
+    Ok(CamerasFound { names, points, left_out: problems.iter().map(ToString::to_string).collect(), notes })
 }
 
 /// Reads a model.

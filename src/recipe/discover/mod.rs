@@ -13,7 +13,7 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::io::cameras::{holds_cameras, read_cameras};
+use crate::io::cameras::{self, cameras_in, is_camera_file, read_names};
 use crate::io::photo::PhotoFolder;
 use crate::io::project::refuse_content;
 use crate::task::Task;
@@ -26,7 +26,7 @@ pub use look::{CamerasFound, Look, Looked, Matched, ModelFound, PhotosFound, loo
 pub enum Part {
     /// The folder of the photos.
     Photos,
-    /// The cameras: COLMAP's folder, or one of its files.
+    /// The cameras: a file or a folder of one of the formats that are read.
     Cameras,
     /// The model's file.
     Model,
@@ -49,9 +49,7 @@ impl Part {
     pub fn accepted(self) -> &'static str {
         match self {
             Self::Photos => "a folder of JPEG, PNG, TIFF or WebP photos, sub-folders too",
-            Self::Cameras => {
-                "COLMAP's cameras and images files, .bin or .txt, or a folder above them such as sparse/0"
-            }
+            Self::Cameras => cameras::accepted(),
             Self::Model => "a coarse model as OBJ, glTF or GLB",
         }
     }
@@ -167,8 +165,8 @@ fn joined(root: &Path, below: &Path) -> PathBuf {
 /// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be read;
 /// the caller that uses them reports the error.
 fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
-    match read_cameras(cameras, &Task::silent().stopped_by(task.stop_flag())) {
-        Ok(cameras) => Ok(cameras.photos.into_iter().map(|photo| photo.name).collect()),
+    match read_names(cameras, &Task::silent().stopped_by(task.stop_flag())) {
+        Ok(cameras) => Ok(cameras.names),
         Err(Error::Cancelled) => Err(Error::Cancelled),
         Err(_) => Ok(Vec::new()),
     }
@@ -196,15 +194,12 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
 /// site.
 pub fn part_at(path: &Path) -> Option<Part> {
     if path.is_dir() {
-        return holds_cameras(path).then_some(Part::Cameras);
+        return cameras_in(path).map(|_| Part::Cameras);
     }
     if listing::is_model(path) {
         return Some(Part::Model);
     }
-    let stem = path.file_stem().unwrap_or_default();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let of_cameras = ["cameras", "images", "points3D"].iter().any(|name| stem == *name);
-    (of_cameras && holds_cameras(folder)).then_some(Part::Cameras)
+    (is_camera_file(path) && !cameras::camera_files(path).is_empty()).then_some(Part::Cameras)
 }
 
 /// Returns a folder for the project of a site in `root`: beside it, named after it, and new or empty.

@@ -45,12 +45,14 @@ fn common(a: &Path, b: &Path) -> PathBuf {
     a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
 }
 
-/// Returns the folders with cameras, those nearest to the root first; of several reconstructions side by side, the
-/// one with most photos comes first.
+/// Returns the folders with cameras: those of the first format, then those nearest to the root; of several
+/// reconstructions side by side, the one with most photos comes first.
 pub(super) fn cameras(listing: &Listing) -> Vec<PathBuf> {
     let found = listing.folders.iter().filter_map(|folder| Some((folder.cameras?, &folder.path)));
     let mut ranked: Vec<_> = found
-        .map(|(bytes, path)| (path.components().count(), std::cmp::Reverse(bytes), path.clone()))
+        .map(|(there, path)| {
+            (there.format, path.components().count(), std::cmp::Reverse(there.bytes), path.clone())
+        })
         .collect();
     ranked.sort();
     ranked.into_iter().map(|(.., path)| path).collect()

@@ -22,7 +22,7 @@ pub use one::ExportReport;
 pub use provenance::write_provenance;
 
 use self::one::Exporter;
-use super::side_by_side::SideBySide;
+use super::side_by_side::{SideBySide, done_and_failed};
 use crate::document::Decisions;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
@@ -128,26 +128,15 @@ pub fn export(
     let at_a_time =
         SideBySide { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
     let work = |photo: &&Photo| exporter.export(photo, &task.of(&photo.name));
-    let exported = collect(photos, at_a_time.run(photos, |photo| bytes_for(photo), work, task)?)?;
+    let results = at_a_time.run(photos, |photo| bytes_for(photo), work, task)?;
+    let names: Vec<String> = photos.iter().map(|photo| photo.name.clone()).collect();
+    let (done, failed) = done_and_failed(&names, results)?;
     exporter.records.forget_old_pixels(&exporter.kept)?;
-    Ok(exported)
+    Ok(Exported { done, failed })
 }
 
 /// Returns the peak memory for one photo in bytes. Per pixel these are the photo as RGBA, its merged picture also
 /// compressed, and a guide, with 16 bits at worst; in addition a batch of layers before and after compression.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 4 * 2 * 3 + (128 << 20)
-}
-
-/// Separates reports from failures.
-fn collect(photos: &[&Photo], results: Vec<Result<ExportReport>>) -> Result<Exported> {
-    let mut exported = Exported::default();
-    for (photo, result) in photos.iter().zip(results) {
-        match result {
-            Ok(report) => exported.done.push(report),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(problem) => exported.failed.push((photo.name.clone(), problem)),
-        }
-    }
-    Ok(exported)
 }

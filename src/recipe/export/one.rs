@@ -1,7 +1,6 @@
 //! The export of one photo to a layered file.
 
 use std::collections::BTreeSet;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +11,7 @@ use super::folder;
 use super::place::{self, Place};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::Stack;
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
+use crate::document::export_record::{ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
@@ -21,9 +20,8 @@ use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
 use crate::io::hash::{hash_bytes, hash_file};
 use crate::io::json::to_json;
 use crate::io::layered::folder::NewFolder;
-use crate::io::layered::psd::{self, Kind};
-use crate::io::layered::xcf::{self, Version};
-use crate::io::layered::{Fit, LayeredDocument, Raster, ora};
+use crate::io::layered::format::{FileFormat, format_of};
+use crate::io::layered::{Fit, LayeredDocument, Raster};
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
@@ -152,45 +150,23 @@ type WrittenExport = (PathBuf, Vec<PathBuf>, u64);
 impl ExportJob<'_> {
     fn write(&self) -> Result<WrittenExport> {
         let document = self.content.document(&self.key);
-        match self.exporter.options.format {
-            ExportFormat::Psd => self.write_psd(&document),
-            ExportFormat::Folder => self.write_folder(&document),
-            ExportFormat::Ora => self.write_ora(&document),
-            ExportFormat::Xcf => self.write_xcf(&document),
+        match &format_of(self.exporter.options.format).file {
+            Some(format) => self.write_file(&document, format),
+            None => self.write_folder(&document),
         }
     }
 
-    /// Writes a PSD, or a PSB if that turns out too large.
-    fn write_psd(&self, document: &LayeredDocument) -> Result<WrittenExport> {
-        let mut kind = Kind::to_try_first(document);
-        loop {
-            let destination = self.find_destination(kind.extension())?;
+    /// Writes the first of the format's variants, or the next one if that turns out too large.
+    fn write_file(&self, document: &LayeredDocument, format: &FileFormat) -> Result<WrittenExport> {
+        for variant in (format.variants)(document) {
+            let destination = self.find_destination(variant.extension)?;
             let mut file = AtomicFile::create(&destination.target)?;
-            match psd::write(file.file(), &destination.target, document, kind)? {
-                Fit::Whole => return self.finish(file, kind.extension()),
-                Fit::TooLarge => kind = Kind::Psb,
+            match (variant.write)(file.file(), &destination.target, document)? {
+                Fit::Whole => return self.finish(file, variant.extension),
+                Fit::TooLarge => (),
             }
         }
-    }
-
-    /// Writes the oldest XCF version that can hold the document, or a newer one if that turns out too large.
-    fn write_xcf(&self, document: &LayeredDocument) -> Result<WrittenExport> {
-        let mut version = Version::to_try_first(document);
-        loop {
-            let destination = self.find_destination("xcf")?;
-            let mut file = AtomicFile::create(&destination.target)?;
-            match xcf::write(file.file(), &destination.target, document, version)? {
-                Fit::Whole => return self.finish(file, "xcf"),
-                Fit::TooLarge => version = Version::Eleven,
-            }
-        }
-    }
-
-    fn write_ora(&self, document: &LayeredDocument) -> Result<WrittenExport> {
-        let destination = self.find_destination("ora")?;
-        let mut file = AtomicFile::create(&destination.target)?;
-        ora::write(BufWriter::new(file.file()), &destination.target, document)?;
-        self.finish(file, "ora")
+        Err(Error::Request(format!("{}: too large for this format", document.title)))
     }
 
     fn write_folder(&self, document: &LayeredDocument) -> Result<WrittenExport> {

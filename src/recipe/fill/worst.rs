@@ -4,7 +4,7 @@ use glam::DVec2;
 use rayon::prelude::*;
 use rustc_hash::FxHashMap;
 
-use super::super::survey::{FaceInStack, face_in_stack};
+use super::super::untextured::{FaceInStack, face_in_stack};
 use super::lookouts::View;
 use crate::document::Stack;
 use crate::error::Result;

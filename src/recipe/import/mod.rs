@@ -21,6 +21,7 @@ mod shift;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
 pub use self::recall::Recall;
@@ -38,10 +39,12 @@ use crate::io::baselines::Baselines;
 use crate::io::documents::{documents, is_exported_folder};
 use crate::io::exports::ExportStore;
 use crate::io::layered::folder::read::STACK_FILE;
+use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::io::stamp::Stamp;
 use crate::io::taken::{TakenDocuments, clean_up};
+use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
 /// Options of [`import`].
@@ -69,6 +72,8 @@ pub struct Imported {
     pub files: Vec<FileReport>,
     /// The files that failed, with the reasons.
     pub failed: Vec<(PathBuf, Error)>,
+    /// The project's paint as it is now, so that nobody needs to read it again.
+    pub book: Arc<PaintBook>,
 }
 
 /// The stage that is reported.
@@ -108,22 +113,21 @@ pub fn import(
     };
     let mut imported = Imported::default();
     let files = documents_of(files, &mut imported.failed)?;
-    for (file, done) in files.iter().zip(0..) {
-        task.step(STAGE, done, files.len() as u64)?;
-        match session.file(file, task) {
-            Ok(report) => imported.files.push(report),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(problem) => imported.failed.push((file.clone(), problem)),
-        }
-    }
-    task.step(STAGE, files.len() as u64, files.len() as u64)?;
+    // One after the other: a file may paint over what one before it brought.
+    let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
+    let (reports, failed) = done_and_failed(&files, reports)?;
+    imported.files.extend(reports);
+    imported.failed.extend(failed);
     imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
     if session.book != before || session.masks.changed() {
         imported.number = Some(session.number);
         if !options.dry_run {
-            imported.masks = task.timed("write paint", || session.commit(&before, &imported))?;
+            let (masks, book) = task.timed("write paint", || session.commit(&before, &imported))?;
+            (imported.masks, imported.book) = (masks, Arc::new(book));
+            return Ok(imported);
         }
     }
+    imported.book = Arc::new(before);
     Ok(imported)
 }
 
@@ -169,7 +173,7 @@ fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result
         if found.is_empty() {
             let finding =
                 "this folder contains no layered file and is not an exported one (it has no stack.json)";
-            let remedy = "give PSD, XCF or OpenRaster files, a folder of them, or an exported folder";
+            let remedy = format!("give {} files, a folder of them, or an exported folder", file_names());
             failed.push((path.clone(), Error::input(path, "", finding, remedy)));
         }
         files.extend(found.into_keys());
@@ -191,12 +195,20 @@ pub fn history(project: &Path) -> Result<Vec<PaintImport>> {
 /// Returns [`Error::Request`] when there is none, or [`Error::Io`] and [`Error::Input`] when the project's paint
 /// cannot be read or written.
 pub fn take_back(project: &Path) -> Result<PaintImport> {
+    take_back_with_book(project).map(|(import, _)| import)
+}
+
+/// [`take_back`], and the project's paint as it is then.
+///
+/// # Errors
+/// As [`take_back`].
+pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook>)> {
     let store = PaintStore::new(project);
     let mut book = store.read()?;
     let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
     mask::take_back(project, &import.masks)?;
     store.commit(&book)?;
-    Ok(import)
+    Ok((import, Arc::new(book)))
 }
 
 /// An import in progress.
@@ -315,7 +327,7 @@ impl ImportSession<'_> {
 
     /// Writes the pending paint, then the book that refers to it, and finally the masks into `project.json`. If the
     /// program is killed in between, the same file imports the masks again, as an import that can be undone.
-    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<Vec<MaskChange>> {
+    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<(Vec<MaskChange>, PaintBook)> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
                 self.store.add(entry, patch)?;
@@ -351,7 +363,7 @@ impl ImportSession<'_> {
             self.book.take_back();
             let _ = self.store.commit(&self.book);
         })?;
-        Ok(masks.changes)
+        Ok((masks.changes, self.book))
     }
 }
 

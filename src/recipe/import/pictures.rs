@@ -40,16 +40,22 @@ const AROUND: f64 = 0.25;
 /// The least margin in pixels, so that single pixels are visible, too.
 const LEAST_AROUND: f64 = 12.0;
 
-/// Returns the image layers that the import `number` of the project's history changed, sorted by photo and image
-/// layer, with pictures of at most `longest` pixels in width and height. The result is empty where the import is
-/// not in the history, or its photos have no stack.
+/// Returns the image layers that the import `number` in the history of the project's paint, `book`, changed, sorted
+/// by photo and image layer, with pictures of at most `longest` pixels in width and height. The result is empty where
+/// the import is not in the history, or its photos have no stack.
 ///
 /// # Errors
 /// Returns an error when paint, stacks or layers cannot be read, or [`crate::Error::Cancelled`].
-pub fn changed_layers(project: &Path, number: u32, longest: u32, task: &Task) -> Result<Vec<ChangedLayer>> {
+pub fn changed_layers(
+    project: &Path,
+    book: &PaintBook,
+    number: u32,
+    longest: u32,
+    task: &Task,
+) -> Result<Vec<ChangedLayer>> {
     let paint = PaintStore::new(project);
     let stacks = StackStore::new(project);
-    let Some(sides) = sides(paint.read()?, number) else { return Ok(Vec::new()) };
+    let Some(sides) = sides(book.clone(), number) else { return Ok(Vec::new()) };
     let mut changed = Vec::new();
     for photo in &sides.photos {
         let Some(stack) = stacks.current(photo)? else { continue };

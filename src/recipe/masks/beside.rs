@@ -10,7 +10,7 @@ use crate::document::masks::MaskFrom;
 use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
-use crate::io::cameras::{CameraPhoto, read_cameras};
+use crate::io::cameras::{CameraPhoto, read_cameras_of};
 use crate::io::project::resolved;
 use crate::recipe::named::place_of_photo;
 use crate::scene::Site;
@@ -103,7 +103,7 @@ pub fn mask_of_file(
 /// Reads the cameras by photo name; every photo of the site is among them.
 fn cameras(folder: &Path, project: &Project, task: &Task) -> Result<BTreeMap<String, CameraPhoto>> {
     let file: PathBuf = resolved(folder, &project.cameras);
-    let cameras = read_cameras(&file, task)?;
+    let cameras = read_cameras_of(&resolved(folder, &project.photos), &file, task)?;
     Ok(cameras.photos.into_iter().map(|photo| (photo.name.clone(), photo)).collect())
 }
 

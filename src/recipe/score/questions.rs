@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::io::cameras::read_cameras;
+use crate::io::cameras::read_cameras_of;
 use crate::projection::PhotoId;
 use crate::recipe::photos::import_photos;
 use crate::scene::{Photo, Site};
@@ -24,7 +24,7 @@ pub fn leave_one_out(site: &Site) -> Vec<Question> {
     numbered.map(|(photo, id)| Question { photo: photo.clone(), without: vec![id] }).collect()
 }
 
-/// Reads the photos of COLMAP's `cameras` whose files are in `photos`. Pinhole images of distorted ones are made in
+/// Reads the photos of `cameras` whose files are in `photos`. Pinhole images of distorted ones are made in
 /// `cache/photos`. The second list contains the problems with single photos.
 ///
 /// # Errors
@@ -35,7 +35,7 @@ pub fn held_out(
     cache: &Path,
     task: &Task,
 ) -> Result<(Vec<Question>, Vec<Error>)> {
-    let cameras = read_cameras(cameras, task)?;
+    let cameras = read_cameras_of(photos, cameras, task)?;
     let import = import_photos(&cameras, photos, cache, task)?;
     cameras.notes.iter().chain(&import.notes).for_each(|note| task.note(note));
     let questions = import.photos.into_iter().map(|photo| Question { photo, without: Vec::new() }).collect();

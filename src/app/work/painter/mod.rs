@@ -19,6 +19,7 @@ pub use self::orders::Orders;
 
 use self::orders::{Bench, Order};
 use super::waker::Waker;
+use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::projection::surface::Surface;
 use crate::projection::{Gains, Picture, Renders, Shot};
@@ -44,7 +45,7 @@ pub struct Request {
 #[derive(Clone)]
 pub enum Change {
     /// The paint that photos of these names have by now.
-    Paint(Vec<String>),
+    Paint(Vec<String>, Arc<PaintBook>),
     /// The photos' gains.
     Gains(Gains),
     /// What is decided about photos and faces, of the same model and stacks.
@@ -150,7 +151,7 @@ impl Painter {
         match change {
             Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
             Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
-            Change::Paint(_) => (),
+            Change::Paint(..) => (),
         }
         slot.changes.push(change);
         self.shared.wake.notify_one();
@@ -232,16 +233,16 @@ impl Drawing {
         let what = match change {
             Change::Gains(_) => "exposures",
             Change::Decisions(_) => "decisions",
-            Change::Paint(_) => "painted layers",
+            Change::Paint(..) => "painted layers",
         };
         let changed = match change {
             Change::Gains(gains) => {
                 self.preview.set_gains(gains);
                 Ok(())
             }
-            Change::Paint(photos) => {
+            Change::Paint(photos, book) => {
                 let (preview, task) = (&mut self.preview, &self.task);
-                let renew = || preview.renew_paint(&photos, task).map(drop);
+                let renew = || preview.renew_paint(&photos, &book, task).map(drop);
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
             Change::Decisions(opened) => {

@@ -8,8 +8,7 @@ use std::sync::mpsc::{Sender, channel};
 
 use super::{Shared, failed};
 use crate::error::{Error, Result};
-use crate::gpu::Sliced;
-use crate::projection::{Picture, Shot};
+use crate::projection::{Picture, Renders, Shot, Sliced};
 use crate::recipe::preview::Preview;
 use crate::task::Task;
 

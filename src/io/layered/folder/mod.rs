@@ -9,10 +9,21 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::TempDir;
 
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::io::atomic::sync_folder;
 use crate::io::layered::document::{Layer, LayeredDocument};
+use crate::io::layered::format::LayeredFormat;
 use crate::io::layered::png::write_rgba;
+
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Folder,
+    title: "Folder of PNG",
+    name: "folder",
+    about: "A folder of PNG files with stack.json",
+    file: None,
+};
 
 /// A folder that is being written. [`NewFolder::commit`] puts it in place; dropped before that, it vanishes.
 #[derive(Debug)]

@@ -8,19 +8,41 @@ pub mod read;
 mod stack_xml;
 
 use std::fmt::Write as _;
-use std::io::{Seek, Write};
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
 use rayon::prelude::*;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
+use crate::io::layered::Fit;
 use crate::io::layered::batches::batches;
 use crate::io::layered::document::{Layer, LayeredDocument, Node};
+use crate::io::layered::format::{FileFormat, LayeredFormat, Variant};
 use crate::io::layered::png::write_rgba;
 use crate::io::layered::psd::resources::escaped;
 use crate::io::layered::raster::Raster;
+
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Ora,
+    title: "OpenRaster",
+    name: "OpenRaster",
+    about: "OpenRaster, for Krita",
+    file: Some(FileFormat {
+        extensions: &["ora"],
+        signature: read::SIGNATURE,
+        variants: |_| vec![Variant { extension: "ora", write: write_file }],
+        read: read::read,
+    }),
+};
+
+fn write_file(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(BufWriter::new(file), path, document).map(|()| Fit::Whole)
+}
 
 /// The longest side of the thumbnail in pixels, by the standard.
 const THUMBNAIL: u32 = 256;

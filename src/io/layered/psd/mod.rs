@@ -12,6 +12,7 @@ pub(super) mod resources;
 #[cfg(test)]
 mod tests;
 
+use std::fs::File;
 use std::io::{Seek, Write};
 use std::path::Path;
 
@@ -20,8 +21,10 @@ use rayon::prelude::*;
 use self::planes::Planes;
 use self::records::{CHANNELS, ChannelLengths, EMPTY_CHANNEL, Record, record_list, records};
 use super::batches::batches;
+use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{Fit, Sink};
 use super::{Depth, LayeredDocument};
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
 /// The variant of the format, which decides the width of lengths.
@@ -39,6 +42,38 @@ const LARGEST_PSD: u64 = (1 << 31) - 1;
 const LONGEST_PSD_SIDE: u32 = 30_000;
 /// Maximum side of a PSB in pixels.
 const LONGEST_PSB_SIDE: u32 = 300_000;
+
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Psd,
+    title: "PSD",
+    name: "PSD",
+    about: "One layered PSD a photo, for Photoshop, GIMP and Krita",
+    file: Some(FileFormat {
+        extensions: &["psd", "psb"],
+        signature: read::SIGNATURE,
+        variants,
+        read: read::read,
+    }),
+};
+
+/// Returns a PSD, and a PSB where that is too small.
+fn variants(document: &LayeredDocument) -> Vec<Variant> {
+    let psd = Variant { extension: Kind::Psd.extension(), write: write_psd };
+    let psb = Variant { extension: Kind::Psb.extension(), write: write_psb };
+    match Kind::to_try_first(document) {
+        Kind::Psd => vec![psd, psb],
+        Kind::Psb => vec![psb],
+    }
+}
+
+fn write_psd(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Kind::Psd)
+}
+
+fn write_psb(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Kind::Psb)
+}
 
 impl Kind {
     /// Returns the smaller variant that may hold the document; whether it does shows only in writing.

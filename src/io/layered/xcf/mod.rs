@@ -10,6 +10,7 @@ mod properties;
 pub mod read;
 mod tiles;
 
+use std::fs::File;
 use std::io::{Seek, Write};
 use std::path::Path;
 
@@ -19,8 +20,10 @@ use self::items::{Item, items};
 use self::properties::{image_properties, layer_properties, put_text};
 use self::tiles::{TILE, Tiles};
 use super::batches::batches;
+use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{Fit, Sink};
 use super::{Depth, LayeredDocument, Raster};
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
 /// The version of the format.
@@ -42,6 +45,37 @@ const RGBA_LAYER: u32 = 1;
 /// The precision: samples of 8 or 16 bits with the tone curve of the profile.
 const PRECISION_8: u32 = 150;
 const PRECISION_16: u32 = 250;
+
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Xcf,
+    title: "XCF (GIMP)",
+    name: "XCF",
+    about: "XCF, for GIMP: opens fastest, and locks hold",
+    file: Some(FileFormat { extensions: &["xcf"], signature: read::SIGNATURE, variants, read: read::read }),
+};
+
+/// Returns the oldest version that can hold the document, and a newer one where that is too small.
+fn variants(document: &LayeredDocument) -> Vec<Variant> {
+    let variant = |write| Variant { extension: "xcf", write };
+    match Version::to_try_first(document) {
+        Version::Three => vec![variant(write_three), variant(write_eleven)],
+        Version::Eleven => vec![variant(write_eleven)],
+        Version::Twelve => vec![variant(write_twelve)],
+    }
+}
+
+fn write_three(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Version::Three)
+}
+
+fn write_eleven(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Version::Eleven)
+}
+
+fn write_twelve(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Version::Twelve)
+}
 
 impl Version {
     /// Returns the oldest version that may hold the document; whether it does shows only in writing.
