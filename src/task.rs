@@ -46,7 +46,7 @@ impl Task {
 
     /// Returns the same task with another flag for cancellation, for one of many short jobs that report to the same
     /// sink.
-    pub fn stopped_by(&self, stop: Arc<AtomicBool>) -> Self {
+    pub fn with_stop_flag(&self, stop: Arc<AtomicBool>) -> Self {
         Self { stop, ..self.clone() }
     }
 

@@ -10,7 +10,7 @@ use quadratura::document::{Decisions, Stack};
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::{BoxShape, Method, Options, SoftwareRasteriser};
 use quadratura::recipe::build::{BuildOptions, Built, build};
-use quadratura::scene::synthetic::{Dice, Scene, closed_form, random};
+use quadratura::scene::synthetic::{Rng, Scene, closed_form, random};
 use quadratura::scene::{Photo, Site};
 use quadratura::task::Task;
 
@@ -24,7 +24,7 @@ struct Noise {
 
 impl Noise {
     fn new(seed: u64, width: u32, height: u32, holes: bool) -> Self {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let mut rgba = Vec::new();
         for _ in 0..width * height {
             rgba.extend([0; 3].map(|_| dice.whole(0, 65535) as u16));

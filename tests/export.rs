@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use invented::Plan;
-use quadratura::document::decisions::LayerName;
+use quadratura::document::decisions::LayerNaming;
 use quadratura::document::export_record::{ExportFormat, HelperRole};
 use quadratura::document::{Decisions, Stack};
 use quadratura::geometry::PixelRect;
@@ -318,7 +318,7 @@ fn a_layer_is_exported_by_the_name_that_was_decided_whatever_it_was_called_when_
         held.map(|element| Faces { object: element.object.clone(), faces: element.all_faces() }).collect();
     let mut decisions = Decisions::default();
     let named = decisions.photos.entry(project.photo.name.clone()).or_default();
-    named.names.push(LayerName { name: "the palazzo".into(), of });
+    named.names.push(LayerNaming { name: "the palazzo".into(), of });
     let options = ExportOptions { decisions: Some(decisions), ..ExportOptions::default() };
     let report = project.export_as(&options).done.remove(0);
     assert_ne!(report.key, plain.key, "it is another document");

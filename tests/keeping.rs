@@ -20,7 +20,7 @@ use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::document::Project;
 use quadratura::document::history::Gesture;
-use quadratura::document::masks::{Mask, MaskFrom};
+use quadratura::document::masks::{Mask, MaskOrigin};
 use quadratura::geometry::{PixelRect, Spans};
 use quadratura::io::layered::Raster;
 use quadratura::io::mask_store::MaskStore;
@@ -132,7 +132,7 @@ fn a_stroke_that_has_just_ended_is_kept_when_the_display_goes() {
     pointer(&mut harness, at + [30.0, 0.0].into(), false);
     drop(harness);
     let harness = taken_back(&project);
-    assert!(present(harness.state()).masks.find(CHURCH, &MaskFrom::Drawn).is_some());
+    assert!(present(harness.state()).masks.find(CHURCH, &MaskOrigin::Drawn).is_some());
 }
 
 #[test]
@@ -172,7 +172,7 @@ fn mask(project: &Path, pixels: u32) -> PathBuf {
     let file = store.add(CHURCH, "drawn", &block(pixels), SIZE).unwrap();
     change_project(project, |project| {
         let mut project = project?;
-        let mask = Mask { from: MaskFrom::Drawn, file: file.clone(), pixels: u64::from(pixels) };
+        let mask = Mask { from: MaskOrigin::Drawn, file: file.clone(), pixels: u64::from(pixels) };
         project.masks.put(CHURCH, mask);
         Ok(project)
     })

@@ -18,13 +18,13 @@ use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::document::Stack;
 use quadratura::document::paint::{PaintEntry, PaintedView, Patch};
-use quadratura::document::stack::SpreadPaint;
+use quadratura::document::stack::PropagationEntry;
 use quadratura::geometry::PixelRect;
 use quadratura::io::layer_reader::read_layer;
 use quadratura::io::paint_store::PaintStore;
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::fill::{FillOptions, Invent};
-use quadratura::recipe::fill::lookouts::Lookouts;
+use quadratura::recipe::fill::lookouts::Viewpoints;
 use quadratura::recipe::layer_table::{Column, sorted};
 use window::{copy_of_piazza, project_of, wait};
 
@@ -302,7 +302,7 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
 
     harness.state_mut().run(&command::flight::KEEP);
     steps(&mut harness);
-    assert_eq!(harness.state().lookouts(), Lookouts::Kept);
+    assert_eq!(harness.state().lookouts(), Viewpoints::Kept);
     wait(&mut harness, "what the kept view sees", |editor| found(editor) && views(editor) == 1);
     steps(&mut harness);
     let worst = harness.state().quality.fill.worst.found().unwrap().layers[0].clone();
@@ -317,7 +317,7 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     steps(&mut harness);
     harness.get_by_label(&format!("the photos' cameras ({PHOTOS})")).click();
     steps(&mut harness);
-    assert_eq!(harness.state().lookouts(), Lookouts::Photos);
+    assert_eq!(harness.state().lookouts(), Viewpoints::Photos);
     wait(&mut harness, "what the photos see", |editor| found(editor) && views(editor) == PHOTOS);
 }
 
@@ -380,7 +380,7 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     let off = harness.state();
     assert_eq!((command::layers::TAKE_OFF.ready)(off), Err("no paint lies over another photo"));
     harness.get_by_role_and_label(Role::CheckBox, "paint of 01_church.jpg");
-    let spread = |editor: &Editor| -> Vec<SpreadPaint> {
+    let spread = |editor: &Editor| -> Vec<PropagationEntry> {
         let fills = session!(editor).photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
         fills.flat_map(|fill| fill.spread.clone()).collect()
     };

@@ -12,7 +12,7 @@ use crate::app::state::running::{JobId, Kind};
 use crate::app::work::jobs::{Jobs, arrival};
 use crate::projection::Picture;
 use crate::recipe::open::Opened;
-use crate::recipe::thumbnail::{kept_thumbnail, thumbnail};
+use crate::recipe::thumbnail::{cached_thumbnail, thumbnail};
 
 /// The longer side of a small picture, in pixels: a list shows it at half of that on a dense display.
 const SMALL: u32 = 256;
@@ -62,7 +62,7 @@ impl Pictures {
             for (place, photo) in photos.iter().enumerate() {
                 task.step("thumbnails", place as u64, photos.len() as u64)?;
                 // A photo that cannot be read is told of where it is needed.
-                if let Ok(picture) = kept_thumbnail(&folder, photo, SMALL) {
+                if let Ok(picture) = cached_thumbnail(&folder, photo, SMALL) {
                     let made = Made { photo: place, longest: SMALL, image: image(&picture) };
                     if send.send(made).is_err() {
                         break;

@@ -7,7 +7,7 @@ use super::args::CheckArgs;
 use super::table::{Table, counted};
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::recipe::check::mistake::without_mend;
+use crate::recipe::check::mistake::advice_without_fix;
 use crate::recipe::check::{CheckOptions, CheckReport, FaceReport, Names, Suggestion, Verdict, check_site};
 use crate::recipe::open::open;
 use crate::task::Task;
@@ -60,7 +60,7 @@ fn verdict_text(report: &CheckReport) -> String {
 }
 
 fn no_suggestion(verdict: Verdict) -> String {
-    match without_mend(verdict) {
+    match advice_without_fix(verdict) {
         "" => String::new(),
         text => format!("{text}\n"),
     }

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::Outcome;
-use super::args::{DecideArgs, OwnOption};
+use super::args::{DecideArgs, OptionOverride};
 use super::table::Table;
 use crate::document::decisions::PhotoOptions;
 use crate::document::{PhotoDecisions, Project, Stack};
@@ -143,9 +143,9 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
     let kept = opened.project.decisions.of(name).options;
     let kept = if args.reset { PhotoOptions::default() } else { kept };
     let options = PhotoOptions {
-        tolerance: tolerance.map_or(kept.tolerance, |OwnOption(own)| own),
-        min_support: min_support.map_or(kept.min_support, |OwnOption(own)| own),
-        margin: margin.map_or(kept.margin, |OwnOption(own)| own),
+        tolerance: tolerance.map_or(kept.tolerance, |OptionOverride(own)| own),
+        min_support: min_support.map_or(kept.min_support, |OptionOverride(own)| own),
+        margin: margin.map_or(kept.margin, |OptionOverride(own)| own),
     };
     Ok(Some(LayerEdit::Options { photo: typed.to_owned(), options }))
 }

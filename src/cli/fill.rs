@@ -5,7 +5,7 @@ use serde_json::json;
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
-use super::spread_table::SpreadTable;
+use super::spread_table::PropagatedTable;
 use super::table::counted;
 use crate::document::Project;
 use crate::error::Result;
@@ -61,7 +61,7 @@ fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOp
 
 fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let mut table = FillTable::default();
-    let mut spread = SpreadTable::default();
+    let mut spread = PropagatedTable::default();
     for photo in filled {
         match &photo.stack {
             Ok(stack) => {
@@ -89,7 +89,7 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
 
 /// Reports the result of a dry run.
 fn offered(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
-    let mut spread = SpreadTable::default();
+    let mut spread = PropagatedTable::default();
     for photo in filled {
         spread.add(&photo.photo, &photo.spread);
         problems.extend(photo.stack.as_ref().err().map(|error| format!("{}: {error}", photo.photo)));

@@ -9,7 +9,7 @@ use super::args::InfoArgs;
 use super::fill_table::FillTable;
 use super::masked::Masked;
 use super::painted::Painted;
-use super::spread_table::SpreadTable;
+use super::spread_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::Untextured;
@@ -50,7 +50,7 @@ fn about_photos(
     let mut untextured = Untextured::default();
     let mut filling = FillTable::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
-    let mut spread = SpreadTable::default();
+    let mut spread = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;

@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::{read_project, write_project};
-use crate::io::recovery::find_unsaved;
+use crate::io::recovery::read_unsaved;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{Found, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
@@ -108,7 +108,7 @@ fn keep(args: &MaskArgs, project: &Project) -> Result<()> {
     write_project(&args.project, project)?;
     // If the history of imports or the unsaved changes of a window cannot be read, the files they need are
     // unknown, so all stay.
-    let unsaved = find_unsaved(&args.project, project);
+    let unsaved = read_unsaved(&args.project, project);
     let (Ok(paint), Ok(unsaved)) = (PaintStore::new(&args.project).read(), unsaved) else { return Ok(()) };
     let unsaved = unsaved.map(|found| found.project.masks);
     tidy(&args.project, &[Some(&project.masks), unsaved.as_ref()], &paint)

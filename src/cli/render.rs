@@ -15,7 +15,7 @@ use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
-use crate::recipe::render::{FilmOptions, RenderOptions, RenderReport, Rendered, render};
+use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use crate::recipe::views::{Asked, Size, View, Views};
 use crate::task::Task;
 
@@ -87,9 +87,9 @@ fn draw_exploded(
     render(&views.list, &mut draw, options, task)
 }
 
-fn film(args: &RenderArgs, views: &Views) -> Option<FilmOptions> {
+fn film(args: &RenderArgs, views: &Views) -> Option<VideoOptions> {
     let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
-    args.video.clone().map(|file| FilmOptions { file, fps, background: args.background })
+    args.video.clone().map(|file| VideoOptions { file, fps, background: args.background })
 }
 
 /// Writes the camera path, but never over an existing file, which may have been edited.
@@ -129,7 +129,7 @@ fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: 
     Outcome { text, json, problems }
 }
 
-fn table(pictures: &[Rendered]) -> String {
+fn table(pictures: &[RenderedView]) -> String {
     let mut table = Table::new(&["view", "size", "textured", "file"]);
     for done in pictures.iter().take(MOST_ROWS) {
         let size = format!("{} x {}", done.width, done.height);

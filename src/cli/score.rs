@@ -98,7 +98,7 @@ fn photos(report: &ScoreReport) -> String {
         table.row([view.photo.clone(), percent(view.coverage)].into_iter().chain(covered).chain(with_holes));
     }
     if let Some(MeanScore { views, coverage, covered, with_holes }) = report.mean {
-        let means = |m: &crate::recipe::score::MeanLikeness| (m.psnr, m.psnr_fitted, m.ssim);
+        let means = |m: &crate::recipe::score::MeanMetrics| (m.psnr, m.psnr_fitted, m.ssim);
         let (covered, with_holes) = (figures(covered.as_ref().map(means)), figures(Some(means(&with_holes))));
         let name = format!("mean of {views}");
         table.row([name, percent(coverage)].into_iter().chain(covered).chain(with_holes));

@@ -3,7 +3,7 @@
 use serde_json::{Value, json};
 
 use super::table::Table;
-use crate::document::stack::SpreadPaint;
+use crate::document::stack::PropagationEntry;
 
 const HEADINGS: [&str; 7] =
     ["photo", "face", "painted in", "projected", "own paint stays", "in conflict", "sources differ"];
@@ -14,20 +14,20 @@ sources differ: pixels where the paint of a third photo has a clearly different 
 ";
 
 /// A table of propagated paint.
-pub struct SpreadTable {
+pub struct PropagatedTable {
     table: Table,
     rows: Vec<Value>,
 }
 
-impl Default for SpreadTable {
+impl Default for PropagatedTable {
     fn default() -> Self {
         Self { table: Table::new(&HEADINGS), rows: Vec::new() }
     }
 }
 
-impl SpreadTable {
+impl PropagatedTable {
     /// Adds the paint that was projected to one photo.
-    pub fn add(&mut self, photo: &str, spread: &[SpreadPaint]) {
+    pub fn add(&mut self, photo: &str, spread: &[PropagationEntry]) {
         for paint in spread {
             let names = [photo, &paint.face, &paint.from].map(str::to_owned);
             let counts = [paint.texels, paint.own, paint.conflicts, paint.dissents];

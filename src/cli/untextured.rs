@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use serde_json::{Value, json};
 
 use super::table::{Table, counted};
-use crate::document::stack::{self, Reason};
+use crate::document::stack::{self, UntexturedReason};
 use crate::document::{PhotoDecisions, Stack};
 use crate::recipe::untextured::untextured;
 
@@ -30,11 +30,11 @@ impl Untextured {
             return String::new();
         }
         let mut headings = vec!["faces without texture"];
-        headings.extend(Reason::ALL.map(Reason::word));
+        headings.extend(UntexturedReason::ALL.map(UntexturedReason::word));
         let mut table = Table::new(&headings);
         for (photo, faces) in &self.photos {
             let count = |reason| faces.iter().filter(|face| face.reason == reason).count().to_string();
-            table.row([photo.clone()].into_iter().chain(Reason::ALL.map(count)));
+            table.row([photo.clone()].into_iter().chain(UntexturedReason::ALL.map(count)));
         }
         format!("{}{}", table.render(), self.nowhere_in_words())
     }
@@ -66,8 +66,8 @@ impl Untextured {
     }
 
     /// Returns the faces that no photo textures, with the number of photos by reason.
-    fn nowhere(&self) -> BTreeMap<(&str, u32), BTreeMap<Reason, usize>> {
-        let mut faces: BTreeMap<_, BTreeMap<Reason, usize>> = BTreeMap::new();
+    fn nowhere(&self) -> BTreeMap<(&str, u32), BTreeMap<UntexturedReason, usize>> {
+        let mut faces: BTreeMap<_, BTreeMap<UntexturedReason, usize>> = BTreeMap::new();
         for face in self.photos.iter().flat_map(|(_, faces)| faces) {
             *faces.entry((face.object.as_str(), face.face)).or_default().entry(face.reason).or_default() += 1;
         }

@@ -140,14 +140,14 @@ impl CameraPath {
         if self.up.is_some_and(|up| !(1e-6..1e6).contains(&DVec3::from_array(up).length())) {
             return flaw("up", "no direction; write one such as [0, 0, 1]".into());
         }
-        self.judge_frames()
+        self.check_frame_count()
     }
 
     /// Checks that the number of frames is at most 100,000. Call it again where `fps` is not the file's own.
     ///
     /// # Errors
     /// Returns a problem when there are too many frames.
-    pub fn judge_frames(&self) -> Result<(), Flaw> {
+    pub fn check_frame_count(&self) -> Result<(), Flaw> {
         let times = self.keyframes.first().zip(self.keyframes.last());
         let seconds = times.map_or(0.0, |(first, last)| last.t - first.t);
         // NaN compares false, too; so do the other comparisons here.

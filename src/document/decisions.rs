@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::layers::{Faces, Options, Wishes};
+use crate::layers::{Faces, LayerConstraints, Options};
 
 /// The longest permitted name of a layer, in bytes; no image editor truncates shorter ones.
 pub const LONGEST_NAME: usize = 120;
@@ -22,15 +22,15 @@ pub struct Decisions {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhotoDecisions {
-    /// Groups of faces to be merged into one layer; see [`Wishes::merge`].
+    /// Groups of faces to be merged into one layer; see [`LayerConstraints::merge`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<Vec<Faces>>,
-    /// Groups of faces to be kept in separate layers; see [`Wishes::split`].
+    /// Groups of faces to be kept in separate layers; see [`LayerConstraints::split`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub split: Vec<Vec<Vec<Faces>>>,
     /// The names of image layers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub names: Vec<LayerName>,
+    pub names: Vec<LayerNaming>,
     /// Faces that this photo does not texture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exclude: Vec<Faces>,
@@ -45,7 +45,7 @@ pub struct PhotoDecisions {
 /// The name of an image layer. It applies to the layer that contains most of the listed faces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LayerName {
+pub struct LayerNaming {
     /// The name.
     pub name: String,
     /// The faces that the layer contained when it was named.
@@ -91,8 +91,8 @@ impl PhotoDecisions {
     }
 
     /// Returns the merges and splits as the visibility sort takes them.
-    pub fn wishes(&self) -> Wishes {
-        Wishes { merge: self.merge.clone(), split: self.split.clone() }
+    pub fn wishes(&self) -> LayerConstraints {
+        LayerConstraints { merge: self.merge.clone(), split: self.split.clone() }
     }
 
     /// Returns the decisions that affect how a stack is built; the others apply to any stack.
@@ -147,8 +147,8 @@ fn problem_of_split(groups: &[Vec<Faces>]) -> Option<String> {
 }
 
 /// Returns a problem when a layer's name is not a single line of 1 to 120 bytes, or refers to no faces.
-fn problem_of_name(name: &LayerName) -> Option<String> {
-    let LayerName { name, of } = name;
+fn problem_of_name(name: &LayerNaming) -> Option<String> {
+    let LayerNaming { name, of } = name;
     if name.trim().is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
         let expected = format!("expected 1 to {LONGEST_NAME} bytes in one line");
         return Some(format!("is called {name:?}; {expected}"));

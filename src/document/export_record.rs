@@ -58,7 +58,7 @@ pub struct ExportRecord {
     /// The image layers, nearest first.
     pub layers: Vec<ExportedLayer>,
     /// The other layers of the document, from the top; paint on them is not imported.
-    pub helpers: Vec<Helper>,
+    pub helpers: Vec<HelperLayer>,
     /// The pieces to which the elements of `layers` refer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pieces: Vec<Piece>,
@@ -118,7 +118,7 @@ pub struct Baseline {
 
 /// A layer of the document that is not an image layer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Helper {
+pub struct HelperLayer {
     /// The name in the document.
     pub name: String,
     /// The purpose of the layer.

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::Project;
-use super::masks::{Mask, MaskChange, MaskFrom};
+use super::masks::{Mask, MaskChange, MaskOrigin};
 use super::paint::ImportedMask;
 
 /// The most steps that can be undone.
@@ -54,12 +54,12 @@ enum StepChange {
 pub enum Turn {
     /// [`History::present`] is another project; nothing remains to be done.
     Project,
-    /// The caller undoes the import with this number and reports it with [`History::took_back`].
+    /// The caller undoes the import with this number and reports it with [`History::import_undone`].
     /// [`crate::document::paint::PaintBook::take_back`] undoes the last import; where that is another one, or none
     /// is left, the step cannot be undone, and the caller calls [`History::forget_import`].
     TakeBack(u32),
     /// The caller imports these files again, in their present state, and reports the new number with
-    /// [`History::imported_again`]. The number given here is that of the undone import.
+    /// [`History::import_redone`]. The number given here is that of the undone import.
     ImportAgain(u32, Vec<PathBuf>),
 }
 
@@ -120,7 +120,7 @@ impl History {
     }
 
     /// Replaces the number of an import that was redone, and the masks that came with it.
-    pub fn imported_again(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
+    pub fn import_redone(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
         self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
         let Some(index) = self.place_of_import(old) else { return };
         // Later steps were made with the masks that came with the first import.
@@ -140,7 +140,7 @@ impl History {
 
     /// Records that an import was undone, and that the masks it had replaced are on disk again. Where the import is
     /// not a step that can be redone, its masks are removed from all steps.
-    pub fn took_back(&mut self, import: u32, masks: &[ImportedMask]) {
+    pub fn import_undone(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
         if self.place_of_import(import).is_none() && !masks.is_empty() {
@@ -210,7 +210,7 @@ impl History {
     }
 
     /// Returns the name of the step that [`Self::redo`] would redo.
-    pub fn redoes(&self) -> Option<&str> {
+    pub fn redo_name(&self) -> Option<&str> {
         Some(&self.steps.get(self.steps.len() - self.undone)?.name)
     }
 
@@ -263,7 +263,7 @@ impl History {
 }
 
 /// A photo, the origin of a mask, and the mask, or `None` where it is removed.
-type NewMask<'a> = (&'a String, &'a MaskFrom, &'a Option<Mask>);
+type NewMask<'a> = (&'a String, &'a MaskOrigin, &'a Option<Mask>);
 
 /// Returns the project with these masks, or the same snapshot where it has them already.
 fn with_masks<'a>(project: &Arc<Project>, masks: impl Iterator<Item = NewMask<'a>>) -> Arc<Project> {

@@ -15,7 +15,7 @@ pub struct Masks(BTreeMap<String, Vec<Mask>>);
 #[serde(deny_unknown_fields)]
 pub struct Mask {
     /// The origin of the mask; a photo has at most one mask of each origin.
-    pub from: MaskFrom,
+    pub from: MaskOrigin,
     /// The file below the project's `masks/`: a PNG as large as the photo's pinhole image, in which black is
     /// masked.
     pub file: String,
@@ -29,7 +29,7 @@ pub struct MaskChange {
     /// The photo's name.
     pub photo: String,
     /// The origin of the mask.
-    pub from: MaskFrom,
+    pub from: MaskOrigin,
     /// The mask before the import; `None` where there was none.
     pub before: Option<Mask>,
     /// The mask after the import; `None` where there is none.
@@ -39,7 +39,7 @@ pub struct MaskChange {
 /// The origin of a mask. Lists are sorted in the order of the variants.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum MaskFrom {
+pub enum MaskOrigin {
     /// A mask file of this name.
     File(String),
     /// The visible pixels of some objects of the model, with a margin.
@@ -62,7 +62,7 @@ pub struct MaskedObject {
     pub margin: u32,
 }
 
-impl MaskFrom {
+impl MaskOrigin {
     /// Returns true for the same origin, of which a photo has one mask at most. Object masks that differ only in
     /// the margin have the same origin.
     fn is_same(&self, other: &Self) -> bool {
@@ -114,7 +114,7 @@ impl Masks {
     }
 
     /// Returns the mask of a photo that has this origin.
-    pub fn find(&self, photo: &str, from: &MaskFrom) -> Option<&Mask> {
+    pub fn find(&self, photo: &str, from: &MaskOrigin) -> Option<&Mask> {
         self.of(photo).iter().find(|mask| mask.from.is_same(from))
     }
 
@@ -127,7 +127,7 @@ impl Masks {
     }
 
     /// Removes a photo's mask of this origin and returns it.
-    pub fn remove(&mut self, photo: &str, from: &MaskFrom) -> Option<Mask> {
+    pub fn remove(&mut self, photo: &str, from: &MaskOrigin) -> Option<Mask> {
         let masks = self.0.get_mut(photo)?;
         let index = masks.iter().position(|mask| mask.from.is_same(from));
         let removed = index.map(|index| masks.remove(index));
@@ -143,7 +143,7 @@ impl Masks {
     }
 
     /// Adds or replaces a photo's mask of this origin, or removes it.
-    pub fn set(&mut self, photo: &str, from: &MaskFrom, mask: Option<Mask>) {
+    pub fn set(&mut self, photo: &str, from: &MaskOrigin, mask: Option<Mask>) {
         match mask {
             Some(mask) => self.put(photo, mask),
             None => drop(self.remove(photo, from)),
@@ -152,7 +152,7 @@ impl Masks {
 
     /// Returns these masks with external changes merged in: every mask that differs between `known` and `now` is
     /// taken from `now`.
-    pub fn with_news(&self, known: &Self, now: &Self) -> Self {
+    pub fn merged_with_changes(&self, known: &Self, now: &Self) -> Self {
         let mut masks = self.clone();
         let of_both = [known, now].into_iter().flat_map(Self::photos);
         for (photo, mask) in of_both.flat_map(|(photo, of)| of.iter().map(move |mask| (photo, mask))) {
@@ -184,18 +184,18 @@ impl Masks {
 mod tests {
     use super::*;
 
-    fn mask(from: MaskFrom, file: &str) -> Mask {
+    fn mask(from: MaskOrigin, file: &str) -> Mask {
         Mask { from, file: file.into(), pixels: 3 }
     }
 
-    fn tractor(margin: u32) -> MaskFrom {
-        MaskFrom::Object(MaskedObject { name: "tractor*".into(), margin })
+    fn tractor(margin: u32) -> MaskOrigin {
+        MaskOrigin::Object(MaskedObject { name: "tractor*".into(), margin })
     }
 
     #[test]
     fn masks_are_written_readably_and_come_back() {
         let mut masks = Masks::default();
-        masks.put("a.jpg", mask(MaskFrom::Suggested, "a.jpg/s-1.png"));
+        masks.put("a.jpg", mask(MaskOrigin::Suggested, "a.jpg/s-1.png"));
         masks.put("a.jpg", mask(tractor(9), "a.jpg/t-1.png"));
         let text = serde_json::to_string(&masks).unwrap();
         assert_eq!(
@@ -213,37 +213,37 @@ mod tests {
         let mut masks = Masks::default();
         masks.put("a.jpg", mask(tractor(9), "1"));
         masks.put("a.jpg", mask(tractor(20), "2"));
-        masks.put("a.jpg", mask(MaskFrom::Drawn, "3"));
+        masks.put("a.jpg", mask(MaskOrigin::Drawn, "3"));
         assert_eq!(masks.of("a.jpg").len(), 2);
         assert_eq!(masks.find("a.jpg", &tractor(0)).unwrap().file, "2");
         assert_eq!(masks.remove("a.jpg", &tractor(1)).unwrap().file, "2");
         assert_eq!(masks.remove("a.jpg", &tractor(1)), None);
-        masks.remove("a.jpg", &MaskFrom::Drawn);
+        masks.remove("a.jpg", &MaskOrigin::Drawn);
         assert!(masks.is_empty());
     }
 
     #[test]
     fn what_somebody_else_made_meanwhile_is_taken_and_nothing_else() {
-        let layer = |file: &str| mask(MaskFrom::Layer("9@a.psd".into()), file);
+        let layer = |file: &str| mask(MaskOrigin::Layer("9@a.psd".into()), file);
         let masks = |list: &[(&str, Mask)]| {
             let mut masks = Masks::default();
             list.iter().for_each(|(photo, mask)| masks.put(photo, mask.clone()));
             masks
         };
-        let drawn = |file: &str| mask(MaskFrom::Drawn, file);
+        let drawn = |file: &str| mask(MaskOrigin::Drawn, file);
         let known = masks(&[("a.jpg", drawn("old")), ("a.jpg", layer("old")), ("c.jpg", layer("gone"))]);
         let mine = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("old")), ("c.jpg", layer("gone"))]);
         let now = masks(&[("a.jpg", drawn("old")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
         let all = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
-        assert_eq!(mine.with_news(&known, &now), all);
-        assert_eq!(mine.with_news(&known, &known), mine);
+        assert_eq!(mine.merged_with_changes(&known, &now), all);
+        assert_eq!(mine.merged_with_changes(&known, &known), mine);
     }
 
     #[test]
     fn a_file_outside_of_the_folder_of_masks_is_a_problem() {
         for file in ["../a.png", "a/../../b.png", "/a.png", ""] {
             let mut masks = Masks::default();
-            masks.put("a.jpg", mask(MaskFrom::Drawn, file));
+            masks.put("a.jpg", mask(MaskOrigin::Drawn, file));
             assert!(masks.problem().is_some(), "{file}");
         }
     }

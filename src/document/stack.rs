@@ -280,14 +280,14 @@ pub struct StackFill {
     /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there: by face
     /// and photo.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub spread: Vec<SpreadPaint>,
+    pub spread: Vec<PropagationEntry>,
     /// The size of the filling's files in bytes.
     pub bytes: u64,
 }
 
 /// Paint of another photo that was propagated to a face that this photo shows.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct SpreadPaint {
+pub struct PropagationEntry {
     /// The face, as `object[index]`.
     pub face: String,
     /// The photo in which it was painted.
@@ -334,7 +334,7 @@ pub struct Untextured {
     /// The face's index within the object.
     pub face: u32,
     /// The reason.
-    pub reason: Reason,
+    pub reason: UntexturedReason,
     /// The nearer face at the first hidden pixel, as `object[index]`; for `hidden` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
@@ -355,7 +355,7 @@ impl Untextured {
 /// The reason why a photo does not texture a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Reason {
+pub enum UntexturedReason {
     /// The face is in front of the camera, but outside the photo.
     Outside,
     /// The face is behind the camera.
@@ -373,7 +373,7 @@ pub enum Reason {
     Excluded,
 }
 
-impl Reason {
+impl UntexturedReason {
     /// All reasons.
     pub const ALL: [Self; 7] = [
         Self::Outside,

@@ -22,7 +22,7 @@ fn swept(ends: [DVec2; 2], radius_px: f64, within: PixelRect) -> Spans {
     let low = ends[0].y.min(ends[1].y) - radius_px;
     let high = ends[0].y.max(ends[1].y) + radius_px;
     let rows = first_centre(low).max(within.y)..(first_centre(high) + 1).min(within.bottom());
-    Spans::of_rows(rows.start..rows.end.max(rows.start), |y, out| {
+    Spans::from_rows(rows.start..rows.end.max(rows.start), |y, out| {
         if let Some([left, right]) = reach(ends, radius_px, f64::from(y) + 0.5) {
             let run = first_centre(left).max(within.x)..(last_centre(right) + 1).min(within.right());
             out.push(run);
@@ -64,7 +64,7 @@ pub fn enclosed(line: &[DVec2], within: PixelRect) -> Spans {
             crossings[(y - within.y) as usize].push((upper.x + share * (lower.x - upper.x), turn));
         }
     }
-    Spans::of_rows(within.y..within.bottom(), |y, out| {
+    Spans::from_rows(within.y..within.bottom(), |y, out| {
         let row = &mut crossings[(y - within.y) as usize];
         row.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut turns = 0;
@@ -93,11 +93,11 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const PICTURE: PixelRect = PixelRect::of_size(400, 300);
 
-    fn point(dice: &mut Dice) -> DVec2 {
+    fn point(dice: &mut Rng) -> DVec2 {
         DVec2::new(dice.between(60.0, 340.0), dice.between(60.0, 240.0))
     }
 
@@ -109,7 +109,7 @@ mod tests {
 
     #[test]
     fn a_brush_covers_the_pixels_whose_centres_it_reaches_and_no_other() {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         for _ in 0..20 {
             let ends = [point(&mut dice), point(&mut dice)];
             let radius = dice.between(0.4, 50.0);

@@ -26,7 +26,7 @@ impl Grid {
     /// within it is in the set; otherwise the pixel under the cell's centre decides.
     pub fn cells(&self, pixels: &Spans) -> Spans {
         let mut runs = Vec::new();
-        Spans::of_rows(0..self.size[1] as i32, |row, out| {
+        Spans::from_rows(0..self.size[1] as i32, |row, out| {
             runs.clear();
             for y in self.pixel_rows(row) {
                 runs.extend(pixels.row(y).iter().map(|run| self.columns(run.start, run.end)));
@@ -90,12 +90,12 @@ pub fn boxes(cells: &Spans) -> Vec<PixelRect> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const SIDE: u32 = 40;
     const PICTURE: PixelRect = PixelRect::of_size(SIDE, SIDE);
 
-    fn random(dice: &mut Dice) -> Spans {
+    fn random(dice: &mut Rng) -> Spans {
         let dots: Vec<bool> = (0..SIDE * SIDE).map(|_| dice.between(0.0, 1.0) < 0.3).collect();
         let blob = PixelRect { x: 9, y: 12, w: 14, h: 11 };
         Spans::of_pixels(PICTURE, |x, y| dots[(y as u32 * SIDE + x as u32) as usize] && x > 20)
@@ -104,7 +104,7 @@ mod tests {
 
     #[test]
     fn magnified_cells_show_the_pixel_that_they_lie_in() {
-        let pixels = random(&mut Dice::new(3));
+        let pixels = random(&mut Rng::new(3));
         for scale in [1.0, 1.7, 5.0] {
             let grid = Grid { origin: DVec2::new(-13.25, 6.5), scale, size: [90, 70] };
             let cells = grid.cells(&pixels);
@@ -118,7 +118,7 @@ mod tests {
 
     #[test]
     fn a_cell_of_many_pixels_shows_any_of_them() {
-        let pixels = random(&mut Dice::new(4));
+        let pixels = random(&mut Rng::new(4));
         let grid = Grid { origin: DVec2::new(2.0, -1.0), scale: 0.25, size: [20, 20] };
         let cells = grid.cells(&pixels);
         for (x, y) in (0..20).flat_map(|x| (0..20).map(move |y| (x, y))) {
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn boxes_cover_each_cell_once() {
         for seed in 0..9 {
-            let cells = random(&mut Dice::new(seed));
+            let cells = random(&mut Rng::new(seed));
             let boxes = boxes(&cells);
             assert_eq!(boxes.iter().map(PixelRect::area).sum::<u64>(), cells.count());
             let covered = |x: i32, y: i32| boxes.iter().any(|b| b.contains(x, y));

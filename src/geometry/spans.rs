@@ -19,7 +19,7 @@ pub struct Spans {
 
 impl Spans {
     /// Builds a set from `rows`; `fill(y, out)` appends each row's runs, ascending and disjoint.
-    pub fn of_rows(rows: Range<i32>, mut fill: impl FnMut(i32, &mut Vec<Run>)) -> Self {
+    pub fn from_rows(rows: Range<i32>, mut fill: impl FnMut(i32, &mut Vec<Run>)) -> Self {
         let mut spans = Self { top: rows.start, starts: vec![0], runs: Vec::new() };
         let mut row = Vec::new();
         for y in rows {
@@ -33,7 +33,7 @@ impl Spans {
 
     /// Builds the set of pixels of a rectangle for which a predicate is true.
     pub fn of_pixels(within: PixelRect, holds: impl Fn(i32, i32) -> bool) -> Self {
-        Self::of_rows(within.y..within.bottom(), |y, out| {
+        Self::from_rows(within.y..within.bottom(), |y, out| {
             let mut x = within.x;
             while x < within.right() {
                 let held = holds(x, y);
@@ -87,7 +87,7 @@ impl Spans {
     /// Returns the set grown by `by` rows and columns (a square, not a disc).
     pub fn grown(&self, by: i32) -> Self {
         let wide = |run: &Run| run.start - by..run.end + by;
-        let mut grown = Self::of_rows(self.rows(), |y, out| out.extend(self.row(y).iter().map(wide)));
+        let mut grown = Self::from_rows(self.rows(), |y, out| out.extend(self.row(y).iter().map(wide)));
         let mut reach = 0;
         // First rows -1, 0, 1 are united, then rows -3, 0, 3 of the result: the reach triples, so few unions are
         // needed.
@@ -103,7 +103,7 @@ impl Spans {
     fn stacked(&self, step: i32) -> Self {
         let rows = self.rows().start - step..self.rows().end + step;
         let mut pair = Vec::new();
-        Self::of_rows(rows, |y, out| {
+        Self::from_rows(rows, |y, out| {
             pair.clear();
             unite(self.row(y - step), self.row(y), &mut pair);
             unite(&pair, self.row(y + step), out);
@@ -124,18 +124,18 @@ impl Spans {
             (_, true) => self.rows(),
             _ => self.rows().start.min(other.rows().start)..self.rows().end.max(other.rows().end),
         };
-        Self::of_rows(rows, |y, out| unite(self.row(y), other.row(y), out))
+        Self::from_rows(rows, |y, out| unite(self.row(y), other.row(y), out))
     }
 
     /// Returns the texels that are in this set and not in `other`.
     pub fn minus(&self, other: &Self) -> Self {
-        Self::of_rows(self.rows(), |y, out| subtract(self.row(y), other.row(y), out))
+        Self::from_rows(self.rows(), |y, out| subtract(self.row(y), other.row(y), out))
     }
 
     /// Returns the texels that are in both sets.
     pub fn intersection(&self, other: &Self) -> Self {
         let mut rest = Vec::new();
-        Self::of_rows(self.rows(), |y, out| {
+        Self::from_rows(self.rows(), |y, out| {
             rest.clear();
             subtract(self.row(y), other.row(y), &mut rest);
             subtract(self.row(y), &rest, out);
@@ -146,7 +146,7 @@ impl Spans {
     pub fn complement(&self, within: PixelRect) -> Self {
         let whole = within.x..within.right();
         let rows = within.y..within.bottom();
-        Self::of_rows(rows, |y, out| subtract(std::slice::from_ref(&whole), self.row(y), out))
+        Self::from_rows(rows, |y, out| subtract(std::slice::from_ref(&whole), self.row(y), out))
     }
 
     /// Returns the texels of half the resolution that contain any texel of this set: columns are halved where `x`,
@@ -155,7 +155,7 @@ impl Spans {
         let narrow = |run: &Run| if x { run.start >> 1..(run.end + 1) >> 1 } else { run.clone() };
         let rows = if y { self.top >> 1..(self.rows().end + 1) >> 1 } else { self.rows() };
         let (mut pair, mut halves) = (Vec::new(), Vec::new());
-        Self::of_rows(rows, |row, out| {
+        Self::from_rows(rows, |row, out| {
             pair.clear();
             halves.clear();
             let below = if y { self.row(2 * row + 1) } else { &[] };
@@ -218,7 +218,7 @@ fn subtract(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const SIDE: i32 = 24;
 
@@ -238,8 +238,8 @@ mod tests {
         inside && picture[((y + SIDE) * 3 * SIDE + x + SIDE) as usize]
     }
 
-    fn random(dice: &mut Dice) -> Spans {
-        Spans::of_rows(0..SIDE, |_, out| {
+    fn random(dice: &mut Rng) -> Spans {
+        Spans::from_rows(0..SIDE, |_, out| {
             let mut x = dice.between(0.0, 9.0) as i32;
             while x < SIDE - 5 && dice.between(0.0, 1.0) < 0.8 {
                 let end = x + dice.between(1.0, 5.0) as i32;
@@ -260,7 +260,7 @@ mod tests {
 
     #[test]
     fn sets_of_runs_are_sets_of_texels() {
-        let mut dice = Dice::new(11);
+        let mut dice = Rng::new(11);
         for _ in 0..50 {
             let (a, b) = (random(&mut dice), random(&mut dice));
             let (p, q) = (picture(&a), picture(&b));
@@ -289,7 +289,7 @@ mod tests {
 
     #[test]
     fn bounds_hold_every_run_and_nothing_has_none() {
-        let spans = Spans::of_rows(2..9, |y, out| {
+        let spans = Spans::from_rows(2..9, |y, out| {
             if (4..6).contains(&y) {
                 out.push(y..y + 3);
             }

@@ -93,7 +93,7 @@ impl GpuRasteriser {
     /// Uses less memory at the cost of more passes: photos are drawn in bands of at most this many pixels (at
     /// least one row), and lists are made in parts of at most this many entries (those of one row must fit).
     /// Limits beyond the adapter's own have no effect.
-    pub fn in_parts_of(self, band_pixels: u64, entries: u64) -> Self {
+    pub fn with_limits(self, band_pixels: u64, entries: u64) -> Self {
         let (band_pixels, most_entries) = (band_pixels.min(self.band_pixels), entries.min(self.most_entries));
         Self { band_pixels, most_entries, ..self }
     }
@@ -196,7 +196,7 @@ impl Rasteriser for GpuRasteriser {
         self.with_workspace("listing fragments", view, |space, bands| {
             let seen = self.sightings(view, space, bands, task)?;
             let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
-            let run = Run::of_some(&self.gpu, view, tolerance, flagged(&working))?;
+            let run = Run::some_items(&self.gpu, view, tolerance, flagged(&working))?;
             let (lists, occlusions) = self.lists_and_pairs(&run, space, bands, bands.len() == 1, task)?;
             let presence = seen.iter().map(|seen| seen.presence(&lists)).collect();
             Ok(Fragments { presence, lists, occlusions })
@@ -214,7 +214,7 @@ impl Rasteriser for GpuRasteriser {
             return Ok(vec![false; view.items.len()]);
         }
         self.with_workspace("exact peeling", view, |space, _| {
-            let run = Run::of_some(&self.gpu, view, tolerance, flagged(alive))?;
+            let run = Run::some_items(&self.gpu, view, tolerance, flagged(alive))?;
             if forgiven.is_empty() {
                 self.behind_any(&run, space)
             } else {

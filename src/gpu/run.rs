@@ -35,7 +35,7 @@ impl<'a> Run<'a> {
     ///
     /// # Errors
     /// [`Error::Request`] when there are more items than pass *pairs* can number.
-    pub fn of_some(gpu: &Gpu, view: &'a View, tolerance: f32, items: Vec<u32>) -> Result<Self> {
+    pub fn some_items(gpu: &Gpu, view: &'a View, tolerance: f32, items: Vec<u32>) -> Result<Self> {
         if items.len() > 1 << HALF_BITS {
             return Err(Error::Request(format!(
                 "one photo shows {} faces, at most {} can be sorted; simplify the model",

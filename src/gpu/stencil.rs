@@ -120,7 +120,7 @@ impl GpuRasteriser {
     /// fragment must be known before the others can be compared with it.
     fn partly_hidden(&self, peeling: &Peeling, set: &[bool]) -> Result<Vec<bool>> {
         let Peeling { view, tolerance, canvas, .. } = *peeling;
-        let run = Run::of_some(&self.gpu, view, tolerance, flagged(set))?;
+        let run = Run::some_items(&self.gpu, view, tolerance, flagged(set))?;
         let marks = Marks::new(&self.gpu, view);
         for rows in self.bands(view) {
             let frame = Frame::band(view, rows);

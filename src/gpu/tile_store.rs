@@ -20,9 +20,9 @@ use crate::geometry::PixelRect;
 use crate::projection::cells::Confidence;
 use crate::projection::least_confidence::LeastConfidence;
 use crate::projection::pyramid::{Pyramid, PyramidOptions};
-use crate::projection::residency::{Residency, Want};
+use crate::projection::residency::{Residency, TileRequest};
 use crate::projection::tiles::Occupancy;
-use crate::projection::{Server, SheetId, SheetPixels, Sources, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Server, Sources, Texels};
 use crate::task::Task;
 
 /// The limits and format of texture memory.
@@ -79,9 +79,9 @@ pub struct TileStore {
     most_slots: u32,
     generation: u64,
     /// Sheets whose files could not be read; they texture nothing.
-    unreadable: BTreeSet<SheetId>,
+    unreadable: BTreeSet<LayerTextureId>,
     /// The last requests, and the number of tiles left out of them.
-    settled: (Vec<Want>, usize),
+    settled: (Vec<TileRequest>, usize),
     uploading: Option<SubmissionIndex>,
 }
 
@@ -156,8 +156,8 @@ impl TileStore {
     /// # Errors
     /// As [`Self::load`].
     pub fn load_all(&mut self, task: &Task) -> Result<Loaded> {
-        let wants: Vec<Want> =
-            (0..self.pyramids.rects().len() as u32).map(|i| Want::all(SheetId(i))).collect();
+        let wants: Vec<TileRequest> =
+            (0..self.pyramids.rects().len() as u32).map(|i| TileRequest::all(LayerTextureId(i))).collect();
         self.load(&wants, task)
     }
 
@@ -168,12 +168,12 @@ impl TileStore {
     /// # Errors
     /// [`crate::Error::Cancelled`]; tiles loaded until then remain. [`crate::Error::Gpu`] when the device has
     /// no memory at all; where it has less than the budget, less is resident.
-    pub fn load(&mut self, wants: &[Want], task: &Task) -> Result<Loaded> {
+    pub fn load(&mut self, wants: &[TileRequest], task: &Task) -> Result<Loaded> {
         if wants == self.settled.0 {
             return Ok(Loaded { left_out: self.settled.1, ..Loaded::default() });
         }
         let mut loaded = Loaded::default();
-        if !self.residency.all_there(wants) {
+        if !self.residency.is_resident(wants) {
             let result = self.load_absent(wants, &mut loaded, task);
             self.write_tables();
             result?;
@@ -187,7 +187,7 @@ impl TileStore {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
-    pub fn replace_sheet(&mut self, sheet: SheetId, pixels: &SheetPixels) -> Result<Loaded> {
+    pub fn replace_sheet(&mut self, sheet: LayerTextureId, pixels: &LayerTexturePixels) -> Result<Loaded> {
         let new = self.pyramids.maker().of_pixels(sheet, pixels);
         let loaded = self.replace(sheet, new)?;
         self.write_tables();
@@ -200,13 +200,18 @@ impl TileStore {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which sheets may show their old contents.
-    pub fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<Loaded> {
+    pub fn renew(
+        &mut self,
+        texels: Arc<dyn Texels>,
+        changed: &[LayerTextureId],
+        task: &Task,
+    ) -> Result<Loaded> {
         self.pyramids.read_from(texels);
-        let is_known = |sheet: &&SheetId| self.residency.occupancy(**sheet).is_some();
+        let is_known = |sheet: &&LayerTextureId| self.residency.occupancy(**sheet).is_some();
         let known = changed.iter().filter(is_known).copied().collect();
         let mut loaded = Loaded::default();
         for batch in self.pyramids.batches(known) {
-            let Batch { made, failed } = self.pyramids.maker().make_all(&batch, task)?;
+            let Batch { made, failed } = self.pyramids.maker().decode_all(&batch, task)?;
             self.give_up(&failed, task);
             for (sheet, new) in made {
                 let one = self.replace(sheet, new)?;
@@ -219,7 +224,7 @@ impl TileStore {
         Ok(loaded)
     }
 
-    fn replace(&mut self, sheet: SheetId, new: Arc<Pyramid>) -> Result<Loaded> {
+    fn replace(&mut self, sheet: LayerTextureId, new: Arc<Pyramid>) -> Result<Loaded> {
         let old = self.pyramids.cached(sheet);
         self.unreadable.remove(&sheet);
         self.learn(sheet, &new);
@@ -236,14 +241,14 @@ impl TileStore {
     }
 
     /// Returns the sheets whose files could not be read when they were needed.
-    pub fn unreadable(&self) -> &BTreeSet<SheetId> {
+    pub fn unreadable(&self) -> &BTreeSet<LayerTextureId> {
         &self.unreadable
     }
 
     /// Returns the statistics of texture memory.
     pub fn statistics(&self) -> TextureStatistics {
         let mut sum = TextureStatistics { bytes: self.atlas.bytes(), ..TextureStatistics::default() };
-        for (sheet, rect) in (0..).map(SheetId).zip(self.pyramids.rects()) {
+        for (sheet, rect) in (0..).map(LayerTextureId).zip(self.pyramids.rects()) {
             let Some(occupancy) = self.residency.occupancy(sheet) else { continue };
             sum.add(rect, &self.residency.shape(sheet), occupancy, self.texels_of[sheet.0 as usize]);
         }
@@ -251,7 +256,7 @@ impl TileStore {
         sum
     }
 
-    fn learn(&mut self, sheet: SheetId, pyramid: &Pyramid) {
+    fn learn(&mut self, sheet: LayerTextureId, pyramid: &Pyramid) {
         self.residency.learn(sheet, Occupancy::of(pyramid));
         let content = pyramid.levels.first().map_or(0, |level| level.content.count());
         self.texels_of[sheet.0 as usize] = [pyramid.covered, content];

@@ -30,7 +30,7 @@ impl Baselines {
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn keep_file(&self, file: &Path, hash: &str) -> Result<String> {
+    pub fn store_file(&self, file: &Path, hash: &str) -> Result<String> {
         let name = format!("{hash}.png");
         let target = self.folder.join(&name);
         if !self.has(&name) {
@@ -45,17 +45,17 @@ impl Baselines {
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn keep_pixels(&self, raster: &Raster) -> Result<String> {
+    pub fn store_pixels(&self, raster: &Raster) -> Result<String> {
         let mut bytes = Vec::new();
         write_rgba(&mut bytes, raster, None).map_err(Error::io(&self.folder, "encode pixels for it"))?;
-        self.keep_bytes(&bytes, "png")
+        self.store_bytes(&bytes, "png")
     }
 
     /// Stores `bytes` in a file with this extension. Returns its name in the store.
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn keep_bytes(&self, bytes: &[u8], extension: &str) -> Result<String> {
+    pub fn store_bytes(&self, bytes: &[u8], extension: &str) -> Result<String> {
         let name = format!("{}.{extension}", hash_bytes(bytes));
         if !self.has(&name) {
             self.make_folder()?;
@@ -141,8 +141,8 @@ mod tests {
         let raster = Raster::blank(3, 2, Depth::Eight);
         let file = folder.path().join("stack.png");
         write_rgba(fs::File::create(&file).unwrap(), &raster, None).unwrap();
-        let linked = baseline(kept.keep_file(&file, &hash_file(&file).unwrap()).unwrap());
-        assert_eq!(kept.keep_pixels(&raster).unwrap(), linked.file, "the same content is there once");
+        let linked = baseline(kept.store_file(&file, &hash_file(&file).unwrap()).unwrap());
+        assert_eq!(kept.store_pixels(&raster).unwrap(), linked.file, "the same content is there once");
         fs::remove_file(&file).unwrap();
         assert_eq!(kept.pixels(&linked).unwrap(), Some(raster));
     }
@@ -152,10 +152,10 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
         let raster = Raster::blank(3, 2, Depth::Sixteen);
-        let kept_as = baseline(kept.keep_pixels(&raster).unwrap());
+        let kept_as = baseline(kept.store_pixels(&raster).unwrap());
         fs::write(folder.path().join("pixels").join(&kept_as.file), "other").unwrap();
         assert_eq!(kept.pixels(&kept_as).unwrap(), None);
-        kept.keep_pixels(&raster).unwrap();
+        kept.store_pixels(&raster).unwrap();
         assert_eq!(kept.pixels(&kept_as).unwrap(), Some(raster));
     }
 
@@ -163,7 +163,7 @@ mod tests {
     fn files_that_no_record_names_are_removed_and_other_files_stay() {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
-        let names = [b"one", b"two"].map(|bytes| kept.keep_bytes(bytes, "icc").unwrap());
+        let names = [b"one", b"two"].map(|bytes| kept.store_bytes(bytes, "icc").unwrap());
         let foreign = folder.path().join("pixels/mine.png");
         fs::write(&foreign, "foreign").unwrap();
         kept.retain(&BTreeSet::from([names[0].clone()])).unwrap();

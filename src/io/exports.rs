@@ -73,7 +73,7 @@ impl ExportStore {
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn forget_old_pixels(&self, kept: &Baselines) -> Result<()> {
+    pub fn remove_old_pixels(&self, kept: &Baselines) -> Result<()> {
         let mut by_age: Vec<_> = self.files()?.into_iter().map(|file| (written_at(&file), file)).collect();
         by_age.sort();
         let mut exports: BTreeMap<String, usize> = BTreeMap::new();

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 ///
 /// # Errors
 /// [`Error::Io`]; the file is where it was.
-pub fn keep_in_inbox(file: &Path, inbox: &Path) -> Result<PathBuf> {
+pub fn copy_to_inbox(file: &Path, inbox: &Path) -> Result<PathBuf> {
     fs::create_dir_all(inbox).map_err(Error::io(inbox, "create the folder"))?;
     let hash = hash_file(file)?;
     for target in free_names(file, inbox) {
@@ -35,7 +35,7 @@ pub fn keep_in_inbox(file: &Path, inbox: &Path) -> Result<PathBuf> {
 /// [`Error::Io`]; the original is then still in place, possibly with a copy in the inbox.
 pub fn move_to_inbox(path: &Path, inbox: &Path) -> Result<PathBuf> {
     if path.is_file() {
-        let target = keep_in_inbox(path, inbox)?;
+        let target = copy_to_inbox(path, inbox)?;
         fs::remove_file(path).map_err(Error::io(path, "remove it, now that it is in the inbox"))?;
         return Ok(target);
     }
@@ -92,7 +92,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, inbox) = (folder.path().join("a.png"), folder.path().join("inbox"));
         fs::write(&file, "one").unwrap();
-        assert_eq!(keep_in_inbox(&file, &inbox).unwrap(), keep_in_inbox(&file, &inbox).unwrap());
+        assert_eq!(copy_to_inbox(&file, &inbox).unwrap(), copy_to_inbox(&file, &inbox).unwrap());
         assert_eq!(fs::read_dir(&inbox).unwrap().count(), 1);
     }
 

@@ -97,11 +97,11 @@ const PROGRAM: &str = "quadratura";
 const WINDOW_COMMAND: &str = "edit";
 
 fn held(folder: &Path, file: &mut File) -> Error {
-    Error::Request(format!("{}: {}", folder.display(), advice(&signature(file))))
+    Error::Request(format!("{}: {}", folder.display(), holder_message(&signature(file))))
 }
 
 /// Returns a message that names the holder of the lock and says what to do.
-pub fn advice(holder: &str) -> String {
+pub fn holder_message(holder: &str) -> String {
     match holder.starts_with(&format!("{PROGRAM} {WINDOW_COMMAND} ")) {
         true => format!("this project is already open in a window ({holder}); close it there"),
         false => format!("{holder} is writing to this project; wait until it has finished, or stop it"),
@@ -137,7 +137,7 @@ mod tests {
     fn it_is_told_whether_a_window_or_a_command_has_the_project_and_what_to_do() {
         let told = |words: &[&str]| {
             let command = command_of(PROGRAM, words.iter().map(|word| (*word).to_owned())).unwrap();
-            advice(&format!("{PROGRAM} {command} (process 7)"))
+            holder_message(&format!("{PROGRAM} {command} (process 7)"))
         };
         for window in [&[][..], &["edit", "castle"], &["--threads", "2", "edit"]] {
             let told = told(window);

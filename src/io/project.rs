@@ -120,7 +120,7 @@ fn refuse_version(file: &Path, version: u32) -> Result<()> {
 ///
 /// # Errors
 /// [`Error::Request`] when the folder is not empty; [`Error::Io`].
-pub fn refuse_content(folder: &Path) -> Result<()> {
+pub fn check_is_empty(folder: &Path) -> Result<()> {
     let path = folder.display();
     if !folder.exists() {
         return Ok(());
@@ -309,11 +309,11 @@ mod tests {
     fn a_folder_that_is_not_empty_is_refused_by_what_it_holds() {
         let folder = tempfile::tempdir().unwrap();
         let empty = folder.path().join("a/new/one");
-        refuse_content(&empty).unwrap();
+        check_is_empty(&empty).unwrap();
         std::fs::create_dir_all(&empty).unwrap();
         std::fs::write(empty.join(LOCK_FILE), "").unwrap();
-        refuse_content(&empty).unwrap();
-        let message = refuse_content(folder.path()).unwrap_err().to_string();
+        check_is_empty(&empty).unwrap();
+        let message = check_is_empty(folder.path()).unwrap_err().to_string();
         assert!(message.contains("not empty (it contains a)"), "{message}");
     }
 }

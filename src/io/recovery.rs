@@ -31,7 +31,7 @@ struct Unsaved {
 
 /// Unsaved changes that a program left behind when it ended.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recovered {
+pub struct UnsavedChanges {
     /// The project with the changes that were not saved.
     pub project: Project,
     /// The time at which they were kept.
@@ -44,7 +44,7 @@ pub struct Recovered {
 ///
 /// # Errors
 /// [`Error::Io`]; the changes that were stored before stay, and so does `project.json`.
-pub fn keep_unsaved(folder: &Path, project: &Project) -> Result<()> {
+pub fn write_unsaved(folder: &Path, project: &Project) -> Result<()> {
     let unsaved = Unsaved { of: hash_file(folder.join(PROJECT_FILE))?, project: project.clone() };
     write_atomically(path(folder), &to_json(&unsaved))
 }
@@ -55,7 +55,7 @@ pub fn keep_unsaved(folder: &Path, project: &Project) -> Result<()> {
 /// # Errors
 /// [`Error::Input`] for a file that is damaged or from a newer program; [`Error::Io`]. The file stays in
 /// place.
-pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>> {
+pub fn read_unsaved(folder: &Path, saved: &Project) -> Result<Option<UnsavedChanges>> {
     let file = path(folder);
     let time = match fs::metadata(&file).and_then(|data| data.modified()) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -67,7 +67,7 @@ pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>>
         return Ok(None);
     }
     let saved_since = of != hash_file(folder.join(PROJECT_FILE))?;
-    Ok(Some(Recovered { project, time, saved_since }))
+    Ok(Some(UnsavedChanges { project, time, saved_since }))
 }
 
 /// Removes the stored changes, after a save or when they are not wanted.
@@ -108,10 +108,10 @@ mod tests {
     fn unsaved_changes_are_found_and_project_json_is_unchanged() {
         let folder = folder();
         let before = fs::read(folder.path().join(PROJECT_FILE)).unwrap();
-        assert_eq!(find_unsaved(folder.path(), &project(1)).unwrap(), None);
-        keep_unsaved(folder.path(), &project(2)).unwrap();
-        keep_unsaved(folder.path(), &project(3)).unwrap();
-        let found = find_unsaved(folder.path(), &project(1)).unwrap().unwrap();
+        assert_eq!(read_unsaved(folder.path(), &project(1)).unwrap(), None);
+        write_unsaved(folder.path(), &project(2)).unwrap();
+        write_unsaved(folder.path(), &project(3)).unwrap();
+        let found = read_unsaved(folder.path(), &project(1)).unwrap().unwrap();
         assert_eq!((found.project, found.saved_since), (project(3), false));
         assert_eq!(fs::read(folder.path().join(PROJECT_FILE)).unwrap(), before);
     }
@@ -119,9 +119,9 @@ mod tests {
     #[test]
     fn after_a_save_there_is_nothing_to_recover_even_if_the_program_ended_before_it_could_forget() {
         let folder = folder();
-        keep_unsaved(folder.path(), &project(2)).unwrap();
+        write_unsaved(folder.path(), &project(2)).unwrap();
         write_project(folder.path(), &project(2)).unwrap();
-        assert_eq!(find_unsaved(folder.path(), &read_project(folder.path()).unwrap()).unwrap(), None);
+        assert_eq!(read_unsaved(folder.path(), &read_project(folder.path()).unwrap()).unwrap(), None);
         forget_unsaved(folder.path()).unwrap();
         forget_unsaved(folder.path()).unwrap();
         assert!(!folder.path().join(UNSAVED_FILE).exists());
@@ -130,9 +130,9 @@ mod tests {
     #[test]
     fn a_project_that_was_changed_elsewhere_since_is_told() {
         let folder = folder();
-        keep_unsaved(folder.path(), &project(2)).unwrap();
+        write_unsaved(folder.path(), &project(2)).unwrap();
         write_project(folder.path(), &project(5)).unwrap();
-        let found = find_unsaved(folder.path(), &project(5)).unwrap().unwrap();
+        let found = read_unsaved(folder.path(), &project(5)).unwrap().unwrap();
         assert!(found.saved_since && found.project == project(2));
     }
 
@@ -145,7 +145,7 @@ mod tests {
             r#"{"of": "x", "project": {"version": 99, "photos": "p", "cameras": "c", "model": "m"}}"#,
         ] {
             fs::write(&file, text).unwrap();
-            let told = find_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
+            let told = read_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
             assert!(told.contains(UNSAVED_FILE), "{told}");
             assert_eq!(fs::read_to_string(&file).unwrap(), text);
         }

@@ -24,12 +24,12 @@ pub struct StackFiles {
     /// BLAKE3 of the `stack.json` that names them.
     pub stack: String,
     /// The files by name.
-    pub files: BTreeMap<String, Written>,
+    pub files: BTreeMap<String, FileRecord>,
 }
 
 /// Size and hash of a file as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Written {
+pub struct FileRecord {
     /// Size in bytes.
     pub bytes: u64,
     /// BLAKE3 of its content.
@@ -60,7 +60,7 @@ impl StackFiles {
                 let file = File::open(&path).map_err(Error::io(&path, "open it"))?;
                 file.sync_all().map_err(Error::io(&path, "write it to disk"))?;
                 let bytes = file.metadata().map_err(Error::io(&path, "read its size"))?.len();
-                Ok((name, Written { bytes, blake3: hash_file(&path)? }))
+                Ok((name, FileRecord { bytes, blake3: hash_file(&path)? }))
             })
             .collect::<Result<_>>()?;
         Ok(Self { stack: String::new(), files })
@@ -85,7 +85,7 @@ impl StackFiles {
     ///
     /// # Errors
     /// [`Error::Io`] when it exists and cannot be read.
-    pub fn state(&self, folder: &Path, name: &str, stamps: &Stamps) -> Result<State> {
+    pub fn state(&self, folder: &Path, name: &str, stamps: &FileTimes) -> Result<State> {
         let path = folder.join(name);
         let Ok(metadata) = fs::symlink_metadata(&path) else { return Ok(State::Missing) };
         let Some(written) = self.files.get(name) else { return Ok(State::Changed) };
@@ -102,7 +102,7 @@ impl StackFiles {
     ///
     /// # Errors
     /// [`Error::Io`] when one cannot be read.
-    pub fn all_intact(&self, folder: &Path, stamps: &Stamps) -> Result<bool> {
+    pub fn all_intact(&self, folder: &Path, stamps: &FileTimes) -> Result<bool> {
         for name in self.files.keys() {
             if self.state(folder, name, stamps)? != State::Intact {
                 return Ok(false);
@@ -123,12 +123,12 @@ pub fn is_version(name: &str) -> bool {
 /// cache and only save time: without them the content of every file is read. (Two files with the same content
 /// share one entry; one of them is then hashed each time.)
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Stamps(BTreeMap<String, u64>);
+pub struct FileTimes(BTreeMap<String, u64>);
 
-impl Stamps {
+impl FileTimes {
     /// Reads the times of the files in `record`, which are in `folder`.
     pub fn of(record: &StackFiles, folder: &Path) -> Self {
-        let stamp = |(name, written): (&String, &Written)| {
+        let stamp = |(name, written): (&String, &FileRecord)| {
             let metadata = fs::symlink_metadata(folder.join(name)).ok()?;
             Some((written.blake3.clone(), modified_ns(&metadata)?))
         };

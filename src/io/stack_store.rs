@@ -24,9 +24,9 @@ use tempfile::TempDir;
 
 use super::atomic::{remove_leftovers, sync_folder, write_atomically};
 use super::hash::{hash_bytes, hash_file};
-use super::inbox::{keep_in_inbox, move_to_inbox};
+use super::inbox::{copy_to_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
-use super::stack_files::{RECORD, StackFiles, Stamps, State, is_version, names_in};
+use super::stack_files::{FileTimes, RECORD, StackFiles, State, is_version, names_in};
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
@@ -38,7 +38,7 @@ const UNFINISHED: &str = "+new-";
 const LARGEST_STACK: u64 = 1 << 30;
 const REMEDY: &str = "run `quadratura build` to make it again";
 /// Files that desktop environments create in folders; they are no user data.
-pub const LITTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
+pub const DESKTOP_FILES: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
 /// The stacks of a project on disk. Reading needs no lock; writers must hold the project's lock
 /// ([`super::lock::ProjectLock`]).
@@ -107,11 +107,11 @@ impl StackStore {
         }
         let folder = self.folder(photo).join(version);
         let record = StackFiles::read(&folder).unwrap_or_default();
-        let stamps = Stamps::read(&self.stamps_file(photo));
+        let stamps = FileTimes::read(&self.stamps_file(photo));
         if !record.all_intact(&folder, &stamps)? {
             return Ok(None);
         }
-        let fresh = Stamps::of(&record, &folder);
+        let fresh = FileTimes::of(&record, &folder);
         if fresh != stamps {
             fresh.write(&self.stamps_file(photo));
         }
@@ -155,7 +155,7 @@ impl StackStore {
     ///
     /// # Errors
     /// [`Error::Io`] when a file is missing or the project is not writable.
-    pub fn amend(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
+    pub fn begin_from(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
         let mut bare = stack.clone();
         bare.bytes -= bare.fill.take().map_or(0, |fill| fill.bytes.min(stack.bytes));
         bare.image_layers.iter_mut().for_each(|layer| layer.fill = None);
@@ -168,7 +168,7 @@ impl StackStore {
     ///
     /// # Errors
     /// [`Error::Io`]; the old stack stays as it was.
-    pub fn restate(&self, stack: &Stack) -> Result<Committed> {
+    pub fn replace_stack_json(&self, stack: &Stack) -> Result<Committed> {
         let mut bare = stack.clone();
         let writer = self.begin_with(&mut bare)?;
         writer.commit(bare)
@@ -189,7 +189,7 @@ impl StackStore {
 
     /// Rewrites an error that happened while writing the stack of `photo`, so that it names the stack's own
     /// folder instead of the temporary one, which users do not know.
-    pub fn at_home(&self, photo: &str, error: Error) -> Error {
+    pub fn with_final_path(&self, photo: &str, error: Error) -> Error {
         let Error::Io { path, doing, source } = error else { return error };
         let is_new =
             |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(UNFINISHED));
@@ -287,7 +287,7 @@ impl StackStore {
     }
 
     fn clear_versions_but(&self, photo: &str, current: &str) -> Result<Vec<PathBuf>> {
-        let stamps = Stamps::read(&self.stamps_file(photo));
+        let stamps = FileTimes::read(&self.stamps_file(photo));
         let mut kept = Vec::new();
         for version in versions_in(&self.folder(photo))?.iter().filter(|version| *version != current) {
             kept.extend(remove_version(&self.folder(photo).join(version), &self.inbox(photo), &stamps)?);
@@ -330,7 +330,7 @@ impl StackWriter {
             kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
         }
         let target = self.stack_folder().join(version);
-        Stamps::of(&record, &target).write(&self.store.stamps_file(&self.photo));
+        FileTimes::of(&record, &target).write(&self.store.stamps_file(&self.photo));
         Ok(Committed { stack, kept })
     }
 
@@ -357,12 +357,12 @@ impl StackWriter {
 
     /// Replaces the changed or missing files of an existing folder of the same version.
     fn repair(&self, target: &Path, record: &StackFiles) -> Result<Vec<PathBuf>> {
-        let stamps = Stamps::read(&self.store.stamps_file(&self.photo));
+        let stamps = FileTimes::read(&self.store.stamps_file(&self.photo));
         let mut kept = Vec::new();
         for name in record.files.keys().map(String::as_str).chain([RECORD]) {
             let state = if name == RECORD { State::Missing } else { record.state(target, name, &stamps)? };
             if state == State::Changed {
-                kept.push(keep_in_inbox(&target.join(name), &self.store.inbox(&self.photo))?);
+                kept.push(copy_to_inbox(&target.join(name), &self.store.inbox(&self.photo))?);
             }
             if state != State::Intact {
                 let path = target.join(name);
@@ -379,7 +379,7 @@ impl StackWriter {
         let file = self.stack_folder().join(STACK_FILE);
         let changed = file.is_file() && self.store.current_version(&self.photo).is_none();
         let inbox = self.store.inbox(&self.photo);
-        let kept = changed.then(|| keep_in_inbox(&file, &inbox)).transpose()?;
+        let kept = changed.then(|| copy_to_inbox(&file, &inbox)).transpose()?;
         write_atomically(&file, text)?;
         Ok(kept)
     }
@@ -420,12 +420,12 @@ fn versions_in(folder: &Path) -> Result<Vec<String>> {
 
 /// Removes the folder of a version that is no longer current. The record goes last, so that after a kill the
 /// program's own files are still recognised.
-fn remove_version(version: &Path, inbox: &Path, stamps: &Stamps) -> Result<Vec<PathBuf>> {
+fn remove_version(version: &Path, inbox: &Path, stamps: &FileTimes) -> Result<Vec<PathBuf>> {
     let record = StackFiles::read(version).unwrap_or_default();
     let mut kept = Vec::new();
     for name in names_in(version)? {
         let path = version.join(&name);
-        if LITTER.contains(&name.as_str()) || record.state(version, &name, stamps)? == State::Intact {
+        if DESKTOP_FILES.contains(&name.as_str()) || record.state(version, &name, stamps)? == State::Intact {
             fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
         } else {
             kept.push(move_to_inbox(&path, inbox)?);

@@ -25,9 +25,9 @@ const REMEDY: &str = "remove the file; the documents in the watched folder are t
 
 /// The record of a project in memory. Writers must hold the project's lock.
 #[derive(Debug)]
-pub struct TakenDocuments {
+pub struct ImportLedger {
     project: PathBuf,
-    list: BTreeMap<String, TakenDocument>,
+    list: BTreeMap<String, LedgerEntry>,
 }
 
 /// The content of the file.
@@ -35,20 +35,20 @@ pub struct TakenDocuments {
 #[serde(deny_unknown_fields)]
 struct File {
     version: u32,
-    documents: BTreeMap<String, TakenDocument>,
+    documents: BTreeMap<String, LedgerEntry>,
 }
 
 /// The state of a document when it was imported.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TakenDocument {
+struct LedgerEntry {
     /// [`Stamp::token`] of the document.
     stamp: String,
     /// [`Stamp::content`] of the document; it also recognises a copy of a project, whose times differ.
     content: String,
 }
 
-impl TakenDocuments {
+impl ImportLedger {
     /// Reads the record of the project in the folder `project`; it is empty where there is none yet.
     ///
     /// # Errors
@@ -92,7 +92,7 @@ impl TakenDocuments {
     /// # Errors
     /// [`Error::Io`] when the document can no longer be read; it is then left out, too.
     pub fn take(&mut self, document: &Path, stamp: &Stamp) -> Result<()> {
-        let taken = TakenDocument { stamp: stamp.token(document), content: stamp.content(document)? };
+        let taken = LedgerEntry { stamp: stamp.token(document), content: stamp.content(document)? };
         if Stamp::of(document) == *stamp {
             self.list.insert(self.name_of(document), taken);
         }
@@ -105,7 +105,7 @@ impl TakenDocuments {
     /// # Errors
     /// [`Error::Io`]; the old file then stays.
     pub fn note(project: &Path, documents: &[(PathBuf, Stamp)]) -> Result<Self> {
-        clean_up(project)?;
+        remove_leftovers_of_import(project)?;
         let mut taken = Self::read(project).unwrap_or_else(|_| Self::none(project));
         for (document, stamp) in documents {
             // A document that is gone or has changed will be imported by another save.
@@ -138,7 +138,7 @@ impl TakenDocuments {
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn clean_up(project: &Path) -> Result<()> {
+pub fn remove_leftovers_of_import(project: &Path) -> Result<()> {
     let paint = project.join("paint");
     if !paint.is_dir() {
         return Ok(());
@@ -164,7 +164,7 @@ mod tests {
     fn knows(project: &Path, name: &str) -> bool {
         let document = project.join(name);
         let stamp = documents(project).unwrap().remove(&document).unwrap();
-        TakenDocuments::read(project).unwrap().knows(&document, &stamp)
+        ImportLedger::read(project).unwrap().knows(&document, &stamp)
     }
 
     fn set_time(file: &Path, time: SystemTime) {
@@ -178,7 +178,7 @@ mod tests {
         fs::write(&file, "wall").unwrap();
         fs::write(project.join("b.psd"), "wall").unwrap();
         assert!(!knows(project, "a.psd"), "nothing is written yet");
-        let mut taken = TakenDocuments::read(project).unwrap();
+        let mut taken = ImportLedger::read(project).unwrap();
         taken.take(&file, &documents(project).unwrap()[&file]).unwrap();
         taken.write().unwrap();
         assert!(knows(project, "a.psd") && !knows(project, "b.psd"));
@@ -197,13 +197,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (project, file) = (folder.path(), folder.path().join("a.psd"));
         fs::write(&file, "wall").unwrap();
-        let mut taken = TakenDocuments::read(project).unwrap();
+        let mut taken = ImportLedger::read(project).unwrap();
         taken.take(&file, &documents(project).unwrap()[&file]).unwrap();
         fs::remove_file(&file).unwrap();
         taken.write().unwrap();
-        assert!(TakenDocuments::read(project).unwrap().list.is_empty());
+        assert!(ImportLedger::read(project).unwrap().list.is_empty());
         fs::write(file_of(project), r#"{"version": 7, "documents": {}}"#).unwrap();
-        let told = TakenDocuments::read(project).unwrap_err().to_string();
+        let told = ImportLedger::read(project).unwrap_err().to_string();
         assert!(told.contains("taken.json") && told.contains("version 7"), "{told}");
     }
 }

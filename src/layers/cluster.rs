@@ -6,8 +6,8 @@ use super::graph::Graph;
 use super::options::{BoxShape, Options};
 use super::parts::Layers;
 use super::quotient::Quotient;
-use super::together::{Obstacle, Together, Unmet, bring_together};
-use super::wishes::Grouping;
+use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
+use super::wishes::ElementConstraints;
 use crate::geometry::PixelRect;
 use crate::scene::Model;
 
@@ -38,7 +38,7 @@ pub struct Clusters {
     /// The image layers, by order, then by first element.
     pub list: Vec<Cluster>,
     /// The merges that the user requested and that could not be made, between elements.
-    pub unmet: Vec<Unmet>,
+    pub unmet: Vec<Unsatisfied>,
 }
 
 /// Groups elements into image layers by merging their boxes. `bounds` are the bounding boxes of the elements'
@@ -56,7 +56,7 @@ pub fn cluster(
     bounds: &[PixelRect],
     photo: PixelRect,
     options: &Options,
-    grouping: &Grouping,
+    grouping: &ElementConstraints,
 ) -> Clusters {
     let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
     let (together, unmet) = rules.bring_together();
@@ -145,14 +145,19 @@ struct Growing {
 struct Rules<'a> {
     layers: &'a Layers,
     options: &'a Options,
-    grouping: &'a Grouping,
+    grouping: &'a ElementConstraints,
     patches: Vec<Patch>,
     order: Graph,
     against: Vec<(u32, u32)>,
 }
 
 impl<'a> Rules<'a> {
-    fn new(layers: &'a Layers, patches: Vec<Patch>, options: &'a Options, grouping: &'a Grouping) -> Self {
+    fn new(
+        layers: &'a Layers,
+        patches: Vec<Patch>,
+        options: &'a Options,
+        grouping: &'a ElementConstraints,
+    ) -> Self {
         let order = graph_of_patches(layers, &patches);
         let mut against: Vec<(u32, u32)> =
             layers.against.iter().flat_map(|&(f, b, _)| [(f, b), (b, f)]).collect();
@@ -162,7 +167,7 @@ impl<'a> Rules<'a> {
 
     /// Makes the merges that the user requested; also returns those that were not possible, between elements.
     /// An element of several patches is larger than image layers may be, so it is never merged.
-    fn bring_together(&self) -> (Together, Vec<Unmet>) {
+    fn bring_together(&self) -> (MergeResult, Vec<Unsatisfied>) {
         let of_element = |element: u32| {
             let begin = self.patches.partition_point(|p| p.element < element);
             begin..self.patches.partition_point(|p| p.element <= element)
@@ -172,7 +177,8 @@ impl<'a> Rules<'a> {
         for (merge, elements) in (0u32..).zip(&self.grouping.merges) {
             let (small, large): (Vec<u32>, Vec<u32>) =
                 elements.iter().partition(|e| of_element(**e).len() == 1);
-            let left_out = |item: u32| Unmet { merge, item, with: elements[0], why: Obstacle::TooLarge };
+            let left_out =
+                |item: u32| Unsatisfied { merge, item, with: elements[0], why: Obstacle::TooLarge };
             unmet.extend(large.into_iter().map(left_out));
             merges.push(small.into_iter().map(|element| of_element(element).start as u32).collect());
         }
@@ -182,7 +188,7 @@ impl<'a> Rules<'a> {
         });
         let element = |patch: u32| self.patches[patch as usize].element;
         let of_patches = together.unmet.iter();
-        unmet.extend(of_patches.map(|u| Unmet { item: element(u.item), with: element(u.with), ..*u }));
+        unmet.extend(of_patches.map(|u| Unsatisfied { item: element(u.item), with: element(u.with), ..*u }));
         unmet.sort_by_key(|unmet| (unmet.merge, unmet.item));
         (together, unmet)
     }

@@ -75,7 +75,7 @@ impl Content {
 fn as_set(spans: &[PixelSpan]) -> Spans {
     let Some((first, last)) = spans.first().zip(spans.last()) else { return Spans::default() };
     let mut rest = spans.iter().peekable();
-    Spans::of_rows(first.y as i32..last.y as i32 + 1, |y, out| {
+    Spans::from_rows(first.y as i32..last.y as i32 + 1, |y, out| {
         while let Some(span) = rest.next_if(|span| span.y as i32 == y) {
             out.push(span.x0 as i32..span.x1 as i32);
         }

@@ -37,4 +37,4 @@ pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind}
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};
 pub use view::{InverseDepth, Item, ItemId, View};
-pub use wishes::{Faces, Wishes};
+pub use wishes::{Faces, LayerConstraints};

@@ -124,7 +124,7 @@ mod tests {
 
     /// Returns coefficients of two planes that nearly touch somewhere on a row, from a seed.
     fn planes(seed: u64) -> [InverseDepth; 2] {
-        let mut dice = crate::scene::synthetic::Dice::new(seed);
+        let mut dice = crate::scene::synthetic::Rng::new(seed);
         let c = dice.between(0.01, 1.0) as f32;
         let mut plane = |near: f32| InverseDepth {
             a: dice.between(-1e-5, 1e-5) as f32,

@@ -12,7 +12,7 @@ use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
 use super::view::View;
-use super::wishes::{Wanted, Wishes};
+use super::wishes::{LayerConstraints, Wanted};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
@@ -58,7 +58,7 @@ pub fn sort_photo(
     pose: &Pose,
     rasteriser: &dyn Rasteriser,
     options: &Options,
-    wishes: &Wishes,
+    wishes: &LayerConstraints,
     task: &Task,
 ) -> Result<Sorted> {
     let wanted = Wanted::new(wishes, model);
@@ -94,7 +94,7 @@ pub fn sort_photo(
     let texels_unmerged = bounds_of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
     let bounds = element_bounds(&bounds_of_nodes, &layers);
     let photo = camera.rect();
-    let grouping = wanted.of_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
+    let grouping = wanted.to_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
     let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options, &grouping));
     let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
     let refused = contradicting(&resolved, &layers);

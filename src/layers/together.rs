@@ -19,7 +19,7 @@ pub enum Obstacle {
 
 /// An item that could not be merged as requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Unmet {
+pub struct Unsatisfied {
     /// Index of the merge.
     pub merge: u32,
     /// The item that was left out of the merge.
@@ -31,25 +31,25 @@ pub struct Unmet {
 }
 
 /// The result of [`bring_together`]: the items after all merges that were possible.
-pub struct Together {
+pub struct MergeResult {
     /// The graph of items, in which merged items form one group.
     pub quotient: Quotient,
     /// The members of each group of [`Self::quotient`], rising, at the index of the item that identifies the
     /// group; empty at all other indices.
     pub members: Vec<Vec<u32>>,
     /// The items that could not be merged, by merge.
-    pub unmet: Vec<Unmet>,
+    pub unmet: Vec<Unsatisfied>,
 }
 
 /// Carries out the merges one after the other, each beginning with its first item; items that may not join
-/// are left out and reported in [`Together::unmet`]. `order` is acyclic, and the quotient stays so.
+/// are left out and reported in [`MergeResult::unmet`]. `order` is acyclic, and the quotient stays so.
 /// `obstacle` returns what else keeps the members of a group (first argument) out of another group (second),
 /// and the member of the latter that is concerned.
 pub fn bring_together(
     order: &Graph,
     merges: &[Vec<u32>],
     obstacle: impl Fn(&[u32], &[u32]) -> Option<(u32, Obstacle)>,
-) -> Together {
+) -> MergeResult {
     let mut quotient = Quotient::new(order);
     let mut members: Vec<Vec<u32>> = (0..order.len).map(|item| vec![item]).collect();
     let mut unmet = Vec::new();
@@ -65,7 +65,7 @@ pub fn bring_together(
                 quotient.connected(a, b).then(|| (connected_member(order, item, group), Obstacle::Occluded))
             };
             if let Some((with, why)) = obstacle(joining, group).or_else(occluded) {
-                unmet.push(Unmet { merge, item, with, why });
+                unmet.push(Unsatisfied { merge, item, with, why });
                 continue;
             }
             quotient.merge(a, b);
@@ -74,7 +74,7 @@ pub fn bring_together(
             members[a as usize].sort_unstable();
         }
     }
-    Together { quotient, members, unmet }
+    MergeResult { quotient, members, unmet }
 }
 
 /// Returns the first member of a group that a path of occlusions connects with `item`, or simply the first
@@ -98,7 +98,7 @@ mod tests {
         let order = Graph::new(4, [(0, 1, 9), (1, 2, 9)]);
         let together = bring_together(&order, &[vec![0, 2, 3]], free);
         assert_eq!(together.members, [vec![0, 3], vec![1], vec![2], vec![]]);
-        assert_eq!(together.unmet, [Unmet { merge: 0, item: 2, with: 0, why: Obstacle::Occluded }]);
+        assert_eq!(together.unmet, [Unsatisfied { merge: 0, item: 2, with: 0, why: Obstacle::Occluded }]);
     }
 
     #[test]
@@ -107,7 +107,7 @@ mod tests {
         let order = Graph::new(4, [(0, 1, 9), (2, 3, 9)]);
         let together = bring_together(&order, &[vec![0, 3], vec![1, 2]], free);
         assert_eq!(together.members[0], [0, 3]);
-        assert_eq!(together.unmet, [Unmet { merge: 1, item: 2, with: 1, why: Obstacle::Occluded }]);
+        assert_eq!(together.unmet, [Unsatisfied { merge: 1, item: 2, with: 1, why: Obstacle::Occluded }]);
     }
 
     #[test]
@@ -126,6 +126,6 @@ mod tests {
         };
         let together = bring_together(&order, &[vec![2, 3], vec![0, 1, 3]], keeps);
         assert_eq!(together.members[0], [0, 1]);
-        assert_eq!(together.unmet, [Unmet { merge: 1, item: 3, with: 1, why: Obstacle::Split }]);
+        assert_eq!(together.unmet, [Unsatisfied { merge: 1, item: 3, with: 1, why: Obstacle::Split }]);
     }
 }

@@ -63,7 +63,7 @@ impl fmt::Display for Faces {
 
 /// The user's constraints on one photo's image layers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Wishes {
+pub struct LayerConstraints {
     /// Merges. Each is a list of faces whose elements shall share one image layer, as far as the method
     /// allows.
     pub merge: Vec<Vec<Faces>>,
@@ -81,7 +81,7 @@ pub struct Wanted {
 
 impl Wanted {
     /// Resolves constraints to the faces of a model; faces that the model does not have are dropped.
-    pub fn new(wishes: &Wishes, model: &Model) -> Self {
+    pub fn new(wishes: &LayerConstraints, model: &Model) -> Self {
         let all = |list: &Vec<Faces>| list.iter().flat_map(|faces| faces.in_model(model)).collect::<Vec<_>>();
         let merges = wishes.merge.iter().map(all).collect();
         let resolve_split = |groups: &Vec<Vec<Faces>>| {
@@ -99,7 +99,7 @@ impl Wanted {
     }
 
     /// Converts the constraints to elements, each of which is given by its faces.
-    pub fn of_elements(&self, faces_of: &[Vec<FaceId>]) -> Grouping {
+    pub fn to_elements(&self, faces_of: &[Vec<FaceId>]) -> ElementConstraints {
         let elements = || (0u32..).zip(faces_of);
         let holding = |faces: &Vec<FaceId>| {
             let holds = |of: &Vec<FaceId>| of.iter().any(|face| faces.contains(face));
@@ -116,7 +116,7 @@ impl Wanted {
                 .collect(),
             alone: split.alone,
         };
-        Grouping {
+        ElementConstraints {
             merges: self.merges.iter().map(holding).collect(),
             splits: self.splits.iter().map(resolve_split).collect(),
         }
@@ -125,13 +125,13 @@ impl Wanted {
 
 /// The constraints, resolved to one photo's elements.
 #[derive(Debug, Clone, Default)]
-pub struct Grouping {
+pub struct ElementConstraints {
     /// Per merge, the elements that hold a face of it, in reading order.
     pub merges: Vec<Vec<u32>>,
     splits: Vec<Division<u32>>,
 }
 
-impl Grouping {
+impl ElementConstraints {
     /// Returns true when a split forbids that two elements share an image layer.
     pub fn apart(&self, a: u32, b: u32) -> bool {
         self.splits.iter().any(|split| split.separates(&a, &b))
@@ -188,7 +188,7 @@ mod tests {
         let object = |i: usize| Faces::whole(model.objects[i].name.clone());
         let face = |i: usize| model.objects[i].faces[0];
         let split = |groups: Vec<Vec<Faces>>| {
-            Wanted::new(&Wishes { split: vec![groups], ..Wishes::default() }, &model)
+            Wanted::new(&LayerConstraints { split: vec![groups], ..LayerConstraints::default() }, &model)
         };
         let alone = split(vec![vec![object(0), object(1)]]);
         assert!(
@@ -196,7 +196,7 @@ mod tests {
         );
         let two = split(vec![vec![object(0)], vec![object(1)]]);
         assert!(two.apart(face(0), face(1)) && !two.apart(face(0), face(2)) && !two.apart(face(1), face(2)));
-        let elements = alone.of_elements(&[vec![face(0)], vec![face(1)], vec![face(1), face(2)]]);
+        let elements = alone.to_elements(&[vec![face(0)], vec![face(1)], vec![face(1), face(2)]]);
         assert!(
             !elements.apart(0, 1) && elements.apart(0, 2) && elements.apart(1, 2),
             "a mixed element is apart"
@@ -208,8 +208,8 @@ mod tests {
         let model = closed_form::stairs().model;
         let name = &model.objects[1].name;
         let merge = vec![vec![Faces::whole("gone"), named(name, &[0, 99])]];
-        let wanted = Wanted::new(&Wishes { merge, ..Wishes::default() }, &model);
+        let wanted = Wanted::new(&LayerConstraints { merge, ..LayerConstraints::default() }, &model);
         let elements: Vec<Vec<FaceId>> = model.objects.iter().map(|object| object.faces.clone()).collect();
-        assert_eq!(wanted.of_elements(&elements).merges, [[1]]);
+        assert_eq!(wanted.to_elements(&elements).merges, [[1]]);
     }
 }

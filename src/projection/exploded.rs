@@ -26,7 +26,7 @@ const ASIDE: DVec3 = DVec3::new(1.0, -0.42, -0.86);
 
 impl Stand {
     /// Arranges the sheets so that the nearest one is `height` world units high.
-    pub fn of_height(camera: Pinhole, pose: Pose, height: f64, apart: f64) -> Self {
+    pub fn with_height(camera: Pinhole, pose: Pose, height: f64, apart: f64) -> Self {
         Self { camera, pose, first: height * camera.fy / f64::from(camera.height), apart }
     }
 
@@ -72,7 +72,7 @@ impl Stand {
     }
 
     /// Returns a viewpoint that sees all sheets up to an order from the side, with `up` of the world upwards.
-    pub fn from_aside(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
+    pub fn side_view(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
         let whole = self.camera.rect();
         let marks = [self.corners(0, whole), self.corners(last, whole)].concat();
         let center = marks.iter().sum::<DVec3>() / marks.len() as f64;
@@ -91,7 +91,7 @@ mod tests {
 
     fn stand() -> Stand {
         let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::new(0.0, 0.0, 1.0));
-        Stand::of_height(centred(640, 480, 500.0), pose, 4.0, 0.25)
+        Stand::with_height(centred(640, 480, 500.0), pose, 4.0, 0.25)
     }
 
     #[test]
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn from_aside_all_sheets_are_in_the_picture() {
         let stand = stand();
-        let view = stand.from_aside(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
+        let view = stand.side_view(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
         let whole = PixelRect::of_size(640, 480);
         let mut widest = 0.0f64;
         for corner in [stand.corners(0, whole), stand.corners(4, whole)].concat() {

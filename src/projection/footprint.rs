@@ -31,7 +31,7 @@ fn covered(ring: &[DVec2], area: PixelRect) -> Spans {
         .collect();
     let Some(rows) = rows_of(&edges, area) else { return Spans::default() };
     let mut crossings: Vec<f64> = Vec::new();
-    Spans::of_rows(rows, |y, out| {
+    Spans::from_rows(rows, |y, out| {
         let centre = f64::from(y) + 0.5;
         crossings.clear();
         // Edges are half open: a corner exactly on the line counts with the edge below it.

@@ -76,10 +76,10 @@ pub fn texture_matrix(camera: &Pinhole, pose: &Pose, rect: PixelRect, near: f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     /// Returns a camera with any principal point and direction, at the distance `away` from the origin.
-    fn random_camera(dice: &mut Dice, away: f64) -> (Pinhole, Pose) {
+    fn random_camera(dice: &mut Rng, away: f64) -> (Pinhole, Pose) {
         let camera = Pinhole {
             width: 3072,
             height: 2048,
@@ -99,8 +99,8 @@ mod tests {
         (camera, Pose { rotation, translation: -(rotation * center) })
     }
 
-    fn random_rect(dice: &mut Dice) -> PixelRect {
-        let side = |dice: &mut Dice| 1u32 << (dice.between(0.0, 12.9) as u32);
+    fn random_rect(dice: &mut Rng) -> PixelRect {
+        let side = |dice: &mut Rng| 1u32 << (dice.between(0.0, 12.9) as u32);
         PixelRect {
             x: dice.between(-5000.0, 5000.0) as i32,
             y: dice.between(-5000.0, 5000.0) as i32,
@@ -115,14 +115,14 @@ mod tests {
     }
 
     /// Returns a point in front of the camera, at most the photo's own size outside of it.
-    fn point_before(dice: &mut Dice, camera: &Pinhole) -> DVec3 {
+    fn point_before(dice: &mut Rng, camera: &Pinhole) -> DVec3 {
         let px = glam::DVec2::new(dice.between(-3072.0, 6144.0), dice.between(-2048.0, 4096.0));
         camera.ray_in_camera(px) * dice.between(0.5, 200.0)
     }
 
     #[test]
     fn a_sheared_sub_frustum_gives_the_photos_own_pixels_wherever_its_rectangle_lies() {
-        let mut dice = Dice::new(3);
+        let mut dice = Rng::new(3);
         for case in 0..2000 {
             let away = if case % 2 == 0 { 0.0 } else { 5e6 };
             let (camera, pose) = random_camera(&mut dice, away);
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn the_short_form_is_the_published_texture_matrix() {
-        let mut dice = Dice::new(4);
+        let mut dice = Rng::new(4);
         for _ in 0..500 {
             let (camera, pose) = random_camera(&mut dice, 20.0);
             let rect = random_rect(&mut dice);

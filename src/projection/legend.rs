@@ -2,7 +2,7 @@
 //! constants are generated from these (`gpu/renderer/program.rs`).
 
 use super::Shown;
-use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The source of a texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -99,7 +99,7 @@ pub fn linear(colour: [u8; 3]) -> [f64; 3] {
 }
 
 fn stored(light: [f64; 3]) -> [u8; 3] {
-    light.map(|light| (srgb_of_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8)
+    light.map(|light| (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8)
 }
 
 /// The legend of a view, for users.

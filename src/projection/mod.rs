@@ -29,6 +29,6 @@ pub use renders::{Renders, SiteContent, SiteRenderer};
 pub use shot::{Blend, Exposure, Mode, Picture, Quality, Shot, Shown};
 pub use sliced::Sliced;
 pub use sources::{
-    Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,
+    Domain, HalfPlane, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Server, Sheet, Sources, Texels,
 };
 pub use texels::{confidence, halving, least_confidence, pyramid, residency, srgb, tiles};

@@ -18,7 +18,7 @@ mod witness;
 
 pub use estimate::{estimate_relief, relief_without};
 pub use options::ReliefOptions;
-pub use witness::Witness;
+pub use witness::SweepView;
 
 use glam::{DVec2, DVec3};
 

@@ -5,7 +5,7 @@ use std::sync::Arc;
 
 use super::relief::Relief;
 use super::surface::Surface;
-use super::{Gains, Picture, SheetId, Shot, Sliced, Sources, Texels};
+use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
 use crate::error::Result;
 use crate::scene::Model;
 use crate::task::Task;
@@ -84,7 +84,7 @@ pub trait SiteRenderer: Renders + Send {
     ///
     /// # Errors
     /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
-    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<usize>;
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize>;
 
     /// Sets the data for [`super::Shown::Provenance`]: sheets in the colours of their texels' origins. `None` removes
     /// it and frees its texture memory.

@@ -48,7 +48,7 @@ impl Sides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{Domain, PhotoId, Server, SheetId};
+    use crate::projection::{Domain, LayerTextureId, PhotoId, Server};
     use crate::scene::synthetic::Modeller;
 
     #[test]
@@ -59,7 +59,7 @@ mod tests {
         }
         let model = m.finish();
         let server = |back| Server {
-            sheet: SheetId(0),
+            sheet: LayerTextureId(0),
             photo: PhotoId(0),
             back,
             pinned: false,

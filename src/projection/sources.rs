@@ -17,7 +17,7 @@ pub struct PhotoId(pub u32);
 
 /// The index of an image layer in [`Sources::sheets`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SheetId(pub u32);
+pub struct LayerTextureId(pub u32);
 
 /// A photo as a projector: its name, camera and pose.
 #[derive(Debug, Clone, PartialEq)]
@@ -46,7 +46,7 @@ pub struct Sheet {
 #[derive(Debug, Clone, PartialEq)]
 pub struct Server {
     /// The sheet.
-    pub sheet: SheetId,
+    pub sheet: LayerTextureId,
     /// The photo of the sheet.
     pub photo: PhotoId,
     /// True when the photo sees the face from behind, and textures that side of it.
@@ -118,7 +118,7 @@ impl Sources {
     }
 
     /// Returns the sheet with this id.
-    pub fn sheet(&self, id: SheetId) -> &Sheet {
+    pub fn sheet(&self, id: LayerTextureId) -> &Sheet {
         &self.sheets[id.0 as usize]
     }
 }
@@ -137,7 +137,7 @@ pub const FILLED: u8 = 4;
 
 /// The decoded texels of a sheet, as stored in its files.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SheetPixels {
+pub struct LayerTexturePixels {
     /// The part of the sheet's rectangle that is not empty, in photo pixels.
     pub rect: PixelRect,
     /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4` values, rows from the top, not premultiplied. Alpha is 0
@@ -153,5 +153,5 @@ pub trait Texels: Send + Sync {
     ///
     /// # Errors
     /// [`crate::Error::Input`] and [`crate::Error::Io`] for the sheet's files.
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels>;
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels>;
 }

@@ -59,7 +59,7 @@ impl Surface {
 
     /// Finds the first visible face that the ray hits: any face when `backs` is set, else only faces hit on a
     /// side that is not a back.
-    pub fn first_seen(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<Hit> {
+    pub fn first_visible(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<Hit> {
         let first = self.nearest(origin, direction)?;
         if backs || !self.is_back(&first, direction) {
             return Some(first);
@@ -74,10 +74,10 @@ impl Surface {
         found.map(|(t, triangle)| self.hit(t, triangle))
     }
 
-    /// Finds the face that owns the visible point along a ray (see [`Self::first_seen`]): of the faces within
+    /// Finds the face that owns the visible point along a ray (see [`Self::first_visible`]): of the faces within
     /// the share `tolerance` of the nearest depth, the last one in the model file.
     pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64, backs: bool) -> Option<Hit> {
-        let nearest = self.first_seen(origin, direction, backs)?.t;
+        let nearest = self.first_visible(origin, direction, backs)?.t;
         let mut last: Option<(u32, f64)> = None;
         self.tree.each_hit(origin, direction, nearest * (1.0 + tolerance), |t, triangle| {
             let is_seen = || backs || !self.is_back(&self.hit(t, triangle), direction);

@@ -146,7 +146,7 @@ fn raw_weight(q: f64, next: f64, mode: Mode) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const MODES: [Mode; 3] = [Mode::Debevec, Mode::Lumigraph, Mode::Smooth];
 
@@ -156,7 +156,7 @@ mod tests {
 
     #[test]
     fn weights_sum_to_one_and_at_most_k_are_above_zero() {
-        let mut dice = Dice::new(11);
+        let mut dice = Rng::new(11);
         for _ in 0..1000 {
             let penalties: Vec<f64> = (0..dice.whole(1, 20)).map(|_| dice.between(1e-6, 2.0)).collect();
             for mode in MODES {

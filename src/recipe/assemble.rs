@@ -12,7 +12,7 @@ use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::nodes::Node;
 use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
-use crate::layers::{Method, Options, Sorted, Wishes};
+use crate::layers::{LayerConstraints, Method, Options, Sorted};
 use crate::projection::frustum::uv_from_world;
 use crate::scene::{Model, ObjectId, Photo};
 
@@ -23,7 +23,7 @@ pub fn assemble(
     photo: &Photo,
     sorted: &Sorted,
     options: &Options,
-    wishes: &Wishes,
+    wishes: &LayerConstraints,
     inputs: &str,
 ) -> Stack {
     let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
@@ -304,7 +304,7 @@ mod tests {
         let camera = centred(160, 120, 120.0);
         let pose = camera_is_world();
         let together = ["beam", "panel"].map(Faces::whole).to_vec();
-        let wishes = Wishes { merge: vec![together], ..Wishes::default() };
+        let wishes = LayerConstraints { merge: vec![together], ..LayerConstraints::default() };
         let options = Options::default();
         let task = Task::silent();
         let sorted =

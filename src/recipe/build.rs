@@ -8,13 +8,13 @@ use super::assemble::assemble;
 use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::named::photos_named;
-use super::side_by_side::SideBySide;
+use super::side_by_side::ParallelPhotos;
 use super::untextured;
 use crate::document::stack::Stack;
 use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
 use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::io::stack_store::{StackStore, StackWriter};
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
 use crate::scene::{Photo, PhotoPixels, Site};
@@ -65,7 +65,7 @@ pub fn build(
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
     let job = BuildJob { site, store, rasteriser, options, inputs };
-    let at_a_time = SideBySide { threads: options.threads, memory: options.memory, stage: "photos" };
+    let at_a_time = ParallelPhotos { threads: options.threads, memory: options.memory, stage: "photos" };
     let work = |photo: &&Photo| job.photo(photo, &task.of(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
 }
@@ -92,7 +92,7 @@ impl BuildJob<'_> {
         let built = |stack, up_to_date, kept| Built { photo: photo.name.clone(), stack, up_to_date, kept };
         match self.try_photo(photo, task) {
             Ok((stack, up_to_date, kept)) => built(Ok(stack), up_to_date, kept),
-            Err(error) => built(Err(self.store.at_home(&photo.name, error)), false, Vec::new()),
+            Err(error) => built(Err(self.store.with_final_path(&photo.name, error)), false, Vec::new()),
         }
     }
 
@@ -103,7 +103,7 @@ impl BuildJob<'_> {
         if !give_names(&mut stack, &decided, task) {
             return Ok((stack, Vec::new()));
         }
-        let committed = self.store.restate(&stack)?;
+        let committed = self.store.replace_stack_json(&stack)?;
         Ok((committed.stack, committed.kept))
     }
 
@@ -128,7 +128,7 @@ impl BuildJob<'_> {
         let mut stack = task.timed("assemble", assembled);
         note_unsatisfied(&stack, task);
         give_names(&mut stack, &decided, task);
-        let pixels = task.timed("decode", || read_shown(photo))?;
+        let pixels = task.timed("decode", || read_unmasked(photo))?;
         if pixels.has_alpha() {
             count_valid(&mut stack, &sorted, &pixels);
             stack.untextured.extend(untextured::of_mask(model, &sorted, &pixels));

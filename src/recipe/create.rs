@@ -13,7 +13,7 @@ use crate::document::{Colour, Decisions, Masks, Project};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
-use crate::io::project::{refuse_content, relative_to, write_project};
+use crate::io::project::{check_is_empty, relative_to, write_project};
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
 use crate::task::Task;
@@ -39,11 +39,11 @@ pub struct NewProject {
 /// Returns [`Error::Request`] when the folder is not empty; otherwise the errors of [`super::open::open`].
 pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let was_there = folder.exists();
-    refuse_content(folder)?;
+    check_is_empty(folder)?;
     fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let lock = ProjectLock::take(folder)?;
     // Another program may have created files in the meantime.
-    refuse_content(folder)?;
+    check_is_empty(folder)?;
     let created = fill(folder, new, task);
     drop(lock);
     if created.is_err() {

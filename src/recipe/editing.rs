@@ -24,7 +24,7 @@ pub fn folder(project: &Path) -> PathBuf {
 
 /// A document to be opened in an image editor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ToEdit {
+pub struct EditDocument {
     /// The file.
     pub file: PathBuf,
     /// Whether the document existed and was painted on before.
@@ -38,13 +38,13 @@ pub struct ToEdit {
 ///
 /// # Errors
 /// Returns the errors of [`export`] for the project and the photo.
-pub fn to_edit(
+pub fn document_to_edit(
     project: &Path,
     photo: &Photo,
     options: &ExportOptions,
     fresh: bool,
     task: &Task,
-) -> Result<ToEdit> {
+) -> Result<EditDocument> {
     let stack = StackStore::new(project).current(&photo.name)?;
     if let Some(stack) = stack.filter(|_| !fresh) {
         let (records, _) = ExportStore::new(project.join("exports")).read_all()?;
@@ -55,12 +55,12 @@ pub fn to_edit(
             (changed, file.clone())
         });
         if let Some(file) = newest {
-            return Ok(ToEdit { file, begun: true });
+            return Ok(EditDocument { file, begun: true });
         }
     }
     let mut exported = export(project, &[photo], &folder(project), options, task)?;
     match (exported.done.pop(), exported.failed.pop()) {
-        (Some(report), _) => Ok(ToEdit { file: report.path, begun: false }),
+        (Some(report), _) => Ok(EditDocument { file: report.path, begun: false }),
         (None, Some((_, error))) => Err(error),
         (None, None) => Err(Error::Request(format!("{}: nothing was exported", photo.name))),
     }

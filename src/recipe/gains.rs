@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::hash::hash_bytes;
 use crate::io::json::{read_json, to_json};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{Estimate, ExposureOptions, PatchColour, RayVisibility, estimate_gains};
 use crate::projection::{Gains, PhotoId, Projector};
@@ -135,7 +135,7 @@ fn colours_of(
     task: &Task,
 ) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    let pixels = read_shown(photo)?;
+    let pixels = read_unmasked(photo)?;
     Ok(centers.iter().map(|center| patch_colour(&pixels, *center, options.half_patch_px)).collect())
 }
 

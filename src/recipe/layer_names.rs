@@ -3,7 +3,7 @@
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use crate::document::decisions::LayerName;
+use crate::document::decisions::LayerNaming;
 use crate::document::{ImageLayer, Stack};
 
 /// The result of renaming a stack's layers.
@@ -18,7 +18,7 @@ pub struct Renamed {
 /// Returns, for each image layer, the index of its name in `names`. Pairs of a name and a layer are matched
 /// greedily, those with most faces in common first (ties: name, layer); each layer gets at most one name, and each
 /// name at most one layer.
-pub fn layers_of_names(stack: &Stack, names: &[LayerName]) -> Vec<Option<usize>> {
+pub fn layers_of_names(stack: &Stack, names: &[LayerNaming]) -> Vec<Option<usize>> {
     let layers = || stack.image_layers.iter().enumerate();
     let mut pairs: Vec<(Reverse<usize>, usize, usize)> = names
         .iter()
@@ -39,7 +39,7 @@ pub fn layers_of_names(stack: &Stack, names: &[LayerName]) -> Vec<Option<usize>>
 }
 
 /// Returns the number of faces that a layer and a name have in common.
-fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
+fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerNaming) -> usize {
     let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
     let held = elements.filter(|(_, number)| layer.elements.contains(number));
     let common = |(element, _): (&crate::document::Element, u32)| {
@@ -51,7 +51,7 @@ fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
 
 /// Names the image layers: as decided, or else with their automatic names. Equal names are numbered: `fountain`,
 /// `fountain (2)`.
-pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
+pub fn rename(stack: &mut Stack, names: &[LayerNaming]) -> Renamed {
     let of_layer = layers_of_names(stack, names);
     let own_names = own_names(stack);
     let mut renamed = Renamed::default();
@@ -87,7 +87,7 @@ fn own_names(stack: &Stack) -> Vec<String> {
 }
 
 /// Writes the message for a name without a layer.
-fn unmatched_message(name: &LayerName) -> String {
+fn unmatched_message(name: &LayerNaming) -> String {
     let of: Vec<String> = name.of.iter().map(ToString::to_string).collect();
     format!("no image layer is named {:?} now, because none contains {}", name.name, of.join(", "))
 }

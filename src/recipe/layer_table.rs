@@ -102,7 +102,7 @@ impl Column {
     ];
 
     /// Returns true for columns that sort in descending order at first; names and depths ascend.
-    pub fn falls_at_first(self) -> bool {
+    pub fn descends_by_default(self) -> bool {
         !matches!(self, Self::Name | Self::Depth)
     }
 }
@@ -156,7 +156,7 @@ fn by_name(a: &str, b: &str) -> Ordering {
 mod tests {
     use super::*;
     use crate::document::stack::LayerFill;
-    use crate::layers::{Options, SoftwareRasteriser, Wishes, sort_photo};
+    use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
     use crate::recipe::assemble::assemble;
     use crate::scene::synthetic::closed_form;
     use crate::task::Task;
@@ -166,7 +166,7 @@ mod tests {
         let scene = closed_form::stairs();
         let (site, photo) = (scene.site(), scene.photo());
         let options = Options::default();
-        let wishes = Wishes::default();
+        let wishes = LayerConstraints::default();
         let task = Task::silent();
         let sorted = sort_photo(
             &site.model,

@@ -38,7 +38,8 @@ pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
     if let Some(index) = photos().position(|photo| photo == name) {
         return Ok(index);
     }
-    let candidates: Vec<_> = photos().enumerate().filter(|(_, photo)| is_short_for(name, photo)).collect();
+    let candidates: Vec<_> =
+        photos().enumerate().filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
     match candidates[..] {
         [(index, _)] => Ok(index),
         [] => Err(Error::Request(format!("there is no photo {name}; `quadratura info` lists the photos"))),
@@ -50,7 +51,7 @@ pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
 }
 
 /// Returns true when `name` is an abbreviation of `photo`: without its folder, its extension, or both.
-pub fn is_short_for(name: &str, photo: &str) -> bool {
+pub fn is_abbreviation_of(name: &str, photo: &str) -> bool {
     let file = photo.rsplit('/').next().unwrap_or(photo);
     name == file || name == without_extension(file) || name == without_extension(photo)
 }

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use super::masks::attach;
-use super::named::{is_short_for, photos_named};
+use super::named::{is_abbreviation_of, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
@@ -34,12 +34,12 @@ pub struct Opened {
     /// The photos with unusable files, by name, with the reason.
     pub left_out: Vec<(String, String)>,
     /// The unusable masks; their photos are left out.
-    pub unmasked: Arc<Vec<Unmasked>>,
+    pub unmasked: Arc<Vec<UnusableMask>>,
 }
 
 /// An unusable mask. Its photo is left out, because it would show what should be masked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unmasked {
+pub struct UnusableMask {
     /// The photo that is left out.
     pub photo: Photo,
     /// The mask.
@@ -76,7 +76,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let reasons = import.problems.iter().map(ToString::to_string);
     let of_masks = unmasked.iter().map(|it| (it.photo.name.clone(), it.error().to_string()));
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
-    let of_masks = unmasked.iter().map(Unmasked::error);
+    let of_masks = unmasked.iter().map(UnusableMask::error);
     let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(of_masks).collect());
     let unmasked = Arc::new(unmasked);
     let whole = Arc::new(model);
@@ -120,7 +120,8 @@ impl Opened {
     /// Returns [`Error::Request`]; for photos with unusable files it contains the reason.
     pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
         photos_named(&self.site, names).map_err(|unknown| {
-            let is_meant = |photo: &str| names.iter().any(|name| name == photo || is_short_for(name, photo));
+            let is_meant =
+                |photo: &str| names.iter().any(|name| name == photo || is_abbreviation_of(name, photo));
             let reasons = self.left_out.iter().filter(|(photo, _)| is_meant(photo));
             let reasons =
                 reasons.map(|(photo, why)| Error::Request(format!("photo {photo} is left out: {why}")));
@@ -136,7 +137,7 @@ fn with_masks(
     masks: &Masks,
     mut photos: Vec<Photo>,
     task: &Task,
-) -> (Vec<Photo>, Vec<Unmasked>) {
+) -> (Vec<Photo>, Vec<UnusableMask>) {
     attach(folder, masks, &mut photos);
     let known = |name: &str| photos.iter().any(|photo| photo.name == name);
     for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {
@@ -153,7 +154,7 @@ fn with_masks(
         if found.is_empty() {
             masked.push(photo);
         } else {
-            let of_one = |(mask, problem): (&Mask, String)| Unmasked {
+            let of_one = |(mask, problem): (&Mask, String)| UnusableMask {
                 photo: photo.clone(),
                 mask: mask.clone(),
                 problem,
@@ -164,7 +165,7 @@ fn with_masks(
     (masked, unmasked)
 }
 
-impl Unmasked {
+impl UnusableMask {
     /// Returns the error for the command line.
     pub fn error(&self) -> Error {
         let (photo, problem) = (&self.photo.name, &self.problem);

@@ -4,9 +4,9 @@
 use crate::document::stack::origins;
 use crate::error::Result;
 use crate::projection::legend::Origin;
-use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 
-use super::sheets::SheetFiles;
+use super::sheets::LayerTextureFiles;
 
 /// Returns the kind of source that a name of [`origins`] stands for.
 pub fn origin_of(name: &str) -> Origin {
@@ -22,10 +22,10 @@ pub fn origin_of(name: &str) -> Origin {
 
 /// Layer textures in the colours of their texels' sources, with the confidence of the textures themselves.
 #[derive(Debug, Clone)]
-pub struct SheetOrigins(pub SheetFiles);
+pub struct LayerTextureOrigins(pub LayerTextureFiles);
 
-impl Texels for SheetOrigins {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+impl Texels for LayerTextureOrigins {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         let mut pixels = self.0.sheet(sheet)?;
         let origins = self.0.origins(sheet, pixels.rect)?;
         for (texel, origin) in pixels.rgba.as_chunks_mut::<4>().0.iter_mut().zip(origins) {

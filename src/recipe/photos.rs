@@ -10,7 +10,7 @@ use rustc_hash::FxHashSet;
 use super::budget::default_memory;
 use super::masks::beside::mask_names;
 use super::photo_plan::PhotoPlan;
-use super::side_by_side::SideBySide;
+use super::side_by_side::ParallelPhotos;
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras};
 use crate::io::photo::{Match, PhotoFolder};
@@ -93,7 +93,7 @@ fn plans(
 /// # Errors
 /// Returns [`Error::Cancelled`]; an error with one photo is in its own result.
 fn made_images(plans: &[Result<PhotoPlan>], task: &Task) -> Result<Vec<Result<()>>> {
-    let at_a_time = SideBySide {
+    let at_a_time = ParallelPhotos {
         threads: rayon::current_num_threads(),
         memory: default_memory(),
         stage: "import photos",

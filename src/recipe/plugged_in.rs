@@ -32,7 +32,7 @@ use crate::layers::{Options, SoftwareRasteriser};
 use crate::projection::relief::Relief;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    Gains, Picture, Renders, SheetId, Shot, Shown, SiteContent, SiteRenderer, Sources, Texels,
+    Gains, LayerTextureId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sources, Texels,
 };
 use crate::task::Task;
 
@@ -184,7 +184,7 @@ fn after_a_save_the_book_of_paint_is_not_read_again() {
     let number = imported.number.unwrap();
     let looks = changed_layers(&project, &imported.book, number, 64, &Task::silent()).unwrap();
     assert_eq!((looks.len(), looks[0].pixels), (1, 1));
-    assert_eq!(preview.renew_paint(&["a.png".into()], &imported.book, &Task::silent()).unwrap(), 1);
+    assert_eq!(preview.reload_paint(&["a.png".into()], &imported.book, &Task::silent()).unwrap(), 1);
     assert_eq!(imported.book.imports.last().map(|import| import.number), Some(number));
 }
 
@@ -231,7 +231,7 @@ impl SiteRenderer for Plain {
         Ok(())
     }
 
-    fn renew(&mut self, _: Arc<dyn Texels>, changed: &[SheetId], _: &Task) -> Result<usize> {
+    fn renew(&mut self, _: Arc<dyn Texels>, changed: &[LayerTextureId], _: &Task) -> Result<usize> {
         Ok(changed.len())
     }
 

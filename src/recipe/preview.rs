@@ -6,9 +6,9 @@ use std::sync::Arc;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::open::Opened;
-use super::origins::SheetOrigins;
+use super::origins::LayerTextureOrigins;
 use super::relief::SiteRelief;
-use super::sheets::SheetFiles;
+use super::sheets::LayerTextureFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::paint::PaintBook;
@@ -46,7 +46,7 @@ pub struct Preview {
     store: StackStore,
     /// The names of the photos, in the site's order.
     photos: Vec<String>,
-    files: SheetFiles,
+    files: LayerTextureFiles,
     relief: Option<SiteRelief>,
     /// The photos without which the relief on the device was made.
     without: Vec<PhotoId>,
@@ -88,7 +88,7 @@ pub fn open_with(
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
-    let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems());
     let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
@@ -148,7 +148,7 @@ impl Preview {
     ///
     /// # Errors
     /// [`Error::Gpu`], [`Error::Cancelled`].
-    pub fn renew_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
+    pub fn reload_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
         let index = |name: &String| self.photos.iter().position(|photo| photo == name);
         let indices: Vec<usize> = photos.iter().filter_map(index).collect();
         let (files, changed) = self.files.repainted(&self.store, book, &indices);
@@ -196,7 +196,7 @@ impl Preview {
             self.leave_out(&shot.without, task)?;
         }
         if shot.shown == Shown::Provenance && !self.renderer.has_origins() {
-            self.renderer.set_origins(Some(Arc::new(SheetOrigins(self.files.clone()))))?;
+            self.renderer.set_origins(Some(Arc::new(LayerTextureOrigins(self.files.clone()))))?;
         }
         Ok(())
     }

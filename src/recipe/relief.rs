@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::budget::Budget;
 use crate::error::{Error, Result};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::io::relief_file::{read_relief, write_relief};
-use crate::projection::relief::{Relief, ReliefOptions, Witness, estimate_relief, relief_without};
+use crate::projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
 use crate::projection::surface::Surface;
 use crate::projection::{PhotoId, Projector};
 use crate::scene::{Photo, Site};
@@ -21,7 +21,7 @@ pub struct SiteRelief {
     memory: u64,
     whole: Arc<Relief>,
     /// The photos prepared for the plane sweep, once they were needed.
-    witnesses: Option<Vec<Witness>>,
+    witnesses: Option<Vec<SweepView>>,
 }
 
 impl SiteRelief {
@@ -44,7 +44,7 @@ impl SiteRelief {
         let witnesses = opened.witnesses.as_deref().expect("the line above prepared them");
         let relief = estimate_relief(&site.model, witnesses, &options, task)?;
         // A relief made without some photo must not be cached as that of all photos.
-        if witnesses.iter().all(Witness::sees)
+        if witnesses.iter().all(SweepView::has_pixels)
             && let Err(error) = write_relief(&file, &relief, inputs)
         {
             task.note(format!("the relief cannot be cached: {error}"));
@@ -85,12 +85,12 @@ impl SiteRelief {
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
             // Memory of a decoder and of the luminance image.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
-            budget.with(bytes, || match read_shown(photo) {
-                Ok(pixels) => Ok(Witness::new(&projector, &pixels, &surface)),
+            budget.with(bytes, || match read_unmasked(photo) {
+                Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
                     task.of(name).note(format!("the photo is not used for the relief: {error}"));
-                    Ok(Witness::blind(&projector))
+                    Ok(SweepView::blind(&projector))
                 }
             })
         };

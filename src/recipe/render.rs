@@ -8,7 +8,7 @@ use serde::Serialize;
 use super::views::View;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
-use crate::io::film::{Film, Reel};
+use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
 use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Shot, Shown};
 use crate::task::Task;
@@ -67,14 +67,14 @@ pub struct RenderOptions {
     /// The folder for the pictures, which is created if necessary.
     pub out: PathBuf,
     /// The options of a video of all views; `None` for no video.
-    pub film: Option<FilmOptions>,
+    pub film: Option<VideoOptions>,
     /// Whether only the video is written and no pictures. It has no effect without a video.
     pub film_alone: bool,
 }
 
 /// Options of a video.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FilmOptions {
+pub struct VideoOptions {
     /// The video file; its extension determines the format.
     pub file: PathBuf,
     /// The frame rate in frames per second.
@@ -85,7 +85,7 @@ pub struct FilmOptions {
 
 /// The result for one view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rendered {
+pub struct RenderedView {
     /// The name of the view.
     pub view: String,
     /// The picture's file.
@@ -104,7 +104,7 @@ pub struct Rendered {
 #[derive(Debug, Default)]
 pub struct RenderReport {
     /// The pictures that were written.
-    pub done: Vec<Rendered>,
+    pub done: Vec<RenderedView>,
     /// The views that failed, with the reason.
     pub failed: Vec<(String, Error)>,
     /// The video, if one was requested and could be made.
@@ -164,7 +164,7 @@ fn draw_all<'a>(
 }
 
 /// Starts a video for views of equal size.
-fn started(film: &FilmOptions, views: &[View]) -> Result<Film> {
+fn started(film: &VideoOptions, views: &[View]) -> Result<Film> {
     let size = |view: &View| (view.camera.width, view.camera.height);
     let Some((width, height)) = views.first().map(size) else {
         return Err(Error::Request("there are no frames for a video".into()));
@@ -177,7 +177,7 @@ fn started(film: &FilmOptions, views: &[View]) -> Result<Film> {
         )));
     }
     make_folder(film.file.parent().unwrap_or(&film.file))?;
-    Film::create(&film.file, Reel { width, height, fps: film.fps, frames: views.len() as u32 })
+    Film::create(&film.file, VideoFormat { width, height, fps: film.fps, frames: views.len() as u32 })
 }
 
 /// The thread that writes the drawn pictures.
@@ -241,12 +241,12 @@ fn unfinished(file: &Path) -> Error {
 }
 
 /// Writes a picture as PNG.
-fn write(folder: &Path, view: &View, picture: &Picture) -> Result<Rendered> {
+fn write(folder: &Path, view: &View, picture: &Picture) -> Result<RenderedView> {
     let Picture { width, height, rgba } = picture;
     let placed = write_picture(folder, &view.name, [*width, *height], rgba)?;
     let (pixels, _) = rgba.as_chunks::<4>();
     let textured = pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum::<f64>() / pixels.len() as f64;
-    Ok(Rendered {
+    Ok(RenderedView {
         view: view.name.clone(),
         path: placed.path,
         spared: placed.spared,
@@ -257,7 +257,7 @@ fn write(folder: &Path, view: &View, picture: &Picture) -> Result<Rendered> {
 }
 
 /// Notes files that were not overwritten.
-fn note_spared(rendered: &Rendered, task: &Task) {
+fn note_spared(rendered: &RenderedView, task: &Task) {
     for file in &rendered.spared {
         let (old, new) = (file.display(), rendered.path.display());
         task.note(format!("{old} was changed by another program and is kept; this picture is {new}"));
@@ -294,7 +294,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");
-        let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
+        let film = film.then_some(VideoOptions { file, fps: 5.0, background: [100; 3] });
         let options = RenderOptions { out, film, film_alone: false };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
@@ -317,7 +317,7 @@ mod tests {
     fn a_film_alone_leaves_no_pictures_of_its_frames() {
         let folder = tempfile::tempdir().unwrap();
         let (out, file) = (folder.path().join("out"), folder.path().join("out/film.apng"));
-        let film = Some(FilmOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
+        let film = Some(VideoOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
         let options = RenderOptions { out: out.clone(), film, film_alone: true };
         let views = [view("a", 8), view("b", 8)];
         let report = render(&views, &mut shades(None), &options, &Task::silent()).unwrap();

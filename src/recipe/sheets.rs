@@ -16,14 +16,14 @@ use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::legend::Origin;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
-use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::raster::in_8_bits;
 use crate::raster::over::on_opaque;
 
 /// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::sheets`]: photo
 /// by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
-pub struct SheetFiles {
+pub struct LayerTextureFiles {
     files: Arc<[SheetFile]>,
     /// The stacks with their paint, by photo; empty where paint is not shown.
     painted: Vec<Option<PaintedStack>>,
@@ -63,7 +63,7 @@ struct FilledFiles {
     propagated: Option<PathBuf>,
 }
 
-impl SheetFiles {
+impl LayerTextureFiles {
     /// Lists the image layers of these stacks, in their order; photos without a stack have `None`. Files are read
     /// when they are needed: where a build replaces a stack in the meantime they no longer exist, and the stacks
     /// have to be read again. `filled` tells whether fillings of hidden texels are used.
@@ -109,7 +109,12 @@ impl SheetFiles {
 
     /// Returns the same with the paint of these photos (indices in the site) in `book`, the project's present paint,
     /// and the layer textures that may have changed by it.
-    pub fn repainted(&self, store: &StackStore, book: &PaintBook, photos: &[usize]) -> (Self, Vec<SheetId>) {
+    pub fn repainted(
+        &self,
+        store: &StackStore,
+        book: &PaintBook,
+        photos: &[usize],
+    ) -> (Self, Vec<LayerTextureId>) {
         let paint = PaintStore::new(store.project());
         let mut repainted = self.clone();
         let mut changed = Vec::new();
@@ -118,7 +123,7 @@ impl SheetFiles {
             let now = PhotoPaint::of(book, paint.clone(), &painted.stack);
             let layers = now.differs_on(&painted.paint);
             let is_other = |file: &&SheetFile| file.photo == photo && layers.contains(&file.layer);
-            let sheets = (0..).map(SheetId).zip(self.files.iter());
+            let sheets = (0..).map(LayerTextureId).zip(self.files.iter());
             changed.extend(sheets.filter(|(_, file)| is_other(file)).map(|(sheet, _)| sheet));
             painted.paint = Arc::new(now);
         }
@@ -141,7 +146,7 @@ impl SheetFiles {
     ///
     /// # Errors
     /// Returns the errors of [`Texels::sheet`].
-    pub fn origins(&self, sheet: SheetId, rect: PixelRect) -> Result<Vec<Origin>> {
+    pub fn origins(&self, sheet: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
         let file = self.file(sheet)?;
         let mut origins = vec![Origin::Photo; rect.area() as usize];
         if file.needed_rect.is_empty() || rect.is_empty() {
@@ -174,7 +179,7 @@ impl SheetFiles {
     }
 
     /// Returns the files of a layer texture.
-    fn file(&self, sheet: SheetId) -> Result<&SheetFile> {
+    fn file(&self, sheet: LayerTextureId) -> Result<&SheetFile> {
         let file = self.files.get(sheet.0 as usize);
         file.ok_or_else(|| Error::Request(format!("there is no image layer {}", sheet.0)))
     }
@@ -190,13 +195,13 @@ impl SheetFiles {
     }
 }
 
-impl Texels for SheetFiles {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+impl Texels for LayerTextureFiles {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         let file = self.file(sheet)?;
         // The photo's pixels just outside of the layer's outlines are useful for filtering.
         let rect = file.needed_rect.grown(1).intersection(&file.rect);
         if file.needed_rect.is_empty() || rect.is_empty() {
-            return Ok(SheetPixels {
+            return Ok(LayerTexturePixels {
                 rect,
                 rgba: vec![0; 4 * rect.area() as usize],
                 needed: vec![0; rect.area() as usize],
@@ -217,7 +222,7 @@ impl Texels for SheetFiles {
         if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
         }
-        Ok(SheetPixels { rect, rgba, needed })
+        Ok(LayerTexturePixels { rect, rgba, needed })
     }
 }
 

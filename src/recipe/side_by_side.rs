@@ -9,7 +9,7 @@ use crate::error::{Error, Result};
 use crate::task::Task;
 
 /// The limits of processing in parallel, and the name of the stage.
-pub(super) struct SideBySide {
+pub(super) struct ParallelPhotos {
     /// The largest number of items processed at the same time, at least one.
     pub threads: usize,
     /// The memory budget in bytes for all of them; an item that needs more runs alone.
@@ -18,7 +18,7 @@ pub(super) struct SideBySide {
     pub stage: &'static str,
 }
 
-impl SideBySide {
+impl ParallelPhotos {
     /// Runs `work` on all items and returns the results in their order; `bytes` returns the memory that an item
     /// takes.
     ///
@@ -110,8 +110,8 @@ pub(super) fn done_and_failed<I: Clone, T>(
 mod tests {
     use super::*;
 
-    fn four(threads: usize) -> SideBySide {
-        SideBySide { threads, memory: 10, stage: "test" }
+    fn four(threads: usize) -> ParallelPhotos {
+        ParallelPhotos { threads, memory: 10, stage: "test" }
     }
 
     #[test]

@@ -82,7 +82,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::document::masks::{Mask, MaskFrom};
+    use crate::document::masks::{Mask, MaskOrigin};
 
     #[test]
     fn whatever_of_a_site_is_changed_added_or_removed_is_named_and_nothing_else() {
@@ -99,7 +99,7 @@ mod tests {
         put("masks/one.jpg/drawn-1.png", "x");
         let text = r#"{"version": 1, "photos": "site/photos", "cameras": "site", "model": "site/a.gltf"}"#;
         let mut project: Project = serde_json::from_str(text).unwrap();
-        let mask = Mask { from: MaskFrom::Drawn, file: "one.jpg/drawn-1.png".into(), pixels: 1 };
+        let mask = Mask { from: MaskOrigin::Drawn, file: "one.jpg/drawn-1.png".into(), pixels: 1 };
         project.masks.put("one.jpg", mask.clone());
         let stamp = |project: &Project| SiteStamp::of(folder.path(), project);
         let before = stamp(&project);

@@ -11,7 +11,7 @@ use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
-use crate::projection::{Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use crate::projection::{Domain, HalfPlane, LayerTextureId, PhotoId, Projector, Server, Sheet, Sources};
 use crate::scene::{FaceId, Model, Photo, Site};
 
 /// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
@@ -100,7 +100,7 @@ impl StackReader<'_> {
         let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
         all.for_each(|&e| sheets_of[e as usize] += 1);
         for layer in &self.stack.image_layers {
-            let sheet = SheetId(sheets.len() as u32);
+            let sheet = LayerTextureId(sheets.len() as u32);
             let rect = in_few_tiles(layer.rect, layer.needed_rect);
             sheets.push(Sheet { photo: self.id, id: layer.id.clone(), rect });
             for &e in &layer.elements {

@@ -2,11 +2,11 @@
 
 use crate::document::Element;
 use crate::layers::graph::Graph;
-use crate::layers::together::{Obstacle, Unmet};
-use crate::layers::{Faces, Sorted, Wishes};
+use crate::layers::together::{Obstacle, Unsatisfied};
+use crate::layers::{Faces, LayerConstraints, Sorted};
 
 /// Returns a message for each merge or split that the stack of these elements does not satisfy, with the reason.
-pub fn unmet(wishes: &Wishes, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
+pub fn unmet(wishes: &LayerConstraints, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
     let mut messages = Vec::new();
     for (number, merge) in (0u32..).zip(&wishes.merge) {
         let title = format!("merge of {}", list(merge));
@@ -55,17 +55,17 @@ pub fn holds(element: &Element, faces: &Faces) -> bool {
 pub fn of_merge<'a>(
     merge: &[Faces],
     number: u32,
-    unmet: &'a [Unmet],
+    unmet: &'a [Unsatisfied],
     elements: &[Element],
-) -> Vec<&'a Unmet> {
-    let of_merge: Vec<&Unmet> = unmet.iter().filter(|u| u.merge == number).collect();
-    let stays = |u: &&Unmet| !is_met_otherwise(merge, u.item, &of_merge, elements);
+) -> Vec<&'a Unsatisfied> {
+    let of_merge: Vec<&Unsatisfied> = unmet.iter().filter(|u| u.merge == number).collect();
+    let stays = |u: &&Unsatisfied| !is_met_otherwise(merge, u.item, &of_merge, elements);
     of_merge.iter().copied().filter(stays).collect()
 }
 
 /// Returns true when the merge contains another element with the same faces. The pieces of a cut face may be in
 /// several elements; one of them in the merge is enough.
-fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[Element]) -> bool {
+fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unsatisfied], elements: &[Element]) -> bool {
     let element = &elements[item as usize];
     let joined = |other: &Element, number: u32| {
         number != item && other.object == element.object && !unmet.iter().any(|u| u.item == number)
@@ -78,7 +78,7 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[El
 }
 
 /// Returns the message why an element stays out of a merge; `order` is the graph of occlusions between elements.
-pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
+pub fn in_words(unmet: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
     let name = |element: u32| elements[element as usize].known_by().to_string();
     let (item, with) = (name(unmet.item), name(unmet.with));
     let why = match unmet.why {

@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::document::stack::{Reason, Untextured};
+use crate::document::stack::{Untextured, UntexturedReason};
 use crate::document::{PhotoDecisions, Stack};
 use crate::layers::Sorted;
 use crate::layers::rasteriser::Presence;
@@ -18,43 +18,43 @@ pub fn untextured(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> 
 }
 
 /// All reasons, in the order of lists: those that can be mended first.
-pub const REASONS: [Reason; 7] = [
-    Reason::Hidden,
-    Reason::Masked,
-    Reason::TooSmall,
-    Reason::Outside,
-    Reason::Behind,
-    Reason::Excluded,
-    Reason::Degenerate,
+pub const REASONS: [UntexturedReason; 7] = [
+    UntexturedReason::Hidden,
+    UntexturedReason::Masked,
+    UntexturedReason::TooSmall,
+    UntexturedReason::Outside,
+    UntexturedReason::Behind,
+    UntexturedReason::Excluded,
+    UntexturedReason::Degenerate,
 ];
 
 /// Returns the reason in words, for the window.
-pub fn words(reason: Reason) -> &'static str {
+pub fn words(reason: UntexturedReason) -> &'static str {
     match reason {
-        Reason::Hidden => "hidden",
-        Reason::Masked => "masked",
-        Reason::TooSmall => "too small or edge-on",
-        Reason::Outside => "outside the photo",
-        Reason::Behind => "behind the camera",
-        Reason::Excluded => "excluded by hand",
-        Reason::Degenerate => "without area",
+        UntexturedReason::Hidden => "hidden",
+        UntexturedReason::Masked => "masked",
+        UntexturedReason::TooSmall => "too small or edge-on",
+        UntexturedReason::Outside => "outside the photo",
+        UntexturedReason::Behind => "behind the camera",
+        UntexturedReason::Excluded => "excluded by hand",
+        UntexturedReason::Degenerate => "without area",
     }
 }
 
 /// Lists the faces without texture with their reasons, in the model's order.
 pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
     let mut why: Vec<(FaceId, Untextured)> = Vec::new();
-    let mut add = |face: FaceId, reason: Reason, by: Option<String>, at: Option<[u32; 2]>| {
+    let mut add = |face: FaceId, reason: UntexturedReason, by: Option<String>, at: Option<[u32; 2]>| {
         let f = model.face(face);
         let object = model.object(f.object).name.clone();
         why.push((face, Untextured { object, face: f.index, reason, by, at }));
     };
     for &(face, absence) in &sorted.view.absent {
         let reason = match absence {
-            Absence::Outside => Reason::Outside,
-            Absence::Behind => Reason::Behind,
-            Absence::EdgeOn => Reason::TooSmall,
-            Absence::Degenerate => Reason::Degenerate,
+            Absence::Outside => UntexturedReason::Outside,
+            Absence::Behind => UntexturedReason::Behind,
+            Absence::EdgeOn => UntexturedReason::TooSmall,
+            Absence::Degenerate => UntexturedReason::Degenerate,
         };
         add(face, reason, None, None);
     }
@@ -74,9 +74,9 @@ pub fn of_sort(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
         match hidden {
             Some((x, y, by)) => {
                 let by = model.face_name(items[by as usize].face);
-                add(group[0].face, Reason::Hidden, Some(by), Some([x, y]));
+                add(group[0].face, UntexturedReason::Hidden, Some(by), Some([x, y]));
             }
-            None => add(group[0].face, Reason::TooSmall, None, None),
+            None => add(group[0].face, UntexturedReason::TooSmall, None, None),
         }
     }
     why.sort_by_key(|(face, _)| *face);
@@ -98,7 +98,7 @@ pub fn of_mask(model: &Model, sorted: &Sorted, pixels: &PhotoPixels) -> Vec<Unte
     let masked = working.difference(&textured).map(|&face| {
         let Face { object, index, .. } = *model.face(face);
         let object = model.object(object).name.clone();
-        Untextured { object, face: index, reason: Reason::Masked, by: None, at: None }
+        Untextured { object, face: index, reason: UntexturedReason::Masked, by: None, at: None }
     });
     masked.collect()
 }
@@ -119,7 +119,7 @@ pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
         |object: &str, face: u32| stack.untextured.iter().any(|u| u.object == object && u.face == face);
     found.retain(|(object, face)| !is_listed(object, *face));
     let untextured =
-        |(object, face)| Untextured { object, face, reason: Reason::Excluded, by: None, at: None };
+        |(object, face)| Untextured { object, face, reason: UntexturedReason::Excluded, by: None, at: None };
     found.into_iter().map(untextured).collect()
 }
 

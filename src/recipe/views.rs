@@ -220,7 +220,7 @@ fn refused((place, found): Flaw) -> Error {
 /// Returns the frames of a flight, numbered from 1.
 fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Result<Views> {
     path.fps = fps.unwrap_or(path.fps);
-    path.judge_frames().map_err(refused)?;
+    path.check_frame_count().map_err(refused)?;
     let frames = flight.frames(path.fps).into_iter().zip(1..);
     let view = |((camera, pose), number): ((Pinhole, Pose), u32)| View {
         name: format!("frame-{number:05}"),

@@ -4,14 +4,14 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::import::{ImportOptions, Imported, Recall, import};
+use super::import::{ImportOptions, Imported, LayerCache, import};
 use crate::error::{Error, Result};
 use crate::io::documents::documents;
 use crate::io::exports::ExportStore;
 use crate::io::hash::hash_file;
 use crate::io::lock::ProjectLock;
 use crate::io::stamp::Stamp;
-use crate::io::taken::TakenDocuments;
+use crate::io::taken::ImportLedger;
 use crate::io::watch::FolderWatch;
 use crate::task::Task;
 
@@ -45,7 +45,7 @@ impl Default for WatchOptions {
 
 /// Imports every document in `folder` and its subfolders whenever it is saved, until the task is cancelled, and
 /// passes each result to `report`. Documents that were saved before are imported first, unless they were imported
-/// in their present state already (see [`TakenDocuments`]). `hold` returns what has to be held while the project's
+/// in their present state already (see [`ImportLedger`]). `hold` returns what has to be held while the project's
 /// paint is written: the lock ([`project_lock`]) or, where the program has that already, whatever synchronises its
 /// own writers.
 ///
@@ -86,24 +86,24 @@ struct WatchState<'a> {
     /// The documents with their stamps at the time when they were imported, or recognised as unedited exports.
     seen: BTreeMap<PathBuf, Stamp>,
     /// The documents that were imported in earlier sessions, as stored in the project.
-    taken: TakenDocuments,
+    taken: ImportLedger,
     /// The time since which a document cannot be read.
     failing: BTreeMap<PathBuf, Instant>,
     /// The layers at their last import, because most of a file's layers do not change between two saves.
-    recall: Recall,
+    recall: LayerCache,
 }
 
 impl<'a> WatchState<'a> {
     /// Starts a watch; the documents that were imported before are known from the project.
     fn begin(project: &'a Path, folder: &'a Path, options: WatchOptions, task: &'a Task) -> Result<Self> {
-        let taken = TakenDocuments::read(project).unwrap_or_else(|error| {
+        let taken = ImportLedger::read(project).unwrap_or_else(|error| {
             task.note(error.to_string());
-            TakenDocuments::none(project)
+            ImportLedger::none(project)
         });
         let mut seen = documents(folder)?;
         seen.retain(|path, stamp| taken.knows(path, stamp));
         let failing = BTreeMap::new();
-        let recall = Recall::default();
+        let recall = LayerCache::default();
         Ok(Self { project, folder, options, task, seen, taken, failing, recall })
     }
 
@@ -199,7 +199,7 @@ impl<'a> WatchState<'a> {
     fn remember(&mut self, batch: &[StampedDocument]) {
         let taken: Vec<StampedDocument> =
             batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)).cloned().collect();
-        match TakenDocuments::note(self.project, &taken) {
+        match ImportLedger::note(self.project, &taken) {
             Ok(taken) => self.taken = taken,
             Err(error) => self.task.note(error.to_string()),
         }

@@ -137,7 +137,7 @@ mod tests {
 
     #[test]
     fn what_is_masked_is_not_valid_and_all_else_stays_as_it_was() {
-        let masked = Spans::of_rows(-1..2, |_, out| out.push(1..9));
+        let masked = Spans::from_rows(-1..2, |_, out| out.push(1..9));
         for samples in [Samples::U8(vec![7; 18]), Samples::U16(vec![7; 18])] {
             let whole = PhotoPixels { width: 3, height: 2, channels: 3, samples, icc: None };
             let part = whole.clone().without(&masked);

@@ -47,15 +47,15 @@ fn paint_that_comes_home_and_is_taken_back_shows_in_a_view_that_stays_open() {
     studio.import();
 
     let photos = [opened.site.photos[0].name.clone()];
-    let renewed = live.renew_paint(&photos, &book(&studio), &task).unwrap();
+    let renewed = live.reload_paint(&photos, &book(&studio), &task).unwrap();
     assert_eq!(renewed, 1, "the wall's alone");
     let after = picture(&mut live, &opened);
     assert_ne!(after, before);
     assert!(after == picture(&mut preview(&studio, &opened), &opened), "as if it had been opened now");
-    assert_eq!(live.renew_paint(&photos, &book(&studio), &task).unwrap(), 0, "nothing has changed since");
+    assert_eq!(live.reload_paint(&photos, &book(&studio), &task).unwrap(), 0, "nothing has changed since");
 
     take_back(&studio.site.project()).unwrap();
-    live.renew_paint(&photos, &book(&studio), &task).unwrap();
+    live.reload_paint(&photos, &book(&studio), &task).unwrap();
     assert!(picture(&mut live, &opened) == before, "as it was");
 }
 

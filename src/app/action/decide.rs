@@ -131,14 +131,14 @@ impl State {
         masks: Vec<MaskChange>,
     ) {
         self.on_disk_already(|history| match again {
-            Some(old) => history.imported_again(old, number, masks),
+            Some(old) => history.import_redone(old, number, masks),
             None => history.imported(step_of_import(number), number, files, masks),
         });
     }
 
     /// An import is taken back on disk: its masks go with it.
     pub fn forget_masks_of(&mut self, import: &PaintImport) {
-        self.on_disk_already(|history| history.took_back(import.number, &import.masks));
+        self.on_disk_already(|history| history.import_undone(import.number, &import.masks));
     }
 
     fn on_disk_already(&mut self, change: impl FnOnce(&mut History)) {

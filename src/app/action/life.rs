@@ -13,7 +13,7 @@ use crate::app::state::life::{Effect, Event, Facts, Goal};
 use crate::app::state::notes::{Note, Weight};
 use crate::app::state::running::Kind;
 use crate::app::work::Work;
-use crate::io::recovery::Recovered;
+use crate::io::recovery::UnsavedChanges;
 
 /// A window that ends waits no longer than this for masks that are being written: a slow disk takes some seconds.
 const LAST_WAIT: Duration = Duration::from_secs(8);
@@ -68,7 +68,7 @@ fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<E
 }
 
 /// Something was found that was not saved when the program ended last.
-pub fn offer_recovery(state: &mut State, work: &mut Work, found: Recovered) {
+pub fn offer_recovery(state: &mut State, work: &mut Work, found: UnsavedChanges) {
     let Some(session) = &state.session else { return };
     // Until it is answered it stays on disk as it is, whatever is done meanwhile.
     work.keeper.iter().for_each(|keeper| keeper.hold(true));
@@ -86,7 +86,7 @@ pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
     let mut project = recovery.found.project;
     if let Some(session) = &state.session {
         // Masks that came home while nobody had answered yet are on disk, and stay.
-        project.masks = project.masks.with_news(&recovery.masks, &session.history.present().masks);
+        project.masks = project.masks.merged_with_changes(&recovery.masks, &session.history.present().masks);
     }
     state.edit("recovery", project, None);
 }

@@ -51,7 +51,7 @@ pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
     let save = || {
         change_project(folder, |now| {
             // An import that has just ended has put its masks there.
-            let masks = now.map(|now| project.masks.with_news(&known.masks, &now.masks));
+            let masks = now.map(|now| project.masks.merged_with_changes(&known.masks, &now.masks));
             let masks = masks.unwrap_or_else(|_| project.masks.clone());
             Ok(Project { masks, ..Project::clone(project) })
         })

@@ -16,7 +16,7 @@ use crate::app::state::ask::{Ask, CheckAsk};
 use crate::app::state::running::Kind;
 use crate::app::widget::dialog::escaped;
 use crate::geometry::Similarity;
-use crate::recipe::check::mistake::{likely_mistakes, without_mend};
+use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use crate::recipe::check::{FaceReport, Names, PhotoReport, Suggestion, Verdict};
 
 /// An overlay is not higher, in points: what is said about faces below it stays in sight.
@@ -83,7 +83,7 @@ fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>)
         Verdict::Poor => ui.visuals().warn_fg_color,
         Verdict::Misses => ui.visuals().error_fg_color,
     };
-    let unmended = without_mend(checked.report.verdict);
+    let unmended = advice_without_fix(checked.report.verdict);
     match &checked.report.suggestion {
         // What to look at first: figures of a model of another site say little.
         None if checked.report.verdict == Verdict::Misses => {

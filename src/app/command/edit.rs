@@ -52,8 +52,8 @@ pub const REDO: Command = Command {
     tooltip: "Does the step again that was undone.",
     keys: &[KeyboardShortcut::new(SHIFTED, Key::Z), ctrl(Key::Y)],
     menu: Menu::Edit,
-    ready: |state| history(state, |history| history.redoes().is_some(), "there is nothing to do again"),
-    detail: Some(|state| Some(state.session.as_ref()?.history.redoes()?.to_owned())),
+    ready: |state| history(state, |history| history.redo_name().is_some(), "there is nothing to do again"),
+    detail: Some(|state| Some(state.session.as_ref()?.history.redo_name()?.to_owned())),
     ask: |_| DecideAsk::Redo.into(),
     ..PLAIN
 };

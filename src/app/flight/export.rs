@@ -14,7 +14,7 @@ use crate::app::work::jobs::arrival;
 use crate::app::work::painter::Painter;
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Quality;
-use crate::recipe::render::{FilmOptions, Look, RenderOptions, RenderReport, render};
+use crate::recipe::render::{Look, RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::views::View;
 use crate::task::Task;
 
@@ -118,7 +118,7 @@ pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
     let out = PathBuf::from(&export.folder);
     let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
     // Black behind what is not textured, as a screen is where nothing is.
-    let film = export.film.then(|| FilmOptions { file: out.join(&export.name), fps, background: [0; 3] });
+    let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
     let options = RenderOptions { out, film, film_alone: true };
     let name = if export.film { "Making a film" } else { "Making a picture" };
     work.jobs.start(&mut state.running, Kind::Render, name, move |task| {

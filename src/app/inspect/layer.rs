@@ -178,7 +178,7 @@ fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut V
 fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[photo].name;
     let all = decided(&session.history.present().decisions.of(name));
-    let about = |decided: &crate::recipe::decide::Decided| {
+    let about = |decided: &crate::recipe::decide::ListedDecision| {
         decided.of.iter().any(|faces| of.iter().any(|held| overlap(faces, held)))
     };
     let all: Vec<_> = all.into_iter().filter(about).collect();

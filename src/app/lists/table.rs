@@ -27,7 +27,7 @@ pub struct LayerList {
 impl LayerList {
     /// Sorts by a column; by the one that it is sorted by already, the other way round.
     pub fn sort_by(&mut self, column: Column) {
-        self.falling = if self.column == column { !self.falling } else { column.falls_at_first() };
+        self.falling = if self.column == column { !self.falling } else { column.descends_by_default() };
         self.column = column;
     }
 }

@@ -11,7 +11,7 @@ use crate::app::flat::placement::Seen;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk};
 use crate::app::widget::dialog;
-use crate::document::masks::MaskFrom;
+use crate::document::masks::MaskOrigin;
 use crate::geometry::drawn::{brushed, enclosed};
 use crate::geometry::{PixelRect, Spans};
 use crate::recipe::masks::MaskEdit;
@@ -155,7 +155,7 @@ fn edit(state: &State, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
         }
         false => {
             let name = format!("mask of {photo} by {tool}");
-            (name, MaskEdit::Add { photo, from: MaskFrom::Drawn, masked: pixels.clone() })
+            (name, MaskEdit::Add { photo, from: MaskOrigin::Drawn, masked: pixels.clone() })
         }
     };
     (!pixels.is_empty()).then(|| Ask::Mask(MaskAsk::Mask(name, MaskWork::Edits(Arc::new(vec![edit])))))

@@ -187,13 +187,14 @@ fn object_edit(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::masks::MaskFrom;
+    use crate::document::masks::MaskOrigin;
     use crate::geometry::PixelRect;
 
     #[test]
     fn what_waits_is_shown_as_if_it_were_done_in_its_photo_alone() {
         let block = |x: i32, w: u32| Spans::of_pixels(PixelRect { x, y: 0, w, h: 1 }, |_, _| true);
-        let add = |photo: &str, masked| MaskEdit::Add { photo: photo.into(), from: MaskFrom::Drawn, masked };
+        let add =
+            |photo: &str, masked| MaskEdit::Add { photo: photo.into(), from: MaskOrigin::Drawn, masked };
         let uncover = MaskEdit::Uncover { photo: "a".into(), pixels: block(2, 2) };
         let edits = vec![add("a", block(0, 9)), add("b", block(20, 5)), uncover];
         let waiting = Waiting { name: String::new(), work: MaskWork::Edits(Arc::new(edits)) };

@@ -11,7 +11,7 @@ use crate::document::Masks;
 use crate::document::masks::Mask;
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::open::Unmasked;
+use crate::recipe::open::UnusableMask;
 
 /// So many files are kept in memory before those that no mask is made of are given up: a few hundred kilobytes each.
 const MOST: usize = 200;
@@ -76,7 +76,7 @@ impl State {
         &mut self,
         folder: &std::path::Path,
         read: Vec<(String, Spans)>,
-        told: Vec<Unmasked>,
+        told: Vec<UnusableMask>,
     ) -> Vec<Ask> {
         let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else {
             return Vec::new();
@@ -104,7 +104,7 @@ pub fn want_masks(state: &mut State, work: &mut Work, photo: usize) {
             task.go_on()?;
             let pixels = store.read(&mask.file, size).unwrap_or_else(|error| {
                 let (photo, mask, problem) = (photo.clone(), mask.clone(), error.to_string());
-                told.push(Unmasked { photo, mask, problem });
+                told.push(UnusableMask { photo, mask, problem });
                 Spans::default()
             });
             read.push((mask.file, pixels));

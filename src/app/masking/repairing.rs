@@ -15,7 +15,7 @@ use crate::document::Project;
 use crate::document::masks::{Mask, MaskChange};
 use crate::io::mask_file::read_mask;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::open::{Opened, Unmasked};
+use crate::recipe::open::{Opened, UnusableMask};
 use crate::scene::Photo;
 
 impl State {
@@ -41,7 +41,7 @@ impl State {
     }
 
     /// Where no dialog is at hand: the file belongs there.
-    pub fn tell_place_of_mask(&mut self, it: &Unmasked) {
+    pub fn tell_place_of_mask(&mut self, it: &UnusableMask) {
         let Some(session) = &self.session else { return };
         let place = MaskStore::new(&session.folder).path(&it.mask.file);
         let text = format!(
@@ -65,12 +65,12 @@ pub fn tell_problems(state: &mut State, work: &mut Work) {
 }
 
 /// Tells masks that cannot be used, `therefore` says what comes of it, and offers what helps.
-pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<Unmasked>, therefore: &'static str) {
+pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask>, therefore: &'static str) {
     let Some(session) = state.session.as_ref().filter(|_| !unusable.is_empty()) else { return };
     let folder = session.folder.clone();
     work.jobs.start(&mut state.running, Kind::Look, "Looking for older masks", move |_| {
         let store = MaskStore::new(&folder);
-        let note = |it: Unmasked| {
+        let note = |it: UnusableMask| {
             let size = [it.photo.camera.width, it.photo.camera.height];
             let older = store.older(&it.photo.name, it.mask.from.stem(), &it.mask.file, size);
             note_of(it, therefore, older)
@@ -85,7 +85,7 @@ pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<Unmasked>, t
 }
 
 /// Takes a file as the mask.
-pub fn bring_mask(state: &mut State, work: &mut Work, it: Unmasked, path: PathBuf) {
+pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: PathBuf) {
     let Some(session) = &state.session else { return };
     let (folder, lock) = (session.folder.clone(), session.lock.clone());
     work.jobs.start(&mut state.running, Kind::Mask, "Keeping a mask", move |_| {
@@ -93,7 +93,7 @@ pub fn bring_mask(state: &mut State, work: &mut Work, it: Unmasked, path: PathBu
         let masked = read_mask(&path, size)?;
         let file = MaskStore::new(&folder).add(&it.photo.name, it.mask.from.stem(), &masked, size)?;
         drop(lock);
-        let Unmasked { photo, mask, .. } = it;
+        let UnusableMask { photo, mask, .. } = it;
         let after = Mask { from: mask.from.clone(), file, pixels: masked.count() };
         let change = changed(&photo, mask, Some(after));
         Ok(arrival(move |state| {
@@ -105,21 +105,21 @@ pub fn bring_mask(state: &mut State, work: &mut Work, it: Unmasked, path: PathBu
 }
 
 /// Of these photos, the masks that are damaged: only who reads them to their end knows.
-pub fn damaged_masks<'a>(opened: &Opened, photos: impl Iterator<Item = &'a String>) -> Vec<Unmasked> {
+pub fn damaged_masks<'a>(opened: &Opened, photos: impl Iterator<Item = &'a String>) -> Vec<UnusableMask> {
     let photos = photos.filter_map(|name| opened.site.photos.iter().find(|photo| photo.name == *name));
     let masks_of = |photo: &'_ Photo| {
         let size = [photo.camera.width, photo.camera.height];
         let masks = opened.project.masks.of(&photo.name).iter().zip(&photo.masks);
         let damaged = masks.filter_map(|(mask, file)| {
             let problem = read_mask(file, size).err()?.to_string();
-            Some(Unmasked { photo: photo.clone(), mask: mask.clone(), problem })
+            Some(UnusableMask { photo: photo.clone(), mask: mask.clone(), problem })
         });
         damaged.collect::<Vec<_>>()
     };
     photos.flat_map(masks_of).collect()
 }
 
-fn note_of(it: Unmasked, therefore: &str, older: Option<(String, u64, SystemTime)>) -> Note {
+fn note_of(it: UnusableMask, therefore: &str, older: Option<(String, u64, SystemTime)>) -> Note {
     let words = in_words(&it.mask.from);
     let text = format!("{therefore}: its mask, {words}, cannot be used: {}.", it.problem);
     let note = Note::about(Weight::Problem, &it.photo.name, text);

@@ -11,7 +11,7 @@ use crate::app::state::panes::Pane;
 use crate::app::state::running::{JobId, Kind};
 use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
-use crate::document::masks::MaskFrom;
+use crate::document::masks::MaskOrigin;
 use crate::error::Result;
 use crate::geometry::Spans;
 use crate::recipe::budget::default_memory;
@@ -83,7 +83,7 @@ impl Shown {
 
     fn edit(&self) -> MaskEdit {
         let masked = Spans::clone(&self.masked);
-        MaskEdit::Add { photo: self.it.photo.clone(), from: MaskFrom::Suggested, masked }
+        MaskEdit::Add { photo: self.it.photo.clone(), from: MaskOrigin::Suggested, masked }
     }
 }
 

@@ -14,7 +14,7 @@ use crate::app::work::Work;
 use crate::app::work::jobs::arrival;
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
-use crate::io::project::refuse_content;
+use crate::io::project::check_is_empty;
 use crate::layers::Options;
 use crate::recipe::create::{self, NewProject};
 use crate::recipe::discover::{Candidates, Part, Parts, find_site, folder_beside, part_at};
@@ -61,7 +61,7 @@ impl Assistant {
     pub fn judge_folder(&mut self) {
         let folder = self.folder.path();
         if folder != self.judged.0 {
-            let refused = refuse_content(&folder).err().map(|error| error.to_string());
+            let refused = check_is_empty(&folder).err().map(|error| error.to_string());
             self.judged = (folder, refused);
         }
     }
@@ -97,7 +97,8 @@ impl Assistant {
             error => std::slice::from_ref(error),
         };
         let of = |wanted: Option<Part>| {
-            let errors: Vec<&Error> = errors.iter().filter(|error| parts.part_of(error) == wanted).collect();
+            let errors: Vec<&Error> =
+                errors.iter().filter(|error| parts.part_of_error(error) == wanted).collect();
             Error::gathered(&errors).into_iter()
         };
         for part in Part::ALL {

@@ -18,7 +18,7 @@ use crate::app::state::notes::{Note, Weight};
 use crate::app::widget::dialog::Dialog;
 use crate::app::work::Work;
 use crate::recipe::discover::Part;
-use crate::recipe::open::Unmasked;
+use crate::recipe::open::UnusableMask;
 
 /// What something is chosen for.
 #[derive(Debug, Clone, PartialEq)]
@@ -34,7 +34,7 @@ pub enum Purpose {
     /// The file of a photo that is gone, by the photo's name.
     Photo(String),
     /// The file of a mask that cannot be used.
-    Mask(Box<Unmasked>),
+    Mask(Box<UnusableMask>),
 }
 
 impl Purpose {

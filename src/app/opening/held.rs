@@ -10,7 +10,7 @@ use crate::app::state::ask::ProjectAsk;
 use crate::app::state::running::Kind;
 use crate::app::widget::dialog::Dialog;
 use crate::app::work::Work;
-use crate::io::lock::{ProjectLock, advice};
+use crate::io::lock::{ProjectLock, holder_message};
 
 /// Often enough to seem at once, seldom enough to cost nothing.
 const LOOKS_EVERY_S: f64 = 1.5;
@@ -54,7 +54,7 @@ pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<Wish>) 
     let Some(held) = &state.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
         ui.heading("Somebody else has this project");
-        ui.label(format!("{}: {}.", held.folder.display(), advice(&held.holder)));
+        ui.label(format!("{}: {}.", held.folder.display(), holder_message(&held.holder)));
         ui.horizontal(|ui| {
             ui.add(Spinner::new().size(16.0));
             ui.label("It opens here by itself as soon as it is free.");

@@ -48,7 +48,7 @@ use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
 use crate::io::project::{PROJECT_FILE, read_project};
-use crate::io::recovery::Recovered;
+use crate::io::recovery::UnsavedChanges;
 use crate::recipe::discover::Part;
 use crate::recipe::relink::{gone, missing_photos, parts_of};
 
@@ -182,7 +182,7 @@ pub fn open_now(state: &mut State, work: &mut Work, folder: PathBuf) {
 }
 
 /// A project was opened, and what was not saved last time was found.
-pub fn arrived(state: &mut State, work: &mut Work, (session, recovered): (Session, Option<Recovered>)) {
+pub fn arrived(state: &mut State, work: &mut Work, (session, recovered): (Session, Option<UnsavedChanges>)) {
     opened(state, work, session);
     recovered.into_iter().for_each(|recovered| offer_recovery(state, work, recovered));
 }

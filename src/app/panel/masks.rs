@@ -11,7 +11,7 @@ use crate::app::masking::suggesting::Shown;
 use crate::app::masking::suggesting::want_suggestions;
 use crate::app::state::State;
 use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
-use crate::document::masks::{Mask, MaskFrom};
+use crate::document::masks::{Mask, MaskOrigin};
 use crate::recipe::masks::MaskEdit;
 
 /// Margins around objects, in pixels: the command line's.
@@ -92,10 +92,10 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Who made it, as people here know it.
-pub fn in_words(from: &MaskFrom) -> String {
+pub fn in_words(from: &MaskOrigin) -> String {
     match from {
-        MaskFrom::Drawn => "drawn by hand".into(),
-        MaskFrom::Suggested => "from suggestions".into(),
+        MaskOrigin::Drawn => "drawn by hand".into(),
+        MaskOrigin::Suggested => "from suggestions".into(),
         other => other.words(),
     }
 }

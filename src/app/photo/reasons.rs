@@ -8,14 +8,14 @@ use crate::app::panel::{long_list, named};
 use crate::app::state::ask::{Ask, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::document::stack::{Reason, Untextured};
+use crate::document::stack::{Untextured, UntexturedReason};
 use crate::recipe::survey::face_named;
 use crate::recipe::untextured::{REASONS, untextured, words};
 use crate::scene::FaceId;
 
 /// Which reasons are listed; none for all.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Filter(Option<Reason>);
+pub struct Filter(Option<UntexturedReason>);
 
 /// The faces without texture of a photo, whose layers are built.
 fn listed(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
@@ -51,10 +51,10 @@ pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec
 }
 
 fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
-    let count = |reason: Option<Reason>| {
+    let count = |reason: Option<UntexturedReason>| {
         faces.iter().filter(|face| reason.is_none_or(|reason| face.reason == reason)).count()
     };
-    let text = |reason: Option<Reason>| {
+    let text = |reason: Option<UntexturedReason>| {
         let name = reason.map_or("all reasons", words);
         format!("{name} ({})", count(reason))
     };

@@ -14,17 +14,19 @@ use crate::document::{Bookmark, CameraPath, Project, Stack};
 use crate::layers::fill::FillOptions;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::budget::default_memory;
-use crate::recipe::fill::lookouts::{Lookouts, View};
-use crate::recipe::fill::propagation::{Painter, SpreadOn, most_disputed_first, painters, with_all};
+use crate::recipe::fill::lookouts::{View, Viewpoints};
+use crate::recipe::fill::propagation::{
+    Painter, PropagationToPhoto, most_disputed_first, painters, with_all,
+};
 use crate::recipe::fill::shares::{LayerShares, layer_shares};
-use crate::recipe::fill::worst::{HiddenLayer, worst_first};
+use crate::recipe::fill::worst::{HiddenLayer, hidden_layers_by_visibility};
 use crate::recipe::fill::{FillRequest, tell};
 
 /// What is known of fillings.
 #[derive(Default)]
 pub struct FillDesk {
     /// Where a viewer looks from, as somebody chose; else as is usual for the project.
-    pub lookouts: Option<Lookouts>,
+    pub lookouts: Option<Viewpoints>,
     /// Layers by how much of their hidden parts is seen.
     pub worst: Lookup<Worst>,
     /// The views that were asked about.
@@ -34,7 +36,7 @@ pub struct FillDesk {
     /// Photos that somebody has painted on.
     pub painters: Lookup<Vec<Painter>>,
     /// Paint that would be laid over the photos, with the options that it was looked up for.
-    pub offered: Lookup<(FillOptions, Vec<SpreadOn>)>,
+    pub offered: Lookup<(FillOptions, Vec<PropagationToPhoto>)>,
     /// Objects that are left out, as they are being typed.
     pub without: Option<String>,
 }
@@ -50,7 +52,7 @@ pub struct Worst {
 /// What the views are made of.
 #[derive(PartialEq)]
 struct Asked {
-    lookouts: Lookouts,
+    lookouts: Viewpoints,
     kept: Vec<Bookmark>,
     flight: Option<CameraPath>,
 }
@@ -70,8 +72,9 @@ impl FillDesk {
 
 impl State {
     /// Where a viewer is taken to look from.
-    pub fn lookouts(&self) -> Lookouts {
-        let usual = self.session.as_ref().map_or(Lookouts::Photos, |s| Lookouts::usual(&s.opened.project));
+    pub fn lookouts(&self) -> Viewpoints {
+        let usual =
+            self.session.as_ref().map_or(Viewpoints::Photos, |s| Viewpoints::usual(&s.opened.project));
         self.quality.fill.lookouts.unwrap_or(usual)
     }
 
@@ -116,7 +119,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let desk = &mut state.quality.fill;
     let is_asked = |asked: &Asked| {
         asked.lookouts == lookouts
-            && (lookouts == Lookouts::Photos
+            && (lookouts == Viewpoints::Photos
                 || (asked.kept == project.views && asked.flight == project.flight))
     };
     let known = desk.asked.as_ref().is_some_and(is_asked);
@@ -135,7 +138,7 @@ pub fn want_worst(state: &mut State, work: &mut Work) {
     let job = work.jobs.start(&mut state.running, Kind::Look, "Looking for hidden parts", move |task| {
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
         let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
-        let layers = worst_first(&opened.site, &stacks, &views, task)?;
+        let layers = hidden_layers_by_visibility(&opened.site, &stacks, &views, task)?;
         Ok(arrival(move |state| state.quality.fill.worst.find(&ticket, Worst { layers, views })))
     });
     state.quality.fill.worst.is_sought_by(job);
@@ -192,8 +195,8 @@ pub fn look_at_propagation(state: &mut State, work: &mut Work) {
         let told = tell(&folder, &opened, &request, task)?;
         let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
         let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
-        let spread =
-            spread.flat_map(|(photo, all)| all.into_iter().map(move |paint| SpreadOn { photo, paint }));
+        let spread = spread
+            .flat_map(|(photo, all)| all.into_iter().map(move |paint| PropagationToPhoto { photo, paint }));
         let spread = most_disputed_first(spread.collect());
         Ok(arrival(move |state| state.quality.fill.offered.find(&ticket, (options, spread))))
     });

@@ -22,7 +22,7 @@ use crate::io::stack_store::StackStore;
 use crate::projection::exploded::Stand;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
-use crate::recipe::exploded::sheets::{SheetPicture, sheet_pictures};
+use crate::recipe::exploded::sheets::{LayerThumbnail, layer_thumbnails};
 
 /// Sheets are as high as this share of the site's radius, so that one moves among them as in the site.
 const HEIGHT_SHARE: f64 = 0.8;
@@ -57,7 +57,7 @@ pub struct Exploded {
 
 /// The sheets of a stack.
 pub struct Sheets {
-    pictures: Vec<SheetPicture>,
+    pictures: Vec<LayerThumbnail>,
     /// As far as they are on the window's device.
     textures: Vec<TextureHandle>,
 }
@@ -112,7 +112,7 @@ impl State {
         let apart = self.space.exploded.apart;
         let (Some(stand), Some(session)) = (self.stand(apart), &self.session) else { return };
         let lens = FrameLens::with_field_of_view(FIELD_RAD);
-        let there = stand.from_aside(last_order(session, photo), lens, session.ground.up);
+        let there = stand.side_view(last_order(session, photo), lens, session.ground.up);
         self.space.exploded.begins = true;
         self.fly_to_viewpoint(there);
     }
@@ -139,7 +139,7 @@ impl State {
         let photo = session.opened.site.photos.get(place)?;
         let height = HEIGHT_SHARE * session.ground.radius;
         let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
-        Some(Stand::of_height(photo.camera, photo.pose, height, step))
+        Some(Stand::with_height(photo.camera, photo.pose, height, step))
     }
 
     /// The point of the nearest sheet along a ray from the viewpoint, and its layer's place in the stack.
@@ -195,7 +195,7 @@ fn make(editor: &mut Editor, ui: &Ui) {
         ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
     }
     exploded.made.want(&mut editor.work.jobs, &mut editor.state.running, wish, move |task| {
-        let pictures = sheet_pictures(&folder, &stack, LONGEST_PX, task)?;
+        let pictures = layer_thumbnails(&folder, &stack, LONGEST_PX, task)?;
         Ok(Sheets { pictures, textures: Vec::new() })
     });
     let Some(sheets) = exploded.made.take_up(&version) else { return };
@@ -285,13 +285,13 @@ impl Canvas {
         corners.into_iter().for_each(|corner| self.line(eye, corner, stroke));
     }
 
-    fn outline(&self, sheet: &SheetPicture, stroke: Stroke) {
+    fn outline(&self, sheet: &LayerThumbnail, stroke: Stroke) {
         let corners = self.stand.corners(sheet.order, sheet.rect);
         (0..4).for_each(|i| self.line(corners[i], corners[(i + 1) % 4], stroke));
     }
 
     /// A sheet in pieces; those that are behind the eye in part are left out.
-    fn sheet(&self, sheet: &SheetPicture, texture: &TextureHandle) {
+    fn sheet(&self, sheet: &LayerThumbnail, texture: &TextureHandle) {
         let rect = sheet.rect;
         let mut mesh = Mesh::with_texture(texture.id());
         let mut seen = Vec::new();

@@ -102,7 +102,7 @@ pub fn under(state: &State, ui: &Ui, offset: Vec2) -> Option<DVec3> {
     if state.space.exploded.is_on() {
         return state.sheet_along(ray).map(|(point, _)| point);
     }
-    let hit = session.solid.first_seen(view.position(), ray, backs)?;
+    let hit = session.solid.first_visible(view.position(), ray, backs)?;
     Some(view.position() + ray * hit.t)
 }
 
@@ -141,7 +141,7 @@ fn fly(editor: &mut Editor, ui: &Ui) {
     let backs = !editor.state.space.look.without_backs;
     let view = &mut editor.state.space.viewpoint;
     let first =
-        |origin: DVec3, ray| session.solid.first_seen(origin, ray, backs).map(|hit| hit.t * ray.length());
+        |origin: DVec3, ray| session.solid.first_visible(origin, ray, backs).map(|hit| hit.t * ray.length());
     let pace = view.ahead(&session.ground, first) / SECONDS_AHEAD;
     view.fly(direction.normalize() * (pace * seconds * hurry));
     ui.ctx().request_repaint();

@@ -54,7 +54,10 @@ fn face_at(state: &State, ui: &Ui, offset: Vec2) -> Option<FaceId> {
         return face.checked_sub(1).map(FaceId);
     }
     let ray = space.viewpoint.ray(px, space.size_px);
-    session.solid.first_seen(space.viewpoint.position(), ray, !space.look.without_backs).map(|hit| hit.face)
+    session
+        .solid
+        .first_visible(space.viewpoint.position(), ray, !space.look.without_backs)
+        .map(|hit| hit.face)
 }
 
 /// A ball around what is selected, in the world; none for photos and for nothing.

@@ -24,7 +24,7 @@ use crate::document::masks::MaskChange;
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
-use crate::io::recovery::Recovered;
+use crate::io::recovery::UnsavedChanges;
 use crate::layers::fill::FillOptions;
 use crate::projection::Shown;
 use crate::recipe::colour::ColourEdit;
@@ -32,7 +32,7 @@ use crate::recipe::decide::LayerEdit;
 use crate::recipe::discover::Parts;
 use crate::recipe::fill::lookouts::View;
 use crate::recipe::layer_table::Column;
-use crate::recipe::open::Unmasked;
+use crate::recipe::open::UnusableMask;
 use crate::scene::FaceId;
 
 /// One wish, by its subject.
@@ -229,13 +229,13 @@ pub enum MaskAsk {
     /// The next change of masks that waits is written.
     WriteNext,
     /// Reports masks that cannot be used, and what follows.
-    Report(Vec<Unmasked>, &'static str),
+    Report(Vec<UnusableMask>, &'static str),
     /// Reports what of the site could not be read.
     ReportProblems,
     /// Puts another mask in the place of one, or none.
     Set(MaskChange),
     /// Chooses a file for a mask that cannot be used.
-    Choose(Box<Unmasked>),
+    Choose(Box<UnusableMask>),
 }
 
 /// Filling and colour.
@@ -307,7 +307,7 @@ pub enum ProjectAsk {
     /// Opens a project: all that had to be asked was asked.
     OpenNow(PathBuf),
     /// A project was opened, and what was not saved last time was found.
-    Opened(Box<(Session, Option<Recovered>)>),
+    Opened(Box<(Session, Option<UnsavedChanges>)>),
     /// A project was made, or why it was not.
     Created(Parts, Box<Result<Session>>),
     /// Saves the project.

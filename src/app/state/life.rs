@@ -30,7 +30,7 @@
 use std::path::PathBuf;
 
 use crate::document::masks::Masks;
-use crate::io::recovery::Recovered;
+use crate::io::recovery::UnsavedChanges;
 
 /// Why a project is left.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -174,7 +174,7 @@ fn past_saving(goal: Goal, discards: bool, facts: Facts) -> (Phase, Option<Effec
 #[derive(Debug)]
 pub struct Recovery {
     /// The project as it was then.
-    pub found: Recovered,
+    pub found: UnsavedChanges,
     /// The masks of the project when that was found: masks that came since stay.
     pub masks: Masks,
 }
@@ -211,7 +211,7 @@ impl Life {
     }
 
     /// Something was found that was not saved when the program ended last.
-    pub fn found(&mut self, found: Recovered, masks: Masks) {
+    pub fn found(&mut self, found: UnsavedChanges, masks: Masks) {
         self.recovery = Some(Recovery { found, masks });
     }
 

@@ -4,7 +4,7 @@ use std::time::SystemTime;
 
 use crate::document::masks::MaskChange;
 use crate::error::Error;
-use crate::recipe::open::Unmasked;
+use crate::recipe::open::UnusableMask;
 
 /// How much a note matters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -25,7 +25,7 @@ pub enum Remedy {
     /// Another mask in the place of one that cannot be used, or none.
     SetMask(MaskChange),
     /// A file is chosen for a mask of a photo that cannot be used.
-    ChooseMask(Box<Unmasked>),
+    ChooseMask(Box<UnusableMask>),
 }
 
 /// One thing said.

@@ -13,7 +13,7 @@ use crate::error::{Error, Result};
 use crate::io::atomic::remove_old_leftovers;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
-use crate::io::recovery::{Recovered, find_unsaved};
+use crate::io::recovery::{UnsavedChanges, read_unsaved};
 use crate::io::stack_store::StackStore;
 use crate::projection::navigation::{Ground, Viewpoint};
 use crate::projection::surface::Surface;
@@ -152,7 +152,7 @@ impl Session {
     ///
     /// # Errors
     /// Those of [`crate::recipe::open::open`]; [`crate::Error::Request`] when another program writes to it.
-    pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<Recovered>)> {
+    pub fn open(folder: &Path, task: &Task) -> Result<(Self, Option<UnsavedChanges>)> {
         let lock = ProjectLock::take(folder)?;
         let project = read_project(folder)?;
         let pictures = folder.join("pictures");
@@ -164,7 +164,7 @@ impl Session {
         // Before anything of it is read: what is changed meanwhile is noticed.
         let seen = SiteStamp::of(folder, &project);
         let opened = open_site(folder, project, task)?;
-        let recovered = find_unsaved(folder, &opened.project).unwrap_or_else(|error| {
+        let recovered = read_unsaved(folder, &opened.project).unwrap_or_else(|error| {
             task.note(format!("what was not saved last time cannot be read: {error}"));
             None
         });

@@ -14,7 +14,7 @@ use crate::app::work::Work;
 use crate::document::ImageLayer;
 use crate::document::export_record::ExportFormat;
 use crate::io::programs::{ImageEditor, check_program, image_editors, start_with};
-use crate::recipe::editing::to_edit;
+use crate::recipe::editing::document_to_edit;
 use crate::recipe::export::{ExportOptions, layer_name};
 
 /// Which image editor is used, kept from run to run.
@@ -97,7 +97,7 @@ pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
         let photo = &opened.site.photos[place];
         let selected = layer.as_ref().map(|(_, token)| token.clone());
         let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
-        let document = to_edit(&folder, photo, &options, fresh, task)?;
+        let document = document_to_edit(&folder, photo, &options, fresh, task)?;
         drop(lock);
         let (teller, name) = (task.clone(), tool.name.clone());
         let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));

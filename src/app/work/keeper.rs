@@ -12,7 +12,7 @@ use super::waker::Waker;
 use crate::document::Project;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
-use crate::io::recovery::{UNSAVED_FILE, forget_unsaved, keep_unsaved};
+use crate::io::recovery::{UNSAVED_FILE, forget_unsaved, write_unsaved};
 
 /// Keeps what is not saved of one project.
 pub struct Keeper {
@@ -68,7 +68,7 @@ impl Keeper {
             wanted.project.clone()
         };
         let written = match project {
-            Some(project) => keep_unsaved(&self.folder, &project),
+            Some(project) => write_unsaved(&self.folder, &project),
             None => forget_unsaved(&self.folder),
         };
         written.inspect_err(|_| locked(&self.wanted).is_due = true)
@@ -167,7 +167,7 @@ impl Ending {
 mod tests {
     use super::*;
     use crate::io::project::{read_project, write_project};
-    use crate::io::recovery::find_unsaved;
+    use crate::io::recovery::read_unsaved;
     use crate::layers::Options;
 
     fn project(margin: u32) -> Arc<Project> {
@@ -185,7 +185,7 @@ mod tests {
     }
 
     fn kept(folder: &Path) -> Option<u32> {
-        let found = find_unsaved(folder, &read_project(folder).unwrap()).unwrap();
+        let found = read_unsaved(folder, &read_project(folder).unwrap()).unwrap();
         found.map(|found| found.project.options.margin)
     }
 
@@ -227,7 +227,7 @@ mod tests {
     #[test]
     fn what_somebody_is_asked_about_stays_until_it_is_answered() {
         let (folder, keeper) = bench();
-        keep_unsaved(folder.path(), &project(7)).unwrap();
+        write_unsaved(folder.path(), &project(7)).unwrap();
         keeper.hold(true);
         keeper.want(Some(project(1)));
         keeper.write().unwrap();

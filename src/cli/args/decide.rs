@@ -44,13 +44,13 @@ pub struct DecideArgs {
     pub free: Vec<String>,
     /// The photo's own tolerance; `project`: use the project's
     #[arg(long, value_name = "T", value_parser = or_project(method::tolerance), requires = "photos")]
-    pub tolerance: Option<OwnOption<f32>>,
+    pub tolerance: Option<OptionOverride<f32>>,
     /// The photo's own min_support; `project`: use the project's
     #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
-    pub min_support: Option<OwnOption<u32>>,
+    pub min_support: Option<OptionOverride<u32>>,
     /// The photo's own margin, in pixels; `project`: use the project's
     #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
-    pub margin: Option<OwnOption<u32>>,
+    pub margin: Option<OptionOverride<u32>>,
     /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,
@@ -61,14 +61,18 @@ pub struct DecideArgs {
 
 /// An option of a photo: `Some` for its own value, `None` for the project's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OwnOption<T>(pub Option<T>);
+pub struct OptionOverride<T>(pub Option<T>);
 
 /// Returns a parser that also accepts the word `project`.
 fn or_project<T>(
     parse: impl Fn(&str) -> Result<T, String> + Clone,
-) -> impl Fn(&str) -> Result<OwnOption<T>, String> + Clone {
+) -> impl Fn(&str) -> Result<OptionOverride<T>, String> + Clone {
     move |text| {
-        if text == "project" { Ok(OwnOption(None)) } else { parse(text).map(|own| OwnOption(Some(own))) }
+        if text == "project" {
+            Ok(OptionOverride(None))
+        } else {
+            parse(text).map(|own| OptionOverride(Some(own)))
+        }
     }
 }
 

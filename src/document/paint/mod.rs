@@ -7,7 +7,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::masks::{Mask, MaskFrom};
+use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use crate::geometry::PixelRect;
 
@@ -111,7 +111,7 @@ pub struct PaintImport {
     /// The number of painted pixels that are new or were changed.
     pub pixels: u64,
     /// The entries that it added.
-    pub added: Vec<EntryName>,
+    pub added: Vec<EntryKey>,
     /// The entries that it replaced, as they were before.
     pub replaced: Vec<PaintEntry>,
     /// The documents as they were before; `None` where they were unknown.
@@ -127,14 +127,14 @@ pub struct ImportedMask {
     /// The photo's name.
     pub photo: String,
     /// The origin of the mask.
-    pub from: MaskFrom,
+    pub from: MaskOrigin,
     /// The earlier mask of the same origin; `None` where there was none.
     pub before: Option<Mask>,
 }
 
 /// The key of an entry, which is unique in the book.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct EntryName {
+pub struct EntryKey {
     /// The value of [`PaintEntry::file`].
     pub file: String,
     /// The value of [`PaintEntry::document`].
@@ -165,8 +165,8 @@ impl PaintEntry {
     }
 
     /// Returns the entry's key.
-    pub fn name(&self) -> EntryName {
-        EntryName {
+    pub fn name(&self) -> EntryKey {
+        EntryKey {
             file: self.file.clone(),
             document: self.document.clone(),
             layer: self.layer.clone(),
@@ -260,7 +260,7 @@ mod tests {
         }
     }
 
-    fn import(number: u32, added: Vec<EntryName>, replaced: Vec<PaintEntry>) -> PaintImport {
+    fn import(number: u32, added: Vec<EntryKey>, replaced: Vec<PaintEntry>) -> PaintImport {
         PaintImport {
             number,
             time: 0,

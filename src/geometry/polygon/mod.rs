@@ -20,7 +20,7 @@ mod triangulate;
 pub use flat::PlaneFrame;
 pub use join::{join_all, join_coplanar};
 pub use outline::outlines;
-pub use plane_fit::{PLANARITY, extent, farthest_off, fit_plane, is_planar, newell};
+pub use plane_fit::{PLANARITY, extent, fit_plane, is_planar, largest_distance, newell_normal};
 pub use split::{bridge_holes, split_by_plane};
 pub use triangulate::{Flaw, Triangulation, triangulate};
 

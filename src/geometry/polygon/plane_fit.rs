@@ -13,7 +13,7 @@ pub const PLANARITY: f64 = 1e-3;
 
 /// Returns Newell's normal: the ring's area vector times two, in the points' unit squared. It is computed relative
 /// to the first point, so that a site far from the origin loses no digits.
-pub fn newell(ring: &[DVec3]) -> DVec3 {
+pub fn newell_normal(ring: &[DVec3]) -> DVec3 {
     let Some(&origin) = ring.first() else { return DVec3::ZERO };
     let mut normal = DVec3::ZERO;
     let mut previous = ring[ring.len() - 1] - origin;
@@ -28,7 +28,7 @@ pub fn newell(ring: &[DVec3]) -> DVec3 {
 /// Fits the plane through the mean of the points with Newell's normal; `None` for a ring without area (fewer than
 /// three points, all on a line, or lobes that cancel out).
 pub fn fit_plane(ring: &[DVec3]) -> Option<Plane> {
-    let normal = newell(ring);
+    let normal = newell_normal(ring);
     // A ring thinner than the rounding of its coordinates has a meaningless area.
     if ring.len() < 3 || normal.length() <= 2.0 * extent(ring) * resolution(ring) {
         return None;
@@ -46,14 +46,14 @@ pub fn extent(ring: &[DVec3]) -> f64 {
 }
 
 /// Returns the largest distance of the ring's points from the plane, in their unit.
-pub fn farthest_off(ring: &[DVec3], plane: &Plane) -> f64 {
+pub fn largest_distance(ring: &[DVec3], plane: &Plane) -> f64 {
     ring.iter().map(|&p| plane.signed_distance(p).abs()).fold(0.0, f64::max)
 }
 
 /// Returns true when every point is within [`PLANARITY`] of the extent from the plane, or within the rounding error
 /// of coordinates far from the origin.
 pub fn is_planar(ring: &[DVec3], plane: &Plane) -> bool {
-    farthest_off(ring, plane) <= (PLANARITY * extent(ring)).max(resolution(ring))
+    largest_distance(ring, plane) <= (PLANARITY * extent(ring)).max(resolution(ring))
 }
 
 /// Returns the distance below which differences are rounding errors: 1e-12 of the extent, or a few units in the

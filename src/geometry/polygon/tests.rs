@@ -26,7 +26,7 @@ fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 fn area(ring: &[DVec3]) -> f64 {
-    newell(ring).length() / 2.0
+    newell_normal(ring).length() / 2.0
 }
 
 /// Makes a square with a square hole, bridged from corner to corner.
@@ -48,7 +48,7 @@ fn square_with_hole() -> Vec<DVec3> {
 /// Checks that no triangle is flipped, and that together they have the ring's area.
 fn check_triangles(ring: &[DVec3]) -> Result<(), TestCaseError> {
     let t = triangles_of(ring);
-    let normal = newell(ring) / 2.0;
+    let normal = newell_normal(ring) / 2.0;
     let areas: Vec<f64> =
         corners(ring, &t).into_iter().map(|c| area_vector(c).dot(normal.normalize())).collect();
     prop_assert_eq!(t.flaw, None);
@@ -307,12 +307,12 @@ proptest! {
         let normal = DVec3::from_array(normal).try_normalize().unwrap_or(DVec3::X);
         let plane = Plane { normal, point: ring[through % ring.len()] + normal * shift };
         let (front, back) = split_by_plane(&ring, &plane);
-        let whole = newell(&ring);
-        let sum: DVec3 = front.iter().chain(&back).map(|r| newell(r)).sum();
+        let whole = newell_normal(&ring);
+        let sum: DVec3 = front.iter().chain(&back).map(|r| newell_normal(r)).sum();
         prop_assert!((sum - whole).length() < 1e-6 * whole.length(), "{} {}", sum, whole);
         for (pieces, sign) in [(&front, 1.0), (&back, -1.0)] {
             for piece in pieces {
-                prop_assert!(newell(piece).dot(whole) > 0.0, "wound like the face: {:?}", piece);
+                prop_assert!(newell_normal(piece).dot(whole) > 0.0, "wound like the face: {:?}", piece);
                 prop_assert!(piece.iter().all(|&p| sign * plane.signed_distance(p) > -1e-7));
                 for p in piece {
                     prop_assert!(ring.contains(p) || plane.signed_distance(*p).abs() < 1e-7);

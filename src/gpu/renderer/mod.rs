@@ -35,13 +35,13 @@ use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::cells::{Cells, Confidence, cells};
-use crate::projection::exposure::{Optics, seen_shares};
+use crate::projection::exposure::{Optics, visible_shares};
 use crate::projection::relief::Relief;
-use crate::projection::residency::Want;
+use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
 use crate::projection::{
-    Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, SiteContent, SiteRenderer, Sliced,
-    Sources, Texels,
+    Gains, LayerTextureId, PhotoId, Picture, Quality, Renders, Shot, Shown, SiteContent, SiteRenderer,
+    Sliced, Sources, Texels,
 };
 use crate::scene::Model;
 use crate::task::Task;
@@ -145,7 +145,7 @@ impl Renderer {
             // These colours are symbols and have no exposure.
             return vec![[1.0; 3]; self.sources.photos.len()];
         }
-        let shares = || seen_shares(shot, &self.model, &self.sources, &self.surface, cells);
+        let shares = || visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
         let factors = self.gains.factors(shot, shares);
         factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
     }
@@ -294,7 +294,7 @@ impl SiteRenderer for Renderer {
         Ok(())
     }
 
-    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<usize> {
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
         Ok(self.tiles.renew(texels, changed, task)?.sheets)
     }
 
@@ -331,18 +331,18 @@ fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
 }
 
 /// Collects the texels that the cells may look up: one rectangle per sheet and finest level.
-fn wants(cells: &Cells, sources: &Sources) -> Vec<Want> {
-    let mut wanted: BTreeMap<(SheetId, u32), PixelRect> = BTreeMap::new();
+fn wants(cells: &Cells, sources: &Sources) -> Vec<TileRequest> {
+    let mut wanted: BTreeMap<(LayerTextureId, u32), PixelRect> = BTreeMap::new();
     for candidate in &cells.candidates {
         let sheet = sources.servers[candidate.server as usize].sheet;
         let rect = wanted.entry((sheet, candidate.finest)).or_insert(candidate.rect);
         *rect = rect.union(&candidate.rect);
     }
-    let want = |((sheet, finest), rect): ((SheetId, u32), PixelRect)| {
+    let want = |((sheet, finest), rect): ((LayerTextureId, u32), PixelRect)| {
         let corner = sources.sheet(sheet).rect;
         // The next level, which contributes to the lookup, has a filter twice as wide.
         let rect = PixelRect { x: rect.x - corner.x, y: rect.y - corner.y, ..rect };
-        Want { sheet, finest, rect: rect.grown(2 << finest) }
+        TileRequest { sheet, finest, rect: rect.grown(2 << finest) }
     };
     wanted.into_iter().map(want).collect()
 }

@@ -11,7 +11,7 @@ use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
 use crate::projection::tiles::Shape;
@@ -133,7 +133,7 @@ fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DV
         uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
     let center = (photo.pose.center_in_world() - viewpoint).as_vec3();
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
-    let (falloff, per_px2) = (optics.falloff, radius2(camera, DVec2::new(camera.cx + 1.0, camera.cy)));
+    let (falloff, per_px2) = (optics.falloff, squared_radius(camera, DVec2::new(camera.cx + 1.0, camera.cy)));
     PhotoWords {
         row_x,
         row_y,

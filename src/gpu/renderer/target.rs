@@ -7,7 +7,7 @@ use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::gpu::readback;
 use crate::projection::{Picture, Shot};
-use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
 /// The format of images: written in linear light, stored as sRGB.
 pub const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
@@ -145,7 +145,7 @@ fn without_background(pixel: &mut [u8]) {
     for channel in &mut pixel[..3] {
         let linear = linear_of_srgb(f64::from(*channel) / 255.0);
         let own = (linear - (1.0 - alpha) * FLAT_LINEAR) / alpha;
-        *channel = (srgb_of_linear(own.clamp(0.0, 1.0)) * 255.0).round() as u8;
+        *channel = (srgb_from_linear(own.clamp(0.0, 1.0)) * 255.0).round() as u8;
     }
 }
 
@@ -158,7 +158,7 @@ mod tests {
         for (own, alpha) in [(20u8, 64u8), (200, 128), (255, 191)] {
             let share = f64::from(alpha) / 255.0;
             let mixed = linear_of_srgb(f64::from(own) / 255.0) * share + FLAT_LINEAR * (1.0 - share);
-            let seen = (srgb_of_linear(mixed) * 255.0).round() as u8;
+            let seen = (srgb_from_linear(mixed) * 255.0).round() as u8;
             let mut pixel = [seen, seen, seen, alpha];
             without_background(&mut pixel);
             // The mixture is off by half a step of 8 bits, 0.002 in linear light near the grey, and its

@@ -17,7 +17,7 @@ use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::projection::{
-    Blend, Gains, Mode, Quality, Renders, SheetId, SheetPixels, Shot, Shown, Sources, Texels,
+    Blend, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Shown, Sources, Texels,
 };
 use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
@@ -120,7 +120,7 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
 struct NoSheets;
 
 impl Texels for NoSheets {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         unreachable!("nobody has {sheet:?}")
     }
 }

@@ -10,9 +10,9 @@ use super::{Loaded, TileStore};
 use crate::error::{Error, Result};
 use crate::gpu::atlas::{Strip, place};
 use crate::gpu::pyramids::{Batch, Made};
-use crate::projection::SheetId;
+use crate::projection::LayerTextureId;
 use crate::projection::pyramid::Pyramid;
-use crate::projection::residency::Want;
+use crate::projection::residency::TileRequest;
 use crate::projection::tiles::{SLOT, TileKey};
 use crate::task::Task;
 
@@ -40,7 +40,12 @@ impl Progress {
 
 impl TileStore {
     /// Uploads the requested tiles that are not resident.
-    pub(super) fn load_absent(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
+    pub(super) fn load_absent(
+        &mut self,
+        wants: &[TileRequest],
+        loaded: &mut Loaded,
+        task: &Task,
+    ) -> Result<()> {
         // Resident tiles that are requested must not be evicted for new ones.
         self.residency.choose(wants, self.most_slots);
         self.load_unknown(wants, loaded, task)?;
@@ -56,9 +61,9 @@ impl TileStore {
     /// Decodes sheets that were never decoded, and uploads their tiles as long as there is room: usually
     /// there is room for all of them, and nothing is decoded twice. While one batch is uploaded, the next is
     /// decoded.
-    fn load_unknown(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
-        let is_new = |sheet: &SheetId| self.residency.occupancy(*sheet).is_none();
-        let unknown: BTreeSet<SheetId> = wants.iter().map(|want| want.sheet).filter(is_new).collect();
+    fn load_unknown(&mut self, wants: &[TileRequest], loaded: &mut Loaded, task: &Task) -> Result<()> {
+        let is_new = |sheet: &LayerTextureId| self.residency.occupancy(*sheet).is_none();
+        let unknown: BTreeSet<LayerTextureId> = wants.iter().map(|want| want.sheet).filter(is_new).collect();
         if unknown.is_empty() {
             return Ok(());
         }
@@ -75,7 +80,7 @@ impl TileStore {
             let progress = Progress { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
             let (brought, next) = rayon::join(
                 || self.bring_new(wants, &decoded.made, progress),
-                || maker.make_all(&batch, task),
+                || maker.decode_all(&batch, task),
             );
             loaded.tiles += brought?;
             decoded = next?;
@@ -84,7 +89,7 @@ impl TileStore {
     }
 
     /// Uploads tiles of sheets that were just decoded.
-    fn bring_new(&mut self, wants: &[Want], decoded: &[Made], progress: Progress) -> Result<usize> {
+    fn bring_new(&mut self, wants: &[TileRequest], decoded: &[Made], progress: Progress) -> Result<usize> {
         if decoded.is_empty() {
             return Ok(0);
         }
@@ -106,11 +111,11 @@ impl TileStore {
     /// Selects the tiles to upload of sheets that were just decoded: all of them if all sheets will probably
     /// fit, because decoding takes longer than writing; otherwise the requested ones, as coarse as necessary
     /// to fit.
-    fn tiles_that_fit(&self, wants: &[Want], decoded: &[Made], progress: Progress) -> Vec<TileKey> {
+    fn tiles_that_fit(&self, wants: &[TileRequest], decoded: &[Made], progress: Progress) -> Vec<TileKey> {
         let fits = |keys: &[TileKey]| progress.of_all(keys.len()) <= f64::from(self.most_slots);
-        let all: Vec<Want> = decoded.iter().map(|(sheet, _)| Want::all(*sheet)).collect();
-        let is_own = |want: &&Want| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
-        let own: Vec<Want> = wants.iter().filter(is_own).copied().collect();
+        let all: Vec<TileRequest> = decoded.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
+        let is_own = |want: &&TileRequest| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
+        let own: Vec<TileRequest> = wants.iter().filter(is_own).copied().collect();
         let mut keys = self.residency.union(&all, 0);
         for coarser in 0..self.residency.most_levels() {
             if fits(&keys) {
@@ -125,7 +130,7 @@ impl TileStore {
     fn load_missing(&mut self, chosen: &[TileKey], loaded: &mut Loaded, task: &Task) -> Result<()> {
         let is_missing = |key: &&TileKey| self.residency.slot(**key).is_none();
         let missing: Vec<TileKey> = chosen.iter().filter(is_missing).copied().collect();
-        let sheets: BTreeSet<SheetId> = missing.iter().map(|key| key.sheet).collect();
+        let sheets: BTreeSet<LayerTextureId> = missing.iter().map(|key| key.sheet).collect();
         for batch in self.pyramids.batches(sheets) {
             task.go_on()?;
             let (Batch { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
@@ -141,7 +146,7 @@ impl TileStore {
     }
 
     /// Marks sheets that cannot be read as empty from now on.
-    pub(super) fn give_up(&mut self, failed: &[(SheetId, Error)], task: &Task) {
+    pub(super) fn give_up(&mut self, failed: &[(LayerTextureId, Error)], task: &Task) {
         for (sheet, error) in failed {
             task.note(format!("an image layer is not used: {error}"));
             let nothing = self.pyramids.maker().of_nothing(*sheet);
@@ -152,7 +157,7 @@ impl TileStore {
 
     /// Uploads the other tiles of decoded sheets, too, if no tile has to be evicted for them.
     fn bring_rest(&mut self, pyramids: &[Made]) -> Result<usize> {
-        let all: Vec<Want> = pyramids.iter().map(|(sheet, _)| Want::all(*sheet)).collect();
+        let all: Vec<TileRequest> = pyramids.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
         let mut rest = self.residency.union(&all, 0);
         rest.retain(|key| self.residency.slot(*key).is_none());
         let slots = self.residency.len() + rest.len();
@@ -173,7 +178,8 @@ impl TileStore {
     /// Cuts tiles and writes them into their slots.
     pub(super) fn upload(&mut self, mut slots: Vec<(TileKey, u32)>, of: &[Made]) -> Result<usize> {
         slots.sort_unstable_by_key(|(_, slot)| *slot);
-        let pyramids: FxHashMap<SheetId, &Pyramid> = of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();
+        let pyramids: FxHashMap<LayerTextureId, &Pyramid> =
+            of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();
         let storage = self.atlas.storage();
         let cut = |strip: &[(TileKey, u32)]| {
             let texels = cut_strip(strip, |key| pyramids[&key.sheet]);

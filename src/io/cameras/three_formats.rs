@@ -11,7 +11,7 @@ use serde_json::{Value, json};
 
 use super::pose::CV_FROM_GL;
 use super::*;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 /// A camera as all three formats can have it: square pixels, the principal point in the middle, k1 and k2.
 pub(super) struct Taken {
@@ -23,12 +23,12 @@ pub(super) struct Taken {
     pub pose: Pose,
 }
 
-fn turned(dice: &mut Dice) -> DMat3 {
+fn turned(dice: &mut Rng) -> DMat3 {
     let mut part = || dice.between(-1.0, 1.0);
     DMat3::from_quat(DQuat::from_xyzw(part(), part(), part(), part()).normalize())
 }
 
-pub(super) fn scene(dice: &mut Dice) -> (Vec<Taken>, Vec<DVec3>) {
+pub(super) fn scene(dice: &mut Rng) -> (Vec<Taken>, Vec<DVec3>) {
     let names = [("a.png", [64, 48]), ("nord/b.png", [48, 64]), ("nord/c d.png", [40, 40])];
     let taken = |(name, size): (&'static str, [u32; 2])| Taken {
         name,
@@ -196,7 +196,7 @@ fn assert_same(a: &CameraPhoto, b: &CameraPhoto) {
 #[test]
 fn a_scene_written_in_three_formats_is_the_same_site() {
     for seed in 0..20 {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let (taken, points) = scene(&mut dice);
         let folder = with_photos(&taken);
         colmap(folder.path(), &taken, &points);
@@ -241,7 +241,7 @@ fn a_scene_written_in_three_formats_is_the_same_site() {
 /// nerfstudio's own way from a pixel to the world: the ray through it in the camera's axes, turned by the matrix.
 #[test]
 fn a_ray_of_nerfstudios_lies_where_the_camera_shows_it() {
-    let mut dice = Dice::new(5);
+    let mut dice = Rng::new(5);
     let (taken, _) = scene(&mut dice);
     let it = &taken[1];
     let matrix = camera_to_world(&it.pose, DMat4::IDENTITY, 1.0);
@@ -298,7 +298,7 @@ fn old_files_have_an_angle_and_the_photos_tell_their_size() {
 
 #[test]
 fn a_photo_that_was_not_registered_is_noted_and_its_observations_go_with_it() {
-    let (taken, points) = scene(&mut Dice::new(4));
+    let (taken, points) = scene(&mut Rng::new(4));
     let folder = with_photos(&taken);
     let [out, list] = bundler(&taken, &points, Some(1));
     fs::create_dir_all(folder.path().join("bundle")).unwrap();

@@ -12,11 +12,11 @@ use super::pose::CV_FROM_GL;
 use super::tests::mutate;
 use super::three_formats::{Taken, bundler, read, scene, transforms, with_photos, written};
 use super::*;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 #[test]
 fn lenses_are_taken_where_they_are_understood_and_refused_where_not() {
-    let (taken, _) = scene(&mut Dice::new(1));
+    let (taken, _) = scene(&mut Rng::new(1));
     let with = |change: &dyn Fn(&mut Value)| {
         let mut text = transforms(&taken[..1], DMat4::IDENTITY, 1.0);
         change(&mut text);
@@ -48,7 +48,7 @@ fn lenses_are_taken_where_they_are_understood_and_refused_where_not() {
 
 #[test]
 fn what_is_wrong_with_one_frame_leaves_out_that_one_and_says_where() {
-    let (taken, _) = scene(&mut Dice::new(2));
+    let (taken, _) = scene(&mut Rng::new(2));
     let matrix = |rows: [[f64; 3]; 3]| {
         let mut all = [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 0.0, 0.0, 1.0]];
         all.iter_mut().zip(rows).for_each(|(to, row)| to[..3].copy_from_slice(&row));
@@ -99,7 +99,7 @@ fn what_is_wrong_with_one_frame_leaves_out_that_one_and_says_where() {
 
 #[test]
 fn a_file_that_is_wrong_as_a_whole_is_refused_with_what_to_do() {
-    let (taken, _) = scene(&mut Dice::new(3));
+    let (taken, _) = scene(&mut Rng::new(3));
     let whole = transforms(&taken, DMat4::IDENTITY, 1.0);
     let text = whole.to_string();
     let changed = |key: &str, value: Value| {
@@ -129,7 +129,7 @@ fn a_file_that_is_wrong_as_a_whole_is_refused_with_what_to_do() {
 
 #[test]
 fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
-    let (taken, points) = scene(&mut Dice::new(6));
+    let (taken, points) = scene(&mut Rng::new(6));
     let folder = with_photos(&taken);
     let [out, list] = bundler(&taken, &points, None);
     let read_text = |out: &str, list: &str| {
@@ -195,7 +195,7 @@ fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
 
 #[test]
 fn a_bundle_without_its_photos_says_which_are_missing() {
-    let (taken, points) = scene(&mut Dice::new(7));
+    let (taken, points) = scene(&mut Rng::new(7));
     let [out, list] = bundler(&taken, &points, None);
     let folder = tempfile::tempdir().unwrap();
     fs::write(folder.path().join("any name.out"), out).unwrap();
@@ -214,7 +214,7 @@ proptest! {
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
         cut in prop::option::of(any::<prop::sample::Index>()),
     ) {
-        let (taken, _) = scene(&mut Dice::new(8));
+        let (taken, _) = scene(&mut Rng::new(8));
         let mut text = transforms(&taken, DMat4::IDENTITY, 1.0).to_string().into_bytes();
         mutate(&mut text, &changes, cut);
         let folder = tempfile::tempdir().unwrap();
@@ -229,7 +229,7 @@ proptest! {
         changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
         cut in prop::option::of(any::<prop::sample::Index>()),
     ) {
-        let (taken, points) = scene(&mut Dice::new(9));
+        let (taken, points) = scene(&mut Rng::new(9));
         let mut files = bundler(&taken, &points, None).map(String::into_bytes);
         mutate(&mut files[which], &changes, cut);
         let folder = tempfile::tempdir().unwrap();

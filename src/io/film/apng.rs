@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use png::{BitDepth, ColorType, Compression, Encoder, Writer};
 
-use super::Reel;
+use super::VideoFormat;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
 use crate::io::layer_png::io_error;
@@ -32,7 +32,7 @@ impl Apng {
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn create(target: &Path, reel: Reel) -> Result<Self> {
+    pub fn create(target: &Path, reel: VideoFormat) -> Result<Self> {
         let mut file = AtomicFile::create(target)?;
         let out = file.file().try_clone().map_err(Error::io(target, "write it"))?;
         let writer = begun(out, reel).map_err(|error| cannot_encode(target, error))?;
@@ -51,7 +51,7 @@ impl Apng {
     }
 }
 
-fn begun(out: File, reel: Reel) -> std::result::Result<Writer<BufWriter<File>>, png::EncodingError> {
+fn begun(out: File, reel: VideoFormat) -> std::result::Result<Writer<BufWriter<File>>, png::EncodingError> {
     let mut encoder = Encoder::new(BufWriter::new(out), reel.width, reel.height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
@@ -84,7 +84,7 @@ mod tests {
     fn frames_come_back_in_their_order() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("flight.apng");
-        let reel = Reel { width: 4, height: 3, fps: 12.0, frames: 3 };
+        let reel = VideoFormat { width: 4, height: 3, fps: 12.0, frames: 3 };
         let mut film = Apng::create(&target, reel).unwrap();
         (0..3u8).for_each(|shade| film.add(&[shade * 40; 36]).unwrap());
         assert!(!target.exists(), "unfinished films have no place");
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_film_that_is_given_up_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let reel = Reel { width: 1, height: 1, fps: 29.97, frames: 2 };
+        let reel = VideoFormat { width: 1, height: 1, fps: 29.97, frames: 2 };
         let mut film = Apng::create(&folder.path().join("flight.apng"), reel).unwrap();
         film.add(&[1, 2, 3]).unwrap();
         drop(film);

@@ -4,7 +4,7 @@ use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use super::Reel;
+use super::VideoFormat;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
 
@@ -38,7 +38,7 @@ impl Ffmpeg {
     ///
     /// # Errors
     /// [`Error::Request`] when ffmpeg is not installed; [`Error::Io`].
-    pub fn start(target: &Path, kind: &str, reel: Reel) -> Result<Self> {
+    pub fn start(target: &Path, kind: &str, reel: VideoFormat) -> Result<Self> {
         let file = AtomicFile::create(target)?;
         let messages = tempfile::tempfile().map_err(Error::io(target, "write what ffmpeg says"))?;
         let errors = messages.try_clone().map_err(Error::io(target, "write what ffmpeg says"))?;
@@ -87,7 +87,7 @@ impl Drop for Ffmpeg {
     }
 }
 
-fn command(file: &Path, kind: &str, reel: Reel) -> Command {
+fn command(file: &Path, kind: &str, reel: VideoFormat) -> Command {
     let mut command = Command::new("ffmpeg");
     let size = format!("{}x{}", reel.width, reel.height);
     command.args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]).args([
@@ -120,7 +120,7 @@ fn not_started(target: &Path, error: std::io::Error) -> Error {
 mod tests {
     use super::*;
 
-    const REEL: Reel = Reel { width: 33, height: 17, fps: 10.0, frames: 3 };
+    const REEL: VideoFormat = VideoFormat { width: 33, height: 17, fps: 10.0, frames: 3 };
 
     /// Returns `None` where ffmpeg is not installed; then only the message about it is tested.
     fn film(folder: &Path, kind: &str) -> Option<Ffmpeg> {

@@ -14,7 +14,7 @@ pub const EXTENSIONS: [&str; 5] = ["apng", "mp4", "webm", "gif", "webp"];
 
 /// Size, rate and length of a video.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reel {
+pub struct VideoFormat {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -41,7 +41,7 @@ impl Film {
     /// # Errors
     /// [`Error::Request`] for an unknown extension, and where ffmpeg is needed and not installed;
     /// [`Error::Io`].
-    pub fn create(file: &Path, reel: Reel) -> Result<Self> {
+    pub fn create(file: &Path, reel: VideoFormat) -> Result<Self> {
         let extension = kind_of(file)?;
         Ok(Self(match extension {
             "apng" => Kind::Apng(Apng::create(file, reel)?),

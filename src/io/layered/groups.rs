@@ -6,7 +6,7 @@ use super::edited::{Blend, EditedMask};
 
 /// The properties of a group in a file.
 #[derive(Debug, Clone)]
-pub struct GroupTraits {
+pub struct GroupProperties {
     pub name: String,
     pub visible: bool,
     /// Opacity, 0..=1.
@@ -19,7 +19,7 @@ pub struct GroupTraits {
 
 /// The combined effect of all groups that contain a layer.
 #[derive(Debug)]
-pub struct Around {
+pub struct GroupContext {
     /// The groups' names, outermost first.
     pub names: Vec<String>,
     /// Whether one of the groups is hidden.
@@ -31,9 +31,9 @@ pub struct Around {
     blend: Blend,
 }
 
-impl Around {
+impl GroupContext {
     /// Combines groups, given outermost first.
-    pub fn of<'a>(groups: impl Iterator<Item = &'a GroupTraits>) -> Self {
+    pub fn of<'a>(groups: impl Iterator<Item = &'a GroupProperties>) -> Self {
         let mut around =
             Self { names: vec![], hidden: false, opacity: 1.0, masks: vec![], blend: Blend::Normal };
         for (group, depth) in groups.zip(0..) {
@@ -68,12 +68,12 @@ const DEEPEST: usize = 100;
 /// The groups that are open at the reader's position, outermost first.
 #[derive(Debug, Default)]
 pub struct OpenGroups {
-    open: Vec<GroupTraits>,
+    open: Vec<GroupProperties>,
 }
 
 impl OpenGroups {
     /// Opens a group.
-    pub fn open(&mut self, group: GroupTraits) {
+    pub fn open(&mut self, group: GroupProperties) {
         self.open.push(group);
     }
 
@@ -93,8 +93,8 @@ impl OpenGroups {
     }
 
     /// Returns the combined effect of the open groups.
-    pub fn around(&self) -> Around {
-        Around::of(self.open.iter())
+    pub fn around(&self) -> GroupContext {
+        GroupContext::of(self.open.iter())
     }
 }
 
@@ -105,8 +105,8 @@ mod tests {
     use crate::io::layered::{Grey, Lazy};
     use crate::scene::Samples;
 
-    fn group(name: &str, visible: bool) -> GroupTraits {
-        GroupTraits { name: name.into(), visible, opacity: 1.0, mask: None, blend: Blend::Normal }
+    fn group(name: &str, visible: bool) -> GroupProperties {
+        GroupProperties { name: name.into(), visible, opacity: 1.0, mask: None, blend: Blend::Normal }
     }
 
     fn mask(outside: f32) -> Arc<EditedMask> {
@@ -141,9 +141,9 @@ mod tests {
     #[test]
     fn opacities_multiply_masks_gather_and_a_mode_reaches_the_layers() {
         let mut groups = OpenGroups::default();
-        groups.open(GroupTraits { opacity: 0.5, mask: Some(mask(0.1)), ..group("a", true) });
+        groups.open(GroupProperties { opacity: 0.5, mask: Some(mask(0.1)), ..group("a", true) });
         let blend = Blend::Other("multiply".into());
-        groups.open(GroupTraits { opacity: 0.5, mask: Some(mask(0.2)), blend, ..group("b", true) });
+        groups.open(GroupProperties { opacity: 0.5, mask: Some(mask(0.2)), blend, ..group("b", true) });
         let around = groups.around();
         let outside: Vec<f32> = around.masks(None).iter().map(|mask| mask.outside).collect();
         assert_eq!((around.opacity, outside), (0.25, vec![0.1, 0.2]));

@@ -7,13 +7,13 @@ use crate::geometry::PixelRect;
 pub const LONGEST_SIDE: u32 = 1 << 20;
 /// Maximum distance of a layer's corner from the canvas's in pixels, so that sums of two such numbers and a
 /// side fit 32 bits.
-pub const FARTHEST: i64 = 1 << 24;
+pub const LARGEST_OFFSET: i64 = 1 << 24;
 
 /// Returns the rectangle at `(x, y)`; `None` when it is larger or farther away than any editor makes it.
 pub fn rect_at(x: i64, y: i64, width: i64, height: i64) -> Option<PixelRect> {
     let longest = i64::from(LONGEST_SIDE);
     let fits = (0..=longest).contains(&width) && (0..=longest).contains(&height);
-    let near = x.abs() <= FARTHEST && y.abs() <= FARTHEST;
+    let near = x.abs() <= LARGEST_OFFSET && y.abs() <= LARGEST_OFFSET;
     (fits && near).then_some(PixelRect { x: x as i32, y: y as i32, w: width as u32, h: height as u32 })
 }
 
@@ -39,7 +39,7 @@ mod tests {
     fn a_rectangle_may_lie_outside_but_not_beyond_all_measure() {
         assert_eq!(rect_at(-5, 7, 0, 3), Some(PixelRect { x: -5, y: 7, w: 0, h: 3 }));
         assert_eq!(rect_at(0, 0, -1, 3), None);
-        assert_eq!(rect_at(FARTHEST + 1, 0, 1, 1), None);
+        assert_eq!(rect_at(LARGEST_OFFSET + 1, 0, 1, 1), None);
         assert_eq!(rect_at(0, 0, 1 << 21, 1), None);
     }
 

@@ -5,7 +5,7 @@ use crate::geometry::PixelRect;
 use crate::raster::over::on_opaque;
 use crate::raster::sample::with_alpha;
 use crate::raster::{Sample, in_8_bits};
-use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_of_linear};
+use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_from_linear};
 use crate::scene::{PhotoPixels, Samples};
 
 /// Pixels as R, G, B, A with straight alpha; rows from the top, pixels from the left.
@@ -109,7 +109,7 @@ impl Raster {
     /// A factor of 1 changes nothing.
     pub fn multiply_light(&mut self, factors: [f64; 3]) {
         for (channel, factor) in factors.into_iter().enumerate().filter(|(_, factor)| *factor != 1.0) {
-            let brought = |value: f64| srgb_of_linear((linear_of_srgb(value) * factor).min(1.0));
+            let brought = |value: f64| srgb_from_linear((linear_of_srgb(value) * factor).min(1.0));
             match &mut self.samples {
                 Samples::U8(samples) => {
                     let of = bytes_of_light_times(factor);

@@ -24,7 +24,7 @@ mod tests;
 
 pub use folder::{Match, PhotoFolder};
 pub use pinhole::make_pinhole_image;
-pub use shown::{masked_pixels, read_shown};
+pub use shown::{masked_pixels, read_unmasked};
 
 /// The extensions of photos, in lower case.
 pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];

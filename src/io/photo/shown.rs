@@ -11,7 +11,7 @@ use crate::scene::{Photo, PhotoPixels};
 ///
 /// # Errors
 /// As [`read_photo`], and [`crate::Error::Input`] for a mask of another size.
-pub fn read_shown(photo: &Photo) -> Result<PhotoPixels> {
+pub fn read_unmasked(photo: &Photo) -> Result<PhotoPixels> {
     let (width, height) = (photo.camera.width, photo.camera.height);
     let masked = masked_pixels(photo)?;
     Ok(read_photo(&photo.file, width, height)?.without(&masked))

@@ -9,9 +9,9 @@ use rayon::prelude::*;
 
 use super::cells::{CELL_LEVEL, Cells};
 use super::donor::Donor;
-use super::givers::{Given, Giver, Offered, Place, given, givers, offered};
+use super::givers::{Given, PaintOffer, Place, RankedDonor, given, givers, offered};
 use super::photo::Ground;
-use super::plate::{Plate, Side};
+use super::plate::{RectifiedTexture, Side};
 use super::region::{HiddenSpan, Region};
 use super::surfaces::Surface;
 use crate::error::Result;
@@ -19,7 +19,7 @@ use crate::geometry::PixelRect;
 use crate::projection::PhotoId;
 use crate::projection::srgb::Srgb;
 use crate::projection::weights::pixels_per_unit;
-use crate::scene::light::srgb_of_linear;
+use crate::scene::light::srgb_from_linear;
 use crate::task::Task;
 
 /// The largest angle, in radians, between the directions from which a billboard is seen by the photo and by
@@ -71,7 +71,7 @@ impl Asking<'_> {
     pub fn ask<T: Copy + Send>(
         &self,
         regions: &[Region],
-        answer: &(dyn Fn(&Asker, DVec2) -> Option<T> + Sync),
+        answer: &(dyn Fn(&Query, DVec2) -> Option<T> + Sync),
         task: &Task,
     ) -> Result<Vec<Vec<Option<T>>>> {
         let blocks: Vec<Block> =
@@ -94,9 +94,9 @@ impl Asking<'_> {
         &self,
         region: &Region,
         block: &Block,
-        answer: &dyn Fn(&Asker, DVec2) -> Option<T>,
+        answer: &dyn Fn(&Query, DVec2) -> Option<T>,
     ) -> Vec<Row<T>> {
-        let Some(query) = Asker::new(self, region, block.corner) else { return Vec::new() };
+        let Some(query) = Query::new(self, region, block.corner) else { return Vec::new() };
         let mut rows = Vec::new();
         for hidden in &block.spans {
             let x0 = hidden.span.x0.max(block.corner[0]);
@@ -114,7 +114,7 @@ impl Asking<'_> {
         region: &Region,
         item: u32,
         cells: &Cells,
-        plate: Option<&Plate>,
+        plate: Option<&RectifiedTexture>,
         leave_out: &dyn Fn(usize) -> bool,
     ) -> Vec<(usize, [f32; 3])> {
         let mut by_block: BTreeMap<[u32; 2], Vec<(usize, DVec2)>> = BTreeMap::new();
@@ -134,9 +134,9 @@ impl Asking<'_> {
         region: &Region,
         corner: [u32; 2],
         cells: &[(usize, DVec2)],
-        plate: Option<&Plate>,
+        plate: Option<&RectifiedTexture>,
     ) -> Vec<(usize, [f32; 3])> {
-        let query = Asker::new(self, region, corner);
+        let query = Query::new(self, region, corner);
         let difference = |&(index, px): &(usize, DVec2)| {
             let given =
                 query.as_ref().and_then(|query| query.given(px, CELL_LEVEL)).map(|given| given.colour);
@@ -177,7 +177,7 @@ impl Asking<'_> {
     pub fn stored(&self, linear: [f32; 3]) -> [u16; 3] {
         let srgb = Srgb::tables();
         linear.map(|light| match self.own.bits {
-            16 => (srgb_of_linear(f64::from(light).clamp(0.0, 1.0)) * 65535.0).round() as u16,
+            16 => (srgb_from_linear(f64::from(light).clamp(0.0, 1.0)) * 65535.0).round() as u16,
             _ => u16::from(srgb.encoded(light)) * 257,
         })
     }
@@ -202,15 +202,15 @@ fn blocks(index: usize, region: &Region) -> Vec<Block<'_>> {
 }
 
 /// A query for points of one block: the donors ranked for it.
-pub(super) struct Asker<'a> {
+pub(super) struct Query<'a> {
     asking: &'a Asking<'a>,
     surface: &'a Surface,
-    givers: Vec<Giver<'a>>,
+    givers: Vec<RankedDonor<'a>>,
     /// True when some donor may have paint in the block.
     painted: bool,
 }
 
-impl<'a> Asker<'a> {
+impl<'a> Query<'a> {
     /// Ranks the donors for a block; returns `None` where no donor may know anything.
     fn new(asking: &'a Asking<'a>, region: &Region, [x, y]: [u32; 2]) -> Option<Self> {
         let (id, back) = asking.side(region)?;
@@ -239,7 +239,7 @@ impl<'a> Asker<'a> {
     }
 
     /// Returns the paint that the donors have there.
-    pub fn offered(&self, px: DVec2) -> Option<Offered> {
+    pub fn offered(&self, px: DVec2) -> Option<PaintOffer> {
         if !self.painted {
             return None;
         }
@@ -249,9 +249,9 @@ impl<'a> Asker<'a> {
 
 /// Returns true when a donor has paint within the quadrangle of a block's probes, or when one of these lies
 /// behind its camera.
-fn may_have_paint(giver: &Giver, probes: &[DVec3]) -> bool {
+fn may_have_paint(giver: &RankedDonor, probes: &[DVec3]) -> bool {
     let Some(paint) = giver.paint() else { return false };
-    let found: Vec<DVec2> = probes.iter().filter_map(|point| giver.finds(*point)).collect();
+    let found: Vec<DVec2> = probes.iter().filter_map(|point| giver.image_from_world(*point)).collect();
     if found.len() < probes.len() {
         return true;
     }

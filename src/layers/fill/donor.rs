@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::painted::{LEVELS, Paint, PaintedSurface, Word};
+use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::error::Result;
 use crate::geometry::{Pinhole, Plane, Pose};
@@ -117,7 +117,7 @@ impl Donor {
         for painted in painted {
             let Some(item) = self.item(painted.surface) else { continue };
             for (x, y, colour) in painted.within(width, height) {
-                if !self.owns(item, x, y) {
+                if !self.shows_plane_at(item, x, y) {
                     continue;
                 }
                 let at = y as usize * width as usize + x as usize;
@@ -151,9 +151,9 @@ impl Donor {
     }
 
     /// Returns the paint at a pixel's centre on an item's surface, at full detail.
-    pub fn painted(&self, item: u32, x: u32, y: u32) -> Word {
+    pub fn painted(&self, item: u32, x: u32, y: u32) -> PaintSample {
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        self.paint(item).map_or(Word::None, |paint| paint.at(centre, 0))
+        self.paint(item).map_or(PaintSample::None, |paint| paint.at(centre, 0))
     }
 
     /// Returns the model as the photo sees it.
@@ -179,7 +179,7 @@ impl Donor {
         }
         let (x, y) = (px.x as u32, px.y as u32);
         let entry = self.owners[y as usize * self.camera.width as usize + x as usize];
-        entry & INSIDE != 0 && self.owns(item, x, y)
+        entry & INSIDE != 0 && self.shows_plane_at(item, x, y)
     }
 
     /// Returns the item that a pixel shows; `None` where it shows nothing of the model, is invalid, or was
@@ -194,7 +194,7 @@ impl Donor {
     }
 
     /// Returns true when the photo shows the item's plane at a pixel, even next to a depth discontinuity.
-    pub fn owns(&self, item: u32, x: u32, y: u32) -> bool {
+    pub fn shows_plane_at(&self, item: u32, x: u32, y: u32) -> bool {
         self.owner(x, y).is_some_and(|owner| owner == item || self.is_level(owner, item, x, y))
     }
 

@@ -5,12 +5,12 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 
 use super::donor::Donor;
-use super::painted::{Paint, Word};
+use super::painted::{Paint, PaintSample};
 use super::surfaces::SurfaceId;
 use super::{MOST_CONFIDENCE, Origin};
 use crate::geometry::Plane;
 use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 use crate::projection::weights::{Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::projection::{Blend, Gains, PhotoId};
 use crate::raster::robust;
@@ -57,7 +57,7 @@ pub struct Place<'a> {
 }
 
 /// A donor photo ranked for a small neighbourhood on a surface.
-pub struct Giver<'a> {
+pub struct RankedDonor<'a> {
     photo: PhotoId,
     donor: &'a Donor,
     item: u32,
@@ -95,7 +95,7 @@ impl Given {
 
 /// An offer of paint: the paint of other photos that could be propagated to a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Offered {
+pub struct PaintOffer {
     /// The paint of the least penalty.
     pub given: Given,
     /// Another photo whose paint at the same point has clearly another colour.
@@ -104,12 +104,12 @@ pub struct Offered {
 
 /// Ranks the donor photos for a neighbourhood, by rising penalty. Photos that show one of the probes or have
 /// paint on the surface are preferred when there are too many.
-pub fn givers<'a>(donors: &'a [(PhotoId, Arc<Donor>)], gains: &Gains, spot: &Place) -> Vec<Giver<'a>> {
-    let mut found: Vec<(bool, Giver)> =
+pub fn givers<'a>(donors: &'a [(PhotoId, Arc<Donor>)], gains: &Gains, spot: &Place) -> Vec<RankedDonor<'a>> {
+    let mut found: Vec<(bool, RankedDonor)> =
         donors.iter().filter_map(|(photo, donor)| rank_donor(*photo, donor, gains, spot)).collect();
     found.sort_by(|a, b| (b.0.cmp(&a.0)).then(a.1.penalty.total_cmp(&b.1.penalty)));
     found.truncate(MOST_GIVERS);
-    let mut givers: Vec<Giver> = found.into_iter().map(|(_, ranked)| ranked).collect();
+    let mut givers: Vec<RankedDonor> = found.into_iter().map(|(_, ranked)| ranked).collect();
     givers.sort_by(|a, b| a.penalty.total_cmp(&b.penalty));
     givers
 }
@@ -119,7 +119,7 @@ fn rank_donor<'a>(
     donor: &'a Donor,
     gains: &Gains,
     spot: &Place,
-) -> Option<(bool, Giver<'a>)> {
+) -> Option<(bool, RankedDonor<'a>)> {
     let item = donor.item(spot.surface)?;
     if donor.seen(item).back != spot.back {
         return None;
@@ -145,7 +145,7 @@ fn rank_donor<'a>(
         confidence: 1.0,
     };
     let ratio = density / spot.density;
-    let ranked = Giver {
+    let ranked = RankedDonor {
         photo,
         donor,
         item,
@@ -159,10 +159,10 @@ fn rank_donor<'a>(
     Some((shows || paint.is_some(), ranked))
 }
 
-impl Giver<'_> {
+impl RankedDonor<'_> {
     /// Projects a point (world coordinates, on the relief) to pixel coordinates of the photo; `None` behind
     /// the camera.
-    pub fn finds(&self, point: DVec3) -> Option<DVec2> {
+    pub fn image_from_world(&self, point: DVec3) -> Option<DVec2> {
         self.donor.camera.image_from_camera(self.donor.pose.camera_from_world(point))
     }
 
@@ -174,15 +174,15 @@ impl Giver<'_> {
     /// Samples the photo at a point: paint before the photo's own pixels. Returns `None` where the paint was
     /// erased or the photo does not show the surface.
     fn sample(&self, index: usize, point: DVec3, coarser: usize) -> Option<Candidate> {
-        let px = self.finds(point)?;
+        let px = self.image_from_world(point)?;
         let level = self.donor.level_for(f64::from(1u32 << (self.level + coarser)));
-        let (colour, painted) = match self.paint.map_or(Word::None, |paint| paint.at(px, level)) {
-            Word::Silence => return None,
-            Word::Colour(colour) => (colour, true),
-            Word::None if self.donor.shows(self.item, px) => (self.donor.colour(px, level), false),
-            Word::None => return None,
+        let (colour, painted) = match self.paint.map_or(PaintSample::None, |paint| paint.at(px, level)) {
+            PaintSample::Silence => return None,
+            PaintSample::Colour(colour) => (colour, true),
+            PaintSample::None if self.donor.shows(self.item, px) => (self.donor.colour(px, level), false),
+            PaintSample::None => return None,
         };
-        let seen = self.optics.undone(colour.map(f64::from), radius2(&self.donor.camera, px));
+        let seen = self.optics.undone(colour.map(f64::from), squared_radius(&self.donor.camera, px));
         let colour = [0, 1, 2].map(|c| seen[c] as f32 * self.factor[c]);
         Some(Candidate { colour, log: colour.map(|c| c.max(BLACK).ln()), donor_index: index, painted })
     }
@@ -207,7 +207,7 @@ struct Candidate {
 /// wherever there is any, because it is deliberate and must not be outvoted. Of up to three samples the one
 /// of the least penalty is taken; of more, the one of the least penalty among those near the median in log
 /// colour.
-pub fn given(givers: &[Giver], point: DVec3, coarser: usize) -> Option<Given> {
+pub fn given(givers: &[RankedDonor], point: DVec3, coarser: usize) -> Option<Given> {
     let mut candidates = [Candidate::default(); MOST_GIVERS];
     let mut count = 0;
     for (i, ranked) in givers.iter().enumerate() {
@@ -228,19 +228,19 @@ pub fn given(givers: &[Giver], point: DVec3, coarser: usize) -> Option<Given> {
 
 /// Returns the paint of the least penalty that the donors have at a point, and whether another donor's paint
 /// contradicts it.
-pub fn offered(givers: &[Giver], point: DVec3) -> Option<Offered> {
+pub fn offered(givers: &[RankedDonor], point: DVec3) -> Option<PaintOffer> {
     let with_paint = givers.iter().enumerate().filter(|(_, ranked)| ranked.paint.is_some());
     let mut samples = with_paint.filter_map(|(i, ranked)| ranked.sample(i, point, 0)).filter(|c| c.painted);
     let first = samples.next()?;
-    let dissent = samples.find(|other| contradict(other.colour, first.colour));
-    Some(Offered {
+    let dissent = samples.find(|other| paints_differ(other.colour, first.colour));
+    Some(PaintOffer {
         given: givers[first.donor_index].given_colour(&first, 1.0),
         dissent: dissent.map(|other| givers[other.donor_index].photo),
     })
 }
 
 /// Returns true when two paints of one point (linear light in the common exposure) are of different pictures.
-pub fn contradict(a: [f32; 3], b: [f32; 3]) -> bool {
+pub fn paints_differ(a: [f32; 3], b: [f32; 3]) -> bool {
     let off = |c: usize| (a[c].max(BLACK) / b[c].max(BLACK)).ln().abs();
     (off(0) + off(1) + off(2)) / 3.0 > DISSENT
 }
@@ -283,9 +283,9 @@ mod tests {
 
     #[test]
     fn paints_contradict_where_their_colours_are_clearly_others_and_not_by_a_shade() {
-        assert!(contradict([0.5, 0.1, 0.1], [0.1, 0.1, 0.5]));
-        assert!(!contradict([0.5, 0.5, 0.5], [0.45, 0.5, 0.55]));
-        assert!(!contradict([0.0; 3], [0.002; 3]), "black is black");
+        assert!(paints_differ([0.5, 0.1, 0.1], [0.1, 0.1, 0.5]));
+        assert!(!paints_differ([0.5, 0.5, 0.5], [0.45, 0.5, 0.55]));
+        assert!(!paints_differ([0.0; 3], [0.002; 3]), "black is black");
     }
 
     #[test]

@@ -35,9 +35,9 @@ pub use donor::{Donor, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
 pub use photo::{Filled, FilledRegion, Ground, Texel, fill_photo};
-pub use plate::Plates;
+pub use plate::RectifiedTextures;
 pub use region::{HiddenSpan, Region, Regions};
-pub use spread::{Offer, Spread, spread_paint};
+pub use spread::{PropagationStatistics, Spread, spread_paint};
 pub use surfaces::{SurfaceId, Surfaces};
 
 use crate::projection::PhotoId;

@@ -32,12 +32,12 @@ pub struct FillOptions {
 impl FillOptions {
     /// Returns true when the object with this name is filled.
     pub fn fills(&self, object: &str) -> bool {
-        !self.without.iter().any(|pattern| is_named(object, pattern))
+        !self.without.iter().any(|pattern| matches_pattern(object, pattern))
     }
 
     /// Returns true when paint of the photo with this name is propagated to other photos.
     pub fn propagates(&self, photo: &str) -> bool {
-        self.propagate.iter().any(|pattern| is_named(photo, pattern))
+        self.propagate.iter().any(|pattern| matches_pattern(photo, pattern))
     }
 
     /// Returns true when all options have their default values.
@@ -47,7 +47,7 @@ impl FillOptions {
 }
 
 /// Returns true when a name equals the pattern, or begins with the part of the pattern before its final `*`.
-pub fn is_named(name: &str, pattern: &str) -> bool {
+pub fn matches_pattern(name: &str, pattern: &str) -> bool {
     match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning),
         None => name == pattern,

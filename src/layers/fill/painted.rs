@@ -47,7 +47,7 @@ fn given([r, g, b, a]: [u8; 4]) -> Option<[u8; 3]> {
 
 /// The result of sampling paint at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Word {
+pub enum PaintSample {
     /// There is no paint: the photo's own pixel counts.
     None,
     /// The paint was erased or is too faint: neither paint nor photo is to be used.
@@ -114,12 +114,12 @@ impl Paint {
     }
 
     /// Samples the paint at a position of the photo in pixels, at a level of detail.
-    pub fn at(&self, px: DVec2, level: usize) -> Word {
+    pub fn at(&self, px: DVec2, level: usize) -> PaintSample {
         let pixel = px.floor().as_ivec2();
         match self.rect.index(pixel.x, pixel.y).map(|at| self.marks[at]) {
-            None | Some(Mark::Bare) => Word::None,
-            Some(Mark::Silent) => Word::Silence,
-            Some(Mark::Gives) => Word::Colour(self.colour(px, level)),
+            None | Some(Mark::Bare) => PaintSample::None,
+            Some(Mark::Silent) => PaintSample::Silence,
+            Some(Mark::Gives) => PaintSample::Colour(self.colour(px, level)),
         }
     }
 
@@ -188,9 +188,12 @@ mod tests {
         let at = |x: i32, y: i32| paint.at(centre(x, y), 0);
         assert_eq!(
             (at(2, 7), at(3, 7), at(4, 7)),
-            (Word::Colour([1.0, 0.0, 0.0]), Word::Silence, Word::Silence)
+            (PaintSample::Colour([1.0, 0.0, 0.0]), PaintSample::Silence, PaintSample::Silence)
         );
-        assert_eq!((at(-3, 5), at(5, 7), at(99, 7)), (Word::Colour([0.0, 0.0, 1.0]), Word::None, Word::None));
+        assert_eq!(
+            (at(-3, 5), at(5, 7), at(99, 7)),
+            (PaintSample::Colour([0.0, 0.0, 1.0]), PaintSample::None, PaintSample::None)
+        );
     }
 
     #[test]
@@ -199,10 +202,10 @@ mod tests {
         let field: Vec<_> = (0..8).flat_map(|y| (0..8).map(move |x| red(x, y + 5))).collect();
         let paint = Paint::of(&painted(&field));
         for level in 0..LEVELS {
-            assert_eq!(paint.at(centre(0, 5), level), Word::Colour([1.0, 0.0, 0.0]), "level {level}");
+            assert_eq!(paint.at(centre(0, 5), level), PaintSample::Colour([1.0, 0.0, 0.0]), "level {level}");
         }
         let lonely = Paint::of(&painted(&[red(4, 9)]));
-        assert_eq!(lonely.at(centre(4, 9), 3), Word::Colour([1.0, 0.0, 0.0]));
+        assert_eq!(lonely.at(centre(4, 9), 3), PaintSample::Colour([1.0, 0.0, 0.0]));
     }
 
     #[test]

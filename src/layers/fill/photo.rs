@@ -5,13 +5,13 @@ use std::sync::Arc;
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::asker::{Asker, Asking, centre};
+use super::asker::{Asking, Query, centre};
 use super::cells::Cells;
 use super::donor::{Donor, Donors};
 use super::givers::Given;
-use super::plate::{Plates, Side};
+use super::plate::{RectifiedTextures, Side};
 use super::region::Region;
-use super::remnant::Remnant;
+use super::remnant::LastResort;
 use super::seam::seam;
 use super::surfaces::{Surface, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, INVENTED_CONFIDENCE, Origin};
@@ -52,7 +52,7 @@ impl Ground<'_> {
 
     /// Returns the point of the true surface (with relief) over a point of the plane, both in world
     /// coordinates.
-    pub fn risen(&self, surface: &Surface, on_plane: DVec3) -> DVec3 {
+    pub fn point_on_relief(&self, surface: &Surface, on_plane: DVec3) -> DVec3 {
         let height = self.relief.of(surface.face).map_or(0.0, |relief| relief.height(on_plane));
         on_plane + surface.plane.normal * height
     }
@@ -104,7 +104,7 @@ pub fn fill_photo(
     ground: &Ground,
     photo: PhotoId,
     regions: Vec<Region>,
-    plates: &mut Plates,
+    plates: &mut RectifiedTextures,
     task: &Task,
 ) -> Result<Filled> {
     let own = ground.source.donor(photo)?;
@@ -112,7 +112,7 @@ pub fn fill_photo(
     let donors = ground.donors(&nearest_donors(ground, photo, &regions))?;
     let job = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
-    let given = |query: &Asker, px: DVec2| query.given(px, 0);
+    let given = |query: &Query, px: DVec2| query.given(px, 0);
     let from_photos = task.timed("from photos", || job.ask(&regions, &given, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
     // A billboard stands for foliage, so an image in its plane would be meaningless.
@@ -151,14 +151,19 @@ fn nearest_donors(ground: &Ground, photo: PhotoId, regions: &[Region]) -> Vec<Ph
 
 impl Asking<'_> {
     /// Synthesises the texels that no donor has, and closes the seam.
-    fn finish(&self, region: Region, from_photos: &[Option<Given>], plates: &Plates) -> FilledRegion {
+    fn finish(
+        &self,
+        region: Region,
+        from_photos: &[Option<Given>],
+        plates: &RectifiedTextures,
+    ) -> FilledRegion {
         let side = self.side(&region).expect("regions that the photo does not see were left out");
         let item = self.own.item(region.surface).expect("it has a side, so it is seen");
         let plate = plates.get(side).map(Arc::as_ref);
         let cells = Cells::around(&region, self.frame());
         let seam = seam(&cells, &self.all_differences(&region, item, &cells, plate, &|_| false));
         let lacking = plate.is_none() && from_photos.iter().any(Option::is_none);
-        let remnant = lacking.then(|| Remnant::of(self.own, item, &region, &cells));
+        let remnant = lacking.then(|| LastResort::of(self.own, item, &region, &cells));
         let gains = self.factor();
         let mut texels = Vec::with_capacity(region.texels());
         for hidden in &region.spans {

@@ -46,7 +46,7 @@ const MOST_ROOT: f32 = 2.0;
 
 /// A surface rectified to its own plane.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plate {
+pub struct RectifiedTexture {
     frame: PlaneFrame,
     low: DVec2,
     cell: f64,
@@ -57,7 +57,7 @@ pub struct Plate {
     pub origin: Origin,
 }
 
-impl Plate {
+impl RectifiedTexture {
     /// Interpolates the colour at a world point projected onto the plane: linear light in the common
     /// exposure, full range 1.
     pub fn colour(&self, point_in_world: DVec3) -> [f32; 3] {
@@ -76,11 +76,11 @@ pub type Side = (SurfaceId, bool);
 
 /// A cache of the plates made so far.
 #[derive(Debug, Default)]
-pub struct Plates {
-    made: BTreeMap<Side, Option<Arc<Plate>>>,
+pub struct RectifiedTextures {
+    made: BTreeMap<Side, Option<Arc<RectifiedTexture>>>,
 }
 
-impl Plates {
+impl RectifiedTextures {
     /// Makes the plates of those `sides` that are not in the cache.
     ///
     /// # Errors
@@ -102,12 +102,12 @@ impl Plates {
     }
 
     /// Returns the plate of a side; `None` where it was not made, or where no photo shows any of the surface.
-    pub fn get(&self, side: Side) -> Option<&Arc<Plate>> {
+    pub fn get(&self, side: Side) -> Option<&Arc<RectifiedTexture>> {
         self.made.get(&side)?.as_ref()
     }
 }
 
-fn plate(ground: &Ground, (id, back): Side) -> Result<Option<Plate>> {
+fn plate(ground: &Ground, (id, back): Side) -> Result<Option<RectifiedTexture>> {
     let surface = ground.surfaces.get(id);
     let Some(layout) = Layout::of_surface(ground, surface) else { return Ok(None) };
     let donors = ground.donors(&layout.photos)?;
@@ -123,7 +123,7 @@ fn plate(ground: &Ground, (id, back): Side) -> Result<Option<Plate>> {
     let roots = colours.into_iter().map(|colour| colour.map(stored)).collect();
     let origin = if by_example { Origin::Exemplar } else { Origin::Diffused };
     let Layout { frame, low, cell, size, .. } = layout;
-    Ok(Some(Plate { frame, low, cell, size, roots, origin }))
+    Ok(Some(RectifiedTexture { frame, low, cell, size, roots, origin }))
 }
 
 /// The position and resolution of a plate in its plane, and the photos that it is made from.
@@ -224,7 +224,7 @@ impl Layout {
         let [width, height] = self.size;
         let surface = ground.surfaces.get(id);
         let (x1, y1) = ((x0 + BLOCK).min(width), (y0 + BLOCK).min(height));
-        let point = |x: usize, y: usize| ground.risen(surface, self.frame.raised(self.flat(x, y)));
+        let point = |x: usize, y: usize| ground.point_on_relief(surface, self.frame.raised(self.flat(x, y)));
         let [middle_x, middle_y] = [(x0 + x1) / 2, (y0 + y1) / 2];
         let probes = [(middle_x, middle_y), (x0, y0), (x1 - 1, y0), (x0, y1 - 1), (x1 - 1, y1 - 1)]
             .map(|(x, y)| point(x, y));

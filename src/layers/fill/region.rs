@@ -145,7 +145,7 @@ impl Shape {
     }
 
     /// Builds the shape of triangles in world coordinates.
-    pub fn of_triangles(
+    pub fn from_triangles(
         surface: SurfaceId,
         triangles: &[[DVec3; 3]],
         camera: &Pinhole,

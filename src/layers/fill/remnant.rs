@@ -7,20 +7,20 @@ use super::region::Region;
 use crate::geometry::PixelRect;
 
 /// The colours for a whole region, in linear light of the photo, from the photo's pixels of its surface.
-pub enum Remnant {
+pub enum LastResort {
     /// Interpolated from pixels of the surface next to the region.
     Spread(Field),
     /// One colour, because pixels of the surface are far away, or there are none.
     Plain([f32; 3]),
 }
 
-impl Remnant {
+impl LastResort {
     /// Gathers the pixels that the photo shows of an item, for a region of its surface.
     pub fn of(own: &Donor, item: u32, region: &Region, cells: &Cells) -> Self {
         let mut sums = std::collections::BTreeMap::<usize, ([f32; 3], f32)>::new();
         let mut all = ([0.0; 3], 0.0);
         let bounds = own.seen(item).bounds;
-        for (x, y) in pixels(bounds).filter(|(x, y)| own.owns(item, *x, *y)) {
+        for (x, y) in pixels(bounds).filter(|(x, y)| own.shows_plane_at(item, *x, *y)) {
             let colour = own.pixel(x, y);
             let add = |(sum, count): &mut ([f32; 3], f32)| {
                 (0..3).for_each(|c| sum[c] += colour[c]);

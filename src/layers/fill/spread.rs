@@ -9,10 +9,10 @@ use std::collections::BTreeMap;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::asker::{Asker, Asking};
+use super::asker::{Asking, Query};
 use super::cells::Cells;
-use super::givers::{Offered, contradict};
-use super::painted::Word;
+use super::givers::{PaintOffer, paints_differ};
+use super::painted::PaintSample;
 use super::photo::{FilledRegion, Ground, Texel, in_255ths};
 use super::region::Region;
 use super::seam::seam;
@@ -27,12 +27,12 @@ pub struct Spread {
     /// The texels, in the order of the regions; the origin of all is [`super::Origin::Painted`].
     pub regions: Vec<FilledRegion>,
     /// The statistics, by surface and photo.
-    pub offers: Vec<Offer>,
+    pub offers: Vec<PropagationStatistics>,
 }
 
 /// The statistics of the propagation of one photo's paint on one surface to another photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Offer {
+pub struct PropagationStatistics {
     /// The surface.
     pub surface: SurfaceId,
     /// The photo that was painted on.
@@ -69,7 +69,7 @@ pub fn spread_paint(
     let donors = ground.donors(&others)?;
     let asking = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| asking.side(region).is_some()).collect();
-    let offered = |query: &Asker, px: DVec2| query.offered(px);
+    let offered = |query: &Query, px: DVec2| query.offered(px);
     let offered = task.timed("spread", || asking.ask(&regions, &offered, task))?;
     let answered: Vec<_> = regions.into_iter().zip(offered).collect();
     let propagated = answered.par_iter().map(|(region, offered)| {
@@ -93,7 +93,11 @@ enum Fate {
 impl Asking<'_> {
     /// Applies the offered paint where the photo has none of its own, adapted at the seam to the photo's
     /// surrounding pixels.
-    fn propagated(&self, region: &Region, offered: &[Option<Offered>]) -> (Option<FilledRegion>, Vec<Offer>) {
+    fn propagated(
+        &self,
+        region: &Region,
+        offered: &[Option<PaintOffer>],
+    ) -> (Option<FilledRegion>, Vec<PropagationStatistics>) {
         let item = self.own.item(region.surface).expect("regions that the photo does not see were left out");
         let pixels = region.pixels();
         let fates: Vec<Option<Fate>> = pixels
@@ -111,7 +115,7 @@ impl Asking<'_> {
         let differences = self.all_differences(&part, item, &cells, None, &|index| painted[index]);
         let seam = seam(&cells, &differences);
         let factor = self.factor();
-        let texel = |((x, y), offered): ((u32, u32), &Offered)| {
+        let texel = |((x, y), offered): ((u32, u32), &PaintOffer)| {
             let seam = seam.as_ref().map_or([0.0; 3], |seam| seam.at(x, y)).map(f32::exp);
             let given = &offered.given;
             let rgb = self.stored([0, 1, 2].map(|c| given.colour[c] * seam[c] * factor[c]));
@@ -122,25 +126,29 @@ impl Asking<'_> {
         (Some(FilledRegion { region: part, texels }), offers)
     }
 
-    fn fate(&self, item: u32, x: u32, y: u32, offered: &Offered) -> Fate {
+    fn fate(&self, item: u32, x: u32, y: u32, offered: &PaintOffer) -> Fate {
         let factor = self.factor();
         match self.own.painted(item, x, y) {
-            Word::None => Fate::Taken,
-            Word::Silence => Fate::Conflict,
-            Word::Colour(own) => {
+            PaintSample::None => Fate::Taken,
+            PaintSample::Silence => Fate::Conflict,
+            PaintSample::Colour(own) => {
                 let own = [0, 1, 2].map(|c| own[c] / factor[c]);
-                if contradict(own, offered.given.colour) { Fate::Conflict } else { Fate::Own }
+                if paints_differ(own, offered.given.colour) { Fate::Conflict } else { Fate::Own }
             }
         }
     }
 }
 
-fn offers(surface: SurfaceId, offered: &[Option<Offered>], fates: &[Option<Fate>]) -> Vec<Offer> {
-    let mut by_photo: BTreeMap<PhotoId, Offer> = BTreeMap::new();
+fn offers(
+    surface: SurfaceId,
+    offered: &[Option<PaintOffer>],
+    fates: &[Option<Fate>],
+) -> Vec<PropagationStatistics> {
+    let mut by_photo: BTreeMap<PhotoId, PropagationStatistics> = BTreeMap::new();
     for (offered, fate) in offered.iter().zip(fates) {
         let (Some(offered), Some(fate)) = (offered, fate) else { continue };
         let from = offered.given.photo;
-        let offer = by_photo.entry(from).or_insert(Offer {
+        let offer = by_photo.entry(from).or_insert(PropagationStatistics {
             surface,
             from,
             texels: 0,

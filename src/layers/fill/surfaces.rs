@@ -87,7 +87,7 @@ impl Surfaces {
 
     /// Returns the surface of a face that a polygon (world coordinates) lies on: the one whose plane and
     /// centroid are nearest to it.
-    pub fn of_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
+    pub fn nearest_to_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
         let mean = |ring: &[DVec3]| ring.iter().sum::<DVec3>() / ring.len() as f64;
         let middle = mean(polygon);
         let far = |surface: &Surface| {
@@ -117,7 +117,7 @@ mod tests {
             let corners = surfaces.get(id).outline.clone();
             let middle = corners.iter().sum::<DVec3>() / 3.0;
             let inner: Vec<DVec3> = corners.iter().map(|p| middle + (*p - middle) * 0.3).collect();
-            assert_eq!(surfaces.of_polygon(bent, &inner), id);
+            assert_eq!(surfaces.nearest_to_polygon(bent, &inner), id);
             assert_eq!(surfaces.find(bent, Some(t)), Some(id));
         }
         assert_eq!((surfaces.find(bent, None), surfaces.find(bent, Some(99))), (None, None));

@@ -3,7 +3,7 @@
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::StrangerOptions;
+use super::TransientOptions;
 use super::look::{Look, Tint, length};
 use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
@@ -22,7 +22,7 @@ const LEAST_WITNESSES: usize = 2;
 const GRAZING: f64 = 0.03;
 
 /// The data that the comparisons of all photos of a site share.
-pub struct Witnesses<'a> {
+pub struct ReducedPhotos<'a> {
     /// The reduced photos, in the site's order; `None` where a photo cannot be read.
     pub looks: &'a [Option<Look>],
     /// The surfaces of the model in world coordinates.
@@ -37,9 +37,9 @@ pub struct Witnesses<'a> {
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn disagreement(
-    witnesses: &Witnesses,
+    witnesses: &ReducedPhotos,
     photo: usize,
-    options: &StrangerOptions,
+    options: &TransientOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {
     let Some(tested) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
@@ -65,10 +65,10 @@ fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
 }
 
 struct Consensus<'a> {
-    witnesses: &'a Witnesses<'a>,
+    witnesses: &'a ReducedPhotos<'a>,
     tested: &'a Look,
     others: Vec<&'a Look>,
-    options: &'a StrangerOptions,
+    options: &'a TransientOptions,
 }
 
 impl Consensus<'_> {

@@ -5,7 +5,7 @@ use rayon::prelude::*;
 
 use crate::layers::fill::Donor;
 use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 
 /// The least value of linear light that enters a logarithm, white being 1; below it, noise and haze decide.
 const BLACK: f32 = 0.01;
@@ -36,7 +36,7 @@ impl Look {
                 return [f32::NAN; 3];
             }
             let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let light = optics.undone(donor.pixel(x, y).map(f64::from), radius2(&donor.camera, px));
+            let light = optics.undone(donor.pixel(x, y).map(f64::from), squared_radius(&donor.camera, px));
             tint_of([0, 1, 2].map(|c| (light[c] * (-gain[c]).exp()) as f32))
         };
         let row = |y: u32| (0..width).map(move |x| (x, y));

@@ -11,13 +11,13 @@ pub mod disagreement;
 pub mod look;
 pub mod regions;
 
-pub use disagreement::{Witnesses, disagreement};
+pub use disagreement::{ReducedPhotos, disagreement};
 pub use look::Look;
-pub use regions::{Suspect, suspects};
+pub use regions::{TransientRegion, transient_regions};
 
 /// Options of the detection of transient objects. Sizes are in pixels of the reduced photos.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StrangerOptions {
+pub struct TransientOptions {
     /// The longer side of the reduced photos: models are wrong by a few pixels of a photo three thousand
     /// pixels wide, and one reduced pixel is three of these.
     pub longest_side: u32,
@@ -35,7 +35,7 @@ pub struct StrangerOptions {
     pub least_pixels: u64,
     /// The least mean disagreement of a suggested region; light that changes on a surface rarely reaches it.
     pub least_score: f32,
-    /// The least weight of a suggested region ([`Suspect::weight`]).
+    /// The least weight of a suggested region ([`TransientRegion::weight`]).
     pub least_weight: f32,
     /// The largest share of the photo that a suggested region may take; larger ones come from errors of the
     /// model.
@@ -44,7 +44,7 @@ pub struct StrangerOptions {
     pub margin: i32,
 }
 
-impl Default for StrangerOptions {
+impl Default for TransientOptions {
     fn default() -> Self {
         Self {
             longest_side: 1024,

@@ -1,11 +1,11 @@
 //! Connected regions in which a photo disagrees with the others.
 
-use super::StrangerOptions;
+use super::TransientOptions;
 use crate::geometry::{PixelRect, Spans};
 
 /// A region that probably shows a transient object.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Suspect {
+pub struct TransientRegion {
     /// The mask: the region with its margin, in pixels of the reduced photo.
     pub masked: Spans,
     /// The mean disagreement, as a natural logarithm.
@@ -17,7 +17,11 @@ pub struct Suspect {
 
 /// Finds the suggested regions of a photo of `width` columns, from the top. `disagreement` is the result of
 /// [`super::disagreement()`].
-pub fn suspects(disagreement: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
+pub fn transient_regions(
+    disagreement: &[f32],
+    width: usize,
+    options: &TransientOptions,
+) -> Vec<TransientRegion> {
     let smooth = smoothed(disagreement, width);
     let most = (disagreement.len() as f64 * options.most_share) as u64;
     let whole = PixelRect::of_size(width as u32, (disagreement.len() / width.max(1)) as u32);
@@ -36,7 +40,11 @@ pub fn suspects(disagreement: &[f32], width: usize, options: &StrangerOptions) -
         let score = pixels.iter().map(|&i| smooth[i]).sum::<f32>() / pixels.len() as f32;
         let weight = score * (pixels.len() as f32).sqrt();
         if score >= options.least_score && weight >= options.least_weight {
-            found.push(Suspect { masked: spans(pixels, width, whole, options.margin), score, weight });
+            found.push(TransientRegion {
+                masked: spans(pixels, width, whole, options.margin),
+                score,
+                weight,
+            });
         }
     }
     found
@@ -92,7 +100,7 @@ fn spans(mut pixels: Vec<usize>, width: usize, whole: PixelRect, margin: i32) ->
     let mut rest = pixels.iter().copied().peekable();
     let last = pixels.last().map_or(0, |at| at / width) as i32;
     let first = pixels.first().map_or(0, |at| at / width) as i32;
-    let bare = Spans::of_rows(first..last + 1, |y, out| {
+    let bare = Spans::from_rows(first..last + 1, |y, out| {
         while let Some(at) = rest.next_if(|at| (at / width) as i32 == y) {
             let x = (at % width) as i32;
             out.push(x..x + 1);
@@ -109,13 +117,13 @@ fn spans(mut pixels: Vec<usize>, width: usize, whole: PixelRect, margin: i32) ->
 mod tests {
     use super::*;
 
-    fn options() -> StrangerOptions {
-        StrangerOptions {
+    fn options() -> TransientOptions {
+        TransientOptions {
             least_pixels: 12,
             least_weight: 3.0,
             most_share: 0.5,
             margin: 1,
-            ..StrangerOptions::default()
+            ..TransientOptions::default()
         }
     }
 
@@ -132,7 +140,7 @@ mod tests {
             (false, 0) => 0.8,
             (false, _) => 0.02,
         });
-        let found = suspects(&values, 40, &options());
+        let found = transient_regions(&values, 40, &options());
         assert_eq!(found.len(), 1);
         let masked = &found[0].masked;
         assert!((4..21).all(|y| (9..19).all(|x| masked.holds(x, y))), "{:?}", masked.bounds());
@@ -142,13 +150,13 @@ mod tests {
     #[test]
     fn weak_small_and_huge_differences_are_no_suspects_and_the_unknown_is_none() {
         assert!(
-            suspects(&disagreement(|x, _| if x < 9 { 0.4 } else { 0.0 }), 40, &options()).is_empty(),
+            transient_regions(&disagreement(|x, _| if x < 9 { 0.4 } else { 0.0 }), 40, &options()).is_empty(),
             "weak"
         );
         let small = disagreement(|x, y| if x < 2 && y < 2 { 2.0 } else { 0.0 });
-        assert!(suspects(&small, 40, &options()).is_empty(), "small");
-        assert!(suspects(&disagreement(|_, _| 2.0), 40, &options()).is_empty(), "all of it");
-        assert!(suspects(&disagreement(|_, _| f32::NAN), 40, &options()).is_empty());
+        assert!(transient_regions(&small, 40, &options()).is_empty(), "small");
+        assert!(transient_regions(&disagreement(|_, _| 2.0), 40, &options()).is_empty(), "all of it");
+        assert!(transient_regions(&disagreement(|_, _| f32::NAN), 40, &options()).is_empty());
     }
 
     #[test]
@@ -158,7 +166,7 @@ mod tests {
             (true, false) => 1.0,
             _ => 0.0,
         });
-        let found = suspects(&values, 40, &options());
+        let found = transient_regions(&values, 40, &options());
         assert_eq!(found.len(), 1, "both sides touch beyond the ends of what is not known");
         assert!((5..15).all(|y| found[0].masked.holds(14, y)));
     }

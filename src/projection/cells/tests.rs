@@ -5,10 +5,10 @@ use glam::{DVec2, DVec3, dvec3};
 use super::{Cells, Confidence, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
 use crate::projection::shot::{Blend, Mode, Shot};
-use crate::projection::sources::{Domain, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use crate::projection::sources::{Domain, LayerTextureId, PhotoId, Projector, Server, Sheet, Sources};
 use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::scene::Model;
-use crate::scene::synthetic::{Dice, centred, look_at, random};
+use crate::scene::synthetic::{Rng, centred, look_at, random};
 
 /// A source of bounds in which each photo has one confidence everywhere.
 struct Even;
@@ -26,7 +26,7 @@ impl Confidence for Even {
 }
 
 /// Arranges cameras around the scene, each of which textures the side of every face that it sees.
-fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
+fn ring_of_photos(dice: &mut Rng, model: &Model, count: u32) -> Sources {
     let mut sources = Sources::default();
     for i in 0..count {
         let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
@@ -45,7 +45,7 @@ fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
             let eye = sources.photos[photo as usize].pose.center_in_world();
             let back = plane.signed_distance(eye) < 0.0;
             let pinned = pin == Some(photo);
-            let (sheet, photo) = (SheetId(photo), PhotoId(photo));
+            let (sheet, photo) = (LayerTextureId(photo), PhotoId(photo));
             sources.servers.push(Server { sheet, photo, back, pinned, domain: Domain::Whole });
         }
         sources.of_face.push(start..sources.servers.len() as u32);
@@ -79,7 +79,7 @@ fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DV
 
 /// Compares, at pixels of the view, the weights of the cell's candidates with those of all servers. Returns
 /// the number of points compared and the total number of their candidates.
-fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Dice) -> (u32, usize) {
+fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Rng) -> (u32, usize) {
     let (mut points, mut candidates) = (0, 0);
     for found in &cells.faces {
         let plane = model.face(found.face).plane;
@@ -121,7 +121,7 @@ fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &
 
 #[test]
 fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
-    let mut dice = Dice::new(21);
+    let mut dice = Rng::new(21);
     for seed in 0..6 {
         let model = random::boxes(seed, 5).model;
         let sources = ring_of_photos(&mut dice, &model, 24);
@@ -147,7 +147,7 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
 
 #[test]
 fn a_photo_that_must_not_take_part_is_no_candidate() {
-    let mut dice = Dice::new(22);
+    let mut dice = Rng::new(22);
     let model = random::boxes(3, 4).model;
     let sources = ring_of_photos(&mut dice, &model, 6);
     let photo = sources.photo(PhotoId(2)).clone();

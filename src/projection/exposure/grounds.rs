@@ -8,7 +8,7 @@ use crate::raster::robust::upper_median;
 
 /// The support of one photo's gain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Grounds {
+pub struct GainSupport {
     /// The number of surface points that this and another photo show, both with usable colours.
     pub points: u32,
     /// Median, over the photo's comparisons and R, G and B, of the absolute log ratio that remains after the
@@ -23,7 +23,7 @@ pub fn grounds(
     colours: &[Vec<PatchColour>],
     ratios: &[Ratio],
     gains: &[[f64; 3]],
-) -> Vec<Grounds> {
+) -> Vec<GainSupport> {
     let mut shared = vec![0; photos];
     for (point, colours) in points.iter().zip(colours) {
         let usable = || point.patches.iter().zip(colours).filter(|(_, c)| c.is_some_and(|c| c.usable));
@@ -40,6 +40,6 @@ pub fn grounds(
         left[b].extend(residuals);
     }
     let residual = |left: &mut [f64]| upper_median(left).unwrap_or(0.0);
-    let of_photo = |(points, mut left): (_, Vec<f64>)| Grounds { points, residual: residual(&mut left) };
+    let of_photo = |(points, mut left): (_, Vec<f64>)| GainSupport { points, residual: residual(&mut left) };
     shared.into_iter().zip(left).map(of_photo).collect()
 }

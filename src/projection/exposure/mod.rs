@@ -23,13 +23,13 @@ pub mod ratios;
 pub mod seen;
 pub mod solve;
 
-pub use grounds::{Grounds, grounds};
+pub use grounds::{GainSupport, grounds};
 pub use meter::Meter;
 pub use near::Shares;
 pub use optics::{Optics, solve_optics};
-pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
+pub use points::{Patch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
-pub use seen::seen_shares;
+pub use seen::visible_shares;
 pub use solve::{Fit, solve_gains};
 
 use glam::DVec2;
@@ -90,7 +90,7 @@ pub struct Estimate {
     /// The gains.
     pub gains: Gains,
     /// The support of each photo's gain.
-    pub grounds: Vec<Grounds>,
+    pub grounds: Vec<GainSupport>,
     /// The typical distance between surfaces and their cameras, in world units; movements of the camera are
     /// measured relative to it ([`Shares::of`]).
     pub reach: f64,
@@ -134,7 +134,7 @@ pub fn estimate_gains(
     options: &ExposureOptions,
     task: &Task,
 ) -> Result<Estimate> {
-    let points = spread_points(photos, visibility, options, task)?;
+    let points = shared_points(photos, visibility, options, task)?;
     let mut measured = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
     task.go_on()?;
     let mut ratios = pairwise_ratios(&points, &measured);

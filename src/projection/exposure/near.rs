@@ -101,9 +101,9 @@ fn forward(pose: &Pose) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{Dice, centred, look_at};
+    use crate::scene::synthetic::{Rng, centred, look_at};
 
-    fn photos(dice: &mut Dice, count: usize) -> (Vec<Projector>, Gains) {
+    fn photos(dice: &mut Rng, count: usize) -> (Vec<Projector>, Gains) {
         let mut place = || DVec3::new(dice.between(-9.0, 9.0), dice.between(-9.0, 9.0), 2.0);
         let poses: Vec<Pose> = (0..count).map(|_| look_at(place(), place() + DVec3::Z)).collect();
         let camera = centred(300, 200, 300.0);
@@ -120,7 +120,7 @@ mod tests {
 
     #[test]
     fn a_photos_own_camera_has_exactly_its_gain() {
-        let (photos, gains) = photos(&mut Dice::new(11), 30);
+        let (photos, gains) = photos(&mut Rng::new(11), 30);
         for (photo, gain) in photos.iter().zip(&gains.of_photo) {
             assert_eq!(near(&photo.pose, &gains, &photos, &[]), *gain);
         }
@@ -128,7 +128,7 @@ mod tests {
 
     #[test]
     fn with_the_exposure_of_a_photo_that_one_stays_as_it_is_and_the_others_follow() {
-        let (photos, gains) = photos(&mut Dice::new(15), 4);
+        let (photos, gains) = photos(&mut Rng::new(15), 4);
         let mut shot = Shot::new(photos[0].camera, photos[1].pose);
         shot.exposure = Exposure::Of(PhotoId(2));
         let factors = gains.factors(&shot, || unreachable!("no view decides"));
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_photo_left_out_does_not_tell_its_gain() {
-        let (photos, mut gains) = photos(&mut Dice::new(12), 5);
+        let (photos, mut gains) = photos(&mut Rng::new(12), 5);
         let own = PhotoId(2);
         let before = near(&photos[2].pose, &gains, &photos, &[own]);
         gains.of_photo[2] = [9.0; 3];
@@ -150,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_small_step_of_the_camera_is_a_small_step_of_the_gain() {
-        let (photos, gains) = photos(&mut Dice::new(13), 12);
+        let (photos, gains) = photos(&mut Rng::new(13), 12);
         let eye = photos[3].pose.center_in_world();
         let at = |step: f64| {
             let pose = look_at(eye + DVec3::new(step, 0.3 * step, 0.0), DVec3::new(0.0, 1.0, 2.0 + step));
@@ -166,7 +166,7 @@ mod tests {
 
     #[test]
     fn far_from_every_photo_the_exposure_is_the_common_one() {
-        let (photos, gains) = photos(&mut Dice::new(14), 4);
+        let (photos, gains) = photos(&mut Rng::new(14), 4);
         let pose = look_at(DVec3::new(900.0, 0.0, 2.0), DVec3::new(1000.0, 1.0, 2.0));
         assert!(near(&pose, &gains, &photos, &[]).iter().all(|gain| gain.abs() < 1e-3));
         assert_eq!(near(&pose, &Gains::none(0), &[], &[]), [0.0; 3]);

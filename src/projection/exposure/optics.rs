@@ -52,7 +52,7 @@ impl Optics {
 }
 
 /// Computes the squared distance of an image point from the principal point, in squared half diagonals.
-pub fn radius2(camera: &Pinhole, px: glam::DVec2) -> f64 {
+pub fn squared_radius(camera: &Pinhole, px: glam::DVec2) -> f64 {
     let half_diagonal2 = 0.25 * (f64::from(camera.width).powi(2) + f64::from(camera.height).powi(2));
     px.distance_squared(glam::DVec2::new(camera.cx, camera.cy)) / half_diagonal2
 }
@@ -146,7 +146,7 @@ impl Unknowns {
             let photo = photos[side];
             row.push((photo, sign));
             if let Some(camera) = self.camera[photo] {
-                let r2 = radius2(&self.pinholes[photo], ratio.at_px[side].as_dvec2());
+                let r2 = squared_radius(&self.pinholes[photo], ratio.at_px[side].as_dvec2());
                 row.extend([(self.falloff(camera), sign * r2), (self.falloff(camera) + 1, sign * r2 * r2)]);
             }
             if self.offsets {
@@ -244,7 +244,7 @@ pub fn undo(
             let photo = patch.photo.0 as usize;
             if let Some(colour) = colour {
                 colour.mean =
-                    optics[photo].undone(colour.mean, radius2(&photos[photo].camera, patch.center_px));
+                    optics[photo].undone(colour.mean, squared_radius(&photos[photo].camera, patch.center_px));
             }
         }
     }

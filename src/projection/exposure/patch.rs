@@ -4,7 +4,7 @@ use glam::DVec2;
 
 use super::{Colour, PatchColour};
 use crate::scene::PhotoPixels;
-use crate::scene::light::LINEAR_OF_BYTE;
+use crate::scene::light::LINEAR_FROM_BYTE;
 
 /// Stored values (of 255) that are usable. Near black and white, sensors, film curves and JPEG are not
 /// linear, and ratios of values are not ratios of exposures.
@@ -24,7 +24,7 @@ pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> Pat
         for x in from.x..=to.x {
             let bytes = bytes_at(pixels, x as u32, y as u32)?;
             usable &= bytes.iter().all(|byte| USABLE.contains(byte));
-            (0..3).for_each(|c| sum[c] += f64::from(LINEAR_OF_BYTE[usize::from(bytes[c])]));
+            (0..3).for_each(|c| sum[c] += f64::from(LINEAR_FROM_BYTE[usize::from(bytes[c])]));
         }
     }
     let count = f64::from((to.x - from.x + 1) * (to.y - from.y + 1));
@@ -56,7 +56,7 @@ mod tests {
     fn the_mean_is_of_light_and_not_of_bytes() {
         let middle = DVec2::splat(8.0);
         let colour = patch_colour(&grey(255, Some((5, 8, 100))), middle, 3.0).unwrap().mean;
-        let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_OF_BYTE[byte]));
+        let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_FROM_BYTE[byte]));
         assert!((colour[0] - (35.0 * high + low) / 36.0).abs() < 1e-6 && (colour[1] - high).abs() < 1e-6);
         // The pixel is not in a patch one pixel further right: 5.5 is less than 9 - 3.
         let neighbour = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap().mean;

@@ -117,7 +117,7 @@ const LEAST_COSINE: f64 = 0.2;
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
-pub fn spread_points(
+pub fn shared_points(
     photos: &[Projector],
     visibility: &impl Visibility,
     options: &ExposureOptions,

@@ -20,7 +20,7 @@ const RAYS: [u32; 2] = [36, 24];
 /// Computes the shares of the photos in an image from their weights on a regular grid of rays. At a photo's
 /// own camera its share is 1 but for a millionth. The shares change as gradually as the blend does, which
 /// keeps exposures from popping.
-pub fn seen_shares(
+pub fn visible_shares(
     shot: &Shot,
     model: &Model,
     sources: &Sources,
@@ -60,7 +60,7 @@ impl Looker<'_> {
         let px = share * DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let eye = self.shot.viewpoint();
         let direction = self.shot.pose.rotation.transpose() * camera.ray_in_camera(px);
-        let Some(hit) = self.surface.first_seen(eye, direction, self.shot.backs) else { return };
+        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.backs) else { return };
         let Ok(index) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return };
         let side = self.cells.side_px;
         let list = self.cells.of(&self.cells.faces[index], px.x as u32 / side, px.y as u32 / side);
@@ -113,7 +113,7 @@ mod tests {
     use super::*;
     use crate::geometry::PixelRect;
     use crate::projection::cells::{Unknown, cells};
-    use crate::projection::{Domain, Projector, Server, Sheet, SheetId};
+    use crate::projection::{Domain, LayerTextureId, Projector, Server, Sheet};
     use crate::scene::synthetic::{Modeller, centred, look_at};
 
     /// Computes the shares in a view from the front of a wall that one photo saw from the front and one from
@@ -130,7 +130,7 @@ mod tests {
             Projector { name: String::new(), camera: centred(64, 64, 64.0), pose }
         };
         let server = |i: u32| Server {
-            sheet: SheetId(i),
+            sheet: LayerTextureId(i),
             photo: PhotoId(i),
             back: i == 1,
             pinned: false,
@@ -145,7 +145,7 @@ mod tests {
         };
         let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
         let cells = cells(&model, &sources, &shot, 16, &[], &Unknown);
-        seen_shares(&shot, &model, &sources, &Surface::of(&model), &cells).of_photo
+        visible_shares(&shot, &model, &sources, &Surface::of(&model), &cells).of_photo
     }
 
     #[test]

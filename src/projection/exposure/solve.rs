@@ -167,11 +167,11 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     #[test]
     fn a_positive_definite_system_is_solved() {
-        let mut dice = Dice::new(1);
+        let mut dice = Rng::new(1);
         let n = 9;
         let m: Vec<f64> = (0..n * n).map(|_| dice.between(-1.0, 1.0)).collect();
         let row = |i: usize| &m[i * n..(i + 1) * n];

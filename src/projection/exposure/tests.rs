@@ -8,7 +8,7 @@ use glam::{DMat3, DVec3};
 use super::*;
 use crate::geometry::Pose;
 use crate::scene::Model;
-use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
+use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 
 /// Builds a floor with four boxes on it, at the world point `at`.
 fn courtyard(at: DVec3) -> Arc<Model> {
@@ -50,7 +50,7 @@ struct Shoot {
 
 impl Shoot {
     fn new(model: Arc<Model>, photos: Vec<Projector>) -> Self {
-        let mut dice = Dice::new(7);
+        let mut dice = Rng::new(7);
         let gains = photos.iter().map(|_| [0; 3].map(|_: i32| dice.between(-0.4, 0.4))).collect();
         let optics = vec![Optics::default(); photos.len()];
         let (visited, asked) = (Vec::new(), [false; 2]);
@@ -60,7 +60,7 @@ impl Shoot {
     fn estimate(&self) -> Estimate {
         let visibility = RayVisibility::new(&self.model, &self.photos);
         let colours = |photo: PhotoId, centers: &[DVec2]| {
-            let mut dice = Dice::new(u64::from(photo.0));
+            let mut dice = Rng::new(u64::from(photo.0));
             let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut dice);
             Ok(centers.iter().map(colour).collect())
         };
@@ -69,7 +69,7 @@ impl Shoot {
         estimate_gains(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap()
     }
 
-    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Dice) -> PatchColour {
+    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Rng) -> PatchColour {
         if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
             return Some(Colour { mean: [0.9; 3], usable: true });
         }
@@ -79,7 +79,7 @@ impl Shoot {
         let noise = (dice.unit() + dice.unit() + dice.unit() - 1.5) * 2.0 * self.noise;
         let sun = self.sunny * p.y.atan2(p.x).sin();
         let Optics { falloff: [a, b], offset } = self.optics[photo.0 as usize];
-        let r2 = optics::radius2(&self.photos[photo.0 as usize].camera, px);
+        let r2 = optics::squared_radius(&self.photos[photo.0 as usize].camera, px);
         let lens = a * r2 + b * r2 * r2;
         let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + lens + noise).exp() + offset);
         Some(Colour { mean, usable: true })
@@ -201,7 +201,7 @@ fn where_exposures_were_metered_the_view_is_metered_too() {
         for (u, v) in (0..30 * 20).map(|k| (f64::from(k % 30) / 30.0, f64::from(k / 30) / 20.0)) {
             let px = DVec2::new(u * 600.0, v * 400.0);
             let weight = (-0.5 * ((u - 0.5).powi(2) + (v - 0.5).powi(2)) / 0.0225).exp();
-            if let Some(colour) = shoot.colour(&seen, PhotoId(photo), px, &mut Dice::new(1)) {
+            if let Some(colour) = shoot.colour(&seen, PhotoId(photo), px, &mut Rng::new(1)) {
                 light += weight * colour.mean[1];
                 all += weight;
             }

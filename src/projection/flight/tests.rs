@@ -1,17 +1,17 @@
 //! Tests that flights pass smoothly through their keyframes, without flips.
 
 use super::*;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 const SIZE: [u32; 2] = [640, 360];
 
-fn random_rotation(dice: &mut Dice) -> DQuat {
+fn random_rotation(dice: &mut Rng) -> DQuat {
     let mut part = || dice.between(-1.0, 1.0);
     DQuat::from_xyzw(part(), part(), part(), part()).normalize()
 }
 
 fn random_keyframes(seed: u64, count: usize, looks_at: bool) -> Vec<Keyframe> {
-    let mut dice = Dice::new(seed);
+    let mut dice = Rng::new(seed);
     let mut time_s = 3.0;
     let keyframe = |_| {
         time_s += dice.between(0.5, 2.0);
@@ -110,7 +110,7 @@ fn a_quaternion_and_its_negative_make_the_same_flight() {
 #[test]
 fn small_turns_stay_small_between_keyframes() {
     // Keyframes are ten degrees apart; no direction between them may deviate much more.
-    let mut dice = Dice::new(4);
+    let mut dice = Rng::new(4);
     let mut keyframes = random_keyframes(5, 8, false);
     let mut rotation = random_rotation(&mut dice);
     for frame in &mut keyframes {

@@ -57,11 +57,11 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     #[test]
     fn no_other_gain_and_offset_does_better() {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         let pairs: Vec<(u8, u8)> = (0..200)
             .map(|_| {
                 let p = dice.whole(0, 255);

@@ -8,7 +8,7 @@ mod tally;
 use serde::Serialize;
 
 pub use structure::structural_similarity;
-pub use tally::Tally;
+pub use tally::ErrorSum;
 
 use colour_fit::Sums;
 
@@ -18,7 +18,7 @@ pub const HIGHEST_DB: f64 = 100.0;
 /// A predicted image and its ground truth. Both have `width * height * 3` bytes, rows from the top, RGB of 8
 /// bits in gamma (sRGB).
 #[derive(Debug, Clone, Copy)]
-pub struct Compared<'a> {
+pub struct ImagePair<'a> {
     /// Width in pixels.
     pub width: u32,
     /// Height in pixels.
@@ -48,7 +48,7 @@ impl Likeness {
     /// estimated on those counted pixels that are `fitted`, and applied to these alone, so that black that
     /// stands for a hole remains black. Both lists have `width * height` items. Returns `None` where no pixel
     /// is counted.
-    pub fn of(compared: &Compared, counted: &[bool], fitted: &[bool]) -> Option<Self> {
+    pub fn of(compared: &ImagePair, counted: &[bool], fitted: &[bool]) -> Option<Self> {
         let (mut sums, mut rest) = ([Sums::default(); 3], [Sums::default(); 3]);
         for (i, _) in counted.iter().enumerate().filter(|(_, counted)| **counted) {
             let into = if fitted[i] { &mut sums } else { &mut rest };
@@ -80,8 +80,8 @@ pub fn psnr(squared_error: f64, samples: u64) -> f64 {
 mod tests {
     use super::*;
 
-    fn compared<'a>(truth: &'a [u8], predicted: &'a [u8]) -> Compared<'a> {
-        Compared { width: (truth.len() / 3) as u32, height: 1, truth, predicted }
+    fn compared<'a>(truth: &'a [u8], predicted: &'a [u8]) -> ImagePair<'a> {
+        ImagePair { width: (truth.len() / 3) as u32, height: 1, truth, predicted }
     }
 
     #[test]

@@ -6,7 +6,7 @@ use super::psnr;
 
 /// The summed errors of some pixels, over any number of images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Tally {
+pub struct ErrorSum {
     /// The number of pixels that were predicted.
     pub covered: u64,
     /// The number of pixels that were not predicted.
@@ -15,7 +15,7 @@ pub struct Tally {
     pub squared_error: u64,
 }
 
-impl Tally {
+impl ErrorSum {
     /// Adds a predicted pixel.
     pub fn add(&mut self, truth: [u8; 3], predicted: [u8; 3]) {
         let squares = truth.iter().zip(predicted).map(|(t, p)| u64::from(t.abs_diff(p)).pow(2));
@@ -29,7 +29,7 @@ impl Tally {
     }
 }
 
-impl AddAssign for Tally {
+impl AddAssign for ErrorSum {
     fn add_assign(&mut self, other: Self) {
         self.covered += other.covered;
         self.holes += other.holes;
@@ -43,12 +43,12 @@ mod tests {
 
     #[test]
     fn tallies_add_up_to_the_psnr_of_all_their_pixels() {
-        let (mut a, mut b) = (Tally { holes: 3, ..Tally::default() }, Tally::default());
+        let (mut a, mut b) = (ErrorSum { holes: 3, ..ErrorSum::default() }, ErrorSum::default());
         a.add([10, 10, 10], [13, 10, 6]);
         b.add([0, 0, 0], [0, 5, 0]);
         a += b;
-        assert_eq!(a, Tally { covered: 2, holes: 3, squared_error: 50 });
+        assert_eq!(a, ErrorSum { covered: 2, holes: 3, squared_error: 50 });
         assert!((a.psnr().unwrap() - psnr(50.0, 6)).abs() < 1e-12);
-        assert_eq!(Tally::default().psnr(), None);
+        assert_eq!(ErrorSum::default().psnr(), None);
     }
 }

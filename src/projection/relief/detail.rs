@@ -165,10 +165,10 @@ fn fill<T: Sample, const CHANNELS: usize>(row: &mut [f32], samples: &[T]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     fn noise(gain: f64, alpha: impl Fn(usize) -> u8) -> PhotoPixels {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         let samples = (0..64 * 48).flat_map(|i| {
             let value = (dice.between(40.0, 120.0) * gain) as u8;
             [value, value, value, alpha(i)]

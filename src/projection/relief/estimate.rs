@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::median_of_nine;
-use super::sweep::{disagreement, witnesses_of};
-use super::witness::Witness;
+use super::sweep::{disagreement, views_of_face};
+use super::witness::SweepView;
 use super::{FaceRelief, Relief};
 use crate::error::Result;
 use crate::projection::PhotoId;
@@ -30,7 +30,7 @@ pub(super) const LEAST_BLOCKS: u32 = 8;
 /// [`crate::Error::Cancelled`].
 pub fn estimate_relief(
     model: &Model,
-    witnesses: &[Witness],
+    witnesses: &[SweepView],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
@@ -48,7 +48,7 @@ pub fn relief_without(
     relief: &Relief,
     photos: &[PhotoId],
     model: &Model,
-    witnesses: &[Witness],
+    witnesses: &[SweepView],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
@@ -66,7 +66,7 @@ pub fn relief_without(
 }
 
 /// Lists for each face the photos that show it, with the number of blocks.
-fn seen_faces(model: &Model, witnesses: &[Witness]) -> Vec<Vec<(usize, u32)>> {
+fn seen_faces(model: &Model, witnesses: &[SweepView]) -> Vec<Vec<(usize, u32)>> {
     let mut seen = vec![Vec::new(); model.faces.len()];
     for (w, witness) in witnesses.iter().enumerate() {
         for (face, blocks) in witness.faces() {
@@ -81,7 +81,7 @@ fn seen_faces(model: &Model, witnesses: &[Witness]) -> Vec<Vec<(usize, u32)>> {
 
 fn of_faces(
     model: &Model,
-    witnesses: &[Witness],
+    witnesses: &[SweepView],
     seen: &[Vec<(usize, u32)>],
     options: &ReliefOptions,
     task: &Task,
@@ -89,14 +89,14 @@ fn of_faces(
     let plots: Vec<Plot> = model
         .face_ids()
         .filter_map(|face| {
-            let of_face = witnesses_of(model, face, &seen[face.0 as usize], witnesses);
+            let of_face = views_of_face(model, face, &seen[face.0 as usize], witnesses);
             Plot::new(model, face, &of_face, options)
         })
         .collect();
     let (done, total) = (AtomicUsize::new(0), plots.iter().map(Plot::cells).sum::<usize>());
     let one = |plot: Plot| {
         let (face, cells) = (plot.face, plot.cells());
-        let of_face = witnesses_of(model, face, &seen[face.0 as usize], witnesses);
+        let of_face = views_of_face(model, face, &seen[face.0 as usize], witnesses);
         let heights = heights(model, &plot, &of_face, options, task)?;
         let done = done.fetch_add(cells, Ordering::Relaxed) + cells;
         task.step("relief", done as u64, total as u64)?;
@@ -117,7 +117,7 @@ fn of_faces(
 fn heights(
     model: &Model,
     plot: &Plot,
-    witnesses: &[(&Witness, f64)],
+    witnesses: &[(&SweepView, f64)],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {

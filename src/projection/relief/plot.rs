@@ -4,7 +4,7 @@ use glam::{DVec2, DVec3};
 
 use super::FaceRelief;
 use super::options::ReliefOptions;
-use super::witness::Witness;
+use super::witness::SweepView;
 use crate::geometry::polygon::PlaneFrame;
 use crate::raster::robust::quantile;
 use crate::scene::{FaceId, Model};
@@ -34,7 +34,7 @@ impl Plot {
     pub fn new(
         model: &Model,
         face: FaceId,
-        witnesses: &[(&Witness, f64)],
+        witnesses: &[(&SweepView, f64)],
         options: &ReliefOptions,
     ) -> Option<Self> {
         if witnesses.len() < 2 {
@@ -80,7 +80,7 @@ impl Plot {
     }
 }
 
-fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
+fn cell_side(witnesses: &[(&SweepView, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
     // The resolution that a quarter of the witnesses exceed.
     let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75)?;
     let wanted = options.cell_px / px_per_unit;

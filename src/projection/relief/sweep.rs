@@ -8,7 +8,7 @@ use super::detail::Detail;
 use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::Volume;
-use super::witness::Witness;
+use super::witness::SweepView;
 use crate::error::Result;
 use crate::projection::weights::pixels_per_unit;
 use crate::raster::robust::median;
@@ -23,7 +23,7 @@ pub(super) const TEXELS_PER_CELL: f64 = 2.0;
 /// plane and `t` above it are `origin + u * along[0] + v * along[1] + t * along[2]`; the third component is
 /// the depth.
 struct PlotView<'a> {
-    witness: &'a Witness,
+    witness: &'a SweepView,
     detail: &'a Detail,
     texels_per_px: f64,
     origin: DVec3,
@@ -31,7 +31,7 @@ struct PlotView<'a> {
 }
 
 impl<'a> PlotView<'a> {
-    fn new(witness: &'a Witness, plot: &Plot, px_per_unit: f64) -> Self {
+    fn new(witness: &'a SweepView, plot: &Plot, px_per_unit: f64) -> Self {
         let (camera, rotation) = (&witness.camera, witness.pose.rotation);
         let homogeneous =
             |p: DVec3| DVec3::new(camera.fx * p.x + camera.cx * p.z, camera.fy * p.y + camera.cy * p.z, p.z);
@@ -75,7 +75,7 @@ impl<'a> PlotView<'a> {
 pub fn disagreement(
     model: &Model,
     plot: &Plot,
-    witnesses: &[(&Witness, f64)],
+    witnesses: &[(&SweepView, f64)],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Volume> {
@@ -114,7 +114,7 @@ fn choose<'a>(
     here.clear();
     here.extend(views.iter().filter_map(|view| {
         let middle = view.middle(at)?;
-        let Witness { camera, pose, .. } = view.witness;
+        let SweepView { camera, pose, .. } = view.witness;
         let eye = pose.center_in_world();
         let cosine = plane.signed_distance(eye).abs() / (eye - point).length();
         let shows = |image_px| view.witness.shows(model, plot.face, point, image_px);
@@ -167,14 +167,14 @@ fn deviation(values: &mut [f32]) -> Option<f32> {
 
 /// Returns the witnesses of a face that can be used, with their pixels per world unit at the mean of the
 /// face's corners: those on the side from which most of the face is seen.
-pub fn witnesses_of<'a>(
+pub fn views_of_face<'a>(
     model: &Model,
     face: FaceId,
     seen: &[(usize, u32)],
-    witnesses: &'a [Witness],
-) -> Vec<(&'a Witness, f64)> {
+    witnesses: &'a [SweepView],
+) -> Vec<(&'a SweepView, f64)> {
     let plane = &model.face(face).plane;
-    let height = |w: &Witness| plane.signed_distance(w.pose.center_in_world());
+    let height = |w: &SweepView| plane.signed_distance(w.pose.center_in_world());
     let front: f64 = seen.iter().map(|&(w, blocks)| f64::from(blocks) * height(&witnesses[w]).signum()).sum();
     let of_side = seen.iter().map(|&(w, _)| &witnesses[w]).filter(|w| height(w) * front > 0.0);
     let middle = model.ring_points(face).sum::<DVec3>() / model.ring(face).len().max(1) as f64;

@@ -7,7 +7,7 @@ use super::*;
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::surface::Surface;
 use crate::projection::{PhotoId, Projector};
-use crate::scene::synthetic::{Dice, Modeller, camera_is_world, centred};
+use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred};
 use crate::scene::{FaceId, Model, PhotoPixels, Samples};
 use crate::task::Task;
 
@@ -30,7 +30,7 @@ impl Spots {
     const SIDE: usize = 64;
 
     fn new() -> Self {
-        let mut dice = Dice::new(3);
+        let mut dice = Rng::new(3);
         Self((0..Self::SIDE * Self::SIDE).map(|_| dice.unit()).collect())
     }
 
@@ -90,13 +90,13 @@ fn photographed(truth: Truth, projector: &Projector) -> PhotoPixels {
     PhotoPixels { width: CAMERA.width, height: CAMERA.height, channels: 3, samples, icc: None }
 }
 
-fn witnesses(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<Witness> {
+fn witnesses(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<SweepView> {
     let surface = Surface::of(model);
     let witness = |(i, eye): (usize, &[f64; 2])| {
         let projector = projector(*eye);
         let mut pixels = photographed(truth, &projector);
         change(i, &mut pixels);
-        Witness::new(&projector, &pixels, &surface)
+        SweepView::new(&projector, &pixels, &surface)
     };
     EYES.iter().enumerate().map(witness).collect()
 }
@@ -106,7 +106,7 @@ fn options() -> ReliefOptions {
     ReliefOptions { reach: 0.06, ..ReliefOptions::default() }
 }
 
-fn estimate(model: &Model, witnesses: &[Witness]) -> Relief {
+fn estimate(model: &Model, witnesses: &[SweepView]) -> Relief {
     estimate_relief(model, witnesses, &options(), &Task::silent()).unwrap()
 }
 
@@ -249,7 +249,7 @@ fn a_photo_of_an_empty_view_is_no_trouble() {
     let away = Projector { camera: centred(40, 30, 900.0), ..projector([99.0, 0.0]) };
     let samples = Samples::U8(vec![7; 40 * 30 * 3]);
     let pixels = PhotoPixels { width: 40, height: 30, channels: 3, samples, icc: None };
-    let witness = Witness::new(&away, &pixels, &surface);
+    let witness = SweepView::new(&away, &pixels, &surface);
     assert_eq!(witness.faces(), []);
     assert_eq!(estimate(&model, &[witness.clone(), witness]).of_face, [None]);
 }

@@ -12,7 +12,7 @@ use crate::scene::{FaceId, Model, PhotoPixels};
 
 /// The data of one photo for the plane sweep.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Witness {
+pub struct SweepView {
     /// Image size and intrinsics in pixels.
     pub camera: Pinhole,
     /// The pose, world to camera.
@@ -29,7 +29,7 @@ pub(super) const BLOCK_PX: u32 = 8;
 /// The relative difference in depth up to which two surfaces count as one, such as windows in their wall.
 pub(super) const SAME_SURFACE: f64 = 5e-4;
 
-impl Witness {
+impl SweepView {
     /// Prepares a photo from its pixels; `surface` is the whole model's.
     pub fn new(projector: &Projector, pixels: &PhotoPixels, surface: &Surface) -> Self {
         let Projector { camera, pose, .. } = projector;
@@ -51,7 +51,7 @@ impl Witness {
     }
 
     /// Returns true when the pixels are known.
-    pub fn sees(&self) -> bool {
+    pub fn has_pixels(&self) -> bool {
         !self.levels.is_empty()
     }
 

@@ -123,10 +123,10 @@ impl<'a> Distances<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
-    fn blob(dice: &mut Dice, side: i32) -> Spans {
-        Spans::of_rows(0..side, |y, out| {
+    fn blob(dice: &mut Rng, side: i32) -> Spans {
+        Spans::from_rows(0..side, |y, out| {
             let (a, b) = (dice.between(0.0, 12.0) as i32, dice.between(20.0, f64::from(side)) as i32);
             out.push(a..(a + b) / 2);
             if y % 9 != 0 {
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn confidence_is_the_exact_distance_to_the_border() {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         for case in 0..20 {
             let ramp = Ramp { width_px: [8.0, 3.0][case % 2] };
             let content = blob(&mut dice, 40).minus(&blob(&mut dice, 14));
@@ -168,7 +168,7 @@ mod tests {
     #[test]
     fn a_border_of_no_width_trusts_everything() {
         let ramp = Ramp { width_px: 0.0 };
-        let content = Spans::of_rows(0..3, |_, out| out.push(0..3));
+        let content = Spans::from_rows(0..3, |_, out| out.push(0..3));
         ramp.each(&content, |x, y, confidence| assert_eq!(confidence, 1.0, "{x}, {y}"));
     }
 }

@@ -9,7 +9,7 @@ use super::halving::{Light, Rows};
 use super::srgb::Srgb;
 use super::tiles::{GUTTER, Shape};
 use crate::geometry::{PixelRect, Spans};
-use crate::projection::SheetPixels;
+use crate::projection::LayerTexturePixels;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
 
 /// Options of a pyramid.
@@ -120,7 +120,7 @@ impl Level {
 ///
 /// Level 0 has the sheet's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
 /// the ramp, and at least 1/255 where there is content.
-pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Pyramid {
+pub fn pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
     let (shape, srgb) = (Shape::of(rect), Srgb::tables());
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
@@ -152,7 +152,7 @@ impl Pyramid {
 /// Returns the texels of a rectangle whose value satisfies `holds`; `values` are in row order. Values change
 /// seldom along a row, so blocks are tested as a whole first.
 pub fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) -> Spans {
-    Spans::of_rows(rect.y..rect.bottom(), |y, out| {
+    Spans::from_rows(rect.y..rect.bottom(), |y, out| {
         let row = (y - rect.y) as usize * rect.w as usize;
         let mut x = rect.x;
         for block in values[row..row + rect.w as usize].chunks(32) {
@@ -169,7 +169,7 @@ pub fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) 
 }
 
 /// Builds level 0 from the pixels, with their alpha unchanged.
-fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
+fn photo_level(rect: PixelRect, pixels: &LayerTexturePixels) -> Level {
     let mut level = Level::new(runs_where(rect, pixels.rgba.as_chunks::<4>().0, |texel| texel[3] != 0));
     let content = std::mem::take(&mut level.content);
     for (y, run) in content.iter() {
@@ -182,7 +182,7 @@ fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
 }
 
 /// Returns the photo's own colour at a texel outside the content, if the sheet's pixels include it.
-fn bleed(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 3]> {
+fn bleed(rect: PixelRect, pixels: &LayerTexturePixels, x: i32, y: i32) -> Option<[u8; 3]> {
     let index = rect.index(x, y)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
     (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])

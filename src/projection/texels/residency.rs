@@ -9,7 +9,7 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::tiles::{MOST_LEVELS, Occupancy, Shape, TILE, TileKey};
 use crate::geometry::PixelRect;
-use crate::projection::SheetId;
+use crate::projection::LayerTextureId;
 
 /// The entry of a page table for a tile that is not resident, and for which no coarser tile is.
 pub const NOTHING: u32 = u32::MAX;
@@ -37,23 +37,23 @@ pub struct SheetRecord {
 /// A request for the texels of a sheet that a view needs: of all levels from `finest` on, the tiles in a
 /// rectangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Want {
+pub struct TileRequest {
     /// The sheet.
-    pub sheet: SheetId,
+    pub sheet: LayerTextureId,
     /// The finest level that is needed.
     pub finest: u32,
     /// The rectangle in texels of level 0, from the sheet's corner.
     pub rect: PixelRect,
 }
 
-impl Want {
+impl TileRequest {
     /// Requests all of a sheet.
-    pub fn all(sheet: SheetId) -> Self {
+    pub fn all(sheet: LayerTextureId) -> Self {
         Self::from_level(sheet, 0)
     }
 
     /// Requests all of a sheet at levels no finer than `finest`.
-    pub fn from_level(sheet: SheetId, finest: u32) -> Self {
+    pub fn from_level(sheet: LayerTextureId, finest: u32) -> Self {
         let side = 1 << (MOST_LEVELS - 1);
         Self { sheet, finest, rect: PixelRect::of_size(side, side) }
     }
@@ -82,7 +82,7 @@ pub struct Residency {
     free: BTreeSet<u32>,
     capacity: u32,
     /// The sheets whose page tables are out of date.
-    stale: BTreeSet<SheetId>,
+    stale: BTreeSet<LayerTextureId>,
     /// The current time: the number of requests so far.
     now: u64,
 }
@@ -118,12 +118,12 @@ impl Residency {
     }
 
     /// Returns the shape of a sheet.
-    pub fn shape(&self, sheet: SheetId) -> Shape {
+    pub fn shape(&self, sheet: LayerTextureId) -> Shape {
         self.shapes[sheet.0 as usize]
     }
 
     /// Returns the occupancy of a sheet; `None` until it is decoded.
-    pub fn occupancy(&self, sheet: SheetId) -> Option<&Occupancy> {
+    pub fn occupancy(&self, sheet: LayerTextureId) -> Option<&Occupancy> {
         self.occupancies[sheet.0 as usize].as_ref()
     }
 
@@ -160,7 +160,7 @@ impl Residency {
     }
 
     /// Sets the occupancy of a sheet. Resident tiles that are no longer occupied are evicted.
-    pub fn learn(&mut self, sheet: SheetId, occupancy: Occupancy) {
+    pub fn learn(&mut self, sheet: LayerTextureId, occupancy: Occupancy) {
         let gone: Vec<TileKey> = self
             .resident
             .keys()
@@ -173,14 +173,14 @@ impl Residency {
     }
 
     /// Returns the resident tiles of a sheet, sorted.
-    pub fn resident_of(&self, sheet: SheetId) -> Vec<TileKey> {
+    pub fn resident_of(&self, sheet: LayerTextureId) -> Vec<TileKey> {
         let mut keys: Vec<_> = self.resident.keys().filter(|key| key.sheet == sheet).copied().collect();
         keys.sort_unstable();
         keys
     }
 
     /// Returns the occupied tiles that `want` requests, but `coarser` levels coarser; the tail first.
-    pub fn tiles(&self, want: &Want, coarser: u32) -> Vec<TileKey> {
+    pub fn tiles(&self, want: &TileRequest, coarser: u32) -> Vec<TileKey> {
         let (sheet, shape) = (want.sheet, self.shape(want.sheet));
         let Some(occupancy) = self.occupancy(sheet) else { return Vec::new() };
         let mut keys = Vec::new();
@@ -198,12 +198,12 @@ impl Residency {
 
     /// Returns true when all requested tiles are resident, and then marks them as requested now. Sheets that
     /// are completely resident are handled at almost no cost, because views ask this for every frame.
-    pub fn all_there(&mut self, wants: &[Want]) -> bool {
+    pub fn is_resident(&mut self, wants: &[TileRequest]) -> bool {
         self.now += 1;
         wants.iter().all(|want| self.is_there(want))
     }
 
-    fn is_there(&mut self, want: &Want) -> bool {
+    fn is_there(&mut self, want: &TileRequest) -> bool {
         let Some(occupancy) = self.occupancy(want.sheet) else { return false };
         let total = occupancy.total();
         let (resident, wanted) = &mut self.of_sheet[want.sheet.0 as usize];
@@ -224,7 +224,7 @@ impl Residency {
     /// levels as necessary, and the remaining slots are filled from the next finer step. Coarse tiles come
     /// first; tails are missing only when there are more of them than slots. Also returns the number of tiles
     /// of the complete requests.
-    pub fn choose(&mut self, wants: &[Want], capacity: u32) -> (Vec<TileKey>, usize) {
+    pub fn choose(&mut self, wants: &[TileRequest], capacity: u32) -> (Vec<TileKey>, usize) {
         self.now += 1;
         let mut finer = Vec::new();
         let mut chosen = self.union(wants, 0);
@@ -246,7 +246,7 @@ impl Residency {
 
     /// Returns the occupied tiles that the requests cover, each once: the tails first, then by level, coarse
     /// tiles first.
-    pub fn union(&self, wants: &[Want], coarser: u32) -> Vec<TileKey> {
+    pub fn union(&self, wants: &[TileRequest], coarser: u32) -> Vec<TileKey> {
         let mut keys: Vec<TileKey> = wants.iter().flat_map(|want| self.tiles(want, coarser)).collect();
         let finest_last =
             |key: &TileKey| (self.shape(key.sheet).tail() != key.level, Reverse(key.level), *key);
@@ -299,7 +299,7 @@ impl Residency {
     }
 
     /// Writes the page tables of a sheet: the tile itself, or the nearest coarser one that is resident.
-    fn write_entries_of(&mut self, sheet: SheetId) -> Range<usize> {
+    fn write_entries_of(&mut self, sheet: LayerTextureId) -> Range<usize> {
         let (shape, record) = (self.shape(sheet), self.records[sheet.0 as usize]);
         let range = record.offsets[0] as usize..(record.offsets[0] + shape.entries()) as usize;
         let Some(occupancy) = self.occupancies[sheet.0 as usize].take() else { return range };

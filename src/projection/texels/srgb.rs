@@ -2,13 +2,13 @@
 
 use std::sync::LazyLock;
 
-use crate::scene::light::{LINEAR_OF_BYTE, srgb_of_linear};
+use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
 /// The number of steps of the table back to sRGB: enough that every 8-bit value is recovered exactly.
 const STEPS: usize = 1 << 16;
 
 static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let step = |i: usize| (srgb_of_linear(i as f64 / (STEPS - 1) as f64) * 255.0).round() as u8;
+    let step = |i: usize| (srgb_from_linear(i as f64 / (STEPS - 1) as f64) * 255.0).round() as u8;
     (0..STEPS).map(step).collect()
 });
 
@@ -22,7 +22,7 @@ pub struct Srgb {
 impl Srgb {
     /// Returns the tables, which are made at the first call.
     pub fn tables() -> Self {
-        Self { linear: &LINEAR_OF_BYTE, encoded: &ENCODED }
+        Self { linear: &LINEAR_FROM_BYTE, encoded: &ENCODED }
     }
 
     /// Converts an 8-bit value to linear light, 0..1.

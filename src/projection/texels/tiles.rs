@@ -7,7 +7,7 @@
 
 use super::pyramid::{Level, Pyramid};
 use crate::geometry::PixelRect;
-use crate::projection::SheetId;
+use crate::projection::LayerTextureId;
 
 /// Side of a tile, in texels.
 pub const TILE: u32 = 64;
@@ -59,7 +59,7 @@ fn moved([low, high]: [i32; 2], needed: [i32; 2]) -> i32 {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {
     /// The sheet.
-    pub sheet: SheetId,
+    pub sheet: LayerTextureId,
     /// The level of detail; 0 is the sheet itself.
     pub level: u32,
     /// Column of the tile, from the left.

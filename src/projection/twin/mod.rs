@@ -21,13 +21,13 @@ use rayon::prelude::*;
 use self::point::Place;
 use self::sample::Lookup;
 use super::cells::{Unknown, cells};
-use super::exposure::seen_shares;
+use super::exposure::visible_shares;
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
 use super::surface::{Hit, Surface};
-use super::{Gains, Picture, Renders, SheetId, Shot, Shown, Sources, Texels};
+use super::{Gains, LayerTextureId, Picture, Renders, Shot, Shown, Sources, Texels};
 use crate::error::{Error, Result};
-use crate::scene::light::srgb_of_linear;
+use crate::scene::light::srgb_from_linear;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
@@ -41,7 +41,7 @@ const CELL_PX: u32 = 32;
 const FLAT: [u8; 4] = [128, 128, 128, 0];
 
 /// A renderer on the CPU for views of one site.
-pub struct Twin {
+pub struct ReferenceRenderer {
     model: Arc<Model>,
     surface: Surface,
     sources: Arc<Sources>,
@@ -50,10 +50,10 @@ pub struct Twin {
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
     /// The sheets decoded so far.
-    sheets: BTreeMap<SheetId, Lookup>,
+    sheets: BTreeMap<LayerTextureId, Lookup>,
 }
 
-impl Twin {
+impl ReferenceRenderer {
     /// Builds a reference of a renderer with the same arguments.
     pub fn new(
         model: Arc<Model>,
@@ -83,8 +83,9 @@ impl Twin {
     /// Decodes the sheets of these faces that are not decoded yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
         let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.sheet);
-        let missing: BTreeSet<SheetId> = serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
-        let decode = |sheet: SheetId| {
+        let missing: BTreeSet<LayerTextureId> =
+            serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
+        let decode = |sheet: LayerTextureId| {
             task.go_on()?;
             let pixels = self.texels.sheet(sheet)?;
             Ok((sheet, Lookup::new(self.sources.sheet(sheet).rect, &pixels, &self.options)))
@@ -101,7 +102,7 @@ impl Twin {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
             let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
-            seen_shares(shot, &self.model, &self.sources, &self.surface, &cells)
+            visible_shares(shot, &self.model, &self.sources, &self.surface, &cells)
         })
     }
 
@@ -123,7 +124,7 @@ impl Twin {
     }
 }
 
-impl Renders for Twin {
+impl Renders for ReferenceRenderer {
     /// Renders the image of a view, by one sample per pixel.
     ///
     /// # Errors
@@ -155,6 +156,6 @@ impl Renders for Twin {
 }
 
 fn stored(linear: [f64; 3]) -> [u8; 4] {
-    let [r, g, b] = linear.map(|light| (srgb_of_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    let [r, g, b] = linear.map(|light| (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8);
     [r, g, b, u8::MAX]
 }

@@ -2,11 +2,11 @@
 
 use glam::{DVec2, DVec3};
 
-use super::Twin;
+use super::ReferenceRenderer;
 use super::sample::Footprint;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 use crate::projection::surface::Hit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
@@ -28,7 +28,7 @@ struct Contribution {
 
 /// The point that a pixel's ray hits.
 pub struct Place<'a> {
-    twin: &'a Twin,
+    twin: &'a ReferenceRenderer,
     shot: &'a Shot,
     face: FaceId,
     plane: Plane,
@@ -37,7 +37,7 @@ pub struct Place<'a> {
 
 impl<'a> Place<'a> {
     /// Intersects the ray through `px` with the plane of the face it hits; `None` edge-on.
-    pub fn new(twin: &'a Twin, shot: &'a Shot, px: DVec2, hit: Hit) -> Option<Self> {
+    pub fn new(twin: &'a ReferenceRenderer, shot: &'a Shot, px: DVec2, hit: Hit) -> Option<Self> {
         let plane = plane_of(twin, &hit)?;
         let eye = shot.viewpoint();
         let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
@@ -47,7 +47,7 @@ impl<'a> Place<'a> {
     }
 
     /// Takes a given point of a planar face.
-    pub fn at(twin: &'a Twin, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
+    pub fn at(twin: &'a ReferenceRenderer, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
         Self { twin, shot, face, plane: twin.model.face(face).plane, on_plane }
     }
 
@@ -103,7 +103,7 @@ impl<'a> Place<'a> {
         };
         let texel = self.twin.sheets[&server.sheet].texel(px, footprint)?;
         let optics = self.twin.gains.optics(self.shot, server.photo);
-        let colour = optics.undone(texel.colour, radius2(&photo.camera, px));
+        let colour = optics.undone(texel.colour, squared_radius(&photo.camera, px));
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
@@ -143,7 +143,7 @@ fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2
 }
 
 /// Returns the plane of a face; of its triangle when the face is not planar.
-fn plane_of(twin: &Twin, hit: &Hit) -> Option<Plane> {
+fn plane_of(twin: &ReferenceRenderer, hit: &Hit) -> Option<Plane> {
     let face = twin.model.face(hit.face);
     if face.planar {
         return Some(face.plane);

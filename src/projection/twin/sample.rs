@@ -4,11 +4,11 @@
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
-use crate::projection::SheetPixels;
+use crate::projection::LayerTexturePixels;
 use crate::projection::pyramid::{Level, Pyramid, PyramidOptions, pyramid};
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::tiles::{Occupancy, TILE};
-use crate::scene::light::LINEAR_OF_BYTE;
+use crate::scene::light::LINEAR_FROM_BYTE;
 
 /// The distance from a texel's centre, as a share of its width, within which the texel is taken without
 /// interpolation; the shares in between are stretched accordingly (`DEAD` of `shaders/texels.wgsl`).
@@ -56,7 +56,7 @@ pub struct Lookup {
 
 impl Lookup {
     /// Builds the pyramid of a sheet. `rect` is the sheet's, in photo pixels.
-    pub fn new(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Self {
+    pub fn new(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Self {
         let pyramid = pyramid(rect, pixels, options);
         Self { rect, occupancy: Occupancy::of(&pyramid), pyramid }
     }
@@ -160,7 +160,7 @@ fn decoded(level: &Level, x: i32, y: i32) -> Texel {
     }
     let at = level.index(x, y);
     let [r, g, b, confidence] = [0, 1, 2, 3].map(|channel| level.rgba[at + channel]);
-    let colour = [r, g, b].map(|byte| f64::from(LINEAR_OF_BYTE[usize::from(byte)]));
+    let colour = [r, g, b].map(|byte| f64::from(LINEAR_FROM_BYTE[usize::from(byte)]));
     Texel { colour, confidence: f64::from(confidence) / 255.0 }
 }
 
@@ -173,7 +173,8 @@ mod tests {
         // White in the left half; in the same tiles, nothing.
         let rect = PixelRect::of_size(64, 64);
         let kept = PixelRect { w: 32, ..rect };
-        let pixels = SheetPixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
+        let pixels =
+            LayerTexturePixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
         let lookup = Lookup::new(rect, &pixels, &PyramidOptions::default());
         let long = Footprint::Sides(DVec2::new(16.0, 0.0), DVec2::new(0.0, 2.0));
         let texel = lookup.texel(DVec2::new(30.0, 32.0), long).unwrap();

@@ -4,17 +4,17 @@ use glam::DVec3;
 
 use super::*;
 use crate::geometry::{PixelRect, Pose};
-use crate::projection::{Domain, PhotoId, Projector, Server, Sheet, SheetPixels};
+use crate::projection::{Domain, LayerTexturePixels, PhotoId, Projector, Server, Sheet};
 use crate::scene::synthetic::{Modeller, centred, look_at};
 
 /// A source with one photo of a wall, in one sheet, with a pattern of stripes.
 struct Stripes;
 
 impl Texels for Stripes {
-    fn sheet(&self, _: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         let rect = PixelRect::of_size(64, 64);
         let rgba = (0..64 * 64).flat_map(|i| stripe(i % 64, i / 64)).collect();
-        Ok(SheetPixels { rect, rgba, needed: vec![1; 64 * 64] })
+        Ok(LayerTexturePixels { rect, rgba, needed: vec![1; 64 * 64] })
     }
 }
 
@@ -22,7 +22,7 @@ fn stripe(x: u32, y: u32) -> [u8; 4] {
     [(x * 37 % 251) as u8, (y * 53 % 251) as u8, ((x + y) * 29 % 251) as u8, 255]
 }
 
-fn twin(photos: Vec<Pose>) -> Twin {
+fn twin(photos: Vec<Pose>) -> ReferenceRenderer {
     let mut m = Modeller::new();
     m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-5.0, 0.0, -5.0), DVec3::X * 10.0, DVec3::Z * 10.0);
     let sheet = |photo: u32| Sheet {
@@ -31,7 +31,7 @@ fn twin(photos: Vec<Pose>) -> Twin {
         rect: PixelRect::of_size(64, 64),
     };
     let server = |photo: u32| Server {
-        sheet: SheetId(photo),
+        sheet: LayerTextureId(photo),
         photo: PhotoId(photo),
         back: false,
         pinned: false,
@@ -47,7 +47,7 @@ fn twin(photos: Vec<Pose>) -> Twin {
     };
     let gains = Gains::none(count as usize);
     let (relief, options) = (Relief::default(), PyramidOptions::default());
-    Twin::new(m.finish(), sources.into(), gains, relief, Arc::new(Stripes), options)
+    ReferenceRenderer::new(m.finish(), sources.into(), gains, relief, Arc::new(Stripes), options)
 }
 
 #[test]

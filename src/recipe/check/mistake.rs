@@ -38,7 +38,7 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
 }
 
 /// Returns advice for a model that no other transform aligns better.
-pub fn without_mend(verdict: Verdict) -> &'static str {
+pub fn advice_without_fix(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Fits => "",
         Verdict::Misses => {

@@ -29,7 +29,7 @@ use alignment::{Sighting, agreement, best_alignment, is_plausible};
 pub use faces::Surface;
 use seen::Seen;
 
-pub use report::{CheckReport, Crossing, FaceReport, Names, PhotoReport, Suggestion, Verdict};
+pub use report::{CheckReport, FaceReport, Intersection, Names, PhotoReport, Suggestion, Verdict};
 
 /// Options of [`check_site`].
 #[derive(Debug, Clone, PartialEq)]
@@ -298,7 +298,7 @@ fn face_report(
             .pairs
             .iter()
             .take(report::NAMED)
-            .map(|(pair, depth)| Crossing::of(model, *pair, *depth))
+            .map(|(pair, depth)| Intersection::of(model, *pair, *depth))
             .collect(),
     })
 }

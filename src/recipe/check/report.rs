@@ -92,7 +92,7 @@ pub struct FaceReport {
     /// Whether the search was abandoned because too many faces overlap.
     pub crossing_gave_up: bool,
     /// The deepest intersections.
-    pub crossing: Vec<Crossing>,
+    pub crossing: Vec<Intersection>,
 }
 
 /// A count of faces, with the names of the first hundred.
@@ -115,14 +115,14 @@ impl Names {
 
 /// A pair of intersecting faces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Crossing {
+pub struct Intersection {
     /// The names of the faces, in model order.
     pub faces: [String; 2],
     /// The depth of the intersection, in world units.
     pub depth: f64,
 }
 
-impl Crossing {
+impl Intersection {
     /// Names a pair of faces.
     pub(super) fn of(model: &Model, pair: [FaceId; 2], depth: f64) -> Self {
         Self { faces: pair.map(|face| model.face_name(face)), depth }

@@ -21,12 +21,12 @@ pub struct Seen {
     /// The share of the photo's pixels that the model covers.
     pub covered: f64,
     /// The faces that are visible at one pixel or more, in model order.
-    pub faces: Vec<SeenFace>,
+    pub faces: Vec<VisibleFace>,
 }
 
 /// A visible face of a photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SeenFace {
+pub struct VisibleFace {
     /// The face.
     pub face: FaceId,
     /// Whether it is seen from behind.
@@ -55,7 +55,7 @@ pub fn look(
 }
 
 /// Returns the visible faces with their numbers of pixels.
-fn visible_faces(view: &View, fragments: &Fragments) -> Vec<SeenFace> {
+fn visible_faces(view: &View, fragments: &Fragments) -> Vec<VisibleFace> {
     let mut px = vec![0; view.items.len()];
     let entries = fragments.lists.bands.iter().flat_map(|band| &band.entries);
     for entry in entries.filter(|&entry| entry & VISIBLE != 0) {
@@ -63,8 +63,8 @@ fn visible_faces(view: &View, fragments: &Fragments) -> Vec<SeenFace> {
     }
     let items = view.items.iter().zip(&fragments.presence).zip(px);
     let working = items.filter(|((_, presence), _)| **presence == Presence::Working);
-    let seen = working.map(|((item, _), px)| SeenFace { face: item.face, back: item.back, px });
-    let mut faces: Vec<SeenFace> = seen.collect();
+    let seen = working.map(|((item, _), px)| VisibleFace { face: item.face, back: item.back, px });
+    let mut faces: Vec<VisibleFace> = seen.collect();
     // The triangles of a non-planar face are consecutive.
     faces.dedup_by(|next, first| {
         let same = next.face == first.face;

@@ -6,7 +6,7 @@ use glam::{DVec2, DVec3, dvec3};
 
 use super::*;
 use crate::layers::SoftwareRasteriser;
-use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
+use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 
 /// Makes a yard without any symmetry: ground, two walls of different height, a tower and a shed, with one side of a
 /// wall that no photo sees.
@@ -34,7 +34,7 @@ fn photos() -> Vec<Photo> {
 
 /// Returns points on surfaces that photos see, every tenth of them off the model, as on a tree.
 fn points(model: &Model, photos: &[Photo]) -> Vec<SparsePoint> {
-    let (tree, mut dice) = (Surface::of(model).tree, Dice::new(7));
+    let (tree, mut dice) = (Surface::of(model).tree, Rng::new(7));
     let mut points = Vec::new();
     for (photo, from) in (0..).zip(photos) {
         let eye = from.pose.center_in_world();
@@ -112,7 +112,7 @@ fn a_suggestion_replaces_the_transform_that_was_given() {
 
 /// Makes small scattered faces, which have nothing in common with the yard.
 fn litter() -> Model {
-    let (mut m, mut dice) = (Modeller::new(), Dice::new(11));
+    let (mut m, mut dice) = (Modeller::new(), Rng::new(11));
     let mut place = |size: f64| DVec3::from_array([(); 3].map(|()| dice.between(-size, size)));
     m.object("litter");
     for _ in 0..300 {
@@ -127,7 +127,7 @@ fn a_model_of_another_site_is_told_to_be_one_and_is_moved_nowhere() {
     let report = check(&litter(), &points(&yard(), &photos()), &CheckOptions::default());
     assert_eq!((report.verdict, &report.suggestion), (Verdict::Misses, &None));
     assert!(
-        mistake::without_mend(report.verdict)
+        mistake::advice_without_fix(report.verdict)
             .starts_with("The cameras and the model are probably not of the same site")
     );
 }

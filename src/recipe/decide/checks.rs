@@ -5,7 +5,7 @@ use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
-use crate::layers::wishes::{Grouping, Wanted};
+use crate::layers::wishes::{ElementConstraints, Wanted};
 use crate::recipe::unmet;
 use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, Model};
@@ -91,7 +91,7 @@ fn obstacle(
     joining: &[u32],
     group: &[u32],
     against: &[(u32, u32, u32)],
-    grouping: &Grouping,
+    grouping: &ElementConstraints,
 ) -> Option<(u32, Obstacle)> {
     let forgiven = |a: u32, b: u32| against.iter().any(|&(f, k, _)| (f, k) == (a, b) || (f, k) == (b, a));
     let find = |keeps: &dyn Fn(u32, u32) -> bool, why| {
@@ -102,12 +102,12 @@ fn obstacle(
 }
 
 /// Resolves merges and splits to elements.
-fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> Grouping {
+fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> ElementConstraints {
     let faces_of: Vec<Vec<FaceId>> = elements
         .iter()
         .map(|e| Faces { object: e.object.clone(), faces: e.all_faces() }.in_model(model))
         .collect();
-    Wanted::new(&decided.wishes(), model).of_elements(&faces_of)
+    Wanted::new(&decided.wishes(), model).to_elements(&faces_of)
 }
 
 /// Checks the last split.
@@ -116,7 +116,8 @@ fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> Gr
 /// Returns [`Error::Request`] when a merge contains faces that it separates.
 pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     let last = decided.split.len() - 1;
-    let split = crate::layers::Wishes { split: vec![decided.split[last].clone()], ..Default::default() };
+    let split =
+        crate::layers::LayerConstraints { split: vec![decided.split[last].clone()], ..Default::default() };
     let wanted = Wanted::new(&split, model);
     let faces_of = |merge: &[Faces]| merge.iter().flat_map(|f| f.in_model(model)).collect::<Vec<FaceId>>();
     let torn = |merge: &&Vec<Faces>| {

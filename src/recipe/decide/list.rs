@@ -28,7 +28,7 @@ pub enum Kind {
 
 /// A decision about a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Decided {
+pub struct ListedDecision {
     /// The number, counted from 1 through all kinds.
     pub number: usize,
     /// The kind.
@@ -40,7 +40,7 @@ pub struct Decided {
 }
 
 /// Lists the decisions about a photo in the order of `project.json`.
-pub fn decided(decisions: &PhotoDecisions) -> Vec<Decided> {
+pub fn decided(decisions: &PhotoDecisions) -> Vec<ListedDecision> {
     let of = |kind, text: String, of: Vec<Faces>| (kind, text, of);
     let one = |faces: &Faces| vec![faces.clone()];
     let merges = decisions.merge.iter().map(|m| of(Kind::Merge, format!("merge of {}", list(m)), m.clone()));
@@ -53,7 +53,7 @@ pub fn decided(decisions: &PhotoDecisions) -> Vec<Decided> {
     let options = (!decisions.options.is_default())
         .then(|| of(Kind::Options, options_in_words(&decisions.options), Vec::new()));
     let all = merges.chain(splits).chain(names).chain(excluded).chain(pinned).chain(options);
-    (1..).zip(all).map(|(number, (kind, text, of))| Decided { number, kind, text, of }).collect()
+    (1..).zip(all).map(|(number, (kind, text, of))| ListedDecision { number, kind, text, of }).collect()
 }
 
 /// Describes the options that differ.

@@ -13,13 +13,13 @@ use std::collections::BTreeSet;
 use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
 pub use self::cost::MergeCost;
 pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces};
-pub use self::list::{Decided, Kind, decided};
+pub use self::list::{Kind, ListedDecision, decided};
 pub use self::named::{faces_named, faces_of_layer};
 pub use self::state::{state_of_face, strangers};
 use super::layer_names::layers_of_names;
 use super::named::place_of_photo;
 use super::unmet::list as in_words;
-use crate::document::decisions::{LayerName, PhotoOptions};
+use crate::document::decisions::{LayerNaming, PhotoOptions};
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::{Error, Result};
 use crate::layers::Faces;
@@ -200,7 +200,7 @@ impl EditContext<'_> {
     }
 
     fn rename(&self, decided: &mut PhotoDecisions, of: &[Faces], name: Option<&str>) -> Result<()> {
-        let mut new = LayerName { name: name.unwrap_or_default().trim().to_owned(), of: self.seen(of)? };
+        let mut new = LayerNaming { name: name.unwrap_or_default().trim().to_owned(), of: self.seen(of)? };
         match self.stack {
             Some(stack) => {
                 let held = layers_of_names(stack, std::slice::from_ref(&new));

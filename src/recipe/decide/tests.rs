@@ -269,14 +269,14 @@ fn each_photo_tells_how_it_stands_to_a_face() {
     let Given::Nothing(why) = &faces_in_photos(&plain, "shed").photos[0].given else {
         panic!("no photo sees it")
     };
-    assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::Reason::Hidden, true));
+    assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::UntexturedReason::Hidden, true));
 
     let pin = LayerEdit::Pin { photo: "b".into(), of: whole(&["front"]) };
     let exclude = LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) };
     let decided = all(&[exclude, pin]).unwrap();
     let front = faces_in_photos(&decided, "front");
     let Given::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
-    assert_eq!(why.reason, crate::document::stack::Reason::Excluded);
+    assert_eq!(why.reason, crate::document::stack::UntexturedReason::Excluded);
     assert_eq!(front.photos[0].decided, Some("excluded"));
     assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(1)));
 
@@ -337,7 +337,7 @@ fn layers_of_one_name_are_numbered_from_the_front_and_a_given_name_stays_as_it_w
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
     let held = stack.image_layers[2].elements.iter().map(|element| elements[*element as usize]);
     let of = held.map(|element| faces(&element.object, &element.all_faces())).collect();
-    rename(&mut stack, &[LayerName { name: "wall".into(), of }]);
+    rename(&mut stack, &[LayerNaming { name: "wall".into(), of }]);
     assert_eq!(named(&stack), ["wall", "wall (2)", "wall"]);
     assert_eq!(stack.image_layers[2].own_name.as_deref(), Some("wall (3)"));
 }

@@ -44,7 +44,7 @@ pub struct ModelFound {
 
 /// The result of matching photos with cameras.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Matched {
+pub struct PhotoMatch {
     /// The number of cameras whose photo exists under its own name.
     pub exactly: usize,
     /// The number of cameras whose photo exists, possibly in another folder or format.
@@ -55,7 +55,7 @@ pub struct Matched {
     pub missing: Vec<String>,
 }
 
-impl Matched {
+impl PhotoMatch {
     /// The number of missing photos that are listed.
     const NAMED: usize = 5;
 
@@ -72,7 +72,7 @@ impl Matched {
 
 /// The result of reading one part. It is shared, so that parts without changes are not read again.
 #[derive(Debug)]
-pub struct Looked<T> {
+pub struct PartContents<T> {
     /// The part's path.
     pub path: PathBuf,
     /// The contents, or the reason why the part cannot be used; `None` for an empty path.
@@ -81,13 +81,13 @@ pub struct Looked<T> {
     stamp: Stamp,
 }
 
-impl<T> Clone for Looked<T> {
+impl<T> Clone for PartContents<T> {
     fn clone(&self) -> Self {
         Self { path: self.path.clone(), found: self.found.clone(), stamp: self.stamp.clone() }
     }
 }
 
-impl<T> Looked<T> {
+impl<T> PartContents<T> {
     /// Reads a part, unless it is unchanged since `before`.
     fn at(path: &Path, before: Option<&Self>, read: impl FnOnce(&Path) -> Result<T>) -> Result<Self> {
         // The stamp is taken before reading, so that a change during reading is noticed the next time.
@@ -117,13 +117,13 @@ impl<T> Looked<T> {
 #[derive(Debug, Clone)]
 pub struct Look {
     /// The photos.
-    pub photos: Looked<PhotosFound>,
+    pub photos: PartContents<PhotosFound>,
     /// The cameras.
-    pub cameras: Looked<CamerasFound>,
+    pub cameras: PartContents<CamerasFound>,
     /// The model.
-    pub model: Looked<ModelFound>,
+    pub model: PartContents<ModelFound>,
     /// The match between photos and cameras, where both can be used.
-    pub matched: Option<Matched>,
+    pub matched: Option<PhotoMatch>,
 }
 
 impl Look {
@@ -170,13 +170,14 @@ fn stamp_of(path: &Path) -> Stamp {
 /// Returns [`Error::Cancelled`] only; errors of a part are in its own result.
 pub fn look_at(parts: &Parts, before: Option<&Look>, task: &Task) -> Result<Look> {
     // Notes about a part belong to its own result, not to the observer of the task.
-    let task = &Task::silent().stopped_by(task.stop_flag());
-    let photos = Looked::at(&parts.photos, before.map(|look| &look.photos), |path| photos(path, task))?;
-    let cameras = Looked::at(&parts.cameras, before.map(|look| &look.cameras), |path| cameras(path, task))?;
-    let model = Looked::at(&parts.model, before.map(|look| &look.model), |path| model(path, task))?;
+    let task = &Task::silent().with_stop_flag(task.stop_flag());
+    let photos = PartContents::at(&parts.photos, before.map(|look| &look.photos), |path| photos(path, task))?;
+    let cameras =
+        PartContents::at(&parts.cameras, before.map(|look| &look.cameras), |path| cameras(path, task))?;
+    let model = PartContents::at(&parts.model, before.map(|look| &look.model), |path| model(path, task))?;
     let matched = photos.good().zip(cameras.good()).map(|(photos, cameras)| {
         let names: Vec<&str> = cameras.names.iter().map(String::as_str).collect();
-        Matched::of(&photos.files, &names)
+        PhotoMatch::of(&photos.files, &names)
     });
     Ok(Look { photos, cameras, model, matched })
 }

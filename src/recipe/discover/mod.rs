@@ -15,11 +15,11 @@ use std::path::{Path, PathBuf};
 use crate::error::{Error, Result};
 use crate::io::cameras::{self, cameras_in, is_camera_file, read_names};
 use crate::io::photo::PhotoFolder;
-use crate::io::project::refuse_content;
+use crate::io::project::check_is_empty;
 use crate::task::Task;
 
 use listing::Listing;
-pub use look::{CamerasFound, Look, Looked, Matched, ModelFound, PhotosFound, look_at};
+pub use look::{CamerasFound, Look, ModelFound, PartContents, PhotoMatch, PhotosFound, look_at};
 
 /// A part of a site, in the order in which the user is asked for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -87,7 +87,7 @@ impl Parts {
 
     /// Returns the part that an error concerns: the one whose path is the closest ancestor of the error's file.
     /// `None` for errors that concern no part, such as those of the project's own folder.
-    pub fn part_of(&self, error: &Error) -> Option<Part> {
+    pub fn part_of_error(&self, error: &Error) -> Option<Part> {
         let file = match error {
             Error::Input { file, .. } => file,
             Error::Io { path, .. } => path,
@@ -165,7 +165,7 @@ fn joined(root: &Path, below: &Path) -> PathBuf {
 /// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be read;
 /// the caller that uses them reports the error.
 fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
-    match read_names(cameras, &Task::silent().stopped_by(task.stop_flag())) {
+    match read_names(cameras, &Task::silent().with_stop_flag(task.stop_flag())) {
         Ok(cameras) => Ok(cameras.names),
         Err(Error::Cancelled) => Err(Error::Cancelled),
         Err(_) => Ok(Vec::new()),
@@ -183,7 +183,7 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
     for folder in folders {
         task.go_on()?;
         let Ok(files) = PhotoFolder::scan(&folder, task) else { continue };
-        let matched = Matched::of(&files, &names);
+        let matched = PhotoMatch::of(&files, &names);
         ranked.push((matched.exactly, matched.found, files.len(), folder));
     }
     ranked.sort_by(|a, b| (b.0, b.1).cmp(&(a.0, a.1)).then(a.2.cmp(&b.2)));
@@ -211,6 +211,6 @@ pub fn folder_beside(root: &Path) -> PathBuf {
         1 => beside.join(format!("{name}-project")),
         number => beside.join(format!("{name}-project-{number}")),
     };
-    let free = (1..1000).map(named).find(|folder| refuse_content(folder).is_ok());
+    let free = (1..1000).map(named).find(|folder| check_is_empty(folder).is_ok());
     free.unwrap_or_else(|| named(1))
 }

@@ -22,7 +22,7 @@ const PITCH: i32 = 9;
 
 /// A picture of an image layer, small enough to keep all of a photo's layers in memory.
 #[derive(Debug, Clone)]
-pub struct SheetPicture {
+pub struct LayerThumbnail {
     /// The index in [`Stack::image_layers`].
     pub layer: usize,
     /// The order in the stack, 0 nearest.
@@ -33,7 +33,7 @@ pub struct SheetPicture {
     pub picture: Picture,
 }
 
-impl SheetPicture {
+impl LayerThumbnail {
     /// Returns true when the layer has or needs something at a photo pixel.
     pub fn has(&self, x_px: f64, y_px: f64) -> bool {
         let Picture { width, height, rgba } = &self.picture;
@@ -53,12 +53,12 @@ impl SheetPicture {
 ///
 /// # Errors
 /// Returns [`crate::Error::Io`] and [`crate::Error::Input`] for their files, or [`crate::Error::Cancelled`].
-pub fn sheet_pictures(
+pub fn layer_thumbnails(
     folder: &Path,
     stack: &Stack,
     longest_px: u32,
     task: &Task,
-) -> Result<Vec<SheetPicture>> {
+) -> Result<Vec<LayerThumbnail>> {
     let longest = stack.photo.width.max(stack.photo.height).max(1);
     // The number of halvings after which the photo fits.
     let halvings = longest.div_ceil(longest_px.max(1)).next_power_of_two().trailing_zeros();
@@ -74,7 +74,7 @@ pub fn sheet_pictures(
         let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
         hatch(&mut rgba, &needed, rect, halvings);
         let picture = reduced(Picture { width: rect.w, height: rect.h, rgba }, halvings);
-        sheets.push(SheetPicture { layer: index, order: layer.order, rect, picture });
+        sheets.push(LayerThumbnail { layer: index, order: layer.order, rect, picture });
     }
     Ok(sheets)
 }
@@ -126,7 +126,7 @@ mod tests {
         let picture = reduced(Picture { width: 8, height: 4, rgba }, 1);
         assert_eq!((picture.width, picture.height), (4, 2));
         let rect = PixelRect { x: 10, y: 20, w: 8, h: 4 };
-        let sheet = SheetPicture { layer: 0, order: 0, rect, picture };
+        let sheet = LayerThumbnail { layer: 0, order: 0, rect, picture };
         assert!(sheet.has(10.5, 21.9) && !sheet.has(12.5, 21.0) && !sheet.has(9.9, 21.0));
     }
 }

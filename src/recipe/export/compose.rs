@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use super::guide::{self, Pattern};
 use super::names::{REFERENCE, group_name, guide_name, layer_name, numbered_name};
-use crate::document::export_record::{Baseline, ExportedLayer, Helper, HelperRole};
+use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
 use crate::document::{Element, ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -150,27 +150,28 @@ impl<'a> Content<'a> {
         let layer = self.layer(index);
         if !self.paint.is_on(index) && layer.fill.is_none() {
             let file = self.folder.join(&layer.file);
-            return Ok(Baseline { file: kept.keep_file(&file, &hash_file(&file)?)?, rect: layer.rect });
+            return Ok(Baseline { file: kept.store_file(&file, &hash_file(&file)?)?, rect: layer.rect });
         }
         let rect = self.exported_rect(layer);
-        Ok(Baseline { file: kept.keep_pixels(&*self.pixels(index)?)?, rect })
+        Ok(Baseline { file: kept.store_pixels(&*self.pixels(index)?)?, rect })
     }
 
     /// Returns the record's entries for the other layers, from the top.
     ///
     /// # Errors
     /// Returns an error when a guide has to be drawn and its pixels cannot be read.
-    pub fn helpers(&self) -> Result<Vec<Helper>> {
+    pub fn helpers(&self) -> Result<Vec<HelperLayer>> {
         let orders = self.orders();
         let guides = orders.into_iter().filter_map(|order| {
             let guided = self.guided(order);
             let rect = self.needed_by(&guided)?;
-            let helper = |pixels| Helper { name: guide_name(order), role: HelperRole::Guide, rect, pixels };
+            let helper =
+                |pixels| HelperLayer { name: guide_name(order), role: HelperRole::Guide, rect, pixels };
             Some(self.guide_hash(order, &guided, rect).map(helper))
         });
         let mut helpers: Vec<_> = guides.collect::<Result<_>>()?;
         let (rect, pixels) = (self.canvas(), self.photo.hash_at(0, 0));
-        helpers.push(Helper { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
+        helpers.push(HelperLayer { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
         Ok(helpers)
     }
 

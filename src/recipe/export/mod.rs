@@ -22,7 +22,7 @@ pub use one::ExportReport;
 pub use provenance::write_provenance;
 
 use self::one::Exporter;
-use super::side_by_side::{SideBySide, done_and_failed};
+use super::side_by_side::{ParallelPhotos, done_and_failed};
 use crate::document::Decisions;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
@@ -126,12 +126,12 @@ pub fn export(
         options,
     };
     let at_a_time =
-        SideBySide { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
+        ParallelPhotos { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
     let work = |photo: &&Photo| exporter.export(photo, &task.of(&photo.name));
     let results = at_a_time.run(photos, |photo| bytes_for(photo), work, task)?;
     let names: Vec<String> = photos.iter().map(|photo| photo.name.clone()).collect();
     let (done, failed) = done_and_failed(&names, results)?;
-    exporter.records.forget_old_pixels(&exporter.kept)?;
+    exporter.records.remove_old_pixels(&exporter.kept)?;
     Ok(Exported { done, failed })
 }
 

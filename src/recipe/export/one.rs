@@ -209,7 +209,7 @@ impl ExportJob<'_> {
         let stack = self.content.stack;
         let kept = &self.exporter.kept;
         let layers = self.content.exported_layers(kept)?;
-        let profile = self.content.profile().map(|profile| kept.keep_bytes(&profile, "icc")).transpose()?;
+        let profile = self.content.profile().map(|profile| kept.store_bytes(&profile, "icc")).transpose()?;
         let named = |object: &str, face: u32, piece: u32| {
             let elements = layers.iter().flat_map(|layer| &layer.elements);
             elements.filter(|e| e.object == object).any(|e| e.pieces.contains(&[face, piece]))

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::io::exports::WrittenFiles;
-use crate::io::stack_store::LITTER;
+use crate::io::stack_store::DESKTOP_FILES;
 
 /// The extension of a folder of layers. It is not the name of an image format, because people and tools would take
 /// the folder for a file.
@@ -56,7 +56,7 @@ fn is_ours(target: &Path, photo: &str, wants_folder: bool, written: &WrittenFile
 fn all_ours(folder: &Path, photo: &str, written: &WrittenFiles) -> Result<bool> {
     for entry in folder.read_dir().map_err(Error::io(folder, "read the folder"))? {
         let entry = entry.map_err(Error::io(folder, "read the folder"))?;
-        if LITTER.iter().any(|litter| entry.file_name() == *litter) {
+        if DESKTOP_FILES.iter().any(|litter| entry.file_name() == *litter) {
             continue;
         }
         let is_folder = entry.file_type().map_err(Error::io(entry.path(), "look at it"))?.is_dir();

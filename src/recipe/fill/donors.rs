@@ -4,7 +4,7 @@ use std::sync::{Arc, Mutex};
 
 use super::paint::SitePaint;
 use crate::error::{Error, Result};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::layers::fill::{Donor, Donors, Surfaces};
 use crate::projection::{PhotoId, Projector};
 use crate::recipe::open::Opened;
@@ -60,7 +60,7 @@ impl<'a> PhotoDonors<'a> {
         self.task.go_on()?;
         let site = &self.opened.site;
         let file = &site.photos[photo.0 as usize];
-        let read = || Ok((read_shown(file)?, self.paint.of_photo(photo)?));
+        let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo)?));
         let (pixels, painted) = match read() {
             Ok(read) => read,
             Err(Error::Cancelled) => return Err(Error::Cancelled),

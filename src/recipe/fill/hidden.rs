@@ -183,8 +183,8 @@ impl Shaper<'_> {
         let corners = [&ring[..], &triangulation.crossings[..]].concat();
         let triangles: Vec<[DVec3; 3]> =
             triangulation.triangles.iter().map(|t| t.map(|i| corners[i as usize])).collect();
-        let surface = self.surfaces.of_polygon(face, &ring);
+        let surface = self.surfaces.nearest_to_polygon(face, &ring);
         let (camera, pose) = (&self.own.camera, &self.own.pose);
-        Some(Shape::of_triangles(surface, &triangles, camera, pose, self.own.view()))
+        Some(Shape::from_triangles(surface, &triangles, camera, pose, self.own.view()))
     }
 }

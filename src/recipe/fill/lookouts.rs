@@ -23,17 +23,17 @@ pub struct View {
 
 /// The choice of views that count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Lookouts {
+pub enum Viewpoints {
     /// Bookmarks and the flight's keyframes.
     Kept,
     /// The photos' own cameras, near which viewers of a site usually are.
     Photos,
 }
 
-impl Lookouts {
+impl Viewpoints {
     /// Returns the default: bookmarks and keyframes if there are any, otherwise the photos.
     pub fn usual(project: &Project) -> Self {
-        if count_kept(project) > 0 { Self::Kept } else { Self::Photos }
+        if bookmark_count(project) > 0 { Self::Kept } else { Self::Photos }
     }
 
     /// Returns the views. `up` is the up direction of the world where the flight gives none.
@@ -45,8 +45,8 @@ impl Lookouts {
     }
 }
 
-/// Returns the number of views to which [`Lookouts::Kept`] refers.
-pub fn count_kept(project: &Project) -> usize {
+/// Returns the number of views to which [`Viewpoints::Kept`] refers.
+pub fn bookmark_count(project: &Project) -> usize {
     project.views.len() + project.flight.as_ref().map_or(0, |flight| flight.keyframes.len())
 }
 
@@ -88,8 +88,8 @@ mod tests {
         let site = closed_form::two_quads().site();
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
         let mut project: Project = serde_json::from_str(text).unwrap();
-        assert_eq!(Lookouts::usual(&project), Lookouts::Photos);
-        let photos = Lookouts::Photos.views(&project, &site, DVec3::Z);
+        assert_eq!(Viewpoints::usual(&project), Viewpoints::Photos);
+        let photos = Viewpoints::Photos.views(&project, &site, DVec3::Z);
         assert_eq!((photos.len(), &photos[0].name), (site.photos.len(), &site.photos[0].name));
 
         let view = |x: f64| {
@@ -100,8 +100,8 @@ mod tests {
         let mut path = CameraPath::empty([320, 240]);
         [(0.0, 1.0), (2.0, 3.0)].into_iter().for_each(|(time_s, x)| path.set(time_s, &view(x)));
         project.flight = Some(path);
-        assert_eq!((Lookouts::usual(&project), count_kept(&project)), (Lookouts::Kept, 3));
-        let kept = Lookouts::Kept.views(&project, &site, DVec3::Z);
+        assert_eq!((Viewpoints::usual(&project), bookmark_count(&project)), (Viewpoints::Kept, 3));
+        let kept = Viewpoints::Kept.views(&project, &site, DVec3::Z);
         let names: Vec<&str> = kept.iter().map(|view| view.name.as_str()).collect();
         assert_eq!(names, ["gate", "keyframe 1", "keyframe 2"]);
         for (kept, x) in kept.iter().zip([0.0, 1.0, 3.0]) {

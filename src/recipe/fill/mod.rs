@@ -25,12 +25,14 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::Stack;
-use crate::document::stack::SpreadPaint;
+use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
-use crate::layers::fill::options::is_named;
-use crate::layers::fill::{FillOptions, Ground, Offer, Plates, Surfaces, fill_photo, spread_paint};
+use crate::layers::fill::options::matches_pattern;
+use crate::layers::fill::{
+    FillOptions, Ground, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, spread_paint,
+};
 use crate::projection::{PhotoId, Sources};
 use crate::scene::{Model, Photo};
 use crate::task::Task;
@@ -72,7 +74,7 @@ pub struct FilledPhoto {
     /// Whether the filling was up to date, so that nothing was written.
     pub up_to_date: bool,
     /// Paint that was propagated from other photos to visible texels.
-    pub spread: Vec<SpreadPaint>,
+    pub spread: Vec<PropagationEntry>,
     /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
 }
@@ -175,7 +177,7 @@ fn fill_or_report(
         options: &request.options,
         source: &donors,
     };
-    let mut plates = Plates::default();
+    let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
         task.step("photos", done, photos.len() as u64)?;
@@ -239,7 +241,7 @@ fn objects_in_words(model: &Model) -> String {
 
 /// Checks that the photos whose paint is propagated exist.
 fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
-    let unknown = |pattern: &&String| !photos.iter().any(|photo| is_named(&photo.name, pattern));
+    let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
     let errors = options.propagate.iter().filter(unknown);
     let errors =
         errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
@@ -291,13 +293,13 @@ impl FillJob<'_> {
         &self,
         photo: &Photo,
         context: &Ground,
-        plates: &mut Plates,
+        plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
         let filled = self.try_photo(photo, context, plates, task);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
-            stack: Err(self.store.at_home(&photo.name, error)),
+            stack: Err(self.store.with_final_path(&photo.name, error)),
             up_to_date: false,
             spread: Vec::new(),
             kept: Vec::new(),
@@ -313,7 +315,7 @@ impl FillJob<'_> {
         &self,
         photo: &Photo,
         context: &Ground,
-        plates: &mut Plates,
+        plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
         task.go_on()?;
@@ -343,7 +345,7 @@ impl FillJob<'_> {
         }
         let filled = fill_photo(context, id, hidden.regions, plates, task)?;
         let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
-        let (writer, mut bare) = self.store.amend(stack)?;
+        let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
         let fill = bare.fill.as_mut().expect("write_fill sets it");
         (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
@@ -364,12 +366,12 @@ impl FillJob<'_> {
     }
 
     /// Converts offers to entries of the document; the triangles of a non-planar face are combined.
-    fn propagated_paint(&self, context: &Ground, offers: &[Offer]) -> Vec<SpreadPaint> {
-        let mut by_face: BTreeMap<(String, &str), Offer> = BTreeMap::new();
+    fn propagated_paint(&self, context: &Ground, offers: &[PropagationStatistics]) -> Vec<PropagationEntry> {
+        let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
         for offer in offers {
             let face = self.opened.site.model.face_name(context.surfaces.get(offer.surface).face);
             let from = context.photos[offer.from.0 as usize].name.as_str();
-            let sum = by_face.entry((face, from)).or_insert(Offer {
+            let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
                 texels: 0,
                 own: 0,
                 conflicts: 0,
@@ -381,9 +383,9 @@ impl FillJob<'_> {
             sum.conflicts += offer.conflicts;
             sum.dissents += offer.dissents;
         }
-        let entry = |((face, from), offer): ((String, &str), Offer)| {
-            let Offer { texels, own, conflicts, dissents, .. } = offer;
-            SpreadPaint { face, from: from.to_owned(), texels, own, conflicts, dissents }
+        let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
+            let PropagationStatistics { texels, own, conflicts, dissents, .. } = offer;
+            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents }
         };
         by_face.into_iter().map(entry).collect()
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::document::Stack;
-use crate::document::stack::SpreadPaint;
+use crate::document::stack::PropagationEntry;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::FillOptions;
@@ -54,14 +54,14 @@ pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[Painter]) -
 
 /// Paint that is propagated to a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SpreadOn {
+pub struct PropagationToPhoto {
     /// The index of the photo in the site.
     pub photo: usize,
     /// The paint, with its conflicts.
-    pub paint: SpreadPaint,
+    pub paint: PropagationEntry,
 }
 
-impl SpreadOn {
+impl PropagationToPhoto {
     /// Returns the number of texels where other paint clearly differs.
     pub fn disputed(&self) -> u64 {
         self.paint.conflicts + self.paint.dissents
@@ -69,18 +69,19 @@ impl SpreadOn {
 }
 
 /// Returns the paint that was propagated to each photo when it was filled; `stacks` are in the site's order.
-pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<SpreadOn> {
+pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<PropagationToPhoto> {
     let fills =
         stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?.fill.as_ref()?)));
     let laid = fills.flat_map(|(photo, fill)| fill.spread.iter().map(move |paint| (photo, paint.clone())));
-    most_disputed_first(laid.map(|(photo, paint)| SpreadOn { photo, paint }).collect())
+    most_disputed_first(laid.map(|(photo, paint)| PropagationToPhoto { photo, paint }).collect())
 }
 
 /// Sorts by the number of conflicting texels, then of propagated texels, both descending; ties by photo, face and
 /// painter.
-pub fn most_disputed_first(mut entries: Vec<SpreadOn>) -> Vec<SpreadOn> {
+pub fn most_disputed_first(mut entries: Vec<PropagationToPhoto>) -> Vec<PropagationToPhoto> {
     entries.sort_by(|a, b| {
-        let rank = |it: &SpreadOn| (std::cmp::Reverse(it.disputed()), std::cmp::Reverse(it.paint.texels));
+        let rank =
+            |it: &PropagationToPhoto| (std::cmp::Reverse(it.disputed()), std::cmp::Reverse(it.paint.texels));
         rank(a).cmp(&rank(b)).then_with(|| (a.photo, &a.paint).cmp(&(b.photo, &b.paint)))
     });
     entries
@@ -107,9 +108,9 @@ mod tests {
 
     #[test]
     fn what_contradicts_most_comes_first() {
-        let entry = |photo, face: &str, texels, conflicts, dissents| SpreadOn {
+        let entry = |photo, face: &str, texels, conflicts, dissents| PropagationToPhoto {
             photo,
-            paint: SpreadPaint {
+            paint: PropagationEntry {
                 face: face.into(),
                 from: "a.jpg".into(),
                 texels,

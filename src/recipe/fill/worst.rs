@@ -43,7 +43,7 @@ const NEARER: f64 = 1e-3;
 ///
 /// # Errors
 /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
-pub fn worst_first(
+pub fn hidden_layers_by_visibility(
     site: &Site,
     stacks: &[Option<&Stack>],
     views: &[View],
@@ -180,7 +180,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::Pose;
-    use crate::layers::{Options, SoftwareRasteriser, Wishes, sort_photo};
+    use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
     use crate::recipe::assemble::assemble;
     use crate::recipe::fill::lookouts::views_of_photos;
     use crate::scene::Photo;
@@ -196,7 +196,7 @@ mod tests {
         site.photos.push(Photo { name: "aside".into(), pose: aside, ..scene.photo() });
         let stack = |photo: &Photo| {
             let (options, task) = (Options::default(), Task::silent());
-            let (rasteriser, wishes) = (SoftwareRasteriser, Wishes::default());
+            let (rasteriser, wishes) = (SoftwareRasteriser, LayerConstraints::default());
             let sorted =
                 sort_photo(&site.model, &photo.camera, &photo.pose, &rasteriser, &options, &wishes, &task)
                     .unwrap();
@@ -210,7 +210,8 @@ mod tests {
     fn what_another_view_shows_and_the_photo_does_not_comes_first() {
         let (site, stacks) = site();
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Some).collect();
-        let found = worst_first(&site, &stacks, &views_of_photos(&site), &Task::silent()).unwrap();
+        let found =
+            hidden_layers_by_visibility(&site, &stacks, &views_of_photos(&site), &Task::silent()).unwrap();
         let worst = &found[0];
         let layer = &stacks[worst.photo].unwrap().image_layers[worst.layer];
         assert!(layer.name.contains("far") && worst.seen > 0.0 && worst.hidden > 0, "{found:?}");
@@ -223,8 +224,8 @@ mod tests {
         let (site, stacks) = site();
         let stacks: Vec<Option<&Stack>> = stacks.iter().map(Some).collect();
         let own = &views_of_photos(&site)[..1];
-        let found = worst_first(&site, &stacks, own, &Task::silent()).unwrap();
+        let found = hidden_layers_by_visibility(&site, &stacks, own, &Task::silent()).unwrap();
         assert!(found.iter().all(|layer| layer.photo != 0), "{found:?}");
-        assert!(worst_first(&site, &[None, None], own, &Task::silent()).unwrap().is_empty());
+        assert!(hidden_layers_by_visibility(&site, &[None, None], own, &Task::silent()).unwrap().is_empty());
     }
 }

@@ -7,15 +7,15 @@ use rayon::prelude::*;
 use super::compare::Profiles;
 use super::gather::gathered;
 use super::identify::{Sorted, record_of, refuse_foreign, sorted, stranger};
-use super::layer::{Desk, LayerPaint};
+use super::layer::{DocumentContext, LayerPaint};
 use super::mask::{MaskShare, mask_of};
-use super::merged::Absent;
-use super::originals::Originals;
+use super::merged::AbsentLayer;
+use super::originals::ExportedPixels;
 use super::place::{Place, place};
 use super::report::{FileReport, LayerReport, LayerState};
-use super::settle::OnSurface;
+use super::settle::SurfacePaint;
 use super::share::shared;
-use super::{ImportOptions, Recall};
+use super::{ImportOptions, LayerCache};
 use crate::document::Element;
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer};
 use crate::document::paint::{PaintedDocument, PaintedLayer, Patch};
@@ -26,7 +26,7 @@ use crate::io::colour::Conversion;
 use crate::io::hash::hash_bytes;
 use crate::io::layered::read_layered;
 use crate::io::layered::{Depth, EditedDocument, EditedLayer};
-use crate::recipe::paint::parts::{Parts, Scenery};
+use crate::recipe::paint::parts::{PartSource, Parts};
 use crate::task::Task;
 
 /// The contents of an edited file to be imported.
@@ -36,34 +36,34 @@ pub struct FilePaint<'a> {
     /// The report for the user.
     pub report: FileReport,
     /// The image layers in the file.
-    pub layers: Vec<LayerShare>,
+    pub layers: Vec<ImportedLayerPaint>,
     /// The pixels that its layers called `mask` cover.
     pub mask: Option<MaskShare>,
 }
 
 /// The paint of one image layer, by surface.
-pub struct LayerShare {
+pub struct ImportedLayerPaint {
     /// The token of the image layer.
     pub token: String,
     /// The index among the report's layers, if it is reported there.
     pub report: Option<usize>,
     /// All paint of the layer; `None` where the project's paint stays as it is.
-    pub surfaces: Option<Vec<OnSurface>>,
+    pub surfaces: Option<Vec<SurfacePaint>>,
     /// The layer's present state; `None` where that is unknown.
     pub seen: Option<PaintedLayer>,
 }
 
 /// The inputs for reading any file of an import.
 #[derive(Clone, Copy)]
-pub struct Reading<'a> {
+pub struct ReadContext<'a> {
     /// The records of exports.
     pub records: &'a [ExportRecord],
     /// The exported pixels.
-    pub originals: Originals<'a>,
+    pub originals: ExportedPixels<'a>,
     /// The import options.
     pub options: ImportOptions,
     /// The layers as seen at earlier imports.
-    pub recall: &'a Recall,
+    pub recall: &'a LayerCache,
 }
 
 /// The number of layers, the largest ones, by which the canvas is located.
@@ -76,7 +76,7 @@ const VOTERS: usize = 8;
 /// was scaled and that is not permitted; or [`Error::Io`].
 pub fn read<'a>(
     file: &Path,
-    reading: Reading<'a>,
+    reading: ReadContext<'a>,
     before: &dyn Fn(&ExportRecord) -> PaintedDocument,
     task: &Task,
 ) -> Result<FilePaint<'a>> {
@@ -111,7 +111,7 @@ pub fn read<'a>(
     for (index, paint) in found {
         let exported = &record.layers[index];
         let left_out = paint.report.state == LayerState::LeftOut;
-        layers.push(LayerShare {
+        layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
             report: Some(report.layers.len()),
             surfaces: paint.patch.map(|patch| by_surface(record, exported, &patch)),
@@ -131,7 +131,7 @@ pub fn read<'a>(
             let surfaces = Some(by_surface(record, exported, &patch));
             let token = exported.id.clone();
             let index = Some(report.layers.len());
-            layers.push(LayerShare { token, report: index, surfaces, seen: None });
+            layers.push(ImportedLayerPaint { token, report: index, surfaces, seen: None });
         }
         report.layers.push(layer_report);
     }
@@ -161,9 +161,9 @@ fn document_context<'a>(
     document: &EditedDocument,
     record: &'a ExportRecord,
     sorted: &Sorted,
-    reading: Reading<'a>,
-) -> Result<Desk<'a>> {
-    let Reading { originals, options, recall, .. } = reading;
+    reading: ReadContext<'a>,
+) -> Result<DocumentContext<'a>> {
+    let ReadContext { originals, options, recall, .. } = reading;
     let size = (record.photo.width, record.photo.height);
     let (offset, scale) = match where_is(document, record, sorted, originals)? {
         Place::At(offset) => (offset, 1.0),
@@ -188,15 +188,17 @@ fn document_context<'a>(
     };
     let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
     let profiles = profiles(file, document, record, originals.kept)?;
-    let absent =
-        missing(record, sorted).into_iter().map(|(index, layer)| Absent { place: index, layer }).collect();
+    let absent = missing(record, sorted)
+        .into_iter()
+        .map(|(index, layer)| AbsentLayer { place: index, layer })
+        .collect();
     // An equivalent profile may be written anew with every save, with the date in it, so only profiles that differ
     // count.
     let other_profile = profiles.is_some().then(|| document.icc.as_deref().map(hash_bytes));
     let ground = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
     let named = document.format != ExportFormat::Folder;
     let only_whole = options.only_whole;
-    Ok(Desk {
+    Ok(DocumentContext {
         originals,
         record,
         depth,
@@ -217,7 +219,7 @@ fn where_is(
     document: &EditedDocument,
     record: &ExportRecord,
     sorted: &Sorted,
-    originals: Originals,
+    originals: ExportedPixels,
 ) -> Result<Place> {
     let size = (record.photo.width, record.photo.height);
     let mut voters = Vec::new();
@@ -255,7 +257,7 @@ fn profiles(
 }
 
 /// Returns notes about the document as a whole.
-fn notes(context: &Desk) -> Vec<String> {
+fn notes(context: &DocumentContext) -> Vec<String> {
     let mut notes = Vec::new();
     if context.offset != [0, 0] {
         let [x, y] = context.offset;
@@ -273,7 +275,7 @@ fn notes(context: &Desk) -> Vec<String> {
 }
 
 /// Reports helpers that were painted on, and layers that belong to no export.
-fn others(context: &Desk, sorted: &Sorted) -> Result<Vec<LayerReport>> {
+fn others(context: &DocumentContext, sorted: &Sorted) -> Result<Vec<LayerReport>> {
     let comparable = context.scale == 1.0 && context.profiles.is_none() && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
     let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));
@@ -287,11 +289,11 @@ fn others(context: &Desk, sorted: &Sorted) -> Result<Vec<LayerReport>> {
 }
 
 /// Divides the paint of an image layer among its surfaces.
-fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) -> Vec<OnSurface> {
+fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) -> Vec<SurfacePaint> {
     let parts = parts(record, exported);
-    let on_surface = |share: super::share::Share| {
+    let on_surface = |share: super::share::SurfaceShare| {
         let part = &parts.list[share.part];
-        OnSurface {
+        SurfacePaint {
             object: part.object.to_owned(),
             face: part.face,
             triangle: part.triangle,
@@ -309,7 +311,7 @@ fn parts<'a>(record: &'a ExportRecord, exported: &'a ExportedLayer) -> Parts<'a>
         |element: &Element| record.layers.iter().filter(|l| l.elements.contains(element)).count() > 1;
     let with_tile = |element: &'a Element| (element, shared(element).then_some(exported.needed_rect));
     let elements: Vec<_> = exported.elements.iter().map(with_tile).collect();
-    let scenery = Scenery {
+    let scenery = PartSource {
         photo: &record.photo,
         camera: &record.camera,
         surfaces: &record.surfaces,

@@ -5,7 +5,7 @@ use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::document::export_record::{ExportRecord, ExportedLayer, Helper, KEY_DIGITS};
+use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS};
 use crate::error::{Error, Result};
 use crate::io::layered::{EditedDocument, EditedLayer};
 
@@ -87,7 +87,7 @@ pub struct Sorted<'a> {
     /// The image layers by index in the record: all layers with its token, from bottom to top.
     pub image_layers: BTreeMap<usize, Vec<&'a EditedLayer>>,
     /// The photo and guides, with their entries in the record.
-    pub helpers: Vec<(&'a EditedLayer, &'a Helper)>,
+    pub helpers: Vec<(&'a EditedLayer, &'a HelperLayer)>,
     /// The layers called `mask`, whose paint masks the photo.
     pub masks: Vec<&'a EditedLayer>,
     /// The layers that belong to no export.
@@ -130,7 +130,7 @@ fn is_mask(name: &str) -> bool {
 }
 
 /// Returns the helper to which a layer's name belongs; editors may append to it.
-fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a Helper> {
+fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a HelperLayer> {
     record.helpers.iter().find(|helper| layer.name.starts_with(&helper.name))
 }
 

@@ -2,13 +2,13 @@
 
 use super::compare::{Comparison, Placed, Profiles};
 use super::gather::{Gathered, gathered};
-use super::merged::{Absent, take_out};
-use super::originals::Originals;
-use super::recall::{Recall, Sight, code_of};
+use super::merged::{AbsentLayer, take_out};
+use super::originals::ExportedPixels;
+use super::recall::{CachedLayer, LayerCache, key_of_layers};
 use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
-use crate::document::export_record::{ExportRecord, ExportedLayer, Helper};
+use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer};
 use crate::document::paint::{PaintedLayer, Patch};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
@@ -16,9 +16,9 @@ use crate::io::hash::hash_bytes;
 use crate::io::layered::{Depth, EditedLayer, Raster};
 
 /// The data that all layers of a document share.
-pub struct Desk<'a> {
+pub struct DocumentContext<'a> {
     /// The exported pixels.
-    pub originals: Originals<'a>,
+    pub originals: ExportedPixels<'a>,
     /// The export.
     pub record: &'a ExportRecord,
     /// The bits per sample of the export.
@@ -32,14 +32,14 @@ pub struct Desk<'a> {
     /// The profiles; `None` where the document has the photo's profile.
     pub profiles: Option<Profiles>,
     /// The image layers that are not in the document; they may have been merged into others.
-    pub absent: Vec<Absent<'a>>,
+    pub absent: Vec<AbsentLayer<'a>>,
     /// Whether layers have their names from the export, rather than file names.
     pub named: bool,
     /// Whether an unreadable layer is an error; otherwise it is left out.
     pub only_whole: bool,
     /// The layers as seen at earlier imports.
-    pub recall: &'a Recall,
-    /// The remaining properties of the document that influence what a layer shows, as a key for [`Recall`].
+    pub recall: &'a LayerCache,
+    /// The remaining properties of the document that influence what a layer shows, as a key for [`LayerCache`].
     pub ground: String,
 }
 
@@ -64,7 +64,7 @@ fn left_out(mut report: LayerReport, why: String) -> LayerPaint {
 
 /// The combined layers of one token.
 struct CombinedLayers {
-    sight: Sight,
+    sight: CachedLayer,
     /// The pixels with their rectangle in the photo; `None` where the hash was enough.
     pixels: Option<(Raster, PixelRect)>,
 }
@@ -72,7 +72,7 @@ struct CombinedLayers {
 /// The share of a layer's pixels beyond which differences are no paint: the layer was probably moved.
 const MOST_PAINTED: f64 = 0.6;
 
-impl Desk<'_> {
+impl DocumentContext<'_> {
     /// Compares the layers with the token of `exported`; `before` is what they showed at the last import.
     ///
     /// # Errors
@@ -140,7 +140,7 @@ impl Desk<'_> {
     /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again when
     /// `enough` accepts the hash of what they show.
     fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<CombinedLayers> {
-        let code = code_of(&self.ground, layers)?;
+        let code = key_of_layers(&self.ground, layers)?;
         let before = code.as_deref().and_then(|code| self.recall.sight(code));
         if let Some(sight) = before.filter(|sight| enough(&sight.shown)) {
             return Ok(CombinedLayers { sight, pixels: None });
@@ -150,7 +150,7 @@ impl Desk<'_> {
             true => (pixels, self.in_photo(found)),
             false => unscaled(&pixels, found, self.scale),
         };
-        let sight = Sight { shown: self.hash(&pixels, rect), rect: found, notes };
+        let sight = CachedLayer { shown: self.hash(&pixels, rect), rect: found, notes };
         if let Some(code) = code {
             self.recall.keep(code, sight.clone());
         }
@@ -161,7 +161,7 @@ impl Desk<'_> {
     ///
     /// # Errors
     /// Returns the errors of reading its pixels.
-    pub fn helper(&self, layer: &EditedLayer, helper: &Helper) -> Result<Option<LayerReport>> {
+    pub fn helper(&self, layer: &EditedLayer, helper: &HelperLayer) -> Result<Option<LayerReport>> {
         let shown = match self.hash_of_helper(layer) {
             Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
                 let report = LayerReport::new(&layer.name, None, LayerState::LeftOut);
@@ -195,7 +195,7 @@ impl Desk<'_> {
         let pixels = if same_depth { pixels } else { pixels.in_depth(self.depth) };
         let shown = pixels.hash_at(layer.rect.x, layer.rect.y);
         if let Some(code) = code {
-            self.recall.keep(code, Sight { shown: shown.clone(), rect: layer.rect, notes: Vec::new() });
+            self.recall.keep(code, CachedLayer { shown: shown.clone(), rect: layer.rect, notes: Vec::new() });
         }
         Ok(Some(shown))
     }

@@ -6,11 +6,11 @@
 use std::path::Path;
 
 use super::gather::gathered;
-use super::layer::Desk;
+use super::layer::DocumentContext;
 use super::report::{FileReport, LayerReport, LayerState};
 use super::scaled::unscaled;
 use crate::document::export_record::ExportRecord;
-use crate::document::masks::{Mask, MaskChange, MaskFrom};
+use crate::document::masks::{Mask, MaskChange, MaskOrigin};
 use crate::document::paint::ImportedMask;
 use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
@@ -34,7 +34,7 @@ const OPAQUE: u16 = 1 << 15;
 /// # Errors
 /// Returns the errors of reading their pixels.
 pub fn mask_of(
-    context: &Desk,
+    context: &DocumentContext,
     layers: &[&EditedLayer],
     record: &ExportRecord,
     report: &mut FileReport,
@@ -69,7 +69,7 @@ pub fn mask_of(
 
 /// The masks of an import in progress.
 #[derive(Debug, Default)]
-pub struct MaskDesk {
+pub struct MaskSession {
     arrived: Vec<Arrived>,
 }
 
@@ -77,12 +77,12 @@ pub struct MaskDesk {
 #[derive(Debug)]
 struct Arrived {
     photo: String,
-    from: MaskFrom,
+    from: MaskOrigin,
     size: [u32; 2],
     masked: Spans,
 }
 
-impl MaskDesk {
+impl MaskSession {
     /// Returns true when a mask changes.
     pub fn changed(&self) -> bool {
         !self.arrived.is_empty()
@@ -101,7 +101,7 @@ impl MaskDesk {
         size: [u32; 2],
         masked: Spans,
     ) -> Result<u64> {
-        let from = MaskFrom::Layer(document.to_owned());
+        let from = MaskOrigin::Layer(document.to_owned());
         let masks = read_project(project)?.masks;
         let before = match masks.find(photo, &from) {
             // A mask of another size has no meaning for these pixels.
@@ -175,7 +175,7 @@ pub fn take_back(project: &Path, imported: &[ImportedMask]) -> Result<()> {
 /// Sets or removes masks in `project.json` as it is at this time.
 fn put<'a>(
     project: &Path,
-    masks: impl ExactSizeIterator<Item = (&'a String, &'a MaskFrom, &'a Option<Mask>)>,
+    masks: impl ExactSizeIterator<Item = (&'a String, &'a MaskOrigin, &'a Option<Mask>)>,
 ) -> Result<()> {
     if masks.len() == 0 {
         return Ok(());

@@ -9,7 +9,7 @@ use crate::io::baselines::Baselines;
 
 /// An image layer that is not in the document.
 #[derive(Debug, Clone, Copy)]
-pub struct Absent<'a> {
+pub struct AbsentLayer<'a> {
     /// The index among the record's layers, which are nearest first.
     pub place: usize,
     /// The layer as it was exported.
@@ -26,7 +26,7 @@ const MERGED_SHARE: f64 = 0.5;
 /// # Errors
 /// Returns the errors of reading the exported pixels.
 pub fn take_out(
-    absent: &[Absent],
+    absent: &[AbsentLayer],
     survivor: &ExportedLayer,
     base: Placed,
     mut patch: Patch,
@@ -106,8 +106,8 @@ mod tests {
         (0..6).for_each(|x| column.set_rgba16(x, 0, shade(10 + x as u16)));
         let mut wall = Raster::blank(10, 1, Depth::Eight);
         (6..10).for_each(|x| wall.set_rgba16(x, 0, shade(200)));
-        let column = exported("column", 0, kept.keep_pixels(&column).unwrap());
-        let absent = [Absent { place: 4, layer: &column }];
+        let column = exported("column", 0, kept.store_pixels(&column).unwrap());
+        let absent = [AbsentLayer { place: 4, layer: &column }];
         let pixels: Vec<_> = (0..10).filter_map(|x| Some((x, 0, found(x)?))).collect();
         let mut report = LayerReport::new("wall", None, LayerState::Painted);
         let base = Placed { rect: RECT, pixels: &wall };

@@ -24,11 +24,11 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-pub use self::recall::Recall;
+pub use self::recall::LayerCache;
 
-use self::file::{FilePaint, Reading};
-use self::mask::MaskDesk;
-use self::originals::Originals;
+use self::file::{FilePaint, ReadContext};
+use self::mask::MaskSession;
+use self::originals::ExportedPixels;
 use self::report::FileReport;
 use self::settle::{Arrival, settle};
 use crate::document::export_record::ExportRecord;
@@ -43,7 +43,7 @@ use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::io::stamp::Stamp;
-use crate::io::taken::{TakenDocuments, clean_up};
+use crate::io::taken::{ImportLedger, remove_leftovers_of_import};
 use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
@@ -91,7 +91,7 @@ pub fn import(
     project: &Path,
     files: &[PathBuf],
     options: ImportOptions,
-    recall: &Recall,
+    recall: &LayerCache,
     task: &Task,
 ) -> Result<Imported> {
     let exports = project.join("exports");
@@ -107,7 +107,7 @@ pub fn import(
         book: before.clone(),
         store,
         pending: BTreeMap::new(),
-        masks: MaskDesk::default(),
+        masks: MaskSession::default(),
         options,
         recall,
     };
@@ -143,18 +143,18 @@ pub fn import_once(
     task: &Task,
 ) -> Result<Imported> {
     if !options.dry_run {
-        clean_up(project)?;
+        remove_leftovers_of_import(project)?;
     }
     // Stamps are taken before anything is read, so that a file saved in the meantime counts as changed.
     let documents = documents_of(files, &mut Vec::new())?;
     let stamps: Vec<(PathBuf, Stamp)> =
         documents.into_iter().map(|document| (document.clone(), Stamp::of(&document))).collect();
-    let imported = import(project, files, options, &Recall::default(), task)?;
+    let imported = import(project, files, options, &LayerCache::default(), task)?;
     // A file that changed nothing may be read again.
     if !options.dry_run && imported.number.is_some() {
         let is_read = |document: &PathBuf| imported.files.iter().any(|report| report.file == *document);
         let read: Vec<_> = stamps.into_iter().filter(|(document, _)| is_read(document)).collect();
-        if let Err(error) = TakenDocuments::note(project, &read) {
+        if let Err(error) = ImportLedger::note(project, &read) {
             task.note(error.to_string());
         }
     }
@@ -223,18 +223,18 @@ struct ImportSession<'a> {
     /// Paint that is not written yet, by its temporary file name.
     pending: BTreeMap<String, Patch>,
     /// Masks of this import.
-    masks: MaskDesk,
+    masks: MaskSession,
     options: ImportOptions,
-    recall: &'a Recall,
+    recall: &'a LayerCache,
 }
 
 impl ImportSession<'_> {
     /// Imports one file.
     fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
         let name = |key: &str| format!("{key}@{}", self.path_of(file));
-        let originals = Originals { kept: &self.kept, project: self.project, book: &self.book };
+        let originals = ExportedPixels { kept: &self.kept, project: self.project, book: &self.book };
         let reading =
-            Reading { records: &self.records, originals, options: self.options, recall: self.recall };
+            ReadContext { records: &self.records, originals, options: self.options, recall: self.recall };
         let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
         let FilePaint { record, mut report, layers, mask } = file::read(file, reading, &read, task)?;
         let document = name(&record.key);

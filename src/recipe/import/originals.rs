@@ -15,7 +15,7 @@ use crate::recipe::paint::PhotoPaint;
 
 /// The sources of a project's exported pixels.
 #[derive(Debug, Clone, Copy)]
-pub struct Originals<'a> {
+pub struct ExportedPixels<'a> {
     /// The stored pixels.
     pub kept: &'a Baselines,
     /// The project's folder.
@@ -24,7 +24,7 @@ pub struct Originals<'a> {
     pub book: &'a PaintBook,
 }
 
-impl Originals<'_> {
+impl ExportedPixels<'_> {
     /// Returns the pixels of a layer of `record`, as large as its baseline; `None` when they are no longer stored,
     /// and the present stack with the paint of that time gives other pixels.
     ///

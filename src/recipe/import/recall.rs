@@ -13,13 +13,13 @@ use crate::io::layered::EditedLayer;
 /// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
 /// everything they were made from.
 #[derive(Debug, Default)]
-pub struct Recall {
-    sights: Mutex<FxHashMap<String, Sight>>,
+pub struct LayerCache {
+    sights: Mutex<FxHashMap<String, CachedLayer>>,
 }
 
 /// The combined layers of one token, without their pixels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sight {
+pub struct CachedLayer {
     /// The hash of the pixels in the bit depth of the export, at their position in the photo.
     pub shown: String,
     /// The rectangle in canvas pixels.
@@ -28,14 +28,14 @@ pub struct Sight {
     pub notes: Vec<String>,
 }
 
-impl Recall {
+impl LayerCache {
     /// Returns the entry of a key.
-    pub fn sight(&self, code: &str) -> Option<Sight> {
+    pub fn sight(&self, code: &str) -> Option<CachedLayer> {
         self.sights.lock().unwrap_or_else(PoisonError::into_inner).get(code).cloned()
     }
 
     /// Stores an entry.
-    pub fn keep(&self, code: String, sight: Sight) {
+    pub fn keep(&self, code: String, sight: CachedLayer) {
         self.sights.lock().unwrap_or_else(PoisonError::into_inner).insert(code, sight);
     }
 }
@@ -45,7 +45,7 @@ impl Recall {
 ///
 /// # Errors
 /// Returns the errors of reading the file.
-pub fn code_of(context: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
+pub fn key_of_layers(context: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
     let mut hashing = Hashing::default();
     hashing.add(context.as_bytes());
     for layer in layers {
@@ -74,18 +74,20 @@ mod tests {
     const RECT: PixelRect = PixelRect { x: 1, y: 2, w: 3, h: 4 };
 
     fn layer(stored: &'static str) -> EditedLayer {
-        let pixels = Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight))).with_code(|| Ok(stored.to_owned()));
+        let pixels =
+            Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight))).with_stored_hash(|| Ok(stored.to_owned()));
         EditedLayer::plain("wall", RECT, pixels)
     }
 
     fn masked(stored: &'static str, enabled: bool) -> EditedLayer {
-        let grey = Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![])))).with_code(|| Ok(stored.to_owned()));
+        let grey =
+            Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![])))).with_stored_hash(|| Ok(stored.to_owned()));
         let mask = EditedMask { rect: RECT, outside: 1.0, enabled, pixels: grey };
         EditedLayer { masks: vec![Arc::new(mask)], ..layer("a") }
     }
 
     fn code(layers: &[&EditedLayer]) -> String {
-        code_of("desk", layers).unwrap().expect("all layers know their code")
+        key_of_layers("desk", layers).unwrap().expect("all layers know their code")
     }
 
     #[test]
@@ -104,7 +106,7 @@ mod tests {
         ];
         let mut codes: Vec<String> = different.iter().map(|layer| code(&[layer])).collect();
         codes.push(code(&[&layer("a"), &layer("a")]));
-        codes.push(code_of("another desk", &[&layer("a")]).unwrap().unwrap());
+        codes.push(key_of_layers("another desk", &[&layer("a")]).unwrap().unwrap());
         assert_eq!(codes[0], code(&[&layer("a")]));
         let all = codes.len();
         codes.sort();
@@ -116,6 +118,6 @@ mod tests {
     fn what_cannot_say_what_it_is_decoded_from_is_looked_at_each_time() {
         let pixels = Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight)));
         let unknown = EditedLayer { pixels, ..layer("a") };
-        assert_eq!(code_of("desk", &[&layer("a"), &unknown]).unwrap(), None);
+        assert_eq!(key_of_layers("desk", &[&layer("a"), &unknown]).unwrap(), None);
     }
 }

@@ -30,7 +30,7 @@ pub struct Arrival<'a> {
 
 /// The paint of a surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OnSurface {
+pub struct SurfacePaint {
     /// The unique name of the object.
     pub object: String,
     /// The face's index within the object.
@@ -47,7 +47,7 @@ pub struct OnSurface {
 
 /// The changes to be made in the paint book.
 #[derive(Debug, Default)]
-pub struct Settled {
+pub struct BookChanges {
     /// The entries to be removed, as they are in the book.
     pub removed: Vec<PaintEntry>,
     /// The entries to be added, which have no file yet.
@@ -75,17 +75,17 @@ fn key_of(entry: &PaintEntry) -> SurfaceKey {
 pub fn settle(
     book: &PaintBook,
     arrival: &Arrival,
-    surfaces: Vec<OnSurface>,
+    surfaces: Vec<SurfacePaint>,
     read: &dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
-) -> Result<Settled> {
+) -> Result<BookChanges> {
     let of_photo: Vec<&PaintEntry> = book.of_photo(arrival.photo);
     let is_own = |entry: &&PaintEntry| entry.document == arrival.document && entry.layer == arrival.layer;
-    let mut by_surface: BTreeMap<SurfaceKey, OnSurface> = BTreeMap::new();
+    let mut by_surface: BTreeMap<SurfaceKey, SurfacePaint> = BTreeMap::new();
     for surface in surfaces {
         let key = (surface.object.clone(), surface.face, surface.triangle, surface.beyond);
         by_surface.insert(key, surface);
     }
-    let (mut settled, mut changed) = (Settled::default(), FxHashSet::default());
+    let (mut settled, mut changed) = (BookChanges::default(), FxHashSet::default());
     let own_keys: BTreeSet<SurfaceKey> = of_photo.iter().copied().filter(is_own).map(key_of).collect();
     let keys: BTreeSet<SurfaceKey> = by_surface.keys().cloned().chain(own_keys).collect();
     for key in keys {
@@ -112,8 +112,8 @@ impl SurfaceMerge<'_> {
     /// Merges the new paint of the surface with the existing entries.
     fn settle(
         &self,
-        surface: Option<OnSurface>,
-        settled: &mut Settled,
+        surface: Option<SurfacePaint>,
+        settled: &mut BookChanges,
         changed: &mut FxHashSet<(i32, i32)>,
     ) -> Result<()> {
         let others = self.shown_by_others()?;
@@ -187,7 +187,7 @@ impl SurfaceMerge<'_> {
     }
 
     /// Makes the entry for new paint.
-    fn entry(&self, surface: OnSurface) -> PaintEntry {
+    fn entry(&self, surface: SurfacePaint) -> PaintEntry {
         let patch = surface.patch.rect();
         PaintEntry {
             photo: self.arrival.photo.to_owned(),
@@ -225,10 +225,10 @@ mod tests {
 
     impl Shelf {
         /// Imports paint of the wall from a document.
-        fn import(&mut self, document: &str, import: u32, pixels: &[(i32, i32, Colour)]) -> Settled {
+        fn import(&mut self, document: &str, import: u32, pixels: &[(i32, i32, Colour)]) -> BookChanges {
             let arrival =
                 Arrival { photo: "a.png", layer: "t1", document, import, view: "v", known: &self.known };
-            let surface = OnSurface {
+            let surface = SurfacePaint {
                 object: "wall".into(),
                 face: 0,
                 triangle: None,

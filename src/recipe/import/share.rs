@@ -10,7 +10,7 @@ use crate::recipe::paint::parts::{Parts, holds};
 
 /// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Share {
+pub struct SurfaceShare {
     /// The index among the layer's parts; for a surface in several pieces, that of the first one.
     pub part: usize,
     /// Whether the paint is outside of all outlines.
@@ -21,7 +21,7 @@ pub struct Share {
 
 /// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it, so that
 /// it is visible whichever of them is drawn there.
-pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
+pub fn shared(paint: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
     let mut shares = Vec::new();
     for (index, part) in parts.list.iter().enumerate() {
         let same = |other: &usize| {
@@ -35,7 +35,7 @@ pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
         let covers = |x, y| pieces.iter().any(|&piece| holds(parts.covered(&parts.list[piece]), x, y));
         let patch = paint.picked(|x, y, _| covers(x, y));
         if !patch.is_empty() {
-            shares.push(Share { part: index, beyond: false, patch });
+            shares.push(SurfaceShare { part: index, beyond: false, patch });
         }
     }
     let past = paint.picked(|x, y, _| parts.at(x, y).next().is_none());
@@ -44,15 +44,18 @@ pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
 }
 
 /// Assigns paint outside of all outlines to the surface that is the fewest steps away.
-fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
+fn by_nearest(past: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
     if past.is_empty() || parts.list.is_empty() {
         return Vec::new();
     }
     let nearest = NearestParts::around(past.rect(), parts);
     let mut pixels: Vec<Vec<(i32, i32, Colour)>> = vec![Vec::new(); parts.list.len()];
     past.iter().for_each(|(x, y, colour)| pixels[nearest.at(x, y)].push((x, y, colour)));
-    let share =
-        |(part, pixels): (usize, Vec<_>)| Share { part, beyond: true, patch: Patch::of_pixels(&pixels) };
+    let share = |(part, pixels): (usize, Vec<_>)| SurfaceShare {
+        part,
+        beyond: true,
+        patch: Patch::of_pixels(&pixels),
+    };
     pixels.into_iter().enumerate().filter(|(_, pixels)| !pixels.is_empty()).map(share).collect()
 }
 
@@ -107,7 +110,7 @@ mod tests {
     use super::*;
     use crate::document::Element;
     use crate::document::stack::{StackCamera, StackPhoto, Surface};
-    use crate::recipe::paint::parts::Scenery;
+    use crate::recipe::paint::parts::PartSource;
 
     /// Makes squares of 4 x 4 pixels at these columns.
     fn with_parts(columns: &[f64], test: impl Fn(&Parts)) {
@@ -126,7 +129,7 @@ mod tests {
                 .to_vec(),
         };
         let surfaces: Vec<Surface> = (0..).zip(columns).map(square).collect();
-        let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
+        let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let faces = (0..columns.len() as u32).collect();
         let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
         test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));

@@ -65,10 +65,10 @@ fn each_pattern(raster: &Raster, mut take: impl FnMut(u32, u32, Pattern)) {
 mod tests {
     use super::*;
     use crate::scene::Samples;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     fn noise(width: u32, height: u32, seed: u64) -> Raster {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let mut shade = || dice.between(0.0, 255.0) as u8;
         let samples = (0..width * height).flat_map(|_| [shade(), shade(), shade(), 255]);
         Raster::new(width, height, Samples::U8(samples.collect()))

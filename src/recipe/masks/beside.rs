@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 use super::MaskEdit;
 use super::undistorted::read_undistorted;
 use crate::document::Project;
-use crate::document::masks::MaskFrom;
+use crate::document::masks::MaskOrigin;
 use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
@@ -45,7 +45,7 @@ pub struct Found {
 impl Found {
     /// Returns the edit that adds the mask to the project.
     pub fn edit(self) -> MaskEdit {
-        MaskEdit::Put { photo: self.photo, from: MaskFrom::File(self.file), masked: self.masked }
+        MaskEdit::Put { photo: self.photo, from: MaskOrigin::File(self.file), masked: self.masked }
     }
 }
 

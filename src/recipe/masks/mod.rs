@@ -15,25 +15,25 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::document::Masks;
-use crate::document::masks::{Mask, MaskFrom};
+use crate::document::masks::{Mask, MaskOrigin};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::named::is_short_for;
+use crate::recipe::named::is_abbreviation_of;
 use crate::scene::{Photo, Site};
 
 /// An edit of a mask. Photos are given by full names; pixels are those of the photo's pinhole image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaskEdit {
     /// Replaces the mask of this origin; an empty set removes it.
-    Put { photo: String, from: MaskFrom, masked: Spans },
+    Put { photo: String, from: MaskOrigin, masked: Spans },
     /// Adds pixels to the mask of this origin.
-    Add { photo: String, from: MaskFrom, masked: Spans },
+    Add { photo: String, from: MaskOrigin, masked: Spans },
     /// Removes pixels from all masks of the photo.
     Uncover { photo: String, pixels: Spans },
     /// Removes the mask of this origin.
-    Remove { photo: String, from: MaskFrom },
+    Remove { photo: String, from: MaskOrigin },
     /// Removes all masks of the photo.
     Clear { photo: String },
 }
@@ -93,7 +93,7 @@ pub fn cleared(masks: &Masks, names: &[String]) -> Result<Masks> {
     let mut rest = masks.clone();
     let mut errors = Vec::new();
     for name in names {
-        let answers = |photo: &str| photo == name || is_short_for(name, photo);
+        let answers = |photo: &str| photo == name || is_abbreviation_of(name, photo);
         let meant: Vec<&str> =
             masks.photos().map(|(photo, _)| photo).filter(|photo| answers(photo)).collect();
         if meant.is_empty() {
@@ -139,7 +139,7 @@ impl MaskEditor<'_> {
     }
 
     /// Stores a mask's pixels, or removes the mask if they are empty.
-    fn put(&mut self, photo: &Photo, from: &MaskFrom, masked: &Spans) -> Result<()> {
+    fn put(&mut self, photo: &Photo, from: &MaskOrigin, masked: &Spans) -> Result<()> {
         let pixels = masked.intersection(&whole(photo)).count();
         if pixels == 0 {
             self.masks.remove(&photo.name, from);
@@ -159,7 +159,7 @@ fn size_of(photo: &Photo) -> [u32; 2] {
 /// Returns all pixels of a photo.
 fn whole(photo: &Photo) -> Spans {
     let [width, height] = size_of(photo);
-    Spans::of_rows(0..height as i32, |_, out| out.push(0..width as i32))
+    Spans::from_rows(0..height as i32, |_, out| out.push(0..width as i32))
 }
 
 /// Removes mask files to which neither `masks` (the project's, and unsaved ones of a window that ended) nor imports
@@ -214,12 +214,12 @@ mod tests {
     #[test]
     fn masks_are_put_added_uncovered_and_taken_away() {
         let mut bench = Bench::new();
-        let (photo, from) = (bench.photo(), MaskFrom::Drawn);
+        let (photo, from) = (bench.photo(), MaskOrigin::Drawn);
         let put = |masked| MaskEdit::Put { photo: photo.clone(), from: from.clone(), masked };
         let add = |masked| MaskEdit::Add { photo: photo.clone(), from: from.clone(), masked };
         assert_eq!(bench.after(put(block(2, 3, 4, 5))), 20);
         assert_eq!(bench.after(add(block(4, 3, 4, 5))), 30);
-        let suggested = MaskFrom::Suggested;
+        let suggested = MaskOrigin::Suggested;
         let other =
             MaskEdit::Add { photo: photo.clone(), from: suggested.clone(), masked: block(0, 0, 3, 4) };
         assert_eq!(bench.after(other), 41, "one pixel is masked by both");
@@ -238,10 +238,11 @@ mod tests {
     fn pixels_outside_of_the_photo_are_none_and_a_stranger_is_refused() {
         let mut bench = Bench::new();
         let photo = bench.photo();
-        let outside = MaskEdit::Add { photo, from: MaskFrom::Drawn, masked: block(-9, -9, 9, 9) };
+        let outside = MaskEdit::Add { photo, from: MaskOrigin::Drawn, masked: block(-9, -9, 9, 9) };
         assert_eq!(bench.after(outside), 0);
         assert!(bench.masks.is_empty());
-        let stranger = MaskEdit::Add { photo: "x".into(), from: MaskFrom::Drawn, masked: block(0, 0, 1, 1) };
+        let stranger =
+            MaskEdit::Add { photo: "x".into(), from: MaskOrigin::Drawn, masked: block(0, 0, 1, 1) };
         let message = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
         assert!(message.to_string().contains("no photo x"), "{message}");
     }
@@ -251,7 +252,7 @@ mod tests {
         let mut bench = Bench::new();
         let photo = bench.photo();
         let put =
-            |w| MaskEdit::Put { photo: photo.clone(), from: MaskFrom::Drawn, masked: block(0, 0, w, 1) };
+            |w| MaskEdit::Put { photo: photo.clone(), from: MaskOrigin::Drawn, masked: block(0, 0, w, 1) };
         bench.after(put(3));
         bench.after(put(4));
         let files = |bench: &Bench| {

@@ -1,6 +1,6 @@
 //! Masks of objects with a margin, for things that the model contains but represents incorrectly.
 
-use crate::document::masks::{MaskFrom, MaskedObject};
+use crate::document::masks::{MaskOrigin, MaskedObject};
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::layers::View;
@@ -50,8 +50,8 @@ pub fn object_pixels(
 }
 
 /// Returns the origin of an object mask.
-pub fn from_object(pattern: &str, margin: u32) -> MaskFrom {
-    MaskFrom::Object(MaskedObject { name: pattern.to_owned(), margin })
+pub fn from_object(pattern: &str, margin: u32) -> MaskOrigin {
+    MaskOrigin::Object(MaskedObject { name: pattern.to_owned(), margin })
 }
 
 #[cfg(test)]

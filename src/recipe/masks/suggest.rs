@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MaskEdit;
 use crate::document::Stack;
-use crate::document::masks::MaskFrom;
+use crate::document::masks::MaskOrigin;
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::geometry::{PixelRect, Spans};
@@ -19,11 +19,13 @@ use crate::io::atomic::write_atomically;
 use crate::io::json::{read_json, to_json};
 use crate::io::mask_file::{mask_png, read_mask};
 use crate::io::overlay::Overlay;
-use crate::io::photo::{read_photo, read_shown};
+use crate::io::photo::{read_photo, read_unmasked};
 use crate::io::reference::reference;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::{Donor, Surfaces};
-use crate::layers::strangers::{Look, StrangerOptions, Suspect, Witnesses, disagreement, suspects};
+use crate::layers::strangers::{
+    Look, ReducedPhotos, TransientOptions, TransientRegion, disagreement, transient_regions,
+};
 use crate::projection::exposure::Optics;
 use crate::projection::framing::scaled;
 use crate::projection::{Gains, Projector};
@@ -96,7 +98,7 @@ pub fn suggest(
     memory: u64,
     task: &Task,
 ) -> Result<Suggestions> {
-    let options = StrangerOptions::default();
+    let options = TransientOptions::default();
     let found =
         task.timed("find strangers", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
@@ -186,7 +188,7 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     let wanted = suggestions.list.iter().filter(|s| numbers.is_empty() || numbers.contains(&s.number));
     let edit = |suggestion: &Suggestion| {
         let masked = pixels(project, suggestion)?;
-        Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskFrom::Suggested, masked })
+        Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskOrigin::Suggested, masked })
     };
     wanted.map(edit).collect()
 }
@@ -222,7 +224,7 @@ fn transients(
     folder: &Path,
     opened: &Opened,
     photos: &[String],
-    options: &StrangerOptions,
+    options: &TransientOptions,
     memory: u64,
     task: &Task,
 ) -> Result<Vec<(usize, Vec<FoundRegion>)>> {
@@ -237,7 +239,7 @@ fn transients(
     let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
     let looks: Vec<Option<Look>> =
         (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
-    let witnesses = Witnesses { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
+    let witnesses = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
     let asked = |index: &usize| photos.is_empty() || photos.contains(&site.photos[*index].name);
     let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
@@ -245,7 +247,7 @@ fn transients(
         task.step("compare photos", done, indices.len() as u64)?;
         let Some(look) = &looks[index] else { continue };
         let apart = disagreement(&witnesses, index, options, task)?;
-        let small = suspects(&apart, look.donor.camera.width as usize, options);
+        let small = transient_regions(&apart, look.donor.camera.width as usize, options);
         let photo = &site.photos[index];
         found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
@@ -258,7 +260,7 @@ struct PhotoReader<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
     gains: &'a Gains,
-    options: &'a StrangerOptions,
+    options: &'a TransientOptions,
     budget: &'a Budget,
     task: &'a Task,
 }
@@ -293,7 +295,7 @@ impl PhotoReader<'_> {
         let longest = photo.camera.width.max(photo.camera.height);
         let scale = f64::from(self.options.longest_side) / f64::from(longest);
         let camera = scaled(&photo.camera, scale.min(1.0));
-        let small = reference(&read_shown(photo)?, camera.width, camera.height);
+        let small = reference(&read_unmasked(photo)?, camera.width, camera.height);
         let rgb = small.rgb.as_chunks::<3>().0.iter().zip(&small.valid);
         let samples = rgb.flat_map(|(&[r, g, b], valid)| [r, g, b, if *valid { u8::MAX } else { 0 }]);
         let samples = Samples::U8(samples.collect());
@@ -305,14 +307,14 @@ impl PhotoReader<'_> {
 }
 
 /// Converts a region of a reduced photo to pixels of the photo itself.
-fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> FoundRegion {
+fn enlarged(suspect: &TransientRegion, look: &Look, photo: &Photo) -> FoundRegion {
     let (small, large) = (&look.donor.camera, &photo.camera);
     let [across, down] =
         [(large.width, small.width), (large.height, small.height)].map(|(l, s)| f64::from(l) / f64::from(s));
     let edge = |at: i32, scale: f64| (f64::from(at) * scale).round() as i32;
     let bounds = suspect.masked.bounds();
     let rows = edge(bounds.y, down)..edge(bounds.bottom(), down);
-    let masked = Spans::of_rows(rows, |y, out| {
+    let masked = Spans::from_rows(rows, |y, out| {
         let row = ((f64::from(y) + 0.5) / down) as i32;
         out.extend(suspect.masked.row(row).iter().map(|run| edge(run.start, across)..edge(run.end, across)));
     });
@@ -375,7 +377,7 @@ fn outline(overlay: &mut Overlay, masked: &Spans) {
         });
     }
     let shifted = |by: i32| {
-        Spans::of_rows(rows.start + by..rows.end + by, |y, out| {
+        Spans::from_rows(rows.start + by..rows.end + by, |y, out| {
             out.extend(masked.row(y - by).iter().cloned())
         })
     };
@@ -419,7 +421,7 @@ mod tests {
         let pixels = |numbers: &[u32]| {
             let edits = accepted(project.path(), numbers).unwrap();
             let count = |edit: &MaskEdit| match edit {
-                MaskEdit::Add { masked, from: MaskFrom::Suggested, .. } => masked.count(),
+                MaskEdit::Add { masked, from: MaskOrigin::Suggested, .. } => masked.count(),
                 other => panic!("{other:?}"),
             };
             edits.iter().map(count).collect::<Vec<_>>()

@@ -3,7 +3,7 @@
 use glam::{DMat3, DVec3};
 
 use super::home::{Home, Reprojection, home};
-use super::parts::{Parts, Scenery, camera_of};
+use super::parts::{PartSource, Parts, camera_of};
 use crate::document::Element;
 use crate::document::paint::{PaintEntry, PaintedView, Patch};
 use crate::document::stack::{StackCamera, StackPhoto, Surface};
@@ -51,7 +51,7 @@ fn view(x: f64) -> PaintedView {
 /// Finds the parts to which paint of `entry` belongs in a stack of `surfaces`.
 fn home_among(entry: &PaintEntry, surfaces: &[Surface]) -> Home {
     let view = view(0.0);
-    let scenery = Scenery { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
+    let scenery = PartSource { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
     let element =
         |s: &Surface| Element { object: s.object.clone(), faces: vec![s.face], pieces: vec![], back: vec![] };
     let elements: Vec<Element> = surfaces.iter().map(element).collect();

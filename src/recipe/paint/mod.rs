@@ -13,7 +13,7 @@ use std::path::Path;
 
 use self::home::{Home, Reprojection, home};
 use self::lost::LostPaint;
-use self::parts::{Part, Parts, Scenery, camera_of, holds};
+use self::parts::{Part, PartSource, Parts, camera_of, holds};
 use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::document::stack::{ImageLayer, Stack};
 use crate::document::{Element, paint::PaintedView};
@@ -263,7 +263,7 @@ pub fn parts_of_layer(stack: &Stack, layer: usize) -> Parts<'_> {
         |e: u32| stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1;
     let with_tile = |&e: &u32| (elements[e as usize], shared(e).then_some(layer.needed_rect));
     let of_layer: Vec<_> = layer.elements.iter().map(with_tile).collect();
-    let scenery = Scenery {
+    let scenery = PartSource {
         photo: &stack.photo,
         camera: &stack.camera,
         surfaces: &stack.surfaces,

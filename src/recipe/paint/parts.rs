@@ -55,7 +55,7 @@ pub struct Parts<'a> {
 
 /// The photo, camera and surfaces from which parts are made, for all image layers of a stack or of an export.
 #[derive(Debug, Clone, Copy)]
-pub struct Scenery<'a> {
+pub struct PartSource<'a> {
     /// The photo.
     pub photo: &'a StackPhoto,
     /// The photo's camera.
@@ -66,7 +66,7 @@ pub struct Scenery<'a> {
     pub pieces: &'a [Piece],
 }
 
-impl<'a> Scenery<'a> {
+impl<'a> PartSource<'a> {
     /// Makes the parts of an image layer with these elements and this rectangle. Of an element that other layers
     /// contain, too, the layer has the part within `tile`.
     pub fn parts(&self, elements: &[(&'a Element, Option<PixelRect>)], rect: PixelRect) -> Parts<'a> {
@@ -165,7 +165,7 @@ mod tests {
             t: [0.0; 3],
         };
         let surfaces = [square("wall", 0.0), square("window", 2.0)];
-        let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
+        let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let (window, wall) = (element("window"), element("wall"));
         let rect = PixelRect::of_size(8, 8);
         let parts = scenery.parts(&[(&window, None), (&wall, None)], rect);

@@ -8,7 +8,7 @@ use crate::document::stack::{Element, Stack};
 use crate::geometry::clip::segment_in_box;
 use crate::geometry::spans::Spans;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::recipe::paint::parts::{Scenery, camera_of, holds, points};
+use crate::recipe::paint::parts::{PartSource, camera_of, holds, points};
 
 /// A flat surface, or a piece of one, in an image layer.
 #[derive(Debug, Clone)]
@@ -68,7 +68,7 @@ pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
         .flat_map(|(depth, elements)| elements.iter().map(move |element| (depth, element)))
         .collect();
     let (photo, camera) = (&stack.photo, &stack.camera);
-    let scenery = Scenery { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
+    let scenery = PartSource { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
     let view = PhotoView::of(stack);
     let mut shapes = Vec::new();
     for (layer, image_layer) in stack.image_layers.iter().enumerate() {
@@ -151,7 +151,7 @@ impl PhotoView {
         if rows.is_empty() {
             return Spans::default();
         }
-        Spans::of_rows(rows, |y, out| {
+        Spans::from_rows(rows, |y, out| {
             let cut = covered.row(y).iter().map(|run| run.start.max(0)..run.end.min(photo.right()));
             out.extend(cut.filter(|run| !run.is_empty()));
         })
@@ -179,7 +179,7 @@ impl PhotoView {
     /// Returns the outline's plane in the camera's frame.
     fn plane(&self, outline: &[DVec3]) -> CameraPlane {
         let ring: Vec<DVec3> = outline.iter().map(|&point| self.pose.camera_from_world(point)).collect();
-        let normal = crate::geometry::polygon::newell(&ring);
+        let normal = crate::geometry::polygon::newell_normal(&ring);
         let middle = ring.iter().sum::<DVec3>() / ring.len().max(1) as f64;
         CameraPlane { normal, offset: normal.dot(middle) }
     }

@@ -7,7 +7,7 @@ use crate::document::Decisions;
 use crate::layers::{Options, SoftwareRasteriser};
 use crate::recipe::build::{BuildOptions, build};
 use crate::scene::Site;
-use crate::scene::synthetic::{Dice, Scene, closed_form, random};
+use crate::scene::synthetic::{Rng, Scene, closed_form, random};
 
 struct Built {
     photo: Picture,
@@ -36,7 +36,7 @@ fn built(scene: Scene) -> Built {
 }
 
 fn photo_of_noise(scene: &Scene, folder: &Path) -> Photo {
-    let mut dice = Dice::new(7);
+    let mut dice = Rng::new(7);
     let (width, height) = (scene.camera.width, scene.camera.height);
     let file = folder.join("noise.png");
     image::RgbImage::from_fn(width, height, |_, _| image::Rgb([0; 3].map(|_: u8| dice.whole(60, 255) as u8)))

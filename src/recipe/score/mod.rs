@@ -15,7 +15,7 @@ mod tests;
 use std::path::PathBuf;
 
 pub use questions::{Question, held_out, leave_one_out};
-pub use report::{MeanLikeness, MeanScore, ObjectScore, ScoreReport, ViewScore};
+pub use report::{MeanMetrics, MeanScore, ObjectScore, ScoreReport, ViewScore};
 
 use self::one::Scorer;
 use super::render::Look;
@@ -24,7 +24,7 @@ use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::io::picture_png::make_folder;
 use crate::projection::Renders;
-use crate::projection::likeness::Tally;
+use crate::projection::likeness::ErrorSum;
 use crate::scene::Model;
 use crate::task::Task;
 
@@ -69,7 +69,7 @@ pub fn score(
     if let Some(folder) = &options.pictures {
         make_folder(folder)?;
     }
-    let mut tallies = vec![Tally::default(); model.objects.len() + 1];
+    let mut tallies = vec![ErrorSum::default(); model.objects.len() + 1];
     let mut report = ScoreReport::default();
     let names: Vec<&str> = questions.iter().map(|question| question.photo.name.as_str()).collect();
     for ((done, question), stem) in (0..).zip(questions).zip(picture_names(&names)) {

@@ -3,9 +3,9 @@
 use super::picture::{self, Panels};
 use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
 use crate::error::{Error, Result};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::io::reference::{Reference, reference};
-use crate::projection::likeness::{Compared, Likeness, Tally};
+use crate::projection::likeness::{ErrorSum, ImagePair, Likeness};
 use crate::projection::{Picture, Renders, Shot, Shown};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
@@ -47,7 +47,7 @@ impl Scorer<'_> {
         stem: &str,
         renders: &mut dyn Renders,
         task: &Task,
-    ) -> Result<(ViewScore, Vec<Tally>)> {
+    ) -> Result<(ViewScore, Vec<ErrorSum>)> {
         let pixels = self.pixels(question, renders, task)?;
         task.timed(STAGE_COMPARE, || {
             let mut score = view_score(&question.photo.name, &pixels)?;
@@ -74,7 +74,7 @@ impl Scorer<'_> {
         let photo = &question.photo;
         let (width, height) = (shot.camera.width, shot.camera.height);
         let read = || {
-            let photo = read_shown(photo)?;
+            let photo = read_unmasked(photo)?;
             Ok(reference(&photo, width, height))
         };
         let (reference, picture, faces) = std::thread::scope(|scope| {
@@ -107,8 +107,8 @@ impl Scorer<'_> {
     }
 
     /// Sums the errors by object.
-    fn tallies(&self, pixels: &Pixels) -> Vec<Tally> {
-        let mut tallies = vec![Tally::default(); self.ignored.len()];
+    fn tallies(&self, pixels: &Pixels) -> Vec<ErrorSum> {
+        let mut tallies = vec![ErrorSum::default(); self.ignored.len()];
         let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
         let (predicted, _) = pixels.predicted.as_chunks::<3>();
         for (i, _) in pixels.asked.iter().enumerate().filter(|(_, asked)| **asked) {
@@ -126,7 +126,7 @@ impl Scorer<'_> {
 /// Computes the score of one photo.
 fn view_score(photo: &str, pixels: &Pixels) -> Result<ViewScore> {
     let Picture { width, height, .. } = pixels.picture;
-    let compared = |predicted| Compared { width, height, truth: &pixels.reference.rgb, predicted };
+    let compared = |predicted| ImagePair { width, height, truth: &pixels.reference.rgb, predicted };
     let covered = Likeness::of(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);
     let with_holes = Likeness::of(&compared(&pixels.over_black), &pixels.asked, &pixels.covered);
     let with_holes =

@@ -5,7 +5,7 @@ use std::path::PathBuf;
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::projection::likeness::{Likeness, Tally};
+use crate::projection::likeness::{ErrorSum, Likeness};
 use crate::scene::Model;
 
 /// The complete report.
@@ -49,14 +49,14 @@ pub struct MeanScore {
     /// The mean of [`ViewScore::coverage`].
     pub coverage: f64,
     /// The mean over photos with predicted pixels; `None` where there is no such photo.
-    pub covered: Option<MeanLikeness>,
+    pub covered: Option<MeanMetrics>,
     /// The mean of [`ViewScore::with_holes`].
-    pub with_holes: MeanLikeness,
+    pub with_holes: MeanMetrics,
 }
 
 /// Means of a [`Likeness`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MeanLikeness {
+pub struct MeanMetrics {
     /// The mean PSNR in dB.
     pub psnr: f64,
     /// The mean PSNR in dB after fitting the exposure.
@@ -86,13 +86,13 @@ impl MeanScore {
         let covered: Vec<Likeness> = views.iter().filter_map(|view| view.covered).collect();
         let with_holes: Vec<Likeness> = views.iter().map(|view| view.with_holes).collect();
         let coverage = mean(views.iter().map(|view| view.coverage))?;
-        let covered = MeanLikeness::of(&covered);
-        let with_holes = MeanLikeness::of(&with_holes)?;
+        let covered = MeanMetrics::of(&covered);
+        let with_holes = MeanMetrics::of(&with_holes)?;
         Some(Self { views: views.len(), coverage, covered, with_holes })
     }
 }
 
-impl MeanLikeness {
+impl MeanMetrics {
     fn of(list: &[Likeness]) -> Option<Self> {
         Some(Self {
             psnr: mean(list.iter().map(|likeness| likeness.psnr))?,
@@ -109,9 +109,9 @@ fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
 }
 
 /// Makes the object scores from tallies by object, the last one for the background.
-pub(super) fn objects(model: &Model, tallies: &[Tally]) -> Vec<ObjectScore> {
+pub(super) fn objects(model: &Model, tallies: &[ErrorSum]) -> Vec<ObjectScore> {
     let all: u64 = tallies.iter().map(|tally| tally.squared_error).sum();
-    let score = |(object, tally): (usize, &Tally)| ObjectScore {
+    let score = |(object, tally): (usize, &ErrorSum)| ObjectScore {
         object: model.objects.get(object).map(|object| object.name.clone()),
         pixels: tally.covered,
         holes: tally.holes,

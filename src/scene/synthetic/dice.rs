@@ -3,9 +3,9 @@
 /// A SplitMix64 generator (Steele, Lea and Flood, *Fast Splittable Pseudorandom Number Generators*, 2014): a
 /// counter that steps by the golden ratio, and a mixing function. It is not for cryptography.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Dice(u64);
+pub struct Rng(u64);
 
-impl Dice {
+impl Rng {
     /// Starts the sequence of a seed.
     pub fn new(seed: u64) -> Self {
         Self(seed)

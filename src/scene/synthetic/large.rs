@@ -2,7 +2,7 @@
 
 use glam::{DMat3, DVec3, dvec3};
 
-use super::{Dice, Modeller, Scene, Truth, camera_is_world, centred, look_at};
+use super::{Modeller, Rng, Scene, Truth, camera_is_world, centred, look_at};
 
 /// The number of faces of a house in the street.
 const STREET_HOUSE_FACES: u32 = 16;
@@ -13,7 +13,7 @@ const TOWN_HOUSE_FACES: u32 = 40;
 /// All the houses before it cover a house's gable except for a strip, so where there are houses more than five
 /// surfaces lie one behind the other.
 pub fn street(faces: u32) -> Scene {
-    let mut dice = Dice::new(1);
+    let mut dice = Rng::new(1);
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-80.0, -20.0, 0.0), DVec3::X * 160.0, DVec3::Y * 1000.0);
     for house in 0..(faces / STREET_HOUSE_FACES).max(1) {
@@ -146,7 +146,7 @@ pub fn fan(panes: u32) -> Scene {
 /// Makes a town of about `faces` faces on a square grid, seen from a tower, in 480 x 360 pixels: boxes with
 /// chimneys and with seven windows on every wall.
 pub fn town(faces: u32) -> Scene {
-    let mut dice = Dice::new(2);
+    let mut dice = Rng::new(2);
     let houses = (faces / TOWN_HOUSE_FACES).max(1);
     let side = f64::from(houses).sqrt().ceil() as u32;
     let mut m = Modeller::new();
@@ -166,7 +166,7 @@ pub fn town(faces: u32) -> Scene {
     }
 }
 
-fn town_house(dice: &mut Dice, m: &mut Modeller, x: f64, y: f64) {
+fn town_house(dice: &mut Rng, m: &mut Modeller, x: f64, y: f64) {
     let half = dvec3(dice.between(2.0, 5.0), dice.between(2.0, 5.0), dice.between(2.0, 8.0));
     let centre = dvec3(x, y, half.z);
     let axes = DMat3::from_rotation_z(dice.between(-0.2, 0.2));

@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-pub use dice::Dice;
+pub use dice::Rng;
 pub use modeller::Modeller;
 
 use super::{Model, Photo, Site};

@@ -14,7 +14,7 @@ use crate::app::work::Work;
 use crate::app::work::waker::Waker;
 use crate::document::Project;
 use crate::io::project::{read_project, write_project};
-use crate::io::recovery::find_unsaved;
+use crate::io::recovery::read_unsaved;
 use crate::recipe::open::Opened;
 use crate::scene::synthetic::closed_form::stairs;
 use crate::task::Task;
@@ -83,7 +83,7 @@ impl Bench {
 
     /// What the autosave has kept.
     pub fn kept(&self) -> Option<Project> {
-        find_unsaved(self.folder(), &self.saved()).unwrap().map(|found| found.project)
+        read_unsaved(self.folder(), &self.saved()).unwrap().map(|found| found.project)
     }
 
     /// The open project.

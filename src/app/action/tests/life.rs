@@ -10,7 +10,7 @@ use crate::document::Project;
 use crate::document::history::Gesture;
 use crate::io::lock::ProjectLock;
 use crate::io::project::write_project;
-use crate::io::recovery::{find_unsaved, keep_unsaved};
+use crate::io::recovery::{read_unsaved, write_unsaved};
 
 /// The project with a margin that tells it from others.
 fn with_margin(bench: &Bench, margin: u32) -> Box<Project> {
@@ -232,8 +232,8 @@ fn quitting_closes_the_window_and_nothing_is_asked_any_more() {
 fn with_something_kept() -> Bench {
     let mut bench = Bench::new();
     let lost = with_margin(&bench, 7);
-    keep_unsaved(bench.folder(), &lost).unwrap();
-    let found = find_unsaved(bench.folder(), &bench.saved()).unwrap().unwrap();
+    write_unsaved(bench.folder(), &lost).unwrap();
+    let found = read_unsaved(bench.folder(), &bench.saved()).unwrap().unwrap();
     offer_recovery(&mut bench.state, &mut bench.work, found);
     bench
 }

@@ -12,7 +12,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::recipe::fill::propagation::{Painter, SpreadOn, laid_over, with_one};
+use crate::recipe::fill::propagation::{Painter, PropagationToPhoto, laid_over, with_one};
 use crate::recipe::survey::face_named;
 
 /// So many places are listed: the most disputed ones.
@@ -82,7 +82,7 @@ fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// How much paint goes, or would go, where; the places that contradict it, each with a click to it.
-fn summary(session: &Session, spread: &[SpreadOn], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn summary(session: &Session, spread: &[PropagationToPhoto], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let texels: u64 = spread.iter().map(|it| it.paint.texels).sum();
     let mut photos: Vec<usize> = spread.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
     photos.sort_unstable();
@@ -107,7 +107,7 @@ fn summary(session: &Session, spread: &[SpreadOn], would: bool, ui: &mut Ui, ask
     }
 }
 
-fn place(session: &Session, it: &SpreadOn, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[it.photo].name;
     let text = RichText::new(format!("{} in {name}", it.paint.face));
     let text = if it.disputed() > 0 { text.color(ui.visuals().warn_fg_color) } else { text };
@@ -128,7 +128,7 @@ fn place(session: &Session, it: &SpreadOn, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// What of it was laid, and what stands against it.
-fn told(it: &SpreadOn) -> String {
+fn told(it: &PropagationToPhoto) -> String {
     let paint = &it.paint;
     let own = (paint.own > 0).then(|| format!("{} painted here already", counted(paint.own, "pixel")));
     let conflicts = (paint.conflicts > 0)
@@ -142,11 +142,11 @@ fn told(it: &SpreadOn) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stack::SpreadPaint;
+    use crate::document::stack::PropagationEntry;
 
     #[test]
     fn what_stands_against_paint_is_told_in_words() {
-        let paint = SpreadPaint {
+        let paint = PropagationEntry {
             face: "wall[0]".into(),
             from: "a.jpg".into(),
             texels: 1,
@@ -154,7 +154,7 @@ mod tests {
             conflicts: 5,
             dissents: 0,
         };
-        let told = told(&SpreadOn { photo: 0, paint });
+        let told = told(&PropagationToPhoto { photo: 0, paint });
         assert_eq!(told, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them otherwise");
     }
 }

@@ -10,7 +10,7 @@ use crate::app::state::State;
 use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
 use crate::app::state::selection::Selection;
 use crate::app::state::session::Session;
-use crate::recipe::fill::lookouts::{Lookouts, count_kept};
+use crate::recipe::fill::lookouts::{Viewpoints, bookmark_count};
 use crate::recipe::fill::worst::HiddenLayer;
 
 /// So many of the worst layers are listed: those after them are hardly seen.
@@ -51,16 +51,16 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 /// Which views count.
 fn choose(editor: &mut Editor, ui: &mut Ui) {
     let Some(session) = &editor.state.session else { return };
-    let (kept, photos) = (count_kept(&session.opened.project), session.photos.len());
+    let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
     if kept == 0 && editor.state.quality.fill.lookouts.is_none() {
         ui.weak(
             "Seen from the photos' cameras. Keep views (Ctrl+D) or set keyframes (K), and it goes by those.",
         );
         return;
     }
-    let name = |lookouts: Lookouts| match lookouts {
-        Lookouts::Kept => format!("kept views and keyframes ({kept})"),
-        Lookouts::Photos => format!("the photos' cameras ({photos})"),
+    let name = |lookouts: Viewpoints| match lookouts {
+        Viewpoints::Kept => format!("kept views and keyframes ({kept})"),
+        Viewpoints::Photos => format!("the photos' cameras ({photos})"),
     };
     let now = editor.state.lookouts();
     let mut chosen = now;
@@ -69,7 +69,7 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
         let width = SEEN_FROM.min(ui.max_rect().width());
         let list = ComboBox::from_id_salt("seen from").selected_text(name(now)).width(width).truncate();
         let list = list.show_ui(ui, |ui| {
-            for lookouts in [Lookouts::Kept, Lookouts::Photos] {
+            for lookouts in [Viewpoints::Kept, Viewpoints::Photos] {
                 ui.selectable_value(&mut chosen, lookouts, name(lookouts));
             }
         });
@@ -78,7 +78,7 @@ fn choose(editor: &mut Editor, ui: &mut Ui) {
     if chosen != now {
         editor.state.quality.fill.lookouts = Some(chosen);
     }
-    if chosen == Lookouts::Kept && kept == 0 {
+    if chosen == Viewpoints::Kept && kept == 0 {
         ui.weak("No view is kept: Ctrl+D keeps one, K makes it a keyframe of the flight.");
     }
 }

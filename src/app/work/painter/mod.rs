@@ -242,7 +242,7 @@ impl Drawing {
             }
             Change::Paint(photos, book) => {
                 let (preview, task) = (&mut self.preview, &self.task);
-                let renew = || preview.renew_paint(&photos, &book, task).map(drop);
+                let renew = || preview.reload_paint(&photos, &book, task).map(drop);
                 catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
             }
             Change::Decisions(opened) => {
@@ -261,7 +261,7 @@ impl Drawing {
     }
 
     fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<Painted> {
-        let task = self.task.stopped_by(stop);
+        let task = self.task.with_stop_flag(stop);
         catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| Err(failed()))
     }
 

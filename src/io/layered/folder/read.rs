@@ -211,7 +211,7 @@ impl Placed {
             masks: Vec::new(),
             id,
             locked: false,
-            pixels: Lazy::new(move || pixels(&file, &head, depth)).with_code(code),
+            pixels: Lazy::new(move || pixels(&file, &head, depth)).with_stored_hash(code),
         }
     }
 }

@@ -107,7 +107,7 @@ impl Picture<'_> {
             Ok(head) => archive.clone().raster(&file, head, depth),
             Err(found) => Err(Error::input(archive.bytes.path(), file.as_str(), found, SAVE_AGAIN)),
         })
-        .with_code(code);
+        .with_stored_hash(code);
         Some(EditedLayer {
             name: described.name.clone(),
             groups: described.groups.clone(),

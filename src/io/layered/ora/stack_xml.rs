@@ -3,7 +3,7 @@
 use roxmltree::{Document, Node};
 
 use crate::io::layered::Blend;
-use crate::io::layered::groups::{GroupTraits, OpenGroups};
+use crate::io::layered::groups::{GroupProperties, OpenGroups};
 use crate::io::layered::place::{is_canvas, tidy_name};
 
 /// The content of `stack.xml`.
@@ -84,8 +84,8 @@ fn walk(outermost: Node, notes: &mut Vec<String>) -> Vec<Layer> {
     layers
 }
 
-fn group(node: Node) -> GroupTraits {
-    GroupTraits {
+fn group(node: Node) -> GroupProperties {
+    GroupProperties {
         name: name_of(node),
         visible: is_visible(node),
         opacity: opacity_of(node),

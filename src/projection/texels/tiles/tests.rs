@@ -1,22 +1,22 @@
 //! Tests of tiles against the levels that they are cut from.
 
 use super::*;
-use crate::projection::SheetPixels;
+use crate::projection::LayerTexturePixels;
 use crate::projection::pyramid::tests::random_sheet;
 use crate::projection::pyramid::{PyramidOptions, pyramid};
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 const RECT: PixelRect = PixelRect { x: 5, y: -9, w: 256, h: 128 };
 
 fn random_pyramid(seed: u64) -> Pyramid {
-    let pixels = random_sheet(RECT, &mut Dice::new(seed));
+    let pixels = random_sheet(RECT, &mut Rng::new(seed));
     pyramid(RECT, &pixels, &PyramidOptions::default())
 }
 
 fn slot(pyramid: &Pyramid, level: u32, x: u32, y: u32) -> Vec<[u8; 4]> {
     let row_bytes = 4 * SLOT as usize;
     let mut slot = vec![77; row_bytes * SLOT as usize];
-    pyramid.cut(TileKey { sheet: SheetId(0), level, x, y }, &mut slot, row_bytes);
+    pyramid.cut(TileKey { sheet: LayerTextureId(0), level, x, y }, &mut slot, row_bytes);
     slot.as_chunks().0.to_vec()
 }
 
@@ -118,8 +118,8 @@ fn shapes_follow_from_the_sides() {
 
 #[test]
 fn only_tiles_that_differ_are_not_the_same() {
-    let mut pixels = random_sheet(RECT, &mut Dice::new(1));
-    let make = |pixels: &SheetPixels| pyramid(RECT, pixels, &PyramidOptions::default());
+    let mut pixels = random_sheet(RECT, &mut Rng::new(1));
+    let make = |pixels: &LayerTexturePixels| pyramid(RECT, pixels, &PyramidOptions::default());
     let before = make(&pixels);
     let texel = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
     pixels.rgba[4 * texel] ^= 0xff;
@@ -127,7 +127,7 @@ fn only_tiles_that_differ_are_not_the_same() {
     let tile = [texel as u32 % RECT.w / TILE, texel as u32 / RECT.w / TILE];
     let [columns, rows] = before.shape.tiles(0);
     for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
-        let key = TileKey { sheet: SheetId(0), level: 0, x, y };
+        let key = TileKey { sheet: LayerTextureId(0), level: 0, x, y };
         assert!(before.same_tile(&before, key));
         assert_eq!(before.same_tile(&after, key), slot(&before, 0, x, y) == slot(&after, 0, x, y));
         assert!([x, y] != tile || !before.same_tile(&after, key));
@@ -143,13 +143,13 @@ fn tiles_of(rect: PixelRect, needed: PixelRect) -> i32 {
 
 #[test]
 fn a_sheet_is_moved_to_where_it_takes_fewer_tiles_and_keeps_what_is_needed_with_its_gutter() {
-    let mut dice = Dice::new(12);
+    let mut dice = Rng::new(12);
     let (mut before, mut after) = (0, 0);
     for _ in 0..2000 {
-        let side = |dice: &mut Dice| 1 << dice.whole(0, 12);
-        let at = |dice: &mut Dice| dice.whole(0, 5000) as i32 - 1000;
+        let side = |dice: &mut Rng| 1 << dice.whole(0, 12);
+        let at = |dice: &mut Rng| dice.whole(0, 5000) as i32 - 1000;
         let rect = PixelRect { x: at(&mut dice), y: at(&mut dice), w: side(&mut dice), h: side(&mut dice) };
-        let share = |dice: &mut Dice, side: u32| {
+        let share = |dice: &mut Rng, side: u32| {
             let (a, b) = (dice.whole(0, side - 1), dice.whole(0, side - 1));
             [a.min(b) as i32, a.max(b) as i32 + 1]
         };

@@ -12,7 +12,7 @@ use super::records::{Channel, MaskRecord, Record};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::{GroupTraits, OpenGroups};
+use crate::io::layered::groups::{GroupProperties, OpenGroups};
 use crate::io::layered::{Blend, Depth, EditedLayer, EditedMask, Grey, Lazy, Raster};
 use crate::scene::Samples;
 
@@ -20,7 +20,7 @@ const ALPHA: i16 = -1;
 const MASK: i16 = -2;
 
 /// Converts `records` to layers, both from bottom to top.
-pub fn of_records(
+pub fn from_records(
     records: Vec<Record>,
     head: &Head,
     bytes: &Arc<FileBytes>,
@@ -40,9 +40,14 @@ pub fn of_records(
     layers
 }
 
-fn group_traits(record: &Record, blend: Option<[u8; 4]>, head: &Head, bytes: &Arc<FileBytes>) -> GroupTraits {
+fn group_traits(
+    record: &Record,
+    blend: Option<[u8; 4]>,
+    head: &Head,
+    bytes: &Arc<FileBytes>,
+) -> GroupProperties {
     let blend = blend.unwrap_or(record.blend);
-    GroupTraits {
+    GroupProperties {
         name: record.name.clone(),
         visible: record.visible,
         opacity: f32::from(record.opacity) / 255.0,
@@ -117,7 +122,7 @@ fn edited_mask(record: &Record, mask: MaskRecord, head: &Head, bytes: &Arc<FileB
         rect: mask.rect,
         outside,
         enabled: mask.enabled,
-        pixels: Lazy::new(read).with_code(code),
+        pixels: Lazy::new(read).with_stored_hash(code),
     })
 }
 
@@ -154,7 +159,7 @@ fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> 
         let alpha = alpha.and_then(|_| planes.pop());
         Ok(Raster::new(w, h, interleaved(&planes, alpha.as_ref(), coding.depth)))
     };
-    Lazy::new(read).with_code(code)
+    Lazy::new(read).with_stored_hash(code)
 }
 
 /// Interleaves one plane of grey or three of colour to R, G, B, A per pixel.

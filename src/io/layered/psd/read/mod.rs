@@ -38,7 +38,7 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
         notes.push("the file has no layers: it was flattened, or saved without them".into());
     }
     notes.extend(merged::cut_short(&mut cursor, &head));
-    let layers = layers::of_records(records, &head, bytes, &mut notes);
+    let layers = layers::from_records(records, &head, bytes, &mut notes);
     Ok(EditedDocument {
         format: ExportFormat::Psd,
         width: head.width,

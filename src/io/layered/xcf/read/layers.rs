@@ -10,7 +10,7 @@ use super::{modes, pointer, text};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::{Around, GroupTraits};
+use crate::io::layered::groups::{GroupContext, GroupProperties};
 use crate::io::layered::place::rect_at;
 use crate::io::layered::{EditedLayer, EditedMask, Lazy};
 
@@ -87,7 +87,7 @@ impl Reader<'_> {
             groups: around.names,
             id: properties.layer,
             locked: properties.locked,
-            pixels: Lazy::new(move || table.raster()).with_code(move || same.hash_of_code()),
+            pixels: Lazy::new(move || table.raster()).with_stored_hash(move || same.hash_of_code()),
             name,
         }))
     }
@@ -112,7 +112,7 @@ impl Reader<'_> {
         let (x, y) = properties.offset;
         let rect = rect_at(x.into(), y.into(), width.into(), height.into());
         let mask = rect.map(|rect| self.mask(mask, rect, properties.apply_mask)).transpose()?.flatten();
-        let group = GroupTraits {
+        let group = GroupProperties {
             name,
             visible: properties.visible,
             opacity: properties.opacity,
@@ -138,7 +138,7 @@ impl Reader<'_> {
         let hierarchy = pointer(&mut cursor, self.head.wide)?;
         let table = self.table(hierarchy, rect, Model::Mask)?;
         let same = table.clone();
-        let pixels = Lazy::new(move || table.grey()).with_code(move || same.hash_of_code());
+        let pixels = Lazy::new(move || table.grey()).with_stored_hash(move || same.hash_of_code());
         Ok(Some(EditedMask { rect, outside: 1.0, enabled, pixels }))
     }
 
@@ -153,7 +153,7 @@ impl Reader<'_> {
 struct Tree {
     /// The number of items outside groups so far.
     outermost: u32,
-    groups: HashMap<Vec<u32>, GroupTraits>,
+    groups: HashMap<Vec<u32>, GroupProperties>,
 }
 
 impl Tree {
@@ -167,12 +167,12 @@ impl Tree {
     }
 
     /// Returns the combined effect of the groups on the path.
-    fn around(&self, path: &[u32], layer: &str, notes: &mut Vec<String>) -> Around {
+    fn around(&self, path: &[u32], layer: &str, notes: &mut Vec<String>) -> GroupContext {
         let ways = (1..path.len()).map(|length| self.groups.get(&path[..length]));
-        let found: Vec<&GroupTraits> = ways.clone().flatten().collect();
+        let found: Vec<&GroupProperties> = ways.clone().flatten().collect();
         if found.len() < ways.count() {
             notes.push(format!("layer \"{layer}\" belongs to a group that is not in the file"));
         }
-        Around::of(found.into_iter())
+        GroupContext::of(found.into_iter())
     }
 }

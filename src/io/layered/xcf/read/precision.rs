@@ -5,7 +5,7 @@ use std::sync::LazyLock;
 use half::f16;
 
 use crate::io::layered::Depth;
-use crate::scene::light::srgb_of_linear;
+use crate::scene::light::srgb_from_linear;
 
 /// The encoding of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -127,7 +127,7 @@ fn curved(value: u16, linear: bool) -> u16 {
 /// Rounds to 16 bits. Values beyond black and white are clipped; what is not a number becomes black.
 fn rounded(value: f64, linear: bool) -> u16 {
     let value = value.clamp(0.0, 1.0);
-    ((if linear { srgb_of_linear(value) } else { value }) * 65535.0).round() as u16
+    ((if linear { srgb_from_linear(value) } else { value }) * 65535.0).round() as u16
 }
 
 #[cfg(test)]
