@@ -14,7 +14,7 @@ use quadratura::io::layered::psd::{self, Kind};
 use quadratura::io::layered::xcf::{self, Version};
 use quadratura::io::layered::{Depth, Fit, Group, Layer, LayeredDocument, Node, Raster, png, read_layered};
 use quadratura::scene::Samples;
-use quadratura::scene::synthetic::Dice;
+use quadratura::scene::synthetic::Rng;
 use rayon::prelude::*;
 
 const WIDTH: u32 = 3072;
@@ -23,7 +23,7 @@ const LAYERS: u32 = 24;
 
 /// What a photo is to a compressor: slow gradients under noise of two or three bits.
 fn photo_like(width: u32, height: u32) -> Vec<u8> {
-    let mut dice = Dice::new(3);
+    let mut dice = Rng::new(3);
     let mut samples = Vec::with_capacity(4 * width as usize * height as usize);
     for (y, x) in (0..height).flat_map(|y| (0..width).map(move |x| (y, x))) {
         let noise = dice.bits();

@@ -12,11 +12,11 @@ use quadratura::geometry::{Pinhole, PixelRect};
 use quadratura::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use quadratura::projection::relief::Relief;
 use quadratura::projection::{
-    Domain, Gains, Mode, PhotoId, Projector, Quality, Renders, Server, Sheet, SheetId, SheetPixels, Shot,
-    Sources, Texels,
+    Domain, Gains, LayerTextureId, LayerTexturePixels, Mode, PhotoId, Projector, Quality, Renders, Server,
+    Sheet, Shot, Sources, Texels,
 };
 use quadratura::scene::Model;
-use quadratura::scene::synthetic::{Dice, centred, large, look_at};
+use quadratura::scene::synthetic::{Rng, centred, large, look_at};
 use quadratura::task::Task;
 
 /// Photos of the town are this large; their sheets cover them.
@@ -33,7 +33,7 @@ impl Town {
     fn new(photos: u32, layers: u32) -> Self {
         let model = large::town(600).model;
         let mut sources = Sources::default();
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         for photo in 0..photos {
             let turn = std::f64::consts::TAU * f64::from(photo) / f64::from(photos);
             let pose = look_at(eye(turn, dice.between(10.0, 14.0)), dvec3(0.0, 0.0, 4.0));
@@ -49,7 +49,7 @@ impl Town {
             for photo in 0..photos {
                 let eye = sources.photos[photo as usize].pose.center_in_world();
                 if model.face(face).plane.signed_distance(eye) > 0.0 {
-                    let sheet = SheetId(photo * layers + face.0 % layers);
+                    let sheet = LayerTextureId(photo * layers + face.0 % layers);
                     let photo = PhotoId(photo);
                     sources.servers.push(Server {
                         sheet,
@@ -85,21 +85,21 @@ struct Noise {
 }
 
 impl Texels for Noise {
-    fn sheet(&self, sheet: SheetId) -> quadratura::Result<SheetPixels> {
+    fn sheet(&self, sheet: LayerTextureId) -> quadratura::Result<LayerTexturePixels> {
         Ok(noise(sheet.0 % self.sheets))
     }
 }
 
-fn noise(seed: u32) -> SheetPixels {
+fn noise(seed: u32) -> LayerTexturePixels {
     let rect = PixelRect { x: 0, y: 0, w: PHOTO[0], h: PHOTO[1] };
-    let mut dice = Dice::new(u64::from(seed));
+    let mut dice = Rng::new(u64::from(seed));
     let pixels = rect.area() as usize;
     let mut rgba = Vec::with_capacity(4 * pixels);
     for _ in 0..pixels {
         let [r, g, b, ..] = dice.bits().to_le_bytes();
         rgba.extend([r, g, b, 255]);
     }
-    SheetPixels { rect, rgba, needed: vec![1; pixels] }
+    LayerTexturePixels { rect, rgba, needed: vec![1; pixels] }
 }
 
 fn shot(width: u32, height: u32, mode: Mode) -> Shot {
@@ -167,7 +167,7 @@ fn change(c: &mut Criterion) {
     c.bench_function("a changed layer until it is on the device", |b| {
         b.iter(|| {
             turn = 1 - turn;
-            renderer.tiles_mut().replace_sheet(SheetId(0), &pictures[turn]).expect("the adapter works")
+            renderer.tiles_mut().replace_sheet(LayerTextureId(0), &pictures[turn]).expect("the adapter works")
         });
     });
 }

@@ -13,15 +13,25 @@ use quadratura::layers::cycles::resolve_cycles;
 use quadratura::layers::parts::gather_parts;
 use quadratura::layers::rasteriser::Presence;
 use quadratura::layers::runs::Runs;
-use quadratura::layers::wishes::{Grouping, Wanted};
-use quadratura::layers::{Options, Rasteriser, SoftwareRasteriser, Sorted, View, Wishes, sort_photo};
+use quadratura::layers::wishes::{ElementConstraints, Wanted};
+use quadratura::layers::{
+    LayerConstraints, Options, Rasteriser, SoftwareRasteriser, Sorted, View, sort_photo,
+};
 use quadratura::scene::synthetic::{Scene, large};
 use quadratura::task::Task;
 
 fn sort(scene: &Scene, rasteriser: &dyn Rasteriser) -> Sorted {
     let Scene { model, camera, pose, .. } = scene;
-    sort_photo(model, camera, pose, rasteriser, &Options::default(), &Wishes::default(), &Task::silent())
-        .expect("the rasteriser works and nobody stops it")
+    sort_photo(
+        model,
+        camera,
+        pose,
+        rasteriser,
+        &Options::default(),
+        &LayerConstraints::default(),
+        &Task::silent(),
+    )
+    .expect("the rasteriser works and nobody stops it")
 }
 
 /// The rasterisers of this machine: the plain one, and the GPU where there is an adapter.
@@ -121,7 +131,7 @@ fn clustering(c: &mut Criterion) {
                     &bounds,
                     photo,
                     &Options::default(),
-                    &Grouping::default(),
+                    &ElementConstraints::default(),
                 )
             });
         });

@@ -12,13 +12,13 @@ use quadratura::geometry::PixelRect;
 use quadratura::gpu::{Gpu, TextureOptions, TileStore};
 use quadratura::projection::pyramid::{PyramidOptions, pyramid};
 use quadratura::projection::tiles::{Occupancy, SLOT, TileKey};
-use quadratura::projection::{PhotoId, Sheet, SheetId, SheetPixels, Sources, Texels};
+use quadratura::projection::{LayerTextureId, LayerTexturePixels, PhotoId, Sheet, Sources, Texels};
 use quadratura::task::Task;
 
 /// A layer of a photo: two thirds of the texels in several parts with ragged outlines.
-fn layer(side: u32) -> SheetPixels {
+fn layer(side: u32) -> LayerTexturePixels {
     let rect = PixelRect { x: 0, y: 0, w: side, h: side };
-    let mut pixels = SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
     for (y, x) in (0..side).flat_map(|y| (0..side).map(move |x| (y, x))) {
         let ragged = (f64::from(x) / 90.0 + (f64::from(y) / 7.0).sin() * 0.1).sin();
         let held = ragged + (f64::from(y) / 130.0).sin() > -0.5;
@@ -30,10 +30,10 @@ fn layer(side: u32) -> SheetPixels {
 }
 
 /// The same picture for every sheet.
-struct Same(SheetPixels);
+struct Same(LayerTexturePixels);
 
 impl Texels for Same {
-    fn sheet(&self, _: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         Ok(self.0.clone())
     }
 }
@@ -62,13 +62,17 @@ fn packing(c: &mut Criterion) {
     group.bench_function("cut tiles", |b| {
         b.iter(|| {
             for &[x, y] in &tiles {
-                levels.cut(TileKey { sheet: SheetId(0), level: 0, x, y }, &mut slot, 4 * SLOT as usize);
+                levels.cut(
+                    TileKey { sheet: LayerTextureId(0), level: 0, x, y },
+                    &mut slot,
+                    4 * SLOT as usize,
+                );
             }
         });
     });
 }
 
-fn store(gpu: &Gpu, sheets: u32, pixels: &SheetPixels) -> TileStore {
+fn store(gpu: &Gpu, sheets: u32, pixels: &LayerTexturePixels) -> TileStore {
     let sheet = |i: u32| Sheet { photo: PhotoId(0), id: i.to_string(), rect: pixels.rect };
     let sources = Sources { sheets: (0..sheets).map(sheet).collect(), ..Sources::default() };
     TileStore::new(gpu, &sources, Arc::new(Same(pixels.clone())), TextureOptions::default())
@@ -98,7 +102,7 @@ fn upload(c: &mut Criterion) {
         b.iter(|| {
             let at = 4 * (1024 * 2048 + 700);
             painted.rgba[at..at + 400].iter_mut().for_each(|value| *value ^= 0x40);
-            loaded.replace_sheet(SheetId(0), &painted).expect("the device works")
+            loaded.replace_sheet(LayerTextureId(0), &painted).expect("the device works")
         });
     });
 }

@@ -20,8 +20,7 @@ while [ -n "$(ls -A "$out" 2>/dev/null)" ]; do
     number=$((number + 1))
 done
 
-say "building the program (the first time takes some minutes)"
-cargo build --release --quiet
+build_program paint_mural
 program=${CARGO_TARGET_DIR:-target}/release/quadratura
 sample=projects/piazza
 project=$out/project
@@ -32,12 +31,13 @@ mkdir -p "$out"
 step new "$project" --photos "$sample/photos" --cameras "$sample/sparse" --model "$sample/piazza.obj"
 step check "$project"
 step build "$project"
+step fill "$project"
 step export "$project" --format psd --out "$out/psd"
 step export "$project" --format ora --out "$out/ora"
 step export "$project" --format folder --out "$out/folder"
 say
-say "A round window is painted on the church, as an artist would in an image editor, and comes home:"
-cargo run --release --quiet --example paint_mural -- "$out/psd/01_church.jpg.psd" church.facade
+say "A round window is painted on the church, as an artist would in an image editor, and imported:"
+"${CARGO_TARGET_DIR:-target}/release/paint_mural" "$out/psd/01_church.jpg.psd" church.facade
 step import "$project" "$out/psd/01_church.jpg.psd"
 step import "$project" --history
 step info "$project"

@@ -35,7 +35,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
         Plan { photo: "sixteen.png", depth: Depth::Sixteen, invalid: 30, seed: 2, ..Plan::default() };
     let (eight, stack) = invented::write(&project, &eight);
     let (sixteen, _) = invented::write(&project, &sixteen);
-    for format in ExportFormat::ALL {
+    for &format in ExportFormat::ALL {
         let options = ExportOptions { format, ..ExportOptions::default() };
         let exported = export(&project, &[&eight, &sixteen], &out, &options, &Task::silent())?;
         if let Some((photo, problem)) = exported.failed.first() {

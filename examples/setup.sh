@@ -107,6 +107,21 @@ openSUSE: libvulkan_lvp libvulkan1; Alpine: mesa-vulkan-swrast vulkan-loader)"
     has_vulkan_adapter || fail "there is still no Vulkan adapter after installing mesa-vulkan-drivers"
 }
 
+# build_program [PACKAGE]...: the program, and packages of this repository beside it, with cargo's own progress.
+#
+# The estimate is what a fresh build took on machines of two cores (docs/performance.md), in processor minutes. Only
+# what changed is compiled the next time.
+BUILD_MINUTES=FIXME
+build_program() {
+    cores=$(getconf _NPROCESSORS_ONLN 2>/dev/null || echo 2)
+    if [ ! -e "${CARGO_TARGET_DIR:-target}/release/quadratura" ]; then
+        say "building the program: the first time takes about $(((BUILD_MINUTES + cores - 1) / cores)) minutes on this \
+machine's $cores cores"
+    fi
+    set -- -p quadratura $(printf -- '-p %s ' "$@")
+    cargo build --release "$@"
+}
+
 check_rust
 check_c_compiler
 check_vulkan

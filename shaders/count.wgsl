@@ -1,4 +1,4 @@
-// Pass count: the number of fragments, per pixel.
+// Pass count: the number of fragments per pixel.
 // Rust: gpu/count.rs.
 
 @group(1) @binding(0) var<storage, read_write> counts: array<atomic<u32>>;

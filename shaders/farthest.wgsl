@@ -1,10 +1,10 @@
-// Pass farthest: the item buffer with the depth test inverted, so that the farthest item wins each
-// pixel, of equally far ones the last in model order.
+// Pass farthest: the item buffer with the depth test inverted, so that the farthest item wins each pixel; of
+// equally far ones, the last in model order.
 // Rust: gpu/farthest.rs.
 
 struct Farthest {
     @builtin(frag_depth) depth: f32,
-    // 1 + the item.
+    // 1 + the item's index.
     @location(0) item: u32,
 }
 

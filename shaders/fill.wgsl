@@ -1,5 +1,5 @@
-// Pass fill: every fragment writes its entry, from the end of its pixel's entries to their
-// beginning; afterwards every place is where the pixel's entries begin.
+// Pass fill: every fragment writes its entry, from the end of its pixel's entries to their beginning.
+// Afterwards every element of `places` is the offset at which the pixel's entries begin.
 // Rust: gpu/fill.rs.
 
 @group(1) @binding(0) var nearest: texture_depth_2d;

@@ -1,19 +1,19 @@
-// What every pass knows: the rows being worked on, and the items' planes.
-// Rust: gpu/frame.rs. This file is put before every other one.
+// The data common to all passes: the rows being processed, and the items' planes.
+// Rust: gpu/frame.rs. This text is put before every other one.
 
 struct Frame {
     // Width of the photo in pixels.
     width: u32,
-    // First row of the band: textures and per-pixel buffers begin here.
+    // First row of the band, at which textures and per-pixel buffers begin.
     y0: u32,
-    // Rows of the photo that this run of the pass works on: [row, row_end).
+    // Rows of the photo that this run of the pass processes: [row, row_end).
     row: u32,
     row_end: u32,
-    // Place in the whole band's entries of the first one in the buffer.
+    // Index, among the whole band's entries, of the first entry in the buffer.
     first_entry: u32,
     // 1 + tolerance.
     nearer: f32,
-    // A power of two that takes an inverse depth into 0..1.
+    // A power of two that scales inverse depths into 0..1.
     depth_scale: f32,
     // Always 0, which the compiler cannot know.
     zero: u32,
@@ -26,18 +26,19 @@ struct Plane {
     c: f32,
     u0: f32,
     v0: f32,
-    // The item's place in the working set.
+    // The item's index in the working set.
     number: u32,
 }
 
 @group(0) @binding(0) var<uniform> frame: Frame;
 @group(0) @binding(1) var<storage, read> planes: array<Plane>;
 
-// A bit that says: no item is nearer here by more than the tolerance.
+// The bit of an entry that marks the item as visible: no item at this pixel is nearer by more than the
+// tolerance.
 const VISIBLE: u32 = 0x80000000u;
 
-// Keeps a product out of a fused multiply-add, which would round differently from one device to
-// the next: the bits pass through an integer operation that no compiler can see through.
+// Prevents that a product becomes part of a fused multiply-add, which would round differently on some
+// devices: its bits pass through an integer operation whose result the compiler cannot predict.
 fn rounded(product: f32) -> f32 {
     return bitcast<f32>(bitcast<u32>(product) ^ frame.zero);
 }
@@ -48,7 +49,7 @@ fn inverse_depth(slope: vec3<f32>, anchor: vec2<f32>, centre: vec2<f32>) -> f32 
     return (rounded(slope.x * d.x) + rounded(slope.y * d.y)) + slope.z;
 }
 
-// Inverse depths, or both times the same power of two.
+// Compares inverse depths, or both multiplied with the same power of two.
 fn is_behind(back: f32, front: f32) -> bool {
     return rounded(back * frame.nearer) < front;
 }

@@ -1,4 +1,4 @@
-// Pass mark: which items have a fragment behind the nearest by more than the tolerance.
+// Pass mark: marks the items that have a fragment behind the nearest by more than the tolerance.
 // Rust: gpu/mark.rs.
 
 @group(1) @binding(0) var nearest: texture_depth_2d;
@@ -11,7 +11,7 @@ fn mark(fragment: Fragment) {
         return;
     }
     let behind = is_behind(depth, textureLoad(nearest, vec2<u32>(fragment.position.xy), 0));
-    // The plain read keeps nearly all fragments from the write.
+    // The plain read avoids the write for nearly all fragments.
     if behind && atomicLoad(&marks[fragment.item]) == 0u {
         atomicStore(&marks[fragment.item], 1u);
     }

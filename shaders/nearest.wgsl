@@ -1,4 +1,4 @@
-// Pass nearest: the inverse depth of the nearest fragment, per pixel, in the depth buffer.
+// Pass nearest: the inverse depth of the nearest fragment per pixel, in the depth buffer.
 // Rust: gpu/nearest.rs.
 
 @fragment

@@ -1,8 +1,8 @@
-// Pass pairs: every ordered pair of items of which the first is nearer by more than the tolerance,
-// with the number of those pixels, in a hash table.
-// Rust: gpu/pairs.rs, which also undoes the hash.
+// Pass pairs: counts, in a hash table, the pixels of every ordered pair of items of which the first is nearer
+// by more than the tolerance.
+// Rust: gpu/pairs.rs, which also inverts the hash.
 
-// Pixels of a row that one invocation looks at.
+// Pixels of a row that one invocation processes.
 const RUN: u32 = 64u;
 // Slots tried for a pair before the table counts as full.
 const PROBES: u32 = 128u;
@@ -12,7 +12,7 @@ const HALF: u32 = 0xfffffu;
 
 @group(1) @binding(0) var<storage, read> places: array<u32>;
 @group(1) @binding(1) var<storage, read> entries: array<u32>;
-// 0: free, else 1 + (the pair's bits that its first slot does not tell, then 7 bits of probes).
+// 0: free, else 1 + (the bits of the pair that its first slot does not encode, then 7 bits of probes).
 @group(1) @binding(2) var<storage, read_write> tags: array<atomic<u32>>;
 @group(1) @binding(3) var<storage, read_write> pixels: array<atomic<u32>>;
 @group(1) @binding(4) var<storage, read_write> overflow: atomic<u32>;
@@ -23,7 +23,7 @@ fn stir(half: u32, turn: u32) -> u32 {
     return (h ^ (h >> 13u)) & HALF;
 }
 
-// A Feistel network: it scatters, and can be undone.
+// A Feistel network, which scatters pairs invertibly.
 fn scatter(front: u32, back: u32) -> vec2<u32> {
     var pair = vec2(front, back);
     for (var turn = 0u; turn < 4u; turn++) {
@@ -59,14 +59,14 @@ fn add(front: u32, back: u32, count: u32) {
             atomicAdd(&pixels[at], count);
             return;
         }
-        // A weak exchange may fail without reason: then the slot is still free, try it again.
+        // A weak exchange may fail spuriously; the slot is then still free and tried again.
         probe += select(1u, 0u, found == 0u);
     }
     atomicStore(&overflow, 1u);
 }
 
-// Two fragments of one pixel: 1, the first is nearer by more than the tolerance; 2, the second;
-// 0, neither.
+// Compares two fragments of one pixel: 1 when the first is nearer by more than the tolerance, 2 when the
+// second is, 0 when neither.
 fn nearer_of(one: f32, other: f32) -> u32 {
     return select(select(0u, 2u, is_behind(one, other)), 1u, is_behind(other, one));
 }
@@ -76,7 +76,7 @@ fn depth_at(plane: Plane, x: u32, row: u32) -> f32 {
     return inverse_depth(vec3(plane.a, plane.b, plane.c), vec2(plane.u0, plane.v0), centre);
 }
 
-// More than the rounding errors of depth_at in columns [x, x_end) can be.
+// Bounds the rounding errors of depth_at in columns [x, x_end) from above.
 fn uncertainty(plane: Plane, x: u32, x_end: u32, row: u32) -> f32 {
     let dx = max(abs(f32(x) - plane.u0), abs(f32(x_end) - plane.u0));
     let dy = abs(f32(row) - plane.v0) + 1.0;
@@ -91,12 +91,12 @@ fn count_pair(one: u32, other: u32, x: u32, x_end: u32, row: u32) {
     let q_left = depth_at(q, x, row);
     let p_right = depth_at(p, x_end - 1u, row);
     let q_right = depth_at(q, x_end - 1u, row);
-    // Both sides of both comparisons are linear along the row. Where the same holds at both ends,
-    // by more than rounding could change, it holds between them.
+    // Both sides of both comparisons are linear along the row. A result that holds at both ends, by more than
+    // rounding could change, holds between them.
     let left = vec2(p_left * frame.nearer - q_left, q_left * frame.nearer - p_left);
     let right = vec2(p_right * frame.nearer - q_right, q_right * frame.nearer - p_right);
-    let doubt = uncertainty(p, x, x_end, row) + uncertainty(q, x, x_end, row);
-    let certain = (min(left, right) > vec2(doubt)) | (max(left, right) < vec2(-doubt));
+    let rounding_error = uncertainty(p, x, x_end, row) + uncertainty(q, x, x_end, row);
+    let certain = (min(left, right) > vec2(rounding_error)) | (max(left, right) < vec2(-rounding_error));
     let wholly = all(certain);
     var front_is = vec2(0u);
     let at_left = nearer_of(p_left, q_left);
@@ -114,8 +114,8 @@ fn count_pair(one: u32, other: u32, x: u32, x_end: u32, row: u32) {
     }
 }
 
-// Neighbours mostly hold the same items: a run of such pixels is counted as one.
-// Workgroups are columns, because neighbouring rows take about the same steps.
+// Neighbouring pixels mostly hold the same items, so a run of such pixels is counted at once. Workgroups are
+// columns, because neighbouring rows take about the same steps.
 @compute @workgroup_size(1, 64)
 fn pairs(@builtin(global_invocation_id) id: vec3<u32>) {
     let row = frame.row + id.y;

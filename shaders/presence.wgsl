@@ -1,10 +1,13 @@
-// Pass presence: which items are nearest somewhere (`nearer` is the tie's), and where the others are hidden first.
+// Pass presence: finds the items that are nearest somewhere, and the first pixel at which each of the others
+// is hidden. In this pass `frame.nearer` is 1 + the tie's tolerance (TIE of layers/rasteriser.rs), not that
+// of occlusion.
 // Rust: gpu/presence.rs.
 
 struct Sighting {
-    // Not 0 when some fragment of the item is nearest.
+    // Nonzero when some fragment of the item is nearest.
     visible: atomic<u32>,
-    // Complement of the first pixel of the photo, in row order, where the item is hidden; 0: none.
+    // The complement of the index of the first pixel of the photo, in row order, at which the item is hidden;
+    // 0 when there is none.
     hidden: atomic<u32>,
 }
 
@@ -19,7 +22,7 @@ fn presence(fragment: Fragment) {
     }
     let item = fragment.item;
     if is_behind(depth, textureLoad(nearest, vec2<u32>(fragment.position.xy), 0)) {
-        // The plain reads keep nearly all fragments from the atomic writes.
+        // The plain reads avoid the atomic writes for nearly all fragments.
         let pixel = ~(frame.y0 * frame.width + pixel_of(fragment));
         if atomicLoad(&sightings[item].hidden) < pixel {
             atomicMax(&sightings[item].hidden, pixel);

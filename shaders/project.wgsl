@@ -1,34 +1,37 @@
-// Pass project: the photos' sheets, projected onto the model and blended for the viewpoint.
-// Rust: gpu/renderer/project.rs (pipelines, generated constants), gpu/renderer/tables.rs (tables).
+// Pass project: projects the photos' sheets onto the model and blends them for the viewpoint.
+// Rust: gpu/renderer/project.rs (pipelines, declaration of the photos), gpu/renderer/program.rs (generated
+// text), gpu/renderer/tables.rs (tables).
 //
-// Generated before this text: K, MODE, SHOWN, ANISOTROPIC, struct Best with its slots, and
-// `fn join(best, q, color)`, which keeps the K best and the next q.
+// Generated before this text: the constants MODE and BEST, DEBEVEC, LUMIGRAPH, SMOOTH, ANISOTROPIC,
+// MOST_TAPS, COUNTS_ALL, STORED, UNDOES_OPTICS, PINS and UNSERVED; `struct Best`, which keeps the k best
+// penalties with their colours and the next penalty, with `no_best`, `is_any`, `next_of`, `join` and
+// `blended`; and the functions of the display mode, `shown_color` and `finished`, with `palette` and `ramp`.
 
 struct Photo {
-    // Rows: photo pixels (times depth) and depth, from positions relative to the viewpoint.
+    // Rows that give photo pixels (times depth) and depth, from positions relative to the viewpoint.
     row_x: vec4f,
     row_y: vec4f,
     row_z: vec4f,
     // The camera's centre relative to the viewpoint, and fx * fy.
     center: vec3f,
     density: f32,
-    // Size in pixels, one over the width of the border, and the light that was added everywhere.
+    // The size in pixels, 1 over the width of the border ramp, and the offset, light added everywhere.
     size: vec2f,
     per_border: f32,
     offset: f32,
-    // What its colours are multiplied with.
+    // The exposure factor on the photo's linear colours.
     gain: vec4f,
-    // The principal point, and how the logarithm of the light falls off from there: times the squared
-    // distance in pixels, and times its square.
+    // The principal point, and the coefficients of the falloff, the logarithm of the light: for the squared
+    // distance in pixels, and for its square.
     axis: vec2f,
     falloff: vec2f,
 }
 
 @group(0) @binding(3) var<PHOTO_SPACE> photos: array<Photo, PHOTO_COUNT>;
-// Where each cell's candidates begin, and one more.
+// The index at which each cell's candidates begin, and one more.
 @group(0) @binding(4) var<storage, read> cells: array<u32>;
-// x: least penalty; y: photo, log2 of the sheet's sides, flags; z: the sheet; w: its corner.
-// Followed by its half planes, if any: normal and offset.
+// x: lower bound of the penalty; y: photo, log2 of the sheet's sides, flags; z: the sheet; w: its corner. The
+// candidate's half planes follow, if it has any: normal and offset.
 @group(0) @binding(5) var<storage, read> candidates: array<vec4u>;
 
 const FLAG_BACK: u32 = 1u << 24u;
@@ -36,12 +39,12 @@ const SIDES_SHIFT: u32 = 25u;
 const SIDES_MASK: u32 = 63u;
 const FLAG_PINNED: u32 = 1u << 31u;
 
-// Heights of faces over their planes, in world units: the relief, packed side by side.
+// The heights of faces over their planes, in world units: the relief, packed into one texture.
 @group(0) @binding(6) var heights: texture_2d<f32>;
 @group(0) @binding(7) var<storage, read> reliefs: array<Relief>;
 
-// A face's heights: from positions relative to the site's origin to cells (rows: direction, offset as a
-// sum of two f32), and where they lie in `heights`. A width of 0: the face has none.
+// The relief of a face: the mapping from positions relative to the site's origin to cells (rows: direction,
+// and offset as a sum of two f32), and its position in `heights`. A width of 0 means that the face has none.
 struct Relief {
     across: vec3f,
     across_high: f32,
@@ -54,17 +57,18 @@ struct Relief {
     pad0: vec2f,
 }
 
-// A face seen more edge-on than this is not moved further: cosine of the angle to the normal.
+// The least cosine of the angle to the normal that is used; points of faces seen more edge-on are not moved
+// farther.
 const LEAST_FACING: f32 = 0.1;
 
 struct Drawn {
     @builtin(position) position: vec4f,
-    // The plane: normal and distance from the viewpoint along it.
+    // The plane: its normal, and its distance from the viewpoint along the normal.
     @location(0) @interpolate(flat) plane: vec4f,
-    // Face, its cells' corner, size, first.
+    // Index of the face, and its cells' corner, size and first range.
     @location(1) @interpolate(flat) cells: vec4u,
     @location(2) @interpolate(flat) flags: u32,
-    // From positions relative to the viewpoint to cells of the relief; its corner and size.
+    // The mapping from positions relative to the viewpoint to cells of the relief, and its corner and size.
     @location(3) @interpolate(flat) across: vec4f,
     @location(4) @interpolate(flat) up: vec4f,
     @location(5) @interpolate(flat) relief: vec4f,
@@ -97,8 +101,8 @@ fn height_at(drawn: Drawn, p: vec3f) -> f32 {
     return textureSampleLevel(heights, bilinear, at / vec2f(textureDimensions(heights)), 0.0).x;
 }
 
-// Where the ray through a point of the plane meets the relief: two steps of a fixed-point search. The
-// point stays on its ray, so that a photo's own camera sees its own pixels whatever the relief.
+// Intersects the ray through a point of the plane with the relief: two steps of a fixed-point iteration. The
+// point stays on its ray, so that a photo's own camera sees the photo's own pixels whatever the relief.
 fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
     let ray = normalize(p);
     let facing = dot(drawn.plane.xyz, ray);
@@ -107,17 +111,17 @@ fn on_relief(drawn: Drawn, p: vec3f) -> vec3f {
     return p + ray * (height_at(drawn, near) / slope);
 }
 
-// The sheet's texel at a photo position.
+// Looks up the sheet's texel at a photo position.
 fn sheet_texel(place: SheetPlace, photo: Photo, px: vec2f, z: f32, octaves: f32, dx: vec3f, dy: vec3f) -> vec4f {
     let at = px - place.corner;
     if ANISOTROPIC {
         return anisotropic(place, photo, at, px, z, dx, dy);
     }
-    // Sharp while the footprint is below 1.1 texels.
+    // Level 0 alone is used up to a footprint of 1.1 texels.
     return texel_at(place, at, max(0.0, -octaves - 0.1375));
 }
 
-// Taps along the footprint's longer axis, each of the shorter axis' width.
+// Averages taps along the footprint's longer axis; each is as wide as the shorter axis.
 fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx: vec3f, dy: vec3f) -> vec4f {
     let a = (vec2f(dot(photo.row_x.xyz, dx), dot(photo.row_y.xyz, dx)) - px * dot(photo.row_z.xyz, dx)) / z;
     let b = (vec2f(dot(photo.row_x.xyz, dy), dot(photo.row_y.xyz, dy)) - px * dot(photo.row_z.xyz, dy)) / z;
@@ -132,7 +136,7 @@ fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx
     let axis = a * cos(angle) + b * sin(angle);
     let taps = select(clamp(ceil(longer / max(shorter, 1.0) - 0.1), 1.0, MOST_TAPS), 1.0, longer < 1.1);
     let level = max(0.0, log2(max(shorter, longer / MOST_TAPS)) - 0.1375);
-    // Past what a photo shows there is no colour to be had: taps count as far as they are trusted.
+    // Outside of what a photo shows there is no valid colour, so taps are weighted by their confidence.
     var color = vec3f(0.0);
     var confidence = 0.0;
     for (var tap = 0.0; tap < taps; tap += 1.0) {
@@ -143,7 +147,7 @@ fn anisotropic(place: SheetPlace, photo: Photo, at: vec2f, px: vec2f, z: f32, dx
     return vec4f(color / max(confidence, 1e-6), confidence / taps);
 }
 
-// Light without what the photo's camera did to it besides exposing it (Optics::undone of
+// Removes offset and falloff of the photo's camera from light (Optics::undone of
 // projection/exposure/optics.rs).
 fn undone(light: vec3f, photo: Photo, px: vec2f) -> vec3f {
     if !UNDOES_OPTICS {
@@ -162,7 +166,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     let facing = dot(normal, ray);
     let depth = drawn.plane.w / facing;
     let on_plane = ray * depth;
-    // How the point moves when the pixel does.
+    // The movement of the point on the plane for a step of one pixel.
     let ray_x = frame.right / frame.focal_x;
     let ray_y = frame.down / frame.focal_y;
     let dx = depth * (ray_x - ray * (dot(normal, ray_x) / facing));
@@ -171,7 +175,8 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     let seen_from_behind = drawn.plane.w > 0.0;
 
     var best = no_best();
-    // Of the photo that the face is pinned to: colours times trust and their sum, and the largest trust.
+    // For the photo that the face is pinned to: the sum of colours times trust, and of trust; below, the
+    // largest trust.
     var pinned = vec4f(0.0);
     var pinned_share = 0.0;
     var most_confident = 0.0;
@@ -179,7 +184,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     var at = 0u;
     var end = 0u;
     let extent = vec2u(drawn.cells.z & 0xffffu, drawn.cells.z >> 16u);
-    // A pixel that a face covers in part may have its centre beyond the face's cells.
+    // A pixel that a face covers partly may have its centre outside of the face's cells.
     let corner_cell = vec2i(vec2u(drawn.cells.y & 0xffffu, drawn.cells.y >> 16u));
     let column_row = vec2i(drawn.position.xy) / i32(frame.cell_px) - corner_cell;
     let cell = vec2u(clamp(column_row, vec2i(0), vec2i(max(extent, vec2u(1u))) - 1));
@@ -195,7 +200,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
     }
     var again = drawn.relief.z > 0.0;
     loop {
-        // Where no photo serves the relief, one may serve the plane.
+        // Where no photo shows the point on the relief, one may show the point on the plane.
         if at >= end && again && served == 0.0 {
             again = false;
             p = on_plane;
@@ -231,7 +236,7 @@ fn project(drawn: Drawn) -> @location(0) vec4f {
         let texel = sheet_texel(place, photo, px, z, octaves, dx, dy);
         let within = all(px > corner - 0.5) && all(px < corner + vec2f(vec2u(1u) << log_size) + 0.5);
         let trust = border * texel.w;
-        // Half a step of 8 bits: what rounds to nothing is nothing.
+        // Half a step of 8 bits; a smaller confidence counts as 0.
         if inside && within && border > 0.0 && texel.w > 0.002 {
             var q = angle_between(photo.center - p, -p);
             if MODE != DEBEVEC {

@@ -1,5 +1,6 @@
-// Pass scan: counts become places, in three steps: sums of runs, places of runs, places of pixels.
-// Place i is where the entries of pixel i end; pass fill takes from there.
+// Pass scan: converts counts to offsets in three steps: sums of runs, offsets of runs, offsets of pixels.
+// Element i of `places` becomes the offset at which the entries of pixel i end; pass fill counts down from
+// there.
 // Rust: gpu/scan.rs.
 
 // Pixels that one invocation adds up.
@@ -36,7 +37,7 @@ fn place_runs(@builtin(local_invocation_index) self_: u32) {
     }
     sums[self_] = sum;
     workgroupBarrier();
-    // With 256 sums, adding up those before costs less than a tree and its barriers.
+    // With 256 sums, adding up the preceding ones costs less than a tree and its barriers.
     var before = 0u;
     for (var i = 0u; i < self_; i++) {
         before += sums[i];

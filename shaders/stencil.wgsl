@@ -1,6 +1,6 @@
-// Pass stencil: where a fragment is nearer than the farthest by more than the tolerance, the item
-// in the item buffer is partly hidden. A stencil would count these fragments, and be asked only
-// whether it counted any: so the item is marked at once.
+// Pass stencil: where a fragment is nearer than the farthest by more than the tolerance, the item in the item
+// buffer is partly hidden. The published method counts these fragments in the stencil buffer, but only uses
+// whether there is any; so the item is marked at once.
 // Rust: gpu/stencil.rs.
 
 @group(1) @binding(0) var farthest: texture_depth_2d;
@@ -14,7 +14,7 @@ fn stencil(fragment: Fragment) {
     if depth <= 0.0 || !is_behind(textureLoad(farthest, pixel, 0), depth) {
         return;
     }
-    // Something lies behind this fragment, so the item buffer is not empty here.
+    // Another item lies behind this fragment, so the item buffer is not empty here.
     let item = textureLoad(items, pixel, 0).x - 1u;
     if atomicLoad(&marks[item]) == 0u {
         atomicStore(&marks[item], 1u);

@@ -1,9 +1,10 @@
-// The model's triangles, seen from the shot's camera: what all passes of the renderer share, and the
-// passes that need no more: nearness (the depth buffer) and faces (1 + the face that owns a pixel).
-// Rust: gpu/renderer/frame.rs (Frame, Surface), gpu/renderer/surfaces.rs (corners).
+// The model's triangles in the view's camera: the common parts of all passes of the renderer, and the passes
+// that need nothing else: nearness (the depth buffer) and faces (1 + the face that owns a pixel).
+// Rust: gpu/renderer/frame.rs (Frame), gpu/renderer/surfaces.rs (Surface, corners), gpu/renderer/tables.rs
+// (FaceCells).
 //
-// Positions are relative to the viewpoint, in world axes. A corner comes as the sum of two f32, so that
-// the difference to the viewpoint is exact to f32 wherever the site lies.
+// Positions are relative to the viewpoint, in world axes. A corner is given as the sum of two f32 vectors, so
+// that its difference to the viewpoint is exact to f32 wherever the site lies.
 
 struct Frame {
     // Rows of the rotation, world to camera.
@@ -12,43 +13,42 @@ struct Frame {
     down: vec3f,
     focal_y: f32,
     forward: vec3f,
-    // Depth of the near plane, in world units: nearer than anything that is seen.
+    // Depth of the near plane, in world units: nearer than all visible points.
     near: f32,
     // Principal point and size, in pixels.
     center: vec2f,
     size: vec2f,
     // The viewpoint, as a sum of two f32, relative to the site's origin.
     eye_high: vec3f,
-    // fx * fy of the shot.
+    // fx * fy of the view.
     density: f32,
     eye_low: vec3f,
-    // Weight of a missing octave, in radians.
+    // Weight of a missing octave of resolution, in radians.
     lambda: f32,
     // Side of a cell, in pixels.
     cell_px: u32,
-    // 1 + tolerance: how much nearer a face that is drawn later may be thought.
+    // 1 + tolerance: the factor by which a face that is drawn later is brought nearer.
     reach: f32,
-    // 1: faces have their relief; 0: they are flat.
+    // 1: faces are drawn with their relief; 0: they are flat.
     relief: f32,
-    // 1: backs of faces are drawn; 0: they are not there.
+    // 1: back sides of faces are drawn; 0: they are culled.
     backs: u32,
 }
 
-// A planar part of a face: all of it, or a triangle of a face that is not planar.
+// A planar part of a face: the whole face, or a triangle of a face that is not planar.
 struct Surface {
-    // The plane's normal, of length 1, and its distance from the site's origin along it, as a sum of two
-    // f32.
+    // The plane's unit normal, and its distance from the site's origin along the normal, as a sum of two f32.
     normal: vec3f,
     distance_high: f32,
     distance_low: f32,
-    // Index of its face.
+    // Index of the face.
     face: u32,
     // FLAG_BILLBOARD, FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK.
     flags: u32,
     pad0: u32,
 }
 
-// The cells of a face: corner and size as (low 16 bits: x, high 16 bits: y), and the first range.
+// The cells of a face: corner and size (low 16 bits: x, high 16 bits: y), and the index of the first range.
 struct FaceCells {
     corner: u32,
     size: u32,
@@ -57,7 +57,7 @@ struct FaceCells {
 }
 
 const FLAG_BILLBOARD: u32 = 1u;
-// No photo serves the side that the normal points away from, or the other one (projection/sides.rs).
+// The side that the normal points towards is a back side, or the other one is (projection/sides.rs).
 const FLAG_FRONT_IS_BACK: u32 = 2u;
 const FLAG_BACK_IS_BACK: u32 = 4u;
 
@@ -71,23 +71,24 @@ struct Corner {
 @group(0) @binding(1) var<storage, read> surfaces: array<Surface>;
 @group(0) @binding(2) var<storage, read> face_cells: array<FaceCells>;
 
-// Of the viewpoint to the plane, along its normal: above 0 where the plane is seen from behind.
+// The distance from the viewpoint to the plane, along its normal: positive where the plane is seen from
+// behind.
 fn distance_to_plane(surface: Surface) -> f32 {
     return (surface.distance_high - dot(surface.normal, frame.eye_high))
         + (surface.distance_low - dot(surface.normal, frame.eye_low));
 }
 
-// What is seen of it is a back, and backs are not there.
+// True when the visible side of the surface is a back side and these are culled.
 fn is_left_out(surface: Surface) -> bool {
     let side = select(FLAG_FRONT_IS_BACK, FLAG_BACK_IS_BACK, distance_to_plane(surface) > 0.0);
     return frame.backs == 0u && (surface.flags & side) != 0u;
 }
 
-// Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the
-// picture. `reach` brings the surface nearer by the visibility tolerance.
+// Clip coordinates; depth is near / z, so that it rises towards the camera and is linear over the image.
+// `reach` brings the surface nearer by the visibility tolerance.
 fn clip_from_corner(corner: Corner, reach: f32) -> vec4f {
     if is_left_out(surfaces[corner.surface]) {
-        // All corners in one point beyond the depths: nothing to draw.
+        // All corners are at one point beyond the depth range, so nothing is drawn.
         return vec4f(0.0, 0.0, 2.0, 1.0);
     }
     let p = (corner.high - frame.eye_high) + (corner.low - frame.eye_low);

@@ -1,11 +1,13 @@
-// Texels of sheets, out of tiles. The including shader says `const STORED`: whether the atlas is read as
-// stored, in sRGB. Rust: gpu/renderer/texels.rs; the plain twin of filtering: projection/twin.
+// Lookups of sheets' texels in tiles. The including shader declares `const STORED`: whether the atlas is read
+// as stored, in sRGB. Rust: gpu/renderer/texels.rs; the CPU reference of filtering is projection/twin.
 
 @group(1) @binding(0) var atlas: texture_2d_array<f32>;
 @group(1) @binding(1) var bilinear: sampler;
-// Per sheet and level the grid of tiles: slot, and how many levels coarser what is resident is.
+// Per sheet and level the grid of tiles: the slot, and the number of levels by which the resident tile is
+// coarser.
 @group(1) @binding(2) var<storage, read> pages: array<u32>;
-// Per sheet SHEET_WORDS words, of which the last 16 say where each level's grid begins in `pages`.
+// SHEET_WORDS words per sheet, of which the last 16 are the indices at which each level's grid begins in
+// `pages`.
 @group(1) @binding(3) var<storage, read> sheets: array<u32>;
 
 const TILE: f32 = 64.0;
@@ -15,22 +17,22 @@ const NOTHING: u32 = 0xffffffffu;
 const SLOT_BITS: u32 = 24u;
 const SHEET_WORDS: u32 = 20u;
 const FIRST_OFFSET: u32 = 4u;
-// Levels whose longer side is at most 2^TAIL_LOG share one slot.
+// Levels whose longer side is at most 2^TAIL_LOG texels share one slot.
 const TAIL_LOG: u32 = 5u;
 
-// Of a texel's width, on either side of its centre: here the texel is taken as it is. Positions are
-// exact to a few ten-thousandths of a pixel; bilinear weights of 8 bits are not.
+// The distance from a texel's centre, as a share of its width, within which the texel is taken without
+// interpolation. Positions are exact to a few ten-thousandths of a pixel; bilinear weights of 8 bits are less
+// so.
 const DEAD: f32 = 0.02;
 
-// A sheet as the shader knows it: its number, the corner of its rectangle in photo pixels, log2 of its
-// sides.
+// A sheet for lookups: its index, the corner of its rectangle in photo pixels, and log2 of its sides.
 struct SheetPlace {
     sheet: u32,
     corner: vec2f,
     log_size: vec2u,
 }
 
-// Where a level of the tail lies in its slot, by log2 of its longer side.
+// The position of a level of the tail in its slot, by log2 of the level's longer side.
 fn tail_spot(log_side: u32) -> vec2f {
     switch log_side {
         case 0u: { return vec2f(36.0, 32.0); }
@@ -48,19 +50,20 @@ fn floor_to_center(at: vec2f) -> vec2f {
     return base + 0.5 + clamp((share - DEAD) / (1.0 - 2.0 * DEAD), vec2f(0.0), vec2f(1.0));
 }
 
-// A position in texels of a level: sides that are one texel long are not halved any more.
+// Converts a position to texels of a level; sides that are one texel long are not halved any more.
 fn in_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec2f {
     return at / vec2f(vec2u(1u) << min(vec2u(level), sheet.log_size));
 }
 
-// sRGB to linear light by a quartic (fitted, off by 0.7 steps of 255 at most), for previews, which filter colours as stored:
-// software adapters decode each of the four texels of a lookup, which takes longer than all the rest.
+// Converts sRGB to linear light by a quartic (fitted, error at most 0.7 steps of 255), for previews, which
+// filter colours as stored: software adapters decode each of the four texels of a lookup, which takes longer
+// than everything else.
 fn linear_of_stored(v: vec3f) -> vec3f {
     return v * (0.059567 + v * (0.361799 + v * (0.899047 - v * 0.320413)));
 }
 
-// Linear colour and confidence at `at`, in texels of the sheet's level 0, from one level. w < 0: there
-// is nothing.
+// Looks up linear colour and confidence at `at`, in texels of the sheet's level 0, in one level. w < 0 means
+// that there is no tile.
 fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     let size = max(vec2u(1u), (vec2u(1u) << sheet.log_size) >> vec2u(level));
     let grid_width = (size.x + 63u) >> 6u;
@@ -72,7 +75,7 @@ fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     if entry == NOTHING {
         return vec4f(0.0, 0.0, 0.0, -1.0);
     }
-    // The resident tile may be an ancestor.
+    // The resident tile may be an ancestor of the wanted one.
     let up = entry >> SLOT_BITS;
     let longer = max(sheet.log_size.x, sheet.log_size.y);
     var corner = vec2f((tile >> vec2u(up)) << vec2u(6u));
@@ -89,10 +92,10 @@ fn texel_at_level(sheet: SheetPlace, at: vec2f, level: u32) -> vec4f {
     return texel;
 }
 
-// Of an octave, the part over which previews mix two levels: elsewhere one lookup does.
+// The part of an octave over which previews mix two levels; elsewhere they use one level.
 const MIXED: f32 = 0.3;
 
-// The same between two levels. Where one has nothing, the other's colour is taken.
+// Looks up a texel between two levels. Where one has no tile, the other's colour is taken.
 fn texel_at(sheet: SheetPlace, at: vec2f, level: f32) -> vec4f {
     let held = min(level, f32(max(sheet.log_size.x, sheet.log_size.y)));
     let lower = floor(held);

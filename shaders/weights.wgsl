@@ -1,10 +1,11 @@
-// How photos are weighed. The plain twin: projection/weights.rs.
+// The weights of photos. CPU reference: projection/weights.rs.
 
 const LEAST_ANGLE: f32 = 1e-6;
 const OTHER_SIDE: f32 = 1000.0;
 const INFINITE: f32 = 3e38;
 
-// atan of 0..1: odd minimax polynomial, off by at most 2e-6 (Abramowitz & Stegun 4.4.49, its form).
+// atan for 0..1: an odd minimax polynomial with an error of at most 2e-6 (Abramowitz & Stegun 4.4.49, its
+// form).
 fn atan_of_unit(x: f32) -> f32 {
     let s = x * x;
     let odd = ((((0.0208351 * s - 0.0851330) * s + 0.1801410) * s - 0.3302995) * s + 0.9998660);
@@ -21,7 +22,7 @@ fn angle_between(a: vec3f, b: vec3f) -> f32 {
     return select(half, 3.1415927 - half, cosine < 0.0);
 }
 
-// From 0 at 0 to 1 from 1 on: 1 - (1 - share)^8.
+// The ramp from 0 at 0 to 1 at 1 and above: 1 - (1 - share)^8.
 fn border_ramp(share: f32) -> f32 {
     let left = 1.0 - clamp(share, 0.0, 1.0);
     let square = left * left;

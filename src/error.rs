@@ -1,52 +1,52 @@
-//! Errors say whose fault it was, and what to do about it.
+//! Errors by cause, with remedies.
 
 use std::io::ErrorKind;
 use std::path::{Path, PathBuf};
 
-/// The result of everything in this crate that can fail.
+/// The result of all fallible functions of this crate.
 pub type Result<T, E = Error> = std::result::Result<T, E>;
 
-/// What can go wrong, by whose fault.
+/// An error, classified by its cause.
 #[derive(Debug, thiserror::Error)]
 pub enum Error {
-    /// What the user gave cannot be used.
+    /// The user's input cannot be used.
     #[error("{}{}: {found}; {remedy}", file.display(), at(place))]
     Input {
         /// The file that was read.
         file: PathBuf,
-        /// Where in it: `line 12`, `face 7 of "roof"`, `byte 1024`; empty for the whole file.
+        /// The position in it: `line 12`, `face 7 of "roof"`, `byte 1024`; empty for the whole file.
         place: String,
-        /// What was found, against what was expected.
+        /// The finding: what was found, and what was expected.
         found: String,
-        /// What to do.
+        /// The remedy: what the user can do.
         remedy: String,
     },
-    /// The operating system refused.
+    /// The operating system reported an error.
     #[error("{}: could not {doing}: {source}{}", path.display(), remedy(source))]
     Io {
         /// The file or folder.
         path: PathBuf,
-        /// A verb phrase: `read it`, `create the folder`.
+        /// The attempted operation as a verb phrase: `read it`, `create the folder`.
         doing: &'static str,
-        /// What the system said.
+        /// The system's error.
         source: std::io::Error,
     },
-    /// The GPU, its driver, or our use of it.
+    /// The GPU, its driver or this program's use of it failed.
     #[error("GPU: {0}")]
     Gpu(String),
     /// The request contradicts itself or the project.
     #[error("{0}")]
     Request(String),
-    /// Several things are wrong that do not depend on each other; one line each.
+    /// Several independent errors occurred; the message has one line for each.
     #[error("{}", lines(.0))]
     Several(Vec<Error>),
-    /// Somebody asked to stop.
+    /// The computation was cancelled.
     #[error("stopped on request")]
     Cancelled,
 }
 
 impl Error {
-    /// An [`Error::Input`]: file, place (may be empty), finding, remedy.
+    /// Makes an [`Error::Input`] of file, place (may be empty), finding and remedy.
     pub fn input(
         file: impl Into<PathBuf>,
         place: impl Into<String>,
@@ -56,8 +56,8 @@ impl Error {
         Self::Input { file: file.into(), place: place.into(), found: found.into(), remedy: remedy.into() }
     }
 
-    /// One error of those that happened side by side; `None` when none did. Being stopped outweighs
-    /// the rest.
+    /// Combines errors that occurred side by side into one; `None` when there are none. Cancellation takes
+    /// precedence.
     pub fn of_all(errors: Vec<Self>) -> Option<Self> {
         if errors.iter().any(|error| matches!(error, Self::Cancelled)) {
             return Some(Self::Cancelled);
@@ -66,8 +66,8 @@ impl Error {
         if errors.len() > 1 { Some(Self::Several(errors)) } else { errors.pop() }
     }
 
-    /// What is wrong, for people: what is the same of several files is told once, with how many they are and the first
-    /// of their names. In the order in which each is met first.
+    /// Returns the messages of errors in order of first occurrence. Errors that are the same for several files make
+    /// one message, with the number of files and the first of their names.
     pub fn gathered(errors: &[&Self]) -> Vec<String> {
         let mut groups: Vec<(&Self, Vec<&Path>)> = Vec::new();
         for error in errors {
@@ -77,10 +77,10 @@ impl Error {
                 None => groups.push((error, file.into_iter().collect())),
             }
         }
-        groups.into_iter().map(|(first, files)| first.told_of(&files)).collect()
+        groups.into_iter().map(|(first, files)| first.message_for(&files)).collect()
     }
 
-    /// The file of an [`Error::Input`] that speaks of a whole file.
+    /// Returns the file of an [`Error::Input`] that concerns a whole file.
     fn file(&self) -> Option<&Path> {
         match self {
             Self::Input { file, place, .. } if place.is_empty() => Some(file),
@@ -88,7 +88,7 @@ impl Error {
         }
     }
 
-    /// The same is wrong with another file.
+    /// Returns true when both are the same problem with different files.
     fn is_like(&self, other: &Self) -> bool {
         let (Self::Input { found, remedy, .. }, Self::Input { found: theirs, remedy: other_remedy, .. }) =
             (self, other)
@@ -98,7 +98,8 @@ impl Error {
         self.file().is_some() && other.file().is_some() && (found, remedy) == (theirs, other_remedy)
     }
 
-    fn told_of(&self, files: &[&Path]) -> String {
+    /// Returns the message for all the files that have this problem.
+    fn message_for(&self, files: &[&Path]) -> String {
         let Self::Input { found, remedy, .. } = self else { return self.to_string() };
         if files.len() < 2 {
             return self.to_string();
@@ -112,32 +113,32 @@ impl Error {
         format!("{} files: {found}; {remedy} ({}{more})", files.len(), named.join(", "))
     }
 
-    /// For `map_err`: wraps what the system said about `path` while `doing` something.
+    /// Makes a closure for `map_err` that wraps the system's error about `path` while `doing` something.
     pub fn io(path: impl AsRef<Path>, doing: &'static str) -> impl FnOnce(std::io::Error) -> Self {
         let path = path.as_ref().to_path_buf();
         move |source| Self::Io { path, doing, source }
     }
 }
 
-/// What helps against what the system says most often.
+/// Returns the remedy against the system's most frequent errors, to be appended to the message.
 fn remedy(source: &std::io::Error) -> &'static str {
     match source.kind() {
-        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => {
-            "; free some space on that disk, then do it again"
-        }
-        ErrorKind::ReadOnlyFilesystem => "; nothing can be written on that disk: use a copy in another place",
-        ErrorKind::PermissionDenied => "; give yourself the right to do that, or use a copy in another place",
+        ErrorKind::StorageFull | ErrorKind::QuotaExceeded => "; free some space on that disk, then try again",
+        ErrorKind::ReadOnlyFilesystem => "; that disk is read-only: use a copy in another place",
+        ErrorKind::PermissionDenied => "; give yourself permission for that, or use a copy in another place",
         _ => "",
     }
 }
 
-/// So many names tell which files are meant; more are a list that nobody reads.
+/// The number of file names that a message lists; a longer list would not be read.
 const NAMED: usize = 2;
 
+/// Joins the errors' messages, one line each.
 fn lines(errors: &[Error]) -> String {
     errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
 }
 
+/// Returns the place with a comma before it, or nothing for a whole file.
 fn at(place: &str) -> String {
     if place.is_empty() { String::new() } else { format!(", {place}") }
 }
@@ -148,11 +149,11 @@ mod tests {
 
     #[test]
     fn a_disk_that_is_full_or_may_not_be_written_to_is_told_with_what_helps() {
-        let told = |kind: ErrorKind| Error::io("a.png", "write it")(kind.into()).to_string();
-        assert!(told(ErrorKind::StorageFull).ends_with("free some space on that disk, then do it again"));
-        assert!(told(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
-        assert!(told(ErrorKind::PermissionDenied).contains("give yourself the right"));
-        assert_eq!(told(ErrorKind::NotFound), "a.png: could not write it: entity not found");
+        let message = |kind: ErrorKind| Error::io("a.png", "write it")(kind.into()).to_string();
+        assert!(message(ErrorKind::StorageFull).ends_with("free some space on that disk, then try again"));
+        assert!(message(ErrorKind::ReadOnlyFilesystem).ends_with("use a copy in another place"));
+        assert!(message(ErrorKind::PermissionDenied).contains("give yourself permission"));
+        assert_eq!(message(ErrorKind::NotFound), "a.png: could not write it: entity not found");
     }
 
     #[test]
@@ -163,10 +164,10 @@ mod tests {
         errors.insert(1, photo("odd.jpg", "turned"));
         errors.push(Error::input("site/a.obj", "line 3", "no faces", "export them"));
         errors.push(Error::input("site/a.obj", "line 4", "no faces", "export them"));
-        let told = Error::gathered(&errors.iter().collect::<Vec<_>>());
-        assert_eq!(told[0], "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)");
+        let messages = Error::gathered(&errors.iter().collect::<Vec<_>>());
+        assert_eq!(messages[0], "19 files: too small; use its own size (00.jpg, 01.jpg and 17 more)");
         assert_eq!(
-            told[1..],
+            messages[1..],
             errors[1..2].iter().chain(&errors[20..]).map(ToString::to_string).collect::<Vec<_>>()
         );
     }

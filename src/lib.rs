@@ -2,26 +2,27 @@
 //! layers: for every photo it proves which surface hides which, gives every surface pixels of its
 //! own, and writes the result as a layered file that an artist can paint on.
 //!
-//! The modules, bottom to top. An arrow may only point down this list; `tests/architecture.rs`
-//! holds it.
+//! The modules are listed bottom to top. Each may use only the modules above it in this table, which
+//! `tests/architecture.rs` verifies.
 //!
-//! | module | what lives there |
+//!  module | contents |
 //! |---|---|
-//! | [`error`], [`task`] | whose fault; progress and stop |
-//! | [`geometry`] | camera, lens, plane, polygon, rectangle: pure mathematics |
-//! | [`scene`] | photo, model, site: what was photographed; immutable |
-//! | [`projection`] | novel views: sheared frusta, which image layers serve a face, weights |
+//!  [`error`], [`task`] | errors with their causes and remedies; progress and cancellation |
+//!  [`geometry`] | cameras, lenses, planes, polygons, rectangles: pure mathematics |
+//!  [`raster`] | pixels on a grid: image, sampling, halving, compositing, robust statistics |
+//! | [`scene`] | photos, model and site: the photographed scene, immutable |
+//!  [`projection`] | novel views: sheared frusta, the image layers that serve a face, blend weights |
 //! | [`layers`] | the method: occlusion graph, cycles, parts, visibility layers, clusters, content, filling |
-//! | [`document`] | what is saved: the authored project, the derived stack |
-//! | [`io`], [`gpu`] | files and passes; they do not know each other |
-//! | [`recipe`] | open, sort, cluster, extract, fill, save: the program without a face |
-//! | [`app`] | the editor window: shows and asks, never computes |
-//! | [`cli`] | what was typed, what it means, run |
+//!  [`document`] | what is saved: the authored project and the derived stacks |
+//!  [`io`], [`gpu`] | files; GPU passes; neither uses the other |
+//!  [`recipe`] | whole tasks: open, sort, cluster, extract, fill, save, without a user interface |
+//!  [`app`] | the editor window: it shows and asks, and computes nothing itself |
+//!  [`cli`] | the command line: parse, interpret, run |
 //!
-//! # A program without a command line
+//! # Use as a library
 //!
-//! What `quadratura build` does, in six lines: a project becomes a site, a rasteriser is made, and every
-//! photo gets its stack.
+//! The following does what `quadratura build` does: it opens a project as a site, makes a rasteriser, and builds
+//! the stack of every photo.
 //!
 //! ```no_run
 //! use std::path::Path;
@@ -59,6 +60,7 @@ pub mod error;
 pub mod task;
 
 pub mod geometry;
+pub mod raster;
 pub mod scene;
 
 pub mod projection;

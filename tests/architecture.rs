@@ -5,11 +5,17 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+#[path = "architecture/app_floors.rs"]
+mod app_floors;
 #[path = "architecture/rules.rs"]
 mod rules;
 #[path = "architecture/source.rs"]
 mod source;
 
+use app_floors::{
+    LARGEST_CIRCLE, TAKE_THE_EDITOR, arrows_in_app, largest_circle, rooms_beside_the_floors,
+    takes_the_editor, toolkit_below,
+};
 use rules::{
     FLOORS, LONGEST_FILE, forbidden_arrows, machine_paths, missing_header, noise, packages_out_of_place,
     too_long, unused_packages, unwraps, wgpu_in_layers,
@@ -118,6 +124,31 @@ fn the_front_page_lists_the_modules_from_the_ground_up() {
         assert!(at > last || floor_is_shared || last == 0, "src/lib.rs: `{module}` is listed too early");
         last = last.max(at);
     }
+}
+
+#[test]
+fn the_window_has_floors_and_its_arrows_point_down() {
+    let sources = sources();
+    let rules = [arrows_in_app, rooms_beside_the_floors, toolkit_below];
+    assert_none(rules.iter().flat_map(|rule| rule(&sources)).collect());
+}
+
+#[test]
+fn files_of_the_window_import_each_other_in_small_circles_only() {
+    let circle = largest_circle(&sources());
+    println!("largest circle of files in src/app: {}", circle.len());
+    let names = circle.join(", ");
+    assert!(circle.len() <= LARGEST_CIRCLE, "{} files import each other: {names}", circle.len());
+    assert!(circle.len() == LARGEST_CIRCLE, "the circle has {} files: say so in the table", circle.len());
+}
+
+#[test]
+fn what_draws_cannot_change_the_whole_editor() {
+    let found = takes_the_editor(&sources());
+    let count: usize = found.iter().map(|(_, count)| count).sum();
+    println!("functions that take the whole editor: {count}");
+    assert!(count <= TAKE_THE_EDITOR, "{count}: {found:?}");
+    assert!(count == TAKE_THE_EDITOR, "it is {count} by now: say so in the table");
 }
 
 // ---- the rules can fail ----

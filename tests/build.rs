@@ -10,7 +10,7 @@ use quadratura::document::{Decisions, Stack};
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::{BoxShape, Method, Options, SoftwareRasteriser};
 use quadratura::recipe::build::{BuildOptions, Built, build};
-use quadratura::scene::synthetic::{Dice, Scene, closed_form, random};
+use quadratura::scene::synthetic::{Rng, Scene, closed_form, random};
 use quadratura::scene::{Photo, Site};
 use quadratura::task::Task;
 
@@ -24,7 +24,7 @@ struct Noise {
 
 impl Noise {
     fn new(seed: u64, width: u32, height: u32, holes: bool) -> Self {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let mut rgba = Vec::new();
         for _ in 0..width * height {
             rgba.extend([0; 3].map(|_| dice.whole(0, 65535) as u16));
@@ -322,7 +322,7 @@ fn decisions_about_a_photos_layers_build_it_again_and_what_does_not_hold_is_told
 
     let gone = decided(r#"{"split":[[[{"object":"nowhere"}]]],"options":{"margin":3}}"#);
     let stack = bench.decided(Options::default(), &gone, 1).stack.unwrap();
-    assert!(stack.unmet[0].contains("nowhere has no texture from this photo"), "{:?}", stack.unmet);
+    assert!(stack.unmet[0].contains("nowhere is not textured by this photo"), "{:?}", stack.unmet);
     let other = bench.build(Options { margin: 3, ..Options::default() }, 1).stack.unwrap();
     let ids = |stack: &Stack| stack.image_layers.iter().map(|l| l.id.clone()).collect::<Vec<_>>();
     assert_eq!(ids(&stack), ids(&other), "an option of the photo's own");

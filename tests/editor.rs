@@ -14,6 +14,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use quadratura::app::ask::TripAsk;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
@@ -46,10 +47,10 @@ fn an_empty_window_says_what_to_do_and_the_palette_has_every_command() {
 fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(Some(folder.path().to_path_buf()));
-    wait(&mut harness, "the refusal", |editor| editor.jobs.is_idle() && !editor.notes.list().is_empty());
+    wait(&mut harness, "the refusal", |editor| editor.running.is_idle() && !editor.notes.list().is_empty());
     let note = &harness.state().notes.list()[0].text;
-    assert!(note.contains("there is no project here") && note.contains("New project…"), "{note}");
-    harness.get_by_label_contains("there is no project here");
+    assert!(note.contains("there is no project in this folder") && note.contains("New project…"), "{note}");
+    harness.get_by_label_contains("there is no project in this folder");
     assert!(harness.state().session.is_none());
 }
 
@@ -57,7 +58,7 @@ fn a_folder_that_is_no_project_is_told_and_the_window_stays() {
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     common::gpu_rasteriser()?;
     let mut harness = window(Some(piazza(folder)));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.get_by_label("01_church.jpg, not built");
     harness.get_by_label("No photo has layers yet.");
     harness.get_by_label("Build layers").click();
@@ -70,8 +71,8 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
 
 fn is_current(editor: &Editor) -> bool {
     let session = editor.session.as_ref().unwrap();
-    session.painter.is_some()
-        && editor.jobs.is_idle()
+    editor.device.is_some()
+        && editor.running.is_idle()
         && session.photos.iter().all(|photo| photo.is_current())
 }
 
@@ -106,7 +107,7 @@ fn a_site_is_opened_built_and_shown_by_hand() {
     let locked = ProjectLock::take(&project).unwrap_err().to_string();
     assert!(locked.contains("is writing to this project"), "{locked}");
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    wait(&mut harness, "closing", |editor| editor.session.is_none() && editor.jobs.is_idle());
+    wait(&mut harness, "closing", |editor| editor.session.is_none() && editor.running.is_idle());
     ProjectLock::take(&project).unwrap();
 }
 
@@ -186,7 +187,7 @@ fn a_decision_is_one_step_that_can_be_undone_and_is_saved_when_the_user_says_so(
     drop(harness);
     let mut harness = window(Some(project.clone()));
     wait(&mut harness, "the project", |editor| editor.session.is_some());
-    wait(&mut harness, "quiet", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "quiet", |editor| editor.running.is_idle());
     harness.get_by_label("Restore").click();
     wait(&mut harness, "what was not saved", |editor| editor.is_dirty());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
@@ -219,7 +220,7 @@ fn a_flight_is_made_of_two_views_played_and_filmed() {
     command(&mut harness, "Make a picture…");
     harness.get_by_label("Make").click();
     let picture = folder.path().join("piazza/pictures/view.png");
-    wait(&mut harness, "the picture", |editor| picture.is_file() && editor.jobs.is_idle());
+    wait(&mut harness, "the picture", |editor| picture.is_file() && editor.running.is_idle());
 
     // Of all this a step of the history each: undone, nothing is left to save.
     for step in ["Undo", "Undo", "Undo"] {
@@ -242,14 +243,12 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     }
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(Some(piazza(folder.path())));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().settings.image_editor.editor = None;
     harness.state_mut().settings.image_editor.program = NOBODY.into();
     harness.state_mut().settings.image_editor.format = ExportFormat::Xcf;
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    let built = |editor: &Editor| {
-        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.jobs.is_idle()
-    };
+    let built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
 
@@ -258,7 +257,7 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
     harness.step();
     harness.get_by_label("Edit in image editor").click();
     harness.step();
-    wait(&mut harness, "the export", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the export", |editor| editor.running.is_idle());
     harness.get_by_label_contains("What you save there comes home by itself.");
     let file = folder.path().join("piazza/editing/01_church.jpg.xcf");
     let mut paper = paper::Paper::read(&file);
@@ -274,19 +273,19 @@ fn what_is_painted_and_saved_comes_home_by_itself_and_goes_again_when_it_is_take
 
     // Once more in the image editor is on with the same file, not a new one.
     harness.state_mut().run(&command::paint::EDIT);
-    wait(&mut harness, "the file that was begun", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the file that was begun", |editor| editor.running.is_idle());
     harness.get_by_label_contains("as you left it");
     let files = std::fs::read_dir(file.parent().unwrap()).unwrap().count();
     assert_eq!(files, 1);
 
     harness.get_by_label("Take back import").click();
     harness.step();
-    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.jobs.is_idle());
+    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.running.is_idle());
     harness.get_by_label("taken back");
     harness.get_by_label("None can be taken back.");
 
     // By hand it comes again.
-    harness.state_mut().import_files(vec![file]);
+    harness.state_mut().apply(TripAsk::ImportFiles(vec![file]));
     wait(&mut harness, "the import by hand", |editor| editor.trip.history.len() == 1);
 }
 
@@ -297,9 +296,9 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(Some(piazza(folder.path())));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
-    wait(&mut harness, "the layers", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the layers", |editor| editor.running.is_idle());
 
     harness.get_by_role_and_label(Role::Button, "Colour").click();
     harness.step();
@@ -307,7 +306,7 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
     harness.step();
     harness.get_by_label("Leave out").click();
     harness.step();
-    wait(&mut harness, "the decision", |editor| editor.jobs.is_idle() && editor.is_dirty());
+    wait(&mut harness, "the decision", |editor| editor.running.is_idle() && editor.is_dirty());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     harness.step();
     let project = folder.path().join("piazza");
@@ -315,12 +314,12 @@ fn exposures_are_decided_by_hand_and_kept_and_what_is_hidden_is_listed() {
     assert_eq!(left_out(&project), 1);
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     harness.step();
-    wait(&mut harness, "the way back", |editor| editor.jobs.is_idle() && editor.is_dirty());
+    wait(&mut harness, "the way back", |editor| editor.running.is_idle() && editor.is_dirty());
     assert!(harness.state().session.as_ref().unwrap().opened.project.colour.is_default());
 
     harness.get_by_role_and_label(Role::Button, "Fill").click();
     harness.step();
-    wait(&mut harness, "the worst", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the worst", |editor| editor.running.is_idle());
     harness.step();
     harness.get_by_label("Worst first");
     harness.get_by_label("Hidden parts of 01_church.jpg");
@@ -333,7 +332,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window(Some(piazza(folder.path())));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.get_by_label("04_arcade.jpg, not built").click();
     harness.key_press(Key::F3);
     harness.step();
@@ -342,12 +341,12 @@ fn a_photo_is_looked_at_layer_by_layer() {
     harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
     let built = |editor: &Editor| {
         let session = editor.session.as_ref().unwrap();
-        session.photos[3].is_current() && editor.jobs.is_idle()
+        session.photos[3].is_current() && editor.running.is_idle()
     };
     wait(&mut harness, "the layers of one photo", built);
     // What was built is read by jobs that the next frames start.
     harness.step();
-    wait(&mut harness, "what the view shows", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "what the view shows", |editor| editor.running.is_idle());
 
     // Without its front layer the photo is another picture; what is at a pixel has a name.
     let point = |harness: &mut Harness<'_, Editor>| {
@@ -363,7 +362,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
     harness.key_press(Key::Period);
     harness.step();
     assert_eq!(harness.state().flat.photo.taken_off, 1);
-    wait(&mut harness, "the photo without its first layer", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the photo without its first layer", |editor| editor.running.is_idle());
     point(&mut harness);
     appears(&mut harness, " away");
     let first = harness.query_all_by_label_contains("Visibility layer 1, ").next();
@@ -387,7 +386,7 @@ fn a_photo_is_looked_at_layer_by_layer() {
     harness.get_by_label("Image layer view");
     harness.get_by_label("Provenance").click();
     harness.step();
-    wait(&mut harness, "where texels come from", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "where texels come from", |editor| editor.running.is_idle());
     harness.get_by_label("this photo");
 
     // Faces without texture are listed with the reason, and a click goes to the face.

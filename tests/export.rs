@@ -7,9 +7,10 @@ use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use invented::Plan;
-use quadratura::document::decisions::LayerName;
+use quadratura::document::decisions::LayerNaming;
 use quadratura::document::export_record::{ExportFormat, HelperRole};
 use quadratura::document::{Decisions, Stack};
+use quadratura::geometry::PixelRect;
 use quadratura::io::exports::ExportStore;
 use quadratura::io::layered::{Depth, EditedLayer, Raster, composite, read_layered};
 use quadratura::io::photo::read_photo;
@@ -58,14 +59,11 @@ fn covered(project: &Project) -> Vec<bool> {
     let mut covered = vec![false; (photo.width() * photo.height()) as usize];
     let folder = StackStore::new(project.folder.path()).folder(&project.photo.name);
     for layer in &project.stack.image_layers {
-        let (file, r) = (folder.join(&layer.needed_file), layer.rect);
-        let mask = quadratura::io::layered::png::read_mask(&file, r.w, r.h).unwrap();
-        for y in 0..photo.height() {
-            for x in 0..photo.width() {
-                let (dx, dy) = (x as i32 - r.x, y as i32 - r.y);
-                let inside = dx >= 0 && dy >= 0 && dx < r.w as i32 && dy < r.h as i32;
-                covered[(y * photo.width() + x) as usize] |= inside && mask.at(dx as u32, dy as u32);
-            }
+        let file = folder.join(&layer.needed_file);
+        let mask = quadratura::io::layered::png::read_mask(&file, layer.rect).unwrap();
+        let whole = PixelRect::of_size(photo.width(), photo.height());
+        for (covered, (x, y)) in covered.iter_mut().zip(whole.pixels()) {
+            *covered |= mask.holds(x, y);
         }
     }
     covered
@@ -295,7 +293,7 @@ fn even_colour_is_for_looking_at_and_leaves_the_plain_export_as_it_was() {
 
     let document = read_layered(&even.path).unwrap();
     let token = |layer: &EditedLayer| project.stack.image_layers.iter().any(|l| layer.name.contains(&l.id));
-    assert!(!document.layers.iter().any(|layer| token(layer) || layer.id.is_some()), "no way back");
+    assert!(!document.layers.iter().any(|layer| token(layer) || layer.id.is_some()), "cannot be imported");
     let photo = document.layers.iter().find(|layer| layer.name.starts_with("photo")).unwrap();
     let mut expected = project.raster();
     expected.multiply_light([2.0, 1.0, 0.5]);
@@ -320,7 +318,7 @@ fn a_layer_is_exported_by_the_name_that_was_decided_whatever_it_was_called_when_
         held.map(|element| Faces { object: element.object.clone(), faces: element.all_faces() }).collect();
     let mut decisions = Decisions::default();
     let named = decisions.photos.entry(project.photo.name.clone()).or_default();
-    named.names.push(LayerName { name: "the palazzo".into(), of });
+    named.names.push(LayerNaming { name: "the palazzo".into(), of });
     let options = ExportOptions { decisions: Some(decisions), ..ExportOptions::default() };
     let report = project.export_as(&options).done.remove(0);
     assert_ne!(report.key, plain.key, "it is another document");

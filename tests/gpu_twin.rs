@@ -13,7 +13,7 @@ use quadratura::layers::{
 };
 use quadratura::layers::{Occlusion, is_behind};
 use quadratura::scene::FaceId;
-use quadratura::scene::synthetic::{Dice, Scene, closed_form, large, random};
+use quadratura::scene::synthetic::{Rng, Scene, closed_form, large, random};
 use quadratura::task::Task;
 
 const TOLERANCE: f32 = 1e-4;
@@ -256,7 +256,7 @@ fn several_threads_may_draw_at_a_time() {
 #[test]
 fn bands_and_parts_change_nothing_but_the_sub_pixel_grid() {
     let Some(rasteriser) = rasteriser() else { return };
-    let Some(in_parts) = self::rasteriser().map(|whole| whole.in_parts_of(3000, 4000)) else { return };
+    let Some(in_parts) = self::rasteriser().map(|whole| whole.with_limits(3000, 4000)) else { return };
     for scene in random_scenes(20) {
         let view = view(&scene);
         let (whole, parts) = (draw(&rasteriser, &view), draw(&in_parts, &view));
@@ -270,7 +270,7 @@ fn bands_and_parts_change_nothing_but_the_sub_pixel_grid() {
 
 #[test]
 fn a_row_that_fits_no_buffer_is_an_error_that_names_it() {
-    let Some(rasteriser) = rasteriser().map(|whole| whole.in_parts_of(3000, 100)) else { return };
+    let Some(rasteriser) = rasteriser().map(|whole| whole.with_limits(3000, 100)) else { return };
     let drawn = rasteriser.fragments(&view(&closed_form::two_quads()), TOLERANCE, &Task::silent());
     let message = drawn.expect_err("100 entries are less than a row").to_string();
     assert!(message.contains("row ") && message.contains("simplify the model"), "{message}");
@@ -280,7 +280,7 @@ fn a_row_that_fits_no_buffer_is_an_error_that_names_it() {
 /// though few faces lie behind each other at any one pixel.
 fn confetti(count: u32) -> View {
     let mut view = View { width: 160, height: 120, largest_inverse_depth: 1.0, ..View::default() };
-    let mut dice = Dice::new(7);
+    let mut dice = Rng::new(7);
     for item in 0..count {
         let depth = dice.between(2.0, 20.0) as f32;
         let (x, y) = (dice.whole(0, 150) as f32, dice.whole(0, 112) as f32);

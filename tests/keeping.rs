@@ -15,11 +15,12 @@ use std::path::{Path, PathBuf};
 use eframe::egui::{Event, Key, Modifiers, PointerButton, Pos2};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use quadratura::app::ask::{BuildAsk, DecideAsk, ProjectAsk};
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::document::Project;
 use quadratura::document::history::Gesture;
-use quadratura::document::masks::{Mask, MaskFrom};
+use quadratura::document::masks::{Mask, MaskOrigin};
 use quadratura::geometry::{PixelRect, Spans};
 use quadratura::io::layered::Raster;
 use quadratura::io::mask_store::MaskStore;
@@ -40,7 +41,7 @@ fn project(folder: &Path) -> PathBuf {
 
 fn opened(project: &Path) -> Harness<'static, Editor> {
     let mut harness = window(Some(project.to_path_buf()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness
 }
 
@@ -75,7 +76,7 @@ fn a_window_that_ends_without_a_question_leaves_its_last_decision_to_be_taken_ba
 
     // A signal: what is decided is on disk before the window closes.
     decide(&mut harness, 12);
-    harness.state().ending.ask();
+    harness.state().work.ending.ask();
     drop(harness);
     let harness = taken_back(&project);
     assert_eq!(present(harness.state()).options.margin, 12);
@@ -86,10 +87,11 @@ fn what_is_decided_by_one_click_is_kept_at_once_and_what_was_found_stays_until_i
     let folder = tempfile::tempdir().unwrap();
     let project = project(folder.path());
     let mut harness = opened(&project);
-    harness.state_mut().switch_object("church.facade", false);
+    harness.state_mut().apply(DecideAsk::SwitchObject("church.facade".into(), false));
     // No frame goes by: the job has begun with the decision.
-    while !harness.state().jobs.is_idle() {
-        harness.state_mut().jobs.receive();
+    while !harness.state().running.is_idle() {
+        let editor = harness.state_mut();
+        editor.work.jobs.receive(&mut editor.state.running);
         std::thread::yield_now();
     }
     let kept = fs::read_to_string(project.join(UNSAVED)).unwrap();
@@ -130,7 +132,7 @@ fn a_stroke_that_has_just_ended_is_kept_when_the_display_goes() {
     pointer(&mut harness, at + [30.0, 0.0].into(), false);
     drop(harness);
     let harness = taken_back(&project);
-    assert!(present(harness.state()).masks.find(CHURCH, &MaskFrom::Drawn).is_some());
+    assert!(present(harness.state()).masks.find(CHURCH, &MaskOrigin::Drawn).is_some());
 }
 
 #[test]
@@ -170,7 +172,7 @@ fn mask(project: &Path, pixels: u32) -> PathBuf {
     let file = store.add(CHURCH, "drawn", &block(pixels), SIZE).unwrap();
     change_project(project, |project| {
         let mut project = project?;
-        let mask = Mask { from: MaskFrom::Drawn, file: file.clone(), pixels: u64::from(pixels) };
+        let mask = Mask { from: MaskOrigin::Drawn, file: file.clone(), pixels: u64::from(pixels) };
         project.masks.put(CHURCH, mask);
         Ok(project)
     })
@@ -199,13 +201,13 @@ fn a_mask_that_is_gone_is_taken_away_or_replaced_by_an_older_one_with_a_click_on
     assert_eq!(photos(harness.state()), 2);
     assert!(!is_there(&harness, "quadratura mask"), "no word of the command line");
     click(&mut harness, "Take this mask away");
-    wait(&mut harness, "the photo", |editor| photos(editor) == 3 && editor.jobs.is_idle());
+    wait(&mut harness, "the photo", |editor| photos(editor) == 3 && editor.running.is_idle());
     assert!(!is_there(&harness, "Take this mask away"), "it helps no longer");
     command(&mut harness, "Undo");
-    wait(&mut harness, "no photo", |editor| photos(editor) == 2 && editor.jobs.is_idle());
+    wait(&mut harness, "no photo", |editor| photos(editor) == 2 && editor.running.is_idle());
     appears(&mut harness, "Take the one of a moment ago");
     click(&mut harness, "Take the one of a moment ago");
-    wait(&mut harness, "the photo", |editor| photos(editor) == 3 && editor.jobs.is_idle());
+    wait(&mut harness, "the photo", |editor| photos(editor) == 3 && editor.running.is_idle());
     assert_eq!(present(harness.state()).masks.of(CHURCH)[0].pixels, 8);
 }
 
@@ -242,9 +244,9 @@ fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     harness.state_mut().settings.image_editor.format = ExportFormat::Psd;
     harness.state_mut().photo = Some(0);
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    wait(&mut harness, "the layers", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the layers", |editor| editor.running.is_idle());
     harness.state_mut().run(&command::paint::EDIT);
-    wait(&mut harness, "the export", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the export", |editor| editor.running.is_idle());
 
     let file = project.join("editing/01_church.jpg.psd");
     let mut paper = paper::Paper::read(&file);
@@ -254,17 +256,17 @@ fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     paper.sheets.push(paper::Sheet { name: "mask".into(), rect, pixels, visible: true, id: None });
     paper.write(&file);
     let has_mask = |editor: &Editor| present(editor).masks.of(CHURCH).len() == 1;
-    wait(&mut harness, "the mask", |editor| has_mask(editor) && editor.jobs.is_idle());
+    wait(&mut harness, "the mask", |editor| has_mask(editor) && editor.running.is_idle());
     let undoes = |editor: &Editor| editor.session.as_ref().unwrap().history.undoes().map(str::to_owned);
     assert_eq!(undoes(harness.state()).as_deref(), Some("import 1"));
     assert!(!harness.state().is_dirty(), "it is in project.json");
 
     command(&mut harness, "Undo");
-    wait(&mut harness, "no mask", |editor| !has_mask(editor) && editor.jobs.is_idle());
+    wait(&mut harness, "no mask", |editor| !has_mask(editor) && editor.running.is_idle());
     assert!(read_project(&project).unwrap().masks.is_empty());
     assert_eq!(undoes(harness.state()), None);
     command(&mut harness, "Redo");
-    wait(&mut harness, "the mask again", |editor| has_mask(editor) && editor.jobs.is_idle());
+    wait(&mut harness, "the mask again", |editor| has_mask(editor) && editor.running.is_idle());
     assert_eq!(read_project(&project).unwrap().masks, present(harness.state()).masks);
     assert!(!harness.state().is_dirty());
     assert_eq!(undoes(harness.state()).as_deref(), Some("import 1"));
@@ -272,7 +274,8 @@ fn an_import_that_brings_a_mask_is_one_step_that_is_undone_and_done_again() {
     // What is decided meanwhile is saved beside the mask that is there.
     decide(&mut harness, 15);
     harness.state_mut().end_gesture();
-    assert!(harness.state_mut().save_project());
+    harness.state_mut().apply(ProjectAsk::Save);
+    assert!(!harness.state().is_dirty());
     let saved = read_project(&project).unwrap();
     assert_eq!((saved.options.margin, saved.masks.of(CHURCH).len()), (15, 1));
 }
@@ -296,7 +299,7 @@ fn a_model_that_changes_on_disk_is_told_and_read_by_a_click() {
     harness.state_mut().settings.notes_shown = true;
     click(&mut harness, "Read files again");
     wait(&mut harness, "the model", |editor| {
-        editor.jobs.is_idle() && !std::sync::Arc::ptr_eq(&before, &model(editor))
+        editor.running.is_idle() && !std::sync::Arc::ptr_eq(&before, &model(editor))
     });
     let told = harness.state().notes.list().iter().filter(|note| note.text.starts_with("On disk")).count();
     assert_eq!(told, 1, "once");
@@ -311,7 +314,7 @@ fn layers_are_built_of_the_model_as_it_is_on_disk() {
     let project = project(folder.path());
     let mut harness = opened(&project);
     harness.state_mut().run(&command::layers::BUILD);
-    wait(&mut harness, "the layers", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the layers", |editor| editor.running.is_idle());
     // A roof is lifted, and nobody waits until that is noticed.
     let file = folder.path().join("site/piazza.obj");
     let text = fs::read_to_string(&file).unwrap();
@@ -332,7 +335,7 @@ fn layers_are_built_of_the_model_as_it_is_on_disk() {
     harness.state_mut().run(&command::layers::BUILD);
     let built = |editor: &Editor| {
         let notes = editor.notes.list().iter().filter(|note| note.text.starts_with("Layers built"));
-        notes.count() == 2 && editor.jobs.is_idle()
+        notes.count() == 2 && editor.running.is_idle()
     };
     wait(&mut harness, "the layers again", built);
     let told = &harness.state().notes.list();
@@ -355,20 +358,20 @@ fn objects_whose_switching_was_stopped_are_told_and_switched_when_the_files_are_
     for _ in 0..50 {
         harness.state_mut().switch_object("church.facade", false);
         wait(&mut harness, "the switching", |editor| {
-            editor.jobs.running().any(|(_, job)| job.name == "Switching objects") || !has(editor)
+            editor.running.all().any(|(_, job)| job.name == "Switching objects") || !has(editor)
         });
-        harness.state().jobs.stop_all();
-        wait(&mut harness, "the end", |editor| editor.jobs.is_idle());
+        harness.state_mut().apply(BuildAsk::StopAll);
+        wait(&mut harness, "the end", |editor| editor.running.is_idle());
         if stopped(&harness) {
             break;
         }
         harness.state_mut().switch_object("church.facade", true);
-        wait(&mut harness, "the way back", |editor| has(editor) && editor.jobs.is_idle());
+        wait(&mut harness, "the way back", |editor| has(editor) && editor.running.is_idle());
     }
     if !stopped(&harness) {
         return;
     }
     assert!(has(harness.state()), "the model is as it was");
     click(&mut harness, "Read files again");
-    wait(&mut harness, "the model", |editor| editor.jobs.is_idle() && !has(editor));
+    wait(&mut harness, "the model", |editor| editor.running.is_idle() && !has(editor));
 }

@@ -21,7 +21,7 @@ fn opened(folder: &Path) -> Harness<'static, Editor> {
     let project = folder.join("piazza");
     project_of(&site_of_piazza(), &project);
     let mut harness = window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness
 }
 

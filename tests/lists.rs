@@ -18,13 +18,13 @@ use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
 use quadratura::document::Stack;
 use quadratura::document::paint::{PaintEntry, PaintedView, Patch};
-use quadratura::document::stack::SpreadPaint;
+use quadratura::document::stack::PropagationEntry;
 use quadratura::geometry::PixelRect;
 use quadratura::io::layer_reader::read_layer;
 use quadratura::io::paint_store::PaintStore;
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::fill::{FillOptions, Invent};
-use quadratura::recipe::fill::lookouts::Lookouts;
+use quadratura::recipe::fill::lookouts::Viewpoints;
 use quadratura::recipe::layer_table::{Column, sorted};
 use window::{copy_of_piazza, project_of, wait};
 
@@ -50,9 +50,9 @@ const PHOTOS: usize = 4;
 fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     common::gpu_rasteriser()?;
     let mut harness = window::window(Some(project(folder, PHOTOS)));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
-    wait(&mut harness, "the layers", |editor| all_current(editor) && editor.jobs.is_idle());
+    wait(&mut harness, "the layers", |editor| all_current(editor) && editor.running.is_idle());
     Some(harness)
 }
 
@@ -100,20 +100,20 @@ fn an_object_is_switched_off_by_its_eye_and_comes_back_when_that_is_undone() {
     click(&mut harness, Role::CheckBox, &format!("Use {first}"));
     assert_eq!(session!(harness.state()).history.undoes(), Some(format!("switching off {first}").as_str()));
     let used = |editor: &Editor| session!(editor).model().objects.len();
-    wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.jobs.is_idle());
+    wait(&mut harness, "the model without it", |editor| used(editor) == all - 1 && editor.running.is_idle());
     assert!(!all_current(harness.state()), "photos that had it have to be built again");
     assert_eq!(harness.state().selected_object().as_ref(), Some(&second));
     assert!(rows(&harness).contains(&first), "it stays in the list");
     harness.get_by_label(&format!("Objects ({all}, 1 off)"));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    wait(&mut harness, "the whole model", |editor| used(editor) == all && editor.jobs.is_idle());
+    wait(&mut harness, "the whole model", |editor| used(editor) == all && editor.running.is_idle());
     wait(&mut harness, "photos as they were", all_current);
 
     // By its command, and all of them back by one.
     harness.state_mut().run(&command::edit::SWITCH_OFF);
     wait(&mut harness, "the model without the other", |editor| used(editor) == all - 1);
-    wait(&mut harness, "quiet", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "quiet", |editor| editor.running.is_idle());
     assert_eq!(harness.state().selection, Selection::Nothing, "what is off cannot be selected");
     click(&mut harness, Role::Button, "All on");
     wait(&mut harness, "the whole model again", |editor| used(editor) == all);
@@ -251,7 +251,7 @@ fn a_face_tells_how_each_photo_stands_to_it_and_is_excluded_and_allowed_there() 
     let excluded = |editor: &Editor| {
         session!(editor).history.present().decisions.of("01_church.jpg").excludes("church.facade", 0)
     };
-    let drawn_by = |editor: &Editor| session!(editor).painter.as_ref().map(|painter| painter.surface.clone());
+    let drawn_by = |editor: &Editor| editor.work.painter.as_ref().map(|painter| painter.surface.clone());
     let painter = drawn_by(harness.state()).unwrap();
     click(&mut harness, Role::Button, "Exclude 01_church.jpg");
     assert!(excluded(harness.state()));
@@ -293,7 +293,7 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     let folder = tempfile::tempdir().unwrap();
     let Some(mut harness) = built(folder.path()) else { return };
     click(&mut harness, Role::Button, "Fill");
-    let found = |editor: &Editor| editor.quality.fill.worst.found().is_some() && editor.jobs.is_idle();
+    let found = |editor: &Editor| editor.quality.fill.worst.found().is_some() && editor.running.is_idle();
     wait(&mut harness, "the worst", found);
     steps(&mut harness);
     harness.get_by_label_contains("Seen from the photos' cameras.");
@@ -302,7 +302,7 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
 
     harness.state_mut().run(&command::flight::KEEP);
     steps(&mut harness);
-    assert_eq!(harness.state().lookouts(), Lookouts::Kept);
+    assert_eq!(harness.state().lookouts(), Viewpoints::Kept);
     wait(&mut harness, "what the kept view sees", |editor| found(editor) && views(editor) == 1);
     steps(&mut harness);
     let worst = harness.state().quality.fill.worst.found().unwrap().layers[0].clone();
@@ -317,7 +317,7 @@ fn what_is_seen_most_is_ranked_by_kept_views_where_there_are_some_and_by_the_pho
     steps(&mut harness);
     harness.get_by_label(&format!("the photos' cameras ({PHOTOS})")).click();
     steps(&mut harness);
-    assert_eq!(harness.state().lookouts(), Lookouts::Photos);
+    assert_eq!(harness.state().lookouts(), Viewpoints::Photos);
     wait(&mut harness, "what the photos see", |editor| found(editor) && views(editor) == PHOTOS);
 }
 
@@ -368,9 +368,9 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     }
     let folder = tempfile::tempdir().unwrap();
     let mut harness = window::window(Some(project(folder.path(), 2)));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
-    wait(&mut harness, "the layers", |editor| all_current(editor) && editor.jobs.is_idle());
+    wait(&mut harness, "the layers", |editor| all_current(editor) && editor.running.is_idle());
     // The quick way of filling is enough.
     harness.state_mut().edit_fill(FillOptions { invent: Invent::Diffusion, ..FillOptions::default() });
     paint_facade(&folder.path().join("piazza"));
@@ -380,13 +380,13 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     let off = harness.state();
     assert_eq!((command::layers::TAKE_OFF.ready)(off), Err("no paint lies over another photo"));
     harness.get_by_role_and_label(Role::CheckBox, "paint of 01_church.jpg");
-    let spread = |editor: &Editor| -> Vec<SpreadPaint> {
+    let spread = |editor: &Editor| -> Vec<PropagationEntry> {
         let fills = session!(editor).photos.iter().filter_map(|photo| photo.stack.as_ref()?.fill.as_ref());
         fills.flat_map(|fill| fill.spread.clone()).collect()
     };
     click(&mut harness, Role::Button, "Lay paint over other photos");
     assert_eq!(session!(harness.state()).opened.project.fill.propagate, ["*"]);
-    wait(&mut harness, "the fillings", |editor| !spread(editor).is_empty() && editor.jobs.is_idle());
+    wait(&mut harness, "the fillings", |editor| !spread(editor).is_empty() && editor.running.is_idle());
     assert!(spread(harness.state()).iter().all(|paint| paint.from == "01_church.jpg"));
     let laid: u64 = spread(harness.state()).iter().map(|paint| paint.texels).sum();
     assert!(laid > 500, "{laid}");
@@ -398,6 +398,6 @@ fn paint_of_one_photo_is_laid_over_the_others_and_taken_off_again() {
     harness.get_by_label("Photo view");
 
     harness.state_mut().run(&command::layers::TAKE_OFF);
-    wait(&mut harness, "no paint elsewhere", |editor| spread(editor).is_empty() && editor.jobs.is_idle());
+    wait(&mut harness, "no paint elsewhere", |editor| spread(editor).is_empty() && editor.running.is_idle());
     assert!(session!(harness.state()).opened.project.fill.propagate.is_empty());
 }

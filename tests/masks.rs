@@ -18,7 +18,7 @@ use image::Rgb;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
-use quadratura::document::masks::MaskFrom;
+use quadratura::document::masks::MaskOrigin;
 use quadratura::geometry::Spans;
 use quadratura::io::mask_store::MaskStore;
 use quadratura::io::project::read_project;
@@ -39,10 +39,10 @@ fn project(folder: &Path, photos: usize) -> PathBuf {
 /// A window with the first photo of a project in its view.
 fn opened(project: &Path) -> Harness<'static, Editor> {
     let mut harness = window(Some(project.to_path_buf()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.key_press(Key::F3);
     steps(&mut harness, 3);
-    wait(&mut harness, "the photo", |editor| editor.jobs.is_idle());
+    wait(&mut harness, "the photo", |editor| editor.running.is_idle());
     harness
 }
 
@@ -86,7 +86,7 @@ fn draw(harness: &mut Harness<'_, Editor>, places: &[[f32; 2]], held: Modifiers)
 }
 
 /// What is masked of a photo by one maker, as the window has it.
-fn masked(editor: &Editor, from: &MaskFrom) -> Spans {
+fn masked(editor: &Editor, from: &MaskOrigin) -> Spans {
     let session = editor.session.as_ref().unwrap();
     let masks = &session.history.present().masks;
     let Some(mask) = masks.find(CHURCH, from) else { return Spans::default() };
@@ -95,7 +95,7 @@ fn masked(editor: &Editor, from: &MaskFrom) -> Spans {
 
 fn drawn(harness: &mut Harness<'_, Editor>) -> Spans {
     wait(harness, "the mask", |editor| editor.masking.is_kept());
-    masked(harness.state(), &MaskFrom::Drawn)
+    masked(harness.state(), &MaskOrigin::Drawn)
 }
 
 fn undoes(editor: &Editor) -> Option<&str> {
@@ -142,13 +142,13 @@ fn strokes_on_the_photo_make_masks_that_are_undone_done_again_and_saved() {
     for expected in [&both, &stroke, &Spans::default()] {
         harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
         steps(&mut harness, 2);
-        assert_eq!(masked(harness.state(), &MaskFrom::Drawn).count(), expected.count());
+        assert_eq!(masked(harness.state(), &MaskOrigin::Drawn).count(), expected.count());
     }
     assert!(!harness.state().is_dirty());
     for expected in [&stroke, &both, &left] {
         harness.key_press_modifiers(Modifiers::COMMAND, Key::Y);
         steps(&mut harness, 2);
-        assert_eq!(masked(harness.state(), &MaskFrom::Drawn).count(), expected.count());
+        assert_eq!(masked(harness.state(), &MaskOrigin::Drawn).count(), expected.count());
     }
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     steps(&mut harness, 2);
@@ -233,7 +233,7 @@ fn a_masked_photo_is_stale_and_is_built_again_by_the_click_that_is_offered() {
     harness.get_all_by_label("Build layers of this photo").next().unwrap().click();
     let is = |word: &'static str| {
         move |editor: &Editor| {
-            editor.session.as_ref().unwrap().photos[0].word == word && editor.jobs.is_idle()
+            editor.session.as_ref().unwrap().photos[0].word == word && editor.running.is_idle()
         }
     };
     wait(&mut harness, "the layers", is("built"));
@@ -302,7 +302,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     let mut harness = opened(&project);
     harness.get_all_by_label("Look for people and cars").next().unwrap().click();
     harness.step();
-    let found = |editor: &Editor| editor.masking.suggested.count() > 0 && editor.jobs.is_idle();
+    let found = |editor: &Editor| editor.masking.suggested.count() > 0 && editor.running.is_idle();
     wait(&mut harness, "somebody", found);
     let before = harness.state().masking.suggested.count();
     // What came of it is told in the photo that it is in, and in no other.
@@ -314,7 +314,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     harness.state_mut().select(Selection::Photo(0));
     steps(&mut harness, 3);
     harness.state_mut().selection = Selection::Nothing;
-    assert!(masked(harness.state(), &MaskFrom::Suggested).is_empty(), "nothing is masked unasked");
+    assert!(masked(harness.state(), &MaskOrigin::Suggested).is_empty(), "nothing is masked unasked");
 
     let (_, coat) = at(&harness, 1180.0, 1010.0);
     harness.hover_at(coat);
@@ -324,7 +324,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     button(&mut harness, coat, PointerButton::Primary, false, Modifiers::NONE);
     steps(&mut harness, 2);
     wait(&mut harness, "the mask", |editor| editor.masking.is_kept());
-    let mask = masked(harness.state(), &MaskFrom::Suggested);
+    let mask = masked(harness.state(), &MaskOrigin::Suggested);
     assert!(mask.holds(1180, 1010), "{:?}", mask.bounds());
     assert!(undoes(harness.state()).unwrap().starts_with("mask of 01_church.jpg by suggestion"));
 
@@ -332,13 +332,13 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
     harness.state_mut().select(Selection::Photo(0));
     steps(&mut harness, 4);
-    assert!(masked(harness.state(), &MaskFrom::Suggested).is_empty());
+    assert!(masked(harness.state(), &MaskOrigin::Suggested).is_empty());
     assert_eq!(harness.state().masking.suggested.count(), before);
     let number = harness.state().open_suggestions()[0];
     harness.get_by_label(&format!("Mask suggestion {number}")).click_accesskit();
     steps(&mut harness, 2);
     wait(&mut harness, "the mask", |editor| editor.masking.is_kept());
-    assert!(!masked(harness.state(), &MaskFrom::Suggested).is_empty());
+    assert!(!masked(harness.state(), &MaskOrigin::Suggested).is_empty());
     steps(&mut harness, 2);
     if harness.state().open_suggestions().is_empty() {
         assert!((command::mask::DISMISS.ready)(harness.state()).is_err());
@@ -359,7 +359,7 @@ fn what_stands_in_one_photo_alone_is_masked_by_a_click_and_an_object_by_a_button
     steps(&mut harness, 2);
     wait(&mut harness, "the mask", |editor| editor.masking.is_kept());
     let session = harness.state().session.as_ref().unwrap();
-    let is_object = |from: &MaskFrom| matches!(from, MaskFrom::Object(_));
+    let is_object = |from: &MaskOrigin| matches!(from, MaskOrigin::Object(_));
     let masks = session.history.present().masks.of(CHURCH);
     assert!(masks.iter().any(|mask| is_object(&mask.from) && mask.pixels > 1000), "{masks:?}");
 }

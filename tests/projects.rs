@@ -15,8 +15,9 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{DroppedFile, Key, Modifiers};
 use egui_kittest::Harness;
 use egui_kittest::kittest::Queryable;
+use quadratura::app::ask::{DecideAsk, ProjectAsk};
 use quadratura::app::editor::Editor;
-use quadratura::app::jobs::Kind;
+use quadratura::app::running::Kind;
 use quadratura::document::Project;
 use quadratura::geometry::Similarity;
 use quadratura::io::lock::ProjectLock;
@@ -43,7 +44,7 @@ fn drop_on(harness: &mut Harness<'_, Editor>, path: &Path) {
 }
 
 fn idle(editor: &Editor) -> bool {
-    editor.jobs.is_idle()
+    editor.running.is_idle()
 }
 
 /// Where the model stands, as the user has decided.
@@ -93,7 +94,7 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
 
     wait(&mut harness, "the check", idle);
     appears(&mut harness, "Mend it");
-    assert!(is_there(&harness, "axes point elsewhere"), "the mistake is named");
+    assert!(is_there(&harness, "axes differ"), "the mistake is named");
     harness.get_by_label("Mend it").click();
     harness.step();
     appears(&mut harness, "The model fits the photos");
@@ -102,7 +103,7 @@ fn a_folder_that_is_dropped_becomes_a_project_that_is_checked_and_mended_with_a_
     harness.step();
     appears(&mut harness, "The model does not stand where the photos are");
     assert_eq!(stands(harness.state()), Similarity::IDENTITY);
-    harness.state_mut().undo();
+    harness.state_mut().apply(DecideAsk::Undo);
     assert_ne!(stands(harness.state()), Similarity::IDENTITY, "moving it was a step like any other");
 }
 
@@ -189,8 +190,9 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
     let folder = tempfile::tempdir().unwrap();
     let project = project(folder.path(), &site(folder.path(), false));
     let mut harness = window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
-    harness.state_mut().jobs.start(Kind::Export, "Exporting", |task| {
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
+    let editor = harness.state_mut();
+    editor.work.jobs.start(&mut editor.state.running, Kind::Export, "Exporting", |task| {
         loop {
             task.go_on()?;
             std::thread::sleep(std::time::Duration::from_millis(2));
@@ -201,12 +203,18 @@ fn leaving_a_project_while_something_is_written_asks_and_stops_it_only_if_told()
     harness.get_by_label("Go on working").click();
     harness.step();
     harness.step();
-    assert!(harness.state().session.is_some() && harness.state().jobs.runs(Kind::Export));
+    assert!(harness.state().session.is_some() && harness.state().running.runs(Kind::Export));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
     appears(&mut harness, "Something is still being written");
     harness.get_by_label("Stop it and close the project").click();
-    wait(&mut harness, "the end", |editor| editor.session.is_none() && editor.jobs.is_idle());
+    wait(&mut harness, "the end", |editor| editor.session.is_none() && editor.running.is_idle());
+}
+
+/// A result that makes the window panic when it arrives.
+fn fault(editor: &mut Editor) {
+    let running = &mut editor.state.running;
+    editor.work.jobs.start(running, Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
 }
 
 #[test]
@@ -214,12 +222,12 @@ fn a_fault_in_the_window_is_told_and_the_project_is_opened_again() {
     let folder = tempfile::tempdir().unwrap();
     let project = project(folder.path(), &site(folder.path(), false));
     let mut harness = window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
-    harness.state_mut().jobs.start(Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
+    fault(harness.state_mut());
     appears(&mut harness, "The program made a mistake");
     harness.get_by_label("Open the project again").click();
     harness.step();
-    wait(&mut harness, "the project again", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project again", |editor| editor.session.is_some() && editor.running.is_idle());
     assert!(!is_there(&harness, "The program made a mistake"));
 }
 
@@ -228,10 +236,10 @@ fn what_was_decided_in_the_last_moment_before_a_fault_is_offered_again() {
     let folder = tempfile::tempdir().unwrap();
     let project = project(folder.path(), &site(folder.path(), false));
     let mut harness = window(Some(project.clone()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     let decided = Project { world_from_model: twice_as_large(), ..read_project(&project).unwrap() };
     harness.state_mut().edit("size of the model", decided, None);
-    harness.state_mut().jobs.start(Kind::Look, "Looking", |_| Ok(Box::new(|_| panic!("the wall fell"))));
+    fault(harness.state_mut());
     appears(&mut harness, "The program made a mistake");
     press(&mut harness, "Open the project again");
     appears(&mut harness, "Something was not saved");
@@ -250,14 +258,14 @@ fn of_two_projects_asked_for_in_a_row_only_the_last_one_is_opened() {
     let projects = ["first", "second"].map(|name| folder.path().join(name));
     projects.iter().for_each(|project| project_of(&site, project));
     let mut harness = window(None);
-    harness.state_mut().open_project(projects[0].clone());
+    harness.state_mut().apply(ProjectAsk::Open(projects[0].clone()));
     // Read to its end, and nothing of it was shown yet.
     while ProjectLock::holder(&projects[0]).is_none() {
         std::thread::sleep(std::time::Duration::from_millis(5));
     }
     std::thread::sleep(std::time::Duration::from_secs(4));
-    harness.state_mut().open_project(projects[1].clone());
-    wait(&mut harness, "the second", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    harness.state_mut().apply(ProjectAsk::Open(projects[1].clone()));
+    wait(&mut harness, "the second", |editor| editor.session.is_some() && editor.running.is_idle());
     assert_eq!(harness.state().session.as_ref().unwrap().folder, projects[1]);
     assert_eq!(harness.state().settings.recent, [projects[1].clone()]);
     assert_eq!(ProjectLock::holder(&projects[0]), None);
@@ -269,7 +277,7 @@ fn a_photo_that_is_missing_is_still_named_after_a_decision() {
     let site = site(folder.path(), false);
     let project = project(folder.path(), &site);
     let mut harness = window(Some(project.clone()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().keep_view();
     harness.step();
     command(&mut harness, "Missing files…");
@@ -282,7 +290,7 @@ fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
     let folder = tempfile::tempdir().unwrap();
     let project = project(folder.path(), &site(folder.path(), false));
     let mut harness = window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().add_keyframe();
     harness.step();
     harness.step();
@@ -305,7 +313,7 @@ fn each_drag_of_the_films_settings_is_a_step_of_its_own() {
         seen.push(fps(&harness));
     }
     assert!(seen[0] != seen[1] && seen[1] != seen[2], "{seen:?}");
-    harness.state_mut().undo();
+    harness.state_mut().apply(DecideAsk::Undo);
     assert_eq!(fps(&harness), seen[1]);
 }
 

@@ -12,6 +12,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use quadratura::app::ask::QualityAsk;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
@@ -38,13 +39,13 @@ fn built(folder: &Path) -> Option<Harness<'static, Editor>> {
     copy_of_piazza(&site, PHOTOS);
     project_of(&site, &project);
     let mut harness = window::window(Some(project));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD);
     wait(&mut harness, "the layers", |editor| {
         let session = editor.session.as_ref().unwrap();
         session.photos.iter().all(|photo| photo.is_current())
-            && session.painter.is_some()
-            && editor.jobs.is_idle()
+            && editor.device.is_some()
+            && editor.running.is_idle()
     });
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     Some(harness)
@@ -118,7 +119,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
         ] {
             harness.state_mut().run(shows);
             steps(&mut harness);
-            wait(&mut harness, view, |editor| editor.jobs.is_idle());
+            wait(&mut harness, view, |editor| editor.running.is_idle());
             steps(&mut harness);
             assert_eq!(cut(&harness, view, size), Vec::<String>::new(), "{view} at {size:?}");
         }
@@ -127,7 +128,7 @@ fn in_a_small_window_no_tool_is_cut_in_any_view_or_panel() {
             let tabs = harness.query_all_by_label(tab);
             tabs.max_by(|a, b| a.rect().left().total_cmp(&b.rect().left())).unwrap().click();
             steps(&mut harness);
-            wait(&mut harness, tab, |editor| editor.jobs.is_idle());
+            wait(&mut harness, tab, |editor| editor.running.is_idle());
             steps(&mut harness);
             let mut cut = cut(&harness, "3D view", size);
             // The table of all photos is scrolled where it has no room.
@@ -259,7 +260,7 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     command(&mut harness, "Even colour");
     wait(&mut harness, "the exposures", |editor| editor.even_factors(0).is_some());
     let edit = quadratura::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
-    harness.state_mut().edit_colour(&[edit], false);
+    harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
     let factors = harness.state().even_factors(0).unwrap();
     assert!(
         factors.iter().all(|factor| (factor - 0.5).abs() < 1e-9),

@@ -50,11 +50,13 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     assert!(is_there(&harness, "After: ") && is_there(&harness, "3\u{2009}000 px painted"));
 
     harness.key_press_modifiers(Modifiers::COMMAND, Key::Z);
-    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.jobs.is_idle());
+    wait(&mut harness, "no import", |editor| editor.trip.history.is_empty() && editor.running.is_idle());
     assert!(is_there(&harness, "taken back"));
     assert_eq!(magenta(&picture(&mut harness, &project)), 0);
     harness.key_press_modifiers(Modifiers::COMMAND | Modifiers::SHIFT, Key::Z);
-    wait(&mut harness, "the import again", |editor| editor.trip.history.len() == 1 && editor.jobs.is_idle());
+    wait(&mut harness, "the import again", |editor| {
+        editor.trip.history.len() == 1 && editor.running.is_idle()
+    });
     let shown = magenta(&picture(&mut harness, &project));
     assert!(shown > PAINTED / 10, "{shown} pixels of the picture are painted");
 
@@ -63,7 +65,7 @@ fn a_site_becomes_a_project_is_built_painted_on_undone_rendered_saved_and_is_as_
     harness.key_press_modifiers(Modifiers::COMMAND, Key::S);
     wait(&mut harness, "the save", |editor| !editor.is_dirty());
     harness.key_press_modifiers(Modifiers::COMMAND, Key::W);
-    wait(&mut harness, "closing", |editor| editor.session.is_none() && editor.jobs.is_idle());
+    wait(&mut harness, "closing", |editor| editor.session.is_none() && editor.running.is_idle());
     press(&mut harness, "square-project");
     wait(&mut harness, "the project again", is_shown);
     assert_eq!(harness.state().trip.history.len(), 1);
@@ -102,9 +104,9 @@ fn build(harness: &mut Harness<'_, Editor>) {
 /// Everything is built, and the 3D view shows it.
 fn is_shown(editor: &Editor) -> bool {
     let built = editor.session.as_ref().is_some_and(|session| {
-        session.painter.is_some() && session.photos.iter().all(|photo| photo.is_current())
+        editor.device.is_some() && session.photos.iter().all(|photo| photo.is_current())
     });
-    built && editor.jobs.is_idle() && editor.space.has_picture()
+    built && editor.running.is_idle() && editor.space.has_picture()
 }
 
 fn look_through(harness: &mut Harness<'_, Editor>) {
@@ -128,7 +130,7 @@ fn choose_nobody(harness: &mut Harness<'_, Editor>) {
 
 fn edit(harness: &mut Harness<'_, Editor>) {
     command(harness, "Edit in image editor");
-    wait(harness, "the export", |editor| editor.jobs.is_idle());
+    wait(harness, "the export", |editor| editor.running.is_idle());
     harness.get_by_label_contains("What you save there comes home by itself.");
 }
 
@@ -147,7 +149,7 @@ fn picture(harness: &mut Harness<'_, Editor>, project: &Path) -> image::RgbaImag
     let file = project.join("pictures/view.png");
     command(harness, "Make a picture…");
     press(harness, "Make");
-    wait(harness, "the picture", |editor| file.is_file() && editor.jobs.is_idle());
+    wait(harness, "the picture", |editor| file.is_file() && editor.running.is_idle());
     let picture = image::open(&file).unwrap().to_rgba8();
     std::fs::remove_file(&file).unwrap();
     picture

@@ -29,11 +29,9 @@ fn built(folder: &Path) -> Option<(Harness<'static, Editor>, PathBuf)> {
     let project = folder.join("piazza");
     project_of(&site_of_piazza(), &project);
     let mut harness = window(Some(project.clone()));
-    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.jobs.is_idle());
+    wait(&mut harness, "the project", |editor| editor.session.is_some() && editor.running.is_idle());
     harness.state_mut().run(&command::layers::BUILD_PHOTO);
-    let is_built = |editor: &Editor| {
-        editor.session.as_ref().is_some_and(|session| session.painter.is_some()) && editor.jobs.is_idle()
-    };
+    let is_built = |editor: &Editor| editor.device.is_some() && editor.running.is_idle();
     wait(&mut harness, "the layers", is_built);
     wait(&mut harness, "a picture", |editor| editor.space.has_picture());
     Some((harness, project))
@@ -77,7 +75,7 @@ fn backs_are_left_out_until_somebody_wants_them_and_what_is_drawn_is_what_is_pic
 }
 
 fn session_hit(editor: &Editor, eye: glam::DVec3, ray: glam::DVec3, backs: bool) -> Option<f64> {
-    editor.session.as_ref().unwrap().solid.first_seen(eye, ray, backs).map(|hit| hit.t)
+    editor.session.as_ref().unwrap().solid.first_visible(eye, ray, backs).map(|hit| hit.t)
 }
 
 #[test]
@@ -165,7 +163,7 @@ fn a_picture_made_in_the_window_is_the_one_that_the_command_line_renders() {
         harness.step();
         harness.step();
         harness.get_by_label("Make").click();
-        wait(&mut harness, "the picture", |editor| picture.is_file() && editor.jobs.is_idle());
+        wait(&mut harness, "the picture", |editor| picture.is_file() && editor.running.is_idle());
         let found = image::open(&picture).unwrap().to_rgba8();
         std::fs::remove_file(&picture).unwrap();
 

@@ -224,12 +224,9 @@ fn a_file_that_is_cut_or_gone_is_told_and_one_that_was_painted_on_is_not() {
     assert!(store.damage(PHOTO).is_none(), "it is whole, and somebody's work");
     fs::write(&file, "a whole").unwrap();
     let told = store.damage(PHOTO).unwrap().to_string();
-    assert!(
-        told.contains("left.png: 7 bytes, 15 were written") && told.contains("quadratura build"),
-        "{told}"
-    );
+    assert!(told.contains("left.png: 7 bytes of 15") && told.contains("quadratura build"), "{told}");
     fs::remove_file(&file).unwrap();
-    assert!(store.damage(PHOTO).unwrap().to_string().contains("it is gone"));
+    assert!(store.damage(PHOTO).unwrap().to_string().contains("the file is missing"));
 }
 
 #[test]
@@ -238,10 +235,10 @@ fn what_cannot_be_written_is_told_of_the_place_where_it_was_to_be() {
     let writer = store.begin(PHOTO).unwrap();
     let full =
         |path: PathBuf| quadratura::Error::io(path, "write it")(std::io::ErrorKind::StorageFull.into());
-    let told = store.at_home(PHOTO, full(writer.folder().join("left.png"))).to_string();
+    let told = store.with_final_path(PHOTO, full(writer.folder().join("left.png"))).to_string();
     assert!(told.starts_with(&store.folder(PHOTO).join("left.png").display().to_string()), "{told}");
     assert!(!told.contains("+new-") && told.contains("free some space"), "{told}");
-    let elsewhere = store.at_home(PHOTO, full("photos/a.jpg".into())).to_string();
+    let elsewhere = store.with_final_path(PHOTO, full("photos/a.jpg".into())).to_string();
     assert!(elsewhere.starts_with("photos/a.jpg"), "{elsewhere}");
 }
 

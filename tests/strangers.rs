@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use image::{Rgb, RgbImage};
-use quadratura::document::masks::MaskFrom;
+use quadratura::document::masks::MaskOrigin;
 use quadratura::geometry::{PixelRect, Similarity, Spans};
 use quadratura::layers::Options;
 use quadratura::recipe::create::{NewProject, create_project};
@@ -70,7 +70,7 @@ fn peopled(folder: &Path) -> (quadratura::recipe::open::Opened, Vec<Spans>) {
 /// What accepting one suggestion masks.
 fn masked(project: &Path, number: u32) -> Spans {
     match accepted(project, &[number]).unwrap().remove(0) {
-        MaskEdit::Add { masked, from: MaskFrom::Suggested, .. } => masked,
+        MaskEdit::Add { masked, from: MaskOrigin::Suggested, .. } => masked,
         other => panic!("{other:?}"),
     }
 }

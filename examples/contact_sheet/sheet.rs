@@ -76,12 +76,12 @@ fn draw_cell(canvas: &mut Canvas, cell: &Cell) {
     for y in 0..cell.height {
         for x in 0..cell.width {
             let ink = if (x / 9 + y / 9) % 2 == 0 { LIGHT } else { DARK };
-            picture.blend(x as i64, y as i64, ink.linear());
+            picture.blend(x as i32, y as i32, ink.linear());
         }
     }
     let pitch = (9 * cell.layer.pixels.width / cell.width).max(2);
     picture.draw(&cell.layer.hatched(pitch).resized(cell.width, cell.height), 0, 0);
-    canvas.draw(&picture, cell.x as i64, top as i64);
+    canvas.draw(&picture, cell.x as i32, top as i32);
     frame(canvas, cell, top);
     let room = cell.width.max(NARROWEST) as f64;
     let caption = lettering::fitted(&format!("{} {}", cell.layer.order, cell.layer.name), LETTER, room);

@@ -1,43 +1,29 @@
 //! The editor window: shows and asks, never computes. Only this module knows egui.
 //!
 //! A frame goes one way: what jobs and painter have brought is taken in, keys become commands, panels draw what is
-//! there and say what is wanted, as [`Ask`](editor::Ask)s, and one place does it. Whatever takes longer than a
+//! there and say what is wanted, as `Ask`s, and one place does it. Whatever takes longer than a
 //! frame is a job on a thread of its own.
 
-mod authored;
+mod action;
 mod check;
 pub mod command;
-pub mod crash;
-pub mod dialog;
-pub mod editor;
 mod flat;
 mod flight;
-pub mod frame_times;
 mod inspect;
-pub mod jobs;
-mod keeper;
 mod layer;
-mod layer_work;
-mod layout;
-mod leaving;
 mod lists;
 mod masking;
-pub mod notes;
 mod opening;
-mod painter;
-mod palette;
 mod panel;
 mod photo;
 mod pictures;
-mod project;
 mod quality;
-mod saving;
-pub mod selection;
-mod session;
-pub mod settings;
+mod shell;
 mod space;
-pub mod trip;
-mod turns;
+mod state;
+mod trip;
+mod widget;
+mod work;
 
 use std::path::PathBuf;
 
@@ -47,7 +33,9 @@ use eframe::egui::ViewportBuilder;
 use self::crash::Crash;
 use self::editor::Editor;
 use self::frame_times::{FrameReport, FrameTimes};
-pub use self::keeper::Ending;
+pub use self::shell::{crash, editor, frame_times};
+pub use self::state::{ask, notes, running, selection, settings};
+pub use self::work::keeper::Ending;
 use crate::error::{Error, Result};
 
 /// The name that the system knows the window by; settings are kept under it.
@@ -73,8 +61,8 @@ pub fn run(project: Option<PathBuf>, ending: Ending) -> Result<FrameReport> {
     let outside = ending.clone();
     let start = |creation: &eframe::CreationContext<'_>| {
         let mut editor = Editor::new(&creation.egui_ctx, creation.storage, project);
-        outside.wakes(&creation.egui_ctx);
-        (editor.frame_times, editor.ending) = (frame_times, outside);
+        outside.wakes(&editor.work.waker);
+        (editor.frame_times, editor.work.ending) = (frame_times, outside);
         Ok(Box::new(editor) as Box<dyn eframe::App>)
     };
     crash::watch();

@@ -7,10 +7,12 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 
 use eframe::egui::{ColorImage, Context, TextureHandle, TextureOptions};
 
-use super::jobs::{JobId, Jobs, Kind};
+use crate::app::state::running::Running;
+use crate::app::state::running::{JobId, Kind};
+use crate::app::work::jobs::{Jobs, arrival};
 use crate::projection::Picture;
 use crate::recipe::open::Opened;
-use crate::recipe::thumbnail::{kept_thumbnail, thumbnail};
+use crate::recipe::thumbnail::{cached_thumbnail, thumbnail};
 
 /// The longer side of a small picture, in pixels: a list shows it at half of that on a dense display.
 const SMALL: u32 = 256;
@@ -53,21 +55,21 @@ impl Default for Pictures {
 
 impl Pictures {
     /// Starts to make small pictures of all photos of the project in `folder`, or to read those that it keeps.
-    pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs) {
+    pub fn start(&mut self, folder: &Path, opened: &Arc<Opened>, jobs: &mut Jobs, running: &mut Running) {
         let (folder, opened, send) = (folder.to_path_buf(), opened.clone(), self.send.clone());
-        jobs.start(Kind::Thumbnails, "Looking at photos", move |task| {
+        jobs.start(running, Kind::Thumbnails, "Looking at photos", move |task| {
             let photos = &opened.site.photos;
             for (place, photo) in photos.iter().enumerate() {
                 task.step("thumbnails", place as u64, photos.len() as u64)?;
                 // A photo that cannot be read is told of where it is needed.
-                if let Ok(picture) = kept_thumbnail(&folder, photo, SMALL) {
+                if let Ok(picture) = cached_thumbnail(&folder, photo, SMALL) {
                     let made = Made { photo: place, longest: SMALL, image: image(&picture) };
                     if send.send(made).is_err() {
                         break;
                     }
                 }
             }
-            Ok(Box::new(|_| ()))
+            Ok(arrival(|_| ()))
         });
     }
 
@@ -96,22 +98,28 @@ impl Pictures {
     }
 
     /// The large picture of a photo; when it is not there, it is being made, and the small one has to do.
-    pub fn large(&mut self, photo: usize, opened: &Arc<Opened>, jobs: &mut Jobs) -> Option<&TextureHandle> {
+    pub fn large(
+        &mut self,
+        photo: usize,
+        opened: &Arc<Opened>,
+        jobs: &mut Jobs,
+        running: &mut Running,
+    ) -> Option<&TextureHandle> {
         if let Some(place) = self.large.iter().position(|(other, _)| *other == photo) {
             let used = self.large.remove(place);
             self.large.push(used);
             return self.large.last().map(|(_, texture)| texture);
         }
-        if let Some((photo, _)) = self.making.take_if(|(_, job)| !jobs.is_running(*job)) {
+        if let Some((photo, _)) = self.making.take_if(|(_, job)| !running.is_running(*job)) {
             self.failed.insert(photo);
         }
         if self.making.is_none() && !self.failed.contains(&photo) {
             let (opened, send) = (opened.clone(), self.send.clone());
-            let job = jobs.start(Kind::PhotoView, "Reading a photo", move |_| {
+            let job = jobs.start(running, Kind::PhotoView, "Reading a photo", move |_| {
                 let picture = thumbnail(&opened.site.photos[photo], LARGE)?;
                 // Nobody waits for it any more where this fails.
                 let _ = send.send(Made { photo, longest: LARGE, image: image(&picture) });
-                Ok(Box::new(|_| ()))
+                Ok(arrival(|_| ()))
             });
             self.making = Some((photo, job));
         }

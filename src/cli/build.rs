@@ -1,4 +1,4 @@
-//! `quadratura build`.
+//! The command `build`.
 
 use serde_json::json;
 
@@ -26,7 +26,7 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     let options = options(args, &mut project, task)?;
     let store = StackStore::new(&args.project);
     let mut kept = store.clean()?;
-    // The driver starts while the photos are looked at.
+    // The GPU driver starts while the photos are checked.
     let (opened, rasteriser) = rayon::join(
         || open_site(&args.project, project, task),
         || task.timed("start the GPU", || GpuRasteriser::new(&Gpu::headless()?)),
@@ -48,13 +48,13 @@ pub fn run(args: &BuildArgs, task: &Task) -> Result<Outcome> {
     }
     kept.extend(built.iter().flat_map(|built| built.kept.clone()));
     for file in kept {
-        task.note(format!("a file that was changed by hand is now {}", file.display()));
+        task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
     let painted = Painted::of(&opened, &store)?;
     Ok(report(&opened, &built, &painted, args.photos.problems_of(&opened, task)))
 }
 
-/// The project's options with those that were given; kept in the project if that is wanted.
+/// Returns the project's options with those that were given, and saves them if requested.
 fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Options> {
     let options = args.options.applied_to(&project.options);
     if options == project.options {
@@ -65,8 +65,8 @@ fn options(args: &BuildArgs, project: &mut Project, task: &Task) -> Result<Optio
         write_project(&args.project, project)?;
     } else {
         task.note(
-            "these options of the method hold for this time only: the next build without them builds \
-             again (--save-options keeps them in project.json)",
+            "these options apply only to this build: the next build without them builds \
+             again (--save-options saves them in project.json)",
         );
     }
     Ok(options)

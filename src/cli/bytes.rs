@@ -1,9 +1,9 @@
-//! Amounts of memory as people write them.
+//! Parses and formats amounts of memory.
 
-/// `4G`, `1.5 GiB`, `800M`, `65536`: bytes; prefixes are powers of 1024.
+/// Parses an amount such as `4G`, `1.5 GiB`, `800M` or `65536` to bytes; prefixes are powers of 1024.
 ///
 /// # Errors
-/// What was expected, when it is none of these or no memory at all.
+/// A sentence with the expected form, when the text is not an amount, or is 0.
 pub fn parse_bytes(text: &str) -> Result<u64, String> {
     let expected = || "expected an amount such as 4G, 800M or 1.5GiB".to_string();
     let unit_at = text.find(|c: char| c.is_ascii_alphabetic()).unwrap_or(text.len());
@@ -21,7 +21,7 @@ pub fn parse_bytes(text: &str) -> Result<u64, String> {
     if (1.0..=1e18).contains(&bytes) { Ok(bytes as u64) } else { Err(expected()) }
 }
 
-/// Three significant digits and a unit: `12.3 MiB`.
+/// Formats bytes with three significant digits and a unit: `12.3 MiB`.
 pub fn readable_bytes(bytes: u64) -> String {
     const UNITS: [&str; 5] = ["B", "KiB", "MiB", "GiB", "TiB"];
     let mut amount = bytes as f64;

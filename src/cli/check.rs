@@ -1,4 +1,4 @@
-//! `quadratura check`.
+//! The command `check`.
 
 use serde_json::json;
 
@@ -7,13 +7,13 @@ use super::args::CheckArgs;
 use super::table::{Table, counted};
 use crate::error::Result;
 use crate::gpu::{Gpu, GpuRasteriser};
-use crate::recipe::check::mistake::without_mend;
+use crate::recipe::check::mistake::advice_without_fix;
 use crate::recipe::check::{CheckOptions, CheckReport, FaceReport, Names, Suggestion, Verdict, check_site};
 use crate::recipe::open::open;
 use crate::task::Task;
 
-/// So many names of a list are shown; `--json` has more.
-const SHOWN: usize = 6;
+/// Number of names in a list; `--json` has more.
+const LISTED: usize = 6;
 
 pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     let opened = open(&args.project, task)?;
@@ -29,12 +29,12 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     problems
         .extend(report.photos.iter().filter_map(|p| Some(format!("{}: {}", p.name, p.problem.as_ref()?))));
     if report.verdict == Verdict::Misses {
-        problems.push("the model does not stand where the photos are".into());
+        problems.push("the model is not aligned with the photos".into());
     }
     let text = format!(
         "{}{}\n{}\n{}\npictures with the model's edges: {}\n",
-        judgement(&report),
-        report.suggestion.as_ref().map_or_else(|| unmended(report.verdict), suggested),
+        verdict_text(&report),
+        report.suggestion.as_ref().map_or_else(|| no_suggestion(report.verdict), suggestion_text),
         photos(&report),
         faces(&report.faces),
         pictures.display(),
@@ -43,38 +43,42 @@ pub fn run(args: &CheckArgs, task: &Task) -> Result<Outcome> {
     Ok(Outcome { text, json, problems })
 }
 
-fn judgement(report: &CheckReport) -> String {
+/// Returns the verdict as a sentence.
+fn verdict_text(report: &CheckReport) -> String {
     let verdict = match report.verdict {
         Verdict::Fits => "The model fits the photos",
         Verdict::Poor => "The model fits the photos in part",
-        Verdict::Misses => "The model does not stand where the photos are",
+        Verdict::Misses => "The model is not aligned with the photos",
     };
     let agreement = report.agreement.map_or(String::new(), |share| {
-        format!(", and meets {} of the sparse points' sightings within 1 % of the distance", percent(share))
+        format!(
+            ", and matches {} of the sparse-point observations within 1 % of the distance",
+            percent(share)
+        )
     });
-    format!("{verdict}: it covers {} of a photo{agreement}.\n", percent(report.covered))
+    format!("{verdict}: it covers {} of a photo on average{agreement}.\n", percent(report.covered))
 }
 
-fn unmended(verdict: Verdict) -> String {
-    match without_mend(verdict) {
+fn no_suggestion(verdict: Verdict) -> String {
+    match advice_without_fix(verdict) {
         "" => String::new(),
         text => format!("{text}\n"),
     }
 }
 
-fn suggested(suggestion: &Suggestion) -> String {
+fn suggestion_text(suggestion: &Suggestion) -> String {
     let reach = match (suggestion.agreement, suggestion.covered) {
-        (Some(share), _) => format!("meets {} of the sightings", percent(share)),
-        (None, Some(share)) => format!("covers {} of a photo", percent(share)),
-        (None, None) => "does better".into(),
+        (Some(share), _) => format!("matches {} of the observations", percent(share)),
+        (None, Some(share)) => format!("covers {} of a photo on average", percent(share)),
+        (None, None) => "fits better".into(),
     };
     let mut text = format!(
-        "This transform {reach}; make the project anew with it:\n  --model-transform {}\n",
+        "This transform {reach}; create the project again with it:\n  --model-transform {}\n",
         suggestion.transform
     );
     if !suggestion.alternatives.is_empty() {
         let others = suggestion.alternatives.join("  ");
-        text.push_str(&format!("Nearly as well, so look at the pictures: {others}\n"));
+        text.push_str(&format!("Other transforms fit nearly as well, so compare the pictures: {others}\n"));
     }
     text
 }
@@ -87,7 +91,8 @@ fn photos(report: &CheckReport) -> String {
         table.row([photo.name.clone()].into_iter().chain(shares).chain(rest));
     }
     format!(
-        "{}\nin front, inside: share of the model's vertices; covered: share of the photo\n",
+        "{}\nin front, inside: share of the model's vertices in front of the camera, and inside the picture\n\
+         covered: share of the photo\n",
         table.render()
     )
 }
@@ -95,30 +100,30 @@ fn photos(report: &CheckReport) -> String {
 fn faces(faces: &FaceReport) -> String {
     let mut text = format!("{}:\n", counted(faces.count, "face"));
     for (what, names) in [
-        ("without area, so without texture", &faces.degenerate),
-        ("not planar, treated by their triangles", &faces.not_planar),
-        ("the same as an earlier one", &faces.duplicate),
+        ("without area: not textured", &faces.degenerate),
+        ("not planar: treated as separate triangles", &faces.not_planar),
+        ("identical with an earlier face", &faces.duplicate),
         ("seen from behind by most photos that see them", &faces.flipped),
-        ("seen by no photo", &faces.unseen),
+        ("not covered by any photo", &faces.unseen),
     ] {
         text.push_str(&list(what, names));
     }
-    let pairs = faces.crossing.iter().take(SHOWN).map(|pair| pair.faces.join(" and "));
+    let pairs = faces.crossing.iter().take(LISTED).map(|pair| pair.faces.join(" and "));
     let count = if faces.crossing_gave_up { "too many".into() } else { faces.crossing_pairs.to_string() };
     let named = named(pairs, faces.crossing_pairs);
-    format!("{text}  {count} pairs that run through each other{named}\n")
+    format!("{text}  {count} pairs of intersecting faces{named}\n")
 }
 
 fn list(what: &str, names: &Names) -> String {
-    let shown = names.names.iter().take(SHOWN).cloned();
-    format!("  {} {what}{}\n", names.count, named(shown, names.count))
+    let listed = names.names.iter().take(LISTED).cloned();
+    format!("  {} {what}{}\n", names.count, named(listed, names.count))
 }
 
-/// `: a, b, ...`, or nothing where there is nothing.
-fn named(shown: impl Iterator<Item = String>, count: usize) -> String {
-    let shown: Vec<_> = shown.collect();
-    let more = if count > shown.len() { ", ..." } else { "" };
-    if shown.is_empty() { String::new() } else { format!(": {}{more}", shown.join(", ")) }
+/// Returns `: a, b, ...`, or nothing where there are no names.
+fn named(listed: impl Iterator<Item = String>, count: usize) -> String {
+    let listed: Vec<_> = listed.collect();
+    let more = if count > listed.len() { ", ..." } else { "" };
+    if listed.is_empty() { String::new() } else { format!(": {}{more}", listed.join(", ")) }
 }
 
 fn percent(share: f64) -> String {

@@ -1,4 +1,4 @@
-//! `quadratura colour`.
+//! The command `colour`.
 
 use serde_json::json;
 
@@ -19,7 +19,7 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     let mut _lock = None;
     if !edits.is_empty() {
         _lock = Some(ProjectLock::take(&args.project)?);
-        // Somebody may have decided something else before the lock was ours.
+        // Another program may have changed the project before the lock was taken.
         project = read_project(&args.project)?;
     }
     let mut opened = open_site(&args.project, project, task)?;
@@ -33,17 +33,17 @@ pub fn run(args: &ColourArgs, task: &Task) -> Result<Outcome> {
     Ok(outcome(&opened, &report))
 }
 
-/// Both may be meant; who means one of them is told what the two do together.
+/// Notes photos that are both fixed and left out, and what that means.
 fn note_both(colour: &Colour, task: &Task) {
     for photo in colour.left_out.iter().filter(|photo| colour.fixed.contains_key(*photo)) {
         task.of(photo).note(
-            "it is both fixed and left out: it has the gain that it was given, and the others' gains are estimated \
-             without it; --free takes both back",
+            "this photo is both fixed and left out: its gain is the given one, and the others' gains are estimated \
+             without it; --free removes both settings",
         );
     }
 }
 
-/// What was typed: first what takes back, then what decides.
+/// Returns the edits that were requested: removals first, then settings.
 fn edits(args: &ColourArgs) -> Vec<ColourEdit> {
     let mut edits: Vec<ColourEdit> = args.reset.then_some(ColourEdit::Reset).into_iter().collect();
     edits.extend(args.free.iter().cloned().map(ColourEdit::Free));
@@ -73,58 +73,58 @@ fn photos(report: &ColourReport) -> String {
     for photo in &report.photos {
         let residual = if photo.points > 0 { format!("{:.3}", photo.residual) } else { "-".into() };
         let reference = if photo.reference { "reference" } else { "" };
-        let grounds = [photo.points.to_string(), residual, origin(photo, report.even), reference.into()];
+        let rest = [photo.points.to_string(), residual, origin(photo, report.even), reference.into()];
         let mut row = vec![photo.photo.clone()];
         row.extend(photo.stops.map(signed));
         if report.optics {
             row.extend([signed(-photo.corner), format!("{:+.4}", photo.offset)]);
         }
-        table.row(row.into_iter().chain(grounds));
+        table.row(row.into_iter().chain(rest));
     }
     table.render()
 }
 
-/// Where the gain comes from.
+/// Returns the source of a photo's gain.
 fn origin(photo: &PhotoColour, even: bool) -> String {
     let estimated = photo.estimated.map(|stops| stops.map(signed).join(" "));
     match (even, photo.fixed, photo.left_out, estimated) {
         (false, ..) => "off".into(),
         (_, true, true, _) => "fixed, left out of the estimate".into(),
-        (_, true, false, Some(estimated)) => format!("fixed; estimated {estimated}"),
-        (_, true, false, None) => "fixed; shares no point".into(),
+        (_, true, false, Some(estimated)) => format!("fixed; estimate {estimated}"),
+        (_, true, false, None) => "fixed; shares no points".into(),
         (_, false, true, _) => "left out".into(),
         (_, false, false, Some(_)) => "estimated".into(),
-        (_, false, false, None) => "shares no point".into(),
+        (_, false, false, None) => "shares no points".into(),
     }
 }
 
 fn signed(stops: f64) -> String {
-    // No negative zero.
+    // Adding zero turns -0.0 into 0.0.
     let rounded = (stops * 100.0).round() / 100.0 + 0.0;
     format!("{rounded:+.2}")
 }
 
 fn legend(report: &ColourReport) -> String {
     let three = |stops: [f64; 3]| stops.map(|stops| format!("{stops:.3}")).join(" ");
-    let off = if report.even { "" } else { "Off: photos are shown and filled as they are.\n" };
+    let off = if report.even { "" } else { "Off: photos are shown and filled without exposure matching.\n" };
     let all_left_out = report.photos.iter().all(|photo| photo.left_out);
     let groups = match report.groups {
         0 if all_left_out => {
-            "All photos are left out, so nothing is estimated: `--free PHOTO` asks one again, `--reset` all.\n".to_owned()
+            "All photos are left out, so nothing is estimated: `--free PHOTO` includes one again, `--reset` all.\n".to_owned()
         }
-        0 => "No two photos share a point: nothing is known of exposures.\n".to_owned(),
+        0 => "No two photos share a point, so exposures are unknown.\n".to_owned(),
         1 => String::new(),
-        groups => format!("{groups} groups of photos share no point: each is 0 on average.\n"),
+        groups => format!("{groups} groups of photos share no points with each other: the mean gain of each is 0.\n"),
     };
     let optics = if report.optics {
-        "corner: stops by which light falls off towards the corners; offset: light added everywhere, of white;\n"
+        "corner: vignetting in stops, from the centre to the corners\noffset: light added everywhere, as a share of white\n"
     } else {
         ""
     };
     format!(
-        "R, G, B: stops by which a photo is brighter than the exposure that all are brought to;\n\
-         {optics}residual: what differs at a point after that, in stops, the median.\n\
-         {off}{groups}{} and {}: R, G, B differ by {} stops as the photos are, {} with estimated gains.\n",
+        "R, G, B: stops by which a photo is brighter than the common exposure\n\
+         {optics}residual: median difference at a point after matching, in stops\n\
+         {off}{groups}{} and {}: the median difference in R, G, B is {} stops without matching, {} with estimated gains.\n",
         counted(report.points, "point"),
         counted(report.pairs, "comparison"),
         three(report.before),

@@ -1,9 +1,9 @@
-//! `quadratura decide`.
+//! The command `decide`.
 
 use serde_json::{Value, json};
 
 use super::Outcome;
-use super::args::{DecideArgs, OwnOption};
+use super::args::{DecideArgs, OptionOverride};
 use super::table::Table;
 use crate::document::decisions::PhotoOptions;
 use crate::document::{PhotoDecisions, Project, Stack};
@@ -22,7 +22,7 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     let mut _lock = None;
     if args.decides() {
         _lock = Some(ProjectLock::take(&args.project)?);
-        // Somebody may have decided something else before the lock was ours.
+        // Another program may have changed the project before the lock was taken.
         project = read_project(&args.project)?;
     }
     let mut opened = open_site(&args.project, project, task)?;
@@ -36,9 +36,9 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     let next = match changed {
         false => "",
         true if builds_the_same(&opened.project, &decided) => {
-            "it holds from the next view on; nothing is to be built\n"
+            "it applies to the next view; no stack has to be built\n"
         }
-        true => "`quadratura build` makes what this changes\n",
+        true => "run `quadratura build` to apply this to the layers\n",
     };
     if changed {
         write_project(&args.project, &decided)?;
@@ -47,7 +47,8 @@ pub fn run(args: &DecideArgs, task: &Task) -> Result<Outcome> {
     Ok(outcome(args, &opened, &stacks, changed, next))
 }
 
-/// Exclusions and pins hold where views are drawn: stacks are the same without them.
+/// Returns whether both need the same stacks. Exclusions and pins apply when views are drawn, so they need no
+/// build.
 fn builds_the_same(before: &Project, after: &Project) -> bool {
     let built = |project: &Project| {
         let mut photos = project.decisions.photos.clone();
@@ -58,13 +59,14 @@ fn builds_the_same(before: &Project, after: &Project) -> bool {
     built(before) == built(after)
 }
 
-/// A broken stack is as good as none here.
+/// Reads the current stacks; a damaged one counts as missing here.
 fn stacks(folder: &std::path::Path, opened: &Opened) -> Vec<Option<Stack>> {
     let store = StackStore::new(folder);
     opened.site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect()
 }
 
 impl DecideArgs {
+    /// Returns whether the arguments contain a decision.
     fn decides(&self) -> bool {
         let lists = [&self.merge, &self.split, &self.exclude, &self.pin, &self.free];
         let options = self.tolerance.is_some() || self.min_support.is_some() || self.margin.is_some();
@@ -73,7 +75,7 @@ impl DecideArgs {
     }
 }
 
-/// What was typed: first what takes back, then what decides, photo by photo.
+/// Returns the edits that were requested, photo by photo: removals first, then decisions.
 fn edits(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>]) -> Result<Vec<LayerEdit>> {
     if args.photos.is_empty() {
         return Ok(args.reset.then_some(LayerEdit::Reset { photo: None }).into_iter().collect());
@@ -82,7 +84,7 @@ fn edits(args: &DecideArgs, opened: &Opened, stacks: &[Option<Stack>]) -> Result
     for photo in &args.photos {
         edits.extend(args.reset.then(|| LayerEdit::Reset { photo: Some(photo.clone()) }));
         let mut numbers = args.forget.clone();
-        // From the last one on: those before it keep their numbers.
+        // From the highest number down, so that the others stay valid.
         numbers.sort_unstable_by(|a, b| b.cmp(a));
         numbers.dedup();
         edits.extend(numbers.into_iter().map(|number| LayerEdit::Forget { photo: photo.clone(), number }));
@@ -99,13 +101,13 @@ fn of_photo(
 ) -> Result<Vec<LayerEdit>> {
     let mut edits = Vec::new();
     let photo = typed.to_owned();
-    // A photo that is gone can be forgotten; whatever names faces needs it.
-    let stack = place_of_photo(&opened.site, typed).ok().and_then(|place| stacks[place].as_ref());
+    // Decisions about a photo that is gone can be removed; decisions about faces need it.
+    let stack = place_of_photo(&opened.site, typed).ok().and_then(|index| stacks[index].as_ref());
     let named = |typed: &[String]| -> Result<Vec<Faces>> {
         let of = typed.iter().map(|what| faces_named(&opened.site.model, stack, what));
         Ok(of.collect::<Result<Vec<_>>>()?.concat())
     };
-    // What takes back comes before what decides.
+    // Removals come before decisions.
     if !args.free.is_empty() {
         edits.push(LayerEdit::Free { photo: photo.clone(), of: named(&args.free)? });
     }
@@ -131,7 +133,7 @@ fn of_photo(
     Ok(edits)
 }
 
-/// Options that were not given stay as they are.
+/// Returns the edit of the photo's own options; those that were not given stay as they are.
 fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<LayerEdit>> {
     let DecideArgs { tolerance, min_support, margin, .. } = args;
     if tolerance.is_none() && min_support.is_none() && margin.is_none() {
@@ -141,9 +143,9 @@ fn options(args: &DecideArgs, typed: &str, opened: &Opened) -> Result<Option<Lay
     let kept = opened.project.decisions.of(name).options;
     let kept = if args.reset { PhotoOptions::default() } else { kept };
     let options = PhotoOptions {
-        tolerance: tolerance.map_or(kept.tolerance, |OwnOption(own)| own),
-        min_support: min_support.map_or(kept.min_support, |OwnOption(own)| own),
-        margin: margin.map_or(kept.margin, |OwnOption(own)| own),
+        tolerance: tolerance.map_or(kept.tolerance, |OptionOverride(own)| own),
+        min_support: min_support.map_or(kept.min_support, |OptionOverride(own)| own),
+        margin: margin.map_or(kept.margin, |OptionOverride(own)| own),
     };
     Ok(Some(LayerEdit::Options { photo: typed.to_owned(), options }))
 }
@@ -155,37 +157,37 @@ fn outcome(
     changed: bool,
     next: &str,
 ) -> Outcome {
-    let asked: Vec<&str> = args
+    let requested_photos: Vec<&str> = args
         .photos
         .iter()
         .filter_map(|typed| place_of_photo(&opened.site, typed).ok())
-        .map(|place| opened.site.photos[place].name.as_str())
+        .map(|index| opened.site.photos[index].name.as_str())
         .collect();
     let mut table = Table::new(&["photo", "", "decision"]);
     let mut rows: Vec<Value> = Vec::new();
     for (photo, decisions) in &opened.project.decisions.photos {
-        if !asked.is_empty() && !asked.contains(&photo.as_str()) {
+        if !requested_photos.is_empty() && !requested_photos.contains(&photo.as_str()) {
             continue;
         }
-        let place = opened.site.photos.iter().position(|known| known.name == *photo);
-        let unmet = place.and_then(|place| stacks[place].as_ref()).map(|stack| stack.unmet.clone());
+        let index = opened.site.photos.iter().position(|known| known.name == *photo);
+        let unmet = index.and_then(|index| stacks[index].as_ref()).map(|stack| stack.unmet.clone());
         let all = decided(decisions);
         for one in &all {
             table.row([photo.clone(), one.number.to_string(), one.text.clone()]);
         }
         rows.push(json!({ "photo": photo, "decisions": all, "unmet": unmet.unwrap_or_default() }));
     }
-    let gone = strangers(&opened.project.decisions, &opened.site);
+    let missing = strangers(&opened.project.decisions, &opened.site);
     let problems: Vec<String> = opened.problems.iter().map(ToString::to_string).collect();
     let text = match rows.is_empty() {
-        true => "nothing was decided about layers\n".to_owned(),
+        true => "there are no decisions about layers\n".to_owned(),
         false => table.render(),
     };
     let unmet = rows.iter().flat_map(|row| row["unmet"].as_array().cloned().unwrap_or_default());
     let unmet: Vec<String> =
-        unmet.filter_map(|note| Some(format!("not met: {}\n", note.as_str()?))).collect();
-    let gone_text: Vec<String> = gone.iter().map(|gone| format!("kept: {gone}\n")).collect();
-    let text = format!("{text}{}{}{next}", unmet.concat(), gone_text.concat());
-    let json = json!({ "photos": rows, "changed": changed, "gone": gone, "problems": problems });
+        unmet.filter_map(|note| Some(format!("not applied: {}\n", note.as_str()?))).collect();
+    let missing_text: Vec<String> = missing.iter().map(|note| format!("kept for later: {note}\n")).collect();
+    let text = format!("{text}{}{}{next}", unmet.concat(), missing_text.concat());
+    let json = json!({ "photos": rows, "changed": changed, "gone": missing, "problems": problems });
     Outcome { text, json, problems }
 }

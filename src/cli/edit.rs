@@ -1,4 +1,4 @@
-//! `quadratura edit`: the window.
+//! The command `edit`, which opens the window.
 
 use std::process::exit;
 use std::time::Duration;
@@ -10,9 +10,9 @@ use super::{Outcome, STOPPED};
 use crate::app::{self, Ending};
 use crate::error::{Error, Result};
 
-/// A window that was asked to end by a signal has so long to close by itself: longer than it waits, twice, for what it
-/// writes.
-const PATIENCE: Duration = Duration::from_secs(20);
+/// Time that a window gets to close after a signal: longer than it waits, twice, for files that it is
+/// writing.
+const CLOSING_TIME: Duration = Duration::from_secs(20);
 
 pub fn run(args: &EditArgs) -> Result<Outcome> {
     let ending = Ending::default();
@@ -21,8 +21,8 @@ pub fn run(args: &EditArgs) -> Result<Outcome> {
     Ok(Outcome { text: String::new(), json: json!({ "frames": frames }), problems: Vec::new() })
 }
 
-/// Ctrl-C, a terminal that is closed and a system that shuts down end the window without a question, and lose nothing
-/// that was decided. A second signal ends the program where it stands.
+/// Ends the window on Ctrl-C, when its terminal is closed, or when the system shuts down: without a question,
+/// and without losing a decision. A second signal ends the program at once.
 fn end_on_signals(ending: Ending) -> Result<()> {
     let handler = move || {
         if ending.is_asked() {
@@ -30,7 +30,7 @@ fn end_on_signals(ending: Ending) -> Result<()> {
         }
         ending.ask();
         std::thread::spawn(|| {
-            std::thread::sleep(PATIENCE);
+            std::thread::sleep(CLOSING_TIME);
             exit(STOPPED.into());
         });
     };

@@ -1,14 +1,13 @@
-//! `quadratura export`.
+//! The command `export`.
 
 use std::collections::BTreeMap;
 
 use serde_json::json;
 
 use super::Outcome;
-use super::args::{ExportArgs, FormatArg};
+use super::args::ExportArgs;
 use super::bytes::readable_bytes;
 use super::table::{Table, counted};
-use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::io::project::read_project;
@@ -25,17 +24,17 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     let _lock = ProjectLock::take(&args.project)?;
     let opened = open_site(&args.project, project, task)?;
     let photos = opened.photos_named(&args.photos.names)?;
-    tell_stale(&opened, &StackStore::new(&args.project), &photos, task)?;
+    note_stale(&opened, &StackStore::new(&args.project), &photos, task)?;
     let evened = match args.even_colour {
         true => {
-            task.note("files of even colour are for looking at: they cannot be imported");
+            task.note("files with matched exposures are for viewing only: they cannot be imported");
             even_factors(&args.project, &opened, task)?
         }
         false => BTreeMap::new(),
     };
     let options = ExportOptions {
         evened,
-        format: args.format.into(),
+        format: args.format,
         memory: args.memory.or_default(),
         decisions: Some(opened.project.decisions.clone()),
         ..ExportOptions::default()
@@ -47,13 +46,12 @@ pub fn run(args: &ExportArgs, task: &Task) -> Result<Outcome> {
     Ok(report(&exported, args.photos.problems_of(&opened, task)))
 }
 
-/// What is exported is the stack on disk, whatever has changed since it was built.
-fn tell_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Task) -> Result<()> {
+/// Notes photos whose stack is out of date; an export writes the stack on disk as it is.
+fn note_stale(opened: &Opened, store: &StackStore, photos: &[&Photo], task: &Task) -> Result<()> {
     let survey = Survey::new(opened, store);
     for photo in photos {
         if let StackState::Stale(_) = survey.state(photo)? {
-            task.of(&photo.name)
-                .note("its stack is older than the project; `quadratura build` makes it anew");
+            task.of(&photo.name).note("its stack is out of date; `quadratura build` updates it");
         }
     }
     Ok(())
@@ -64,7 +62,8 @@ fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {
     problems.extend(exported.done.iter().flat_map(|done| done.problems.iter().cloned()));
     let mut table = Table::new(&["photo", "groups", "layers", "size", "file"]);
     for done in &exported.done {
-        let (groups, layers) = (done.groups.to_string(), done.layers.to_string());
+        let groups = done.groups.to_string();
+        let layers = done.layers.to_string();
         let file = done.path.display().to_string();
         table.row([done.photo.clone(), groups, layers, readable_bytes(done.bytes), file]);
     }
@@ -77,15 +76,4 @@ fn report(exported: &Exported, mut problems: Vec<String>) -> Outcome {
     );
     let json = json!({ "photos": exported.done, "problems": problems });
     Outcome { text, json, problems }
-}
-
-impl From<FormatArg> for ExportFormat {
-    fn from(arg: FormatArg) -> Self {
-        match arg {
-            FormatArg::Psd => Self::Psd,
-            FormatArg::Folder => Self::Folder,
-            FormatArg::Ora => Self::Ora,
-            FormatArg::Xcf => Self::Xcf,
-        }
-    }
 }

@@ -1,11 +1,11 @@
-//! `quadratura fill`.
+//! The command `fill`.
 
 use serde_json::json;
 
 use super::Outcome;
 use super::args::FillArgs;
 use super::fill_table::FillTable;
-use super::spread_table::SpreadTable;
+use super::spread_table::PropagatedTable;
 use super::table::counted;
 use crate::document::Project;
 use crate::error::Result;
@@ -35,13 +35,13 @@ pub fn run(args: &FillArgs, task: &Task) -> Result<Outcome> {
     let filled = fill(&args.project, &opened, &request, task)?;
     kept.extend(filled.iter().flat_map(|filled| filled.kept.clone()));
     for file in kept {
-        task.note(format!("a file that was changed by hand is now {}", file.display()));
+        task.note(format!("a file that was changed by hand was moved to {}", file.display()));
     }
     let problems = args.photos.problems_of(&opened, task);
     Ok(if args.dry_run { offered(&filled, problems) } else { report(&filled, problems) })
 }
 
-/// The project's options with those that were given; kept in the project if that is wanted.
+/// Returns the project's options with those that were given, and saves them if requested.
 fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOptions> {
     let options = args.applied_to(&project.fill);
     if options == project.fill || args.dry_run {
@@ -52,8 +52,8 @@ fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOp
         write_project(&args.project, project)?;
     } else {
         task.note(
-            "these options hold for this time only: the next fill without them fills again (--save-options \
-             keeps them in project.json)",
+            "these options apply only to this fill: the next fill without them fills again (--save-options \
+             saves them in project.json)",
         );
     }
     Ok(options)
@@ -61,7 +61,7 @@ fn options(args: &FillArgs, project: &mut Project, task: &Task) -> Result<FillOp
 
 fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let mut table = FillTable::default();
-    let mut spread = SpreadTable::default();
+    let mut spread = PropagatedTable::default();
     for photo in filled {
         match &photo.stack {
             Ok(stack) => {
@@ -78,7 +78,7 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     let text = format!(
         "{}{}\n{} filled, {} up to date, {} left out or failed\n",
         table.text(),
-        spread.text("paint of other photos on what a photo shows"),
+        spread.text("paint of other photos, projected to what a photo shows"),
         counted(fresh, "photo"),
         filled.iter().filter(|photo| photo.up_to_date).count(),
         problems.len(),
@@ -87,15 +87,16 @@ fn report(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
     Outcome { text, json, problems }
 }
 
-/// What a dry run found.
+/// Reports the result of a dry run.
 fn offered(filled: &[FilledPhoto], mut problems: Vec<String>) -> Outcome {
-    let mut spread = SpreadTable::default();
+    let mut spread = PropagatedTable::default();
     for photo in filled {
         spread.add(&photo.photo, &photo.spread);
         problems.extend(photo.stack.as_ref().err().map(|error| format!("{}: {error}", photo.photo)));
     }
-    let told = spread.text("paint of other photos that would be laid over what a photo shows");
-    let told = if told.is_empty() { "no paint would be laid over any photo\n".to_owned() } else { told };
+    let preview = spread.text("paint of other photos that would be projected to what a photo shows");
+    let preview =
+        if preview.is_empty() { "no paint would be projected to any photo\n".to_owned() } else { preview };
     let json = json!({ "dry_run": true, "propagated": spread.into_json(), "problems": problems });
-    Outcome { text: format!("{told}nothing was written\n"), json, problems }
+    Outcome { text: format!("{preview}nothing was written\n"), json, problems }
 }

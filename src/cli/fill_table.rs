@@ -1,4 +1,4 @@
-//! The table of fillings, a row a photo: what `fill` made and what `info` finds.
+//! The table of fillings, with a row for each photo, for `fill` and `info`.
 
 use serde_json::{Value, json};
 
@@ -8,13 +8,14 @@ use crate::document::Stack;
 use crate::recipe::fill::FillShares;
 
 const HEADINGS: [&str; 9] =
-    ["photo", "filling", "hidden", "from photos", "from paint", "by example", "diffused", "empty", "size"];
+    ["photo", "filling", "hidden", "from photos", "from paint", "patch-based", "smooth", "empty", "size"];
 
 const LEGEND: &str = "
-hidden: of all texels that surfaces cover; the shares behind it: of the hidden ones
+hidden: share of all texels that surfaces cover; the columns behind it: shares of the hidden texels
+patch-based, smooth: inpainted, because no photo shows the surface there; empty: left without colour
 ";
 
-/// Rows of fillings.
+/// A table of fillings.
 pub struct FillTable {
     table: Table,
     rows: Vec<Value>,
@@ -27,7 +28,7 @@ impl Default for FillTable {
 }
 
 impl FillTable {
-    /// Adds the stack of a photo.
+    /// Adds the stack of a photo, whose filling is in the given state.
     pub fn add(&mut self, stack: &Stack, state: &str) {
         let shares = FillShares::of(stack);
         let percent = |share: f64| format!("{:.1} %", 100.0 * share);
@@ -40,18 +41,18 @@ impl FillTable {
         self.rows.push(json!({ "photo": stack.photo.name, "state": state, "shares": shares }));
     }
 
-    /// Adds a photo without a filling.
+    /// Adds a photo that could not be filled.
     pub fn add_failed(&mut self, photo: &str) {
         self.table.row([photo.to_owned(), "failed".to_owned()]);
         self.rows.push(json!({ "photo": photo, "state": "failed" }));
     }
 
-    /// For people; nothing without rows.
+    /// Returns the table as text; empty without rows.
     pub fn text(&self) -> String {
         if self.rows.is_empty() { String::new() } else { format!("{}{LEGEND}", self.table.render()) }
     }
 
-    /// For programs: a list.
+    /// Returns the rows as JSON.
     pub fn into_json(self) -> Value {
         self.rows.into()
     }

@@ -1,4 +1,4 @@
-//! `quadratura import` and `quadratura watch`.
+//! The commands `import` and `watch`.
 
 use std::path::Path;
 use std::time::Duration;
@@ -21,12 +21,12 @@ use crate::task::Task;
 pub fn run(args: &ImportArgs, task: &Task) -> Result<Outcome> {
     read_project(&args.project)?;
     if args.history {
-        return Ok(told_history(&args.project, &history(&args.project)?));
+        return Ok(history_outcome(&args.project, &history(&args.project)?));
     }
     let options = ImportOptions { dry_run: args.dry_run, scaled: args.scaled, only_whole: false };
     let _lock = (!args.dry_run).then(|| ProjectLock::take(&args.project)).transpose()?;
     if args.undo {
-        return Ok(told_undone(&args.project, &take_back(&args.project)?));
+        return Ok(undo_outcome(&args.project, &take_back(&args.project)?));
     }
     let imported = import_once(&args.project, &args.files, options, task)?;
     Ok(report(&imported, args.dry_run))
@@ -40,11 +40,11 @@ pub fn run_watch(args: &WatchArgs, task: &Task) -> Result<Outcome> {
     let mut problems = Vec::new();
     let there = counted(documents(&args.folder)?.len(), "layered document");
     let folder = args.folder.display();
-    task.note(format!("watching {folder} and the folders in it, {there} now; Ctrl-C ends it"));
+    task.note(format!("watching {folder} and its sub-folders ({there} now); press Ctrl-C to stop"));
     let options = WatchOptions { import, once: args.once, ..WatchOptions::default() };
     let hold = || project_lock(&args.project, task);
     watch(&args.project, &args.folder, options, hold, task, |imported, spent| {
-        tell(&imported, spent, task);
+        note_import(&imported, spent, task);
         problems.extend(problems_of(&imported));
         imports.push(json!({
             "import": imported.number,
@@ -63,19 +63,20 @@ fn refuse_no_folder(folder: &Path) -> Result<()> {
     }
     let remedy = "give the folder that the image editor saves to";
     if !folder.exists() {
-        return Err(Error::input(folder, "", "there is no such folder", remedy));
+        return Err(Error::input(folder, "", "this folder does not exist", remedy));
     }
     let around = folder.parent().filter(|parent| *parent != Path::new("")).unwrap_or(Path::new("."));
-    Err(Error::input(folder, "", "a file, not a folder", format!("{remedy}: {}", around.display())))
+    Err(Error::input(folder, "", "this is a file, not a folder", format!("{remedy}: {}", around.display())))
 }
 
-/// What was not taken home, for the exit status.
+/// Returns what was not imported, for the exit status.
 fn problems_of(imported: &Imported) -> Vec<String> {
     let refused = imported.failed.iter().map(|(_, problem)| problem.to_string());
     refused.chain(imported.files.iter().filter_map(FileReport::problem)).collect()
 }
 
-fn tell(imported: &Imported, spent: Duration, task: &Task) {
+/// Notes the result of an import while watching.
+fn note_import(imported: &Imported, spent: Duration, task: &Task) {
     for file in &imported.files {
         let task = task.of(&file.file.display().to_string());
         let layers = file.layers.iter().filter(|layer| layer.changed > 0).count();
@@ -99,7 +100,7 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
     let changed = counted(imported.changed as usize, "pixel");
     text.push_str(&match (imported.number, dry_run) {
         (None, _) => "nothing changed\n".to_owned(),
-        (Some(number), false) => format!("import {number}: {changed} changed; `--undo` takes it back\n"),
+        (Some(number), false) => format!("import {number}: {changed} changed; `--undo` undoes it\n"),
         (Some(_), true) => format!("{changed} would change; nothing was written\n"),
     });
     let problems = problems_of(imported);
@@ -113,7 +114,7 @@ fn report(imported: &Imported, dry_run: bool) -> Outcome {
     Outcome { text, json, problems }
 }
 
-/// A row for every layer that is not as it was exported; the others are only counted.
+/// Returns a table with a row for every layer that was changed; the others are only counted.
 fn table(file: &FileReport) -> String {
     let mut table = Table::new(&["layer", "state", "painted", "erased", "changed", "conflicts", "also"]);
     for layer in file.layers.iter().filter(|layer| layer.state != LayerState::Unchanged || layer.changed > 0)
@@ -138,16 +139,18 @@ fn also(layer: &LayerReport) -> String {
     [moved, resized, renamed].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// What is said in sentences.
+/// Returns the remarks about a file that are printed as sentences.
 fn remarks(file: &FileReport) -> Vec<String> {
     let mut remarks = file.notes.clone();
-    // Those that are left out are told with the problems.
+    // Notes of layers that were left out are reported with the problems.
     for layer in file.layers.iter().filter(|layer| layer.state != LayerState::LeftOut) {
         remarks.extend(layer.notes.iter().map(|note| format!("{}: {note}", layer.name)));
         remarks.extend(layer.conflicts.iter().map(|conflict| {
-            let (face, pixels, import) = (&conflict.face, conflict.pixels, conflict.import);
+            let face = &conflict.face;
+            let pixels = conflict.pixels;
+            let import = conflict.import;
             format!(
-                "{}: over other paint of import {import} on {face}, {pixels} px; this one shows",
+                "{}: conflict with paint of import {import} on {face}, {pixels} px; the paint of this file is shown",
                 layer.name
             )
         }));
@@ -155,7 +158,7 @@ fn remarks(file: &FileReport) -> Vec<String> {
     remarks
 }
 
-fn told_history(project: &Path, imports: &[PaintImport]) -> Outcome {
+fn history_outcome(project: &Path, imports: &[PaintImport]) -> Outcome {
     let mut table = Table::new(&["import", "when (UTC)", "pixels", "photos", "files"]);
     for import in imports {
         let (number, pixels) = (import.number.to_string(), import.pixels.to_string());
@@ -163,8 +166,8 @@ fn told_history(project: &Path, imports: &[PaintImport]) -> Outcome {
         table.row([number, when(import.time), pixels, import.photos.join(", "), files]);
     }
     let text = match imports.is_empty() {
-        true => "no import can be taken back\n".to_owned(),
-        false => format!("{}\n`--undo` takes back the last one\n", table.render()),
+        true => "there is no import to undo\n".to_owned(),
+        false => format!("{}\n`--undo` undoes the last one\n", table.render()),
     };
     Outcome {
         text,
@@ -173,13 +176,14 @@ fn told_history(project: &Path, imports: &[PaintImport]) -> Outcome {
     }
 }
 
-fn told_undone(project: &Path, import: &PaintImport) -> Outcome {
+fn undo_outcome(project: &Path, import: &PaintImport) -> Outcome {
     let files = files_of(project, import).join(", ");
-    let text = format!("import {} of {files} is taken back\n", import.number);
+    let text = format!("import {} of {files} was undone\n", import.number);
     Outcome { text, json: json!({ "undone": facts(project, import) }), problems: vec![] }
 }
 
-/// The files of an import as they are reached from here; they are kept as they are reached from the project.
+/// Returns the paths of an import's files relative to the current folder; they are stored relative to the
+/// project.
 fn files_of(project: &Path, import: &PaintImport) -> Vec<String> {
     import.files.iter().map(|file| below(project, file).display().to_string()).collect()
 }
@@ -194,8 +198,8 @@ fn facts(project: &Path, import: &PaintImport) -> serde_json::Value {
     })
 }
 
-/// `2026-11-20 10:42`, of seconds since 1970 (the civil calendar after Hinnant, *chrono-compatible low-level date
-/// algorithms*, 2013).
+/// Formats seconds since 1970 as `2026-11-20 10:42` (the civil calendar after Hinnant, *chrono-compatible
+/// low-level date algorithms*, 2013).
 fn when(seconds: u64) -> String {
     let days = seconds / 86400 + 719_468;
     let era = days / 146_097;

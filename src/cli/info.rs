@@ -1,4 +1,4 @@
-//! `quadratura info`.
+//! The command `info`.
 
 use std::path::Path;
 
@@ -9,17 +9,18 @@ use super::args::InfoArgs;
 use super::fill_table::FillTable;
 use super::masked::Masked;
 use super::painted::Painted;
-use super::spread_table::SpreadTable;
+use super::spread_table::PropagatedTable;
 use super::stacks::StackTable;
 use super::table::{Table, counted};
 use super::untextured::Untextured;
 use crate::document::Stack;
 use crate::error::Result;
 use crate::io::stack_store::StackStore;
-use crate::recipe::decide::{excluded, state_of_face, strangers as decision_strangers};
+use crate::recipe::decide::{state_of_face, strangers as decision_strangers};
 use crate::recipe::fill::{FillInputs, FillState};
 use crate::recipe::open::{Opened, open};
-use crate::recipe::survey::{FaceInStack, StackState, Survey, face_in_stack, face_named};
+use crate::recipe::survey::{StackState, Survey, face_named};
+use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::Photo;
 use crate::task::Task;
 
@@ -49,13 +50,13 @@ fn about_photos(
     let mut untextured = Untextured::default();
     let mut filling = FillTable::default();
     let fill_inputs = fill_inputs_now(&args.project, opened, store)?;
-    let mut spread = SpreadTable::default();
+    let mut spread = PropagatedTable::default();
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
         table.add(&photo.name, state.word(), state.stack());
         if let Some(stack) = state.stack() {
-            untextured.add(stack, excluded(stack, &opened.project.decisions.of(&photo.name)));
+            untextured.add(stack, &opened.project.decisions.of(&photo.name));
             stack.unmet.iter().for_each(|unmet| task.of(&photo.name).note(unmet));
             filling.add(stack, FillState::of(stack, &fill_inputs).word());
             spread.add(&photo.name, stack.fill.as_ref().map_or(&[], |fill| &fill.spread));
@@ -67,8 +68,8 @@ fn about_photos(
         }
     }
     let model = &opened.site.model;
-    let gone = decision_strangers(&opened.project.decisions, &opened.site);
-    gone.iter().for_each(|gone| task.note(gone));
+    let missing = decision_strangers(&opened.project.decisions, &opened.site);
+    missing.iter().for_each(|note| task.note(note));
     let mut text = format!(
         "{}, {} in {}\n\n{}\n{}{}\n",
         counted(opened.site.photos.len(), "photo"),
@@ -76,16 +77,13 @@ fn about_photos(
         counted(model.objects.len(), "object"),
         table.text(),
         filling.text(),
-        spread.text("paint of other photos on what a photo shows"),
+        spread.text("paint of other photos, projected to what a photo shows"),
     );
     let in_detail = !args.photos.names.is_empty();
     text.push_str(&if in_detail { untextured.by_photo() } else { untextured.summary() });
     let strangers = strangers(opened, store)?;
     if !strangers.is_empty() {
-        text.push_str(&format!(
-            "\nstacks of photos that the project does not have: {}\n",
-            strangers.join(", ")
-        ));
+        text.push_str(&format!("\nstacks of photos that are not in the project: {}\n", strangers.join(", ")));
     }
     let masked = Masked::of(opened)?;
     text.push_str(&masked.text());
@@ -104,19 +102,20 @@ fn about_photos(
         "paint": painted.to_json(),
         "stacks_without_photo": strangers,
         "decisions": opened.project.decisions,
-        "decisions_about_what_is_gone": gone,
+        "decisions_about_what_is_gone": missing,
     });
     Ok((text, json))
 }
 
-/// What fillings would be made of now. A stack that cannot be read is none here; it is told elsewhere.
+/// Returns the present inputs of fillings. A stack that cannot be read is left out here and reported
+/// elsewhere.
 fn fill_inputs_now(folder: &Path, opened: &Opened, store: &StackStore) -> Result<FillInputs> {
     let stack = |photo: &Photo| store.current(&photo.name).ok().flatten();
     let stacks: Vec<Option<Stack>> = opened.site.photos.iter().map(stack).collect();
     FillInputs::of(folder, opened, &stacks, &opened.project.fill)
 }
 
-/// Stacks whose photo has left the project.
+/// Returns the photos of stacks that are no longer in the project.
 fn strangers(opened: &Opened, store: &StackStore) -> Result<Vec<String>> {
     let belongs = |name: &String| opened.site.photos.iter().any(|photo| photo.name == *name);
     Ok(store.photos()?.into_iter().filter(|name| !belongs(name)).collect())
@@ -138,7 +137,7 @@ fn about_face(
     for (photo, done) in photos.iter().zip(0..) {
         task.step("read stacks", done, photos.len() as u64)?;
         let state = survey.state(photo)?;
-        let what = state.stack().map(|stack| said_of_face(stack, object, face.index));
+        let what = state.stack().map(|stack| describe_face(stack, object, face.index));
         let (mut text, mut row) = what.unwrap_or_default();
         if let Some(decided) = state_of_face(&opened.project.decisions.of(&photo.name), object, face.index) {
             text = if text.is_empty() { decided.into() } else { format!("{decided}; {text}") };
@@ -152,13 +151,13 @@ fn about_face(
     Ok((table.render(), json!({ "face": model.face_name(id), "photos": rows })))
 }
 
-/// What one photo has of a face, for people and for programs.
-fn said_of_face(stack: &Stack, object: &str, index: u32) -> (String, Value) {
+/// Describes a face in a photo's stack, as text and as JSON.
+fn describe_face(stack: &Stack, object: &str, index: u32) -> (String, Value) {
     match face_in_stack(stack, object, index) {
         FaceInStack::Textured { image_layers, back } => {
             let layers: Vec<_> = image_layers.iter().map(|layer| &stack.image_layers[*layer]).collect();
             let names: Vec<_> = layers.iter().map(|layer| format!("{} [{}]", layer.name, layer.id)).collect();
-            let side = if back { ", its back" } else { "" };
+            let side = if back { ", back side" } else { "" };
             let files: Vec<_> = layers.iter().map(|layer| &layer.file).collect();
             (
                 format!("in {}{side}", names.join(", ")),
@@ -169,6 +168,6 @@ fn said_of_face(stack: &Stack, object: &str, index: u32) -> (String, Value) {
             let text = untextured.in_words();
             (text, json!({ "textured": false, "untextured": untextured }))
         }
-        FaceInStack::Unknown => ("not in this stack, which is of another model".into(), json!({})),
+        FaceInStack::Unknown => ("not in this stack, which was built from another model".into(), json!({})),
     }
 }

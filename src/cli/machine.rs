@@ -1,6 +1,6 @@
-//! What the machine has, and what we took of it.
+//! Reports the process's use of the machine.
 
-/// The most memory this process ever held, in bytes; `None` where the system does not tell.
+/// Returns the peak memory of this process in bytes; `None` where the system does not report it.
 pub fn peak_memory() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status.lines().find(|line| line.starts_with("VmHWM:"))?;
@@ -13,7 +13,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn we_took_some_memory() {
+    fn the_process_has_used_some_memory() {
         if cfg!(target_os = "linux") {
             assert!(peak_memory().unwrap() > 1 << 20);
         }

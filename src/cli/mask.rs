@@ -1,4 +1,4 @@
-//! `quadratura mask`.
+//! The command `mask`.
 
 use serde_json::json;
 
@@ -11,7 +11,7 @@ use crate::error::{Error, Result};
 use crate::io::lock::ProjectLock;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::{read_project, write_project};
-use crate::io::recovery::find_unsaved;
+use crate::io::recovery::read_unsaved;
 use crate::recipe::budget::default_memory;
 use crate::recipe::masks::beside::{Found, mask_of_file, masks_beside};
 use crate::recipe::masks::object::{from_object, object_pixels, objects_named};
@@ -25,14 +25,14 @@ pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
     let mut _lock = None;
     if changes(args) {
         _lock = Some(ProjectLock::take(&args.project)?);
-        // Somebody may have decided something else before the lock was ours.
+        // Another program may have changed the project before the lock was taken.
         project = read_project(&args.project)?;
     }
     let before = project.masks.clone();
     if args.clear {
         project.masks = cleared(&project.masks, &args.photos.names)?;
     }
-    // A mask that cannot be used leaves its photo out; here it can be replaced.
+    // A mask that cannot be used leaves its photo out, but this command can replace it.
     let masks = std::mem::take(&mut project.masks);
     let mut opened = open_site(&args.project, project, task)?;
     let (edits, problems) = edits(args, &opened, task)?;
@@ -47,23 +47,24 @@ pub fn run(args: &MaskArgs, task: &Task) -> Result<Outcome> {
         let photos = opened.photos_named(&args.photos.names)?;
         let names: Vec<String> = photos.into_iter().map(|photo| photo.name.clone()).collect();
         let found = suggest(&args.project, &opened, &names, default_memory(), task)?;
-        outcome.text = told(&found, args);
+        outcome.text = suggestions_text(&found, args);
         outcome.json["suggestions"] = json!(found.list);
         outcome.json["folder"] = json!(suggestion_folder(&args.project));
     }
     Ok(outcome)
 }
 
-/// Whether the command is to change anything. (Suggestions are written without the lock: into `cache/`.)
+/// Returns whether the command changes the project. (Suggestions go to `cache/`, which needs no lock.)
 fn changes(args: &MaskArgs) -> bool {
     args.clear || args.find || args.add.is_some() || !args.object.is_empty() || args.accept.is_some()
 }
 
-/// What was typed, as edits; and what is wrong with files that were found.
+/// Returns the edits that were requested, and problems with files that were found.
 fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>, Vec<String>)> {
     let Opened { site, project, .. } = opened;
     let folder = &args.project;
-    let (mut edits, mut problems) = (Vec::new(), Vec::new());
+    let mut edits = Vec::new();
+    let mut problems = Vec::new();
     if args.find {
         let asked = opened.photos_named(&args.photos.names)?;
         let (found, wrong) = masks_beside(folder, project, site, task)?;
@@ -73,7 +74,7 @@ fn edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<(Vec<MaskEdit>
     }
     if let Some(file) = &args.add {
         let [photo] = &args.photos.names[..] else {
-            return Err(Error::Request("--add takes a mask of one photo; name one with --photo".into()));
+            return Err(Error::Request("--add needs one photo; name it with --photo".into()));
         };
         edits.push(mask_of_file(folder, project, site, (photo, file), task)?.edit());
     }
@@ -105,8 +106,9 @@ fn object_edits(args: &MaskArgs, opened: &Opened, task: &Task) -> Result<Vec<Mas
 
 fn keep(args: &MaskArgs, project: &Project) -> Result<()> {
     write_project(&args.project, project)?;
-    // Where the history of imports cannot be read, or what a window had not saved, nobody knows which files they need.
-    let unsaved = find_unsaved(&args.project, project);
+    // If the history of imports or the unsaved changes of a window cannot be read, the files they need are
+    // unknown, so all stay.
+    let unsaved = read_unsaved(&args.project, project);
     let (Ok(paint), Ok(unsaved)) = (PaintStore::new(&args.project).read(), unsaved) else { return Ok(()) };
     let unsaved = unsaved.map(|found| found.project.masks);
     tidy(&args.project, &[Some(&project.masks), unsaved.as_ref()], &paint)
@@ -119,9 +121,9 @@ fn changed_photos(before: &Masks, after: &Masks) -> Vec<String> {
     photos.into_iter().filter(|photo| before.of(photo) != after.of(photo)).map(str::to_owned).collect()
 }
 
-fn told(found: &Suggestions, args: &MaskArgs) -> String {
+fn suggestions_text(found: &Suggestions, args: &MaskArgs) -> String {
     if found.list.is_empty() {
-        return "nothing stands in one photo alone\n".into();
+        return "no transient objects were found\n".into();
     }
     let mut table = Table::new(&["number", "photo", "differs", "x", "y", "width", "height", "masks"]);
     for found in &found.list {
@@ -129,10 +131,11 @@ fn told(found: &Suggestions, args: &MaskArgs) -> String {
         let numbers = [format!("{:.2}", found.score), x, y, w, h, format!("{:.2} %", 100.0 * found.share)];
         table.row([found.number.to_string(), found.photo.clone()].into_iter().chain(numbers));
     }
-    let (folder, project) = (suggestion_folder(&args.project), args.project.display());
+    let folder = suggestion_folder(&args.project);
+    let project = args.project.display();
     format!(
-        "{}\ndiffers: a natural logarithm of light, on average; x, y, width, height: pixels of the photo\n\
-         {} outlined in the pictures in {}; `quadratura mask {project} --accept 1,2` (or `all`) masks them\n",
+        "{}\ndiffers: mean difference from the other photos (natural logarithm of light); x, y, width, height: pixels\n\
+         {} outlined in the pictures in {}; run `quadratura mask {project} --accept 1,2` (or `all`) to mask them\n",
         table.render(),
         counted(found.list.len(), "suggestion"),
         folder.display(),
@@ -152,8 +155,8 @@ fn outcome(
     if !changed.is_empty() {
         let (photos, project) = (counted(changed.len(), "photo"), args.project.display());
         text.push_str(&format!(
-            "\nmasks of {photos} changed; `quadratura build {project}` brings the stacks up to date, `fill` fills \
-             what is masked\n"
+            "\nmasks of {photos} changed; run `quadratura build {project}` to update the stacks, and `fill` to fill \
+             the masked areas\n"
         ));
     }
     problems.extend(PhotoArgs { names: Vec::new() }.problems_of(opened, task));

@@ -1,4 +1,4 @@
-//! What `mask` and `info` say of masks and of objects that are off.
+//! Reports masks and removed objects for `mask` and `info`.
 
 use serde_json::{Value, json};
 
@@ -7,32 +7,32 @@ use crate::error::Result;
 use crate::recipe::masks::list::{MaskedPhoto, masked_photos};
 use crate::recipe::open::Opened;
 
-/// What is masked in a project.
+/// The masks of a project and its removed objects.
 pub struct Masked {
     photos: Vec<MaskedPhoto>,
     off: Vec<String>,
 }
 
 impl Masked {
-    /// Of an opened project.
+    /// Collects them from an opened project.
     pub fn of(opened: &Opened) -> Result<Self> {
         let photos = masked_photos(&opened.site, &opened.project.masks)?;
         Ok(Self { photos, off: opened.project.objects_off.iter().cloned().collect() })
     }
 
-    /// Photos with masks.
+    /// Returns the number of photos with masks.
     pub fn photos(&self) -> usize {
         self.photos.len()
     }
 
-    /// For people; nothing where nothing is masked and no object is off.
+    /// Returns a table as text; empty where nothing is masked and no object is removed.
     pub fn text(&self) -> String {
         let mut text = String::new();
         if !self.photos.is_empty() {
             text.push_str(&format!("\n{}", self.table()));
         }
         if !self.off.is_empty() {
-            text.push_str(&format!("\nobjects switched off: {}\n", self.off.join(", ")));
+            text.push_str(&format!("\nobjects removed from the model: {}\n", self.off.join(", ")));
         }
         text
     }
@@ -47,7 +47,7 @@ impl Masked {
         table.render()
     }
 
-    /// For programs: a list of photos.
+    /// Returns the list of masked photos as JSON.
     pub fn to_json(&self) -> Value {
         json!(self.photos)
     }

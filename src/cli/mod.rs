@@ -1,9 +1,8 @@
-//! What was typed, what it means, run.
+//! The command line: parses arguments, runs a command and prints its result.
 //!
-//! [`run`] parses ([`args`]), sets up what every command shares ([`reporter`], threads, Ctrl-C) and
-//! hands over to one file a command, which calls a recipe and turns its result into an `Outcome`:
-//! text for people, JSON for programs. Results go to standard output, everything else to standard
-//! error.
+//! [`run`] parses the arguments ([`args`]), sets up what all commands share ([`reporter`], threads, Ctrl-C)
+//! and calls the file of the command, which calls a recipe and turns its result into an `Outcome`: text for
+//! people, JSON for programs. Results go to standard output, everything else to standard error.
 
 use std::ffi::OsString;
 use std::io::{ErrorKind, Write};
@@ -55,21 +54,21 @@ const STOPPED: u8 = 130;
 
 /// The result of a command.
 struct Outcome {
-    /// For people.
+    /// The result as text for people.
     text: String,
-    /// For programs: an object.
+    /// The result as a JSON object for programs.
     json: Value,
-    /// What went wrong with some photos while the others went on; one each.
+    /// One message for each photo that failed while the others went on.
     problems: Vec<String>,
 }
 
-/// Parses what was typed (the program's name first), runs it and says how it ended.
+/// Parses the command line (with the program's name first), runs the command and returns the exit status.
 pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     fault::install_message();
     let cli = match Cli::try_parse_from(typed) {
         Ok(cli) => cli,
         Err(usage) => {
-            // Nothing can be done where even this cannot be printed.
+            // If even this cannot be printed, nothing can be done.
             let _ = usage.print();
             return ExitCode::from(usage.exit_code() as u8);
         }
@@ -79,7 +78,7 @@ pub fn run(typed: impl IntoIterator<Item = OsString>) -> ExitCode {
     let task = reporter.task();
     let done = prepare(&cli.global, &command, &task).and_then(|()| dispatch(&command, &task));
     reporter.finish();
-    conclude(&cli.global, &reporter, done)
+    print_result(&cli.global, &reporter, done)
 }
 
 fn dispatch(command: &Command, task: &Task) -> Result<Outcome> {
@@ -109,26 +108,26 @@ fn prepare(global: &Global, command: &Command, task: &Task) -> Result<()> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build_global();
         pool.map_err(|error| Error::Request(format!("could not start {threads} threads: {error}")))?;
     }
-    // In a window jobs are stopped one by one; a signal ends it.
+    // In the window jobs are stopped one by one, and a signal ends it.
     if matches!(command, Command::Edit(_)) { Ok(()) } else { stop_on_ctrl_c(task) }
 }
 
-/// The first Ctrl-C asks, the second one ends the program where it stands; the files on disk are
-/// whole at every moment.
+/// Installs the Ctrl-C handler: the first Ctrl-C requests a stop, the second one ends the program at once.
+/// Files on disk are complete at every moment.
 fn stop_on_ctrl_c(task: &Task) -> Result<()> {
     let stop = task.stop_flag();
     let handler = move || {
         if stop.swap(true, Ordering::Relaxed) {
             std::process::exit(STOPPED.into());
         }
-        eprintln!("stopping; press Ctrl-C again to end at once");
+        eprintln!("stopping; press Ctrl-C again to quit at once");
     };
     ctrlc::set_handler(handler)
         .map_err(|error| Error::Request(format!("could not listen for Ctrl-C: {error}")))
 }
 
-/// Prints the result or the error, and turns it into the exit status.
-fn conclude(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> ExitCode {
+/// Prints the result or the error and returns the exit status.
+fn print_result(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> ExitCode {
     let status = match &done {
         Ok(outcome) if !outcome.problems.is_empty() => FAILED,
         Ok(_) => 0,
@@ -137,29 +136,30 @@ fn conclude(global: &Global, reporter: &Reporter, done: Result<Outcome>) -> Exit
     };
     let text = match done {
         Ok(outcome) => {
-            outcome.problems.iter().for_each(|problem| complain(problem));
+            outcome.problems.iter().for_each(|problem| print_error(problem));
             if global.json { as_json(outcome.json, reporter) } else { outcome.text }
         }
         Err(error) => {
             match &error {
-                Error::Several(errors) => errors.iter().for_each(|error| complain(&error.to_string())),
-                error => complain(&error.to_string()),
+                Error::Several(errors) => errors.iter().for_each(|error| print_error(&error.to_string())),
+                error => print_error(&error.to_string()),
             }
             if global.json { as_json(json!({"error": error.to_string()}), reporter) } else { String::new() }
         }
     };
     match std::io::stdout().lock().write_all(text.as_bytes()) {
-        // Whoever reads our output may have seen enough, as `head` does.
+        // The reader of the output may have closed it on purpose, as `head` does.
         Err(error) if error.kind() != ErrorKind::BrokenPipe => {
-            complain(&format!("could not write the result: {error}"));
+            print_error(&format!("could not write the result: {error}"));
             ExitCode::from(FAILED)
         }
         _ => ExitCode::from(status),
     }
 }
 
-fn complain(text: &str) {
-    // A terminal that was closed cannot be told.
+/// Prints an error to standard error.
+fn print_error(text: &str) {
+    // If standard error is closed, the message is lost.
     let _ = writeln!(std::io::stderr(), "{} {text}", paint(ERROR, "error:"));
 }
 
@@ -176,7 +176,7 @@ fn completions(shell: clap_complete::Shell) -> Outcome {
     printed(&script)
 }
 
-/// The page of the program, and behind it those of its commands.
+/// Returns the manual pages of the program and of its commands.
 fn manual() -> Outcome {
     let mut command = Cli::command();
     command.build();

@@ -1,4 +1,4 @@
-//! `quadratura new`.
+//! The command `new`.
 
 use serde_json::json;
 
@@ -22,17 +22,19 @@ pub fn run(args: &NewArgs, task: &Task) -> Result<Outcome> {
     let opened = create_project(&args.project, &new, task)?;
     let mut outcome = summary(&opened);
     outcome.text.push_str(&format!(
-        "\nNext: `quadratura check {0}` judges the site, `quadratura build {0}` makes the stacks.\n",
+        "\nNext: run `quadratura check {0}` to check the site, and `quadratura build {0}` to build the stacks.\n",
         args.project.display()
     ));
     Ok(outcome)
 }
 
-/// What the project holds.
+/// Summarises the contents of the project.
 fn summary(opened: &Opened) -> Outcome {
     let (site, problems) = (&opened.site, &opened.problems);
     let left_out = problems.len();
-    let (photos, faces, objects) = (site.photos.len(), site.model.faces.len(), site.model.objects.len());
+    let photos = site.photos.len();
+    let faces = site.model.faces.len();
+    let objects = site.model.objects.len();
     let mut table = Table::new(&["", ""]);
     let mut line = |name: &str, text: String| table.row([name.to_owned(), text]);
     line("photos", format!("{photos} of {} matched with their cameras", photos + left_out));
@@ -52,7 +54,7 @@ fn summary(opened: &Opened) -> Outcome {
     }
 }
 
-/// `3072 x 2048 px`, or from the smallest to the largest.
+/// Returns `3072 x 2048 px`, or the smallest and the largest size.
 fn sizes(opened: &Opened) -> String {
     let size = |photo: &&crate::scene::Photo| (photo.camera.width, photo.camera.height);
     let area = |photo: &&crate::scene::Photo| u64::from(photo.camera.width) * u64::from(photo.camera.height);

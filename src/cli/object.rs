@@ -1,4 +1,4 @@
-//! `quadratura object`.
+//! The command `object`.
 
 use serde_json::json;
 
@@ -24,7 +24,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
     let mut _lock = None;
     if !edits.is_empty() {
         _lock = Some(ProjectLock::take(&args.project)?);
-        // Somebody may have decided something else before the lock was ours.
+        // Another program may have changed the project before the lock was taken.
         project = read_project(&args.project)?;
     }
     let whole = whole_model(&args.project, &project, task)?;
@@ -38,7 +38,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
     let mut text = format!("{}{}", table(&objects), summary(&objects));
     if changed {
         let project = args.project.display();
-        text.push_str(&format!("\n`quadratura build {project}` brings the stacks up to date\n"));
+        text.push_str(&format!("\nrun `quadratura build {project}` to update the stacks\n"));
     }
     Ok(Outcome { text, json: json!({ "objects": objects, "changed": changed }), problems: Vec::new() })
 }
@@ -46,7 +46,7 @@ pub fn run(args: &ObjectArgs, task: &Task) -> Result<Outcome> {
 fn table(objects: &[ListedObject]) -> String {
     let mut table = Table::new(&["object", "faces", "", ""]);
     for object in objects {
-        let off = if object.off { "off" } else { "" };
+        let off = if object.off { "removed" } else { "" };
         let billboard = if object.billboard { "billboard" } else { "" };
         table.row([object.object.clone(), object.faces.to_string(), off.into(), billboard.into()]);
     }
@@ -55,5 +55,5 @@ fn table(objects: &[ListedObject]) -> String {
 
 fn summary(objects: &[ListedObject]) -> String {
     let off = objects.iter().filter(|object| object.off).count();
-    format!("\n{}, {off} switched off\n", counted(objects.len(), "object"))
+    format!("\n{}, {off} removed from the model\n", counted(objects.len(), "object"))
 }

@@ -1,15 +1,15 @@
-//! A little colour, where a terminal wants it.
+//! Colours for messages on a terminal.
 
 use std::io::IsTerminal;
 
 use clap::builder::styling::{AnsiColor, Style};
 
-/// `error:`
+/// The style of `error:`.
 pub const ERROR: Style = AnsiColor::Red.on_default().bold();
-/// `note:`
+/// The style of `note:`.
 pub const NOTE: Style = AnsiColor::Yellow.on_default().bold();
 
-/// `text` in a style, if standard error is a terminal and `NO_COLOR` is not set (see no-color.org).
+/// Returns `text` in a style if standard error is a terminal and `NO_COLOR` is not set (see no-color.org).
 pub fn paint(style: Style, text: &str) -> String {
     let refused = std::env::var_os("NO_COLOR").is_some_and(|value| !value.is_empty());
     if refused || !std::io::stderr().is_terminal() {

@@ -1,4 +1,4 @@
-//! What `build` and `info` say of a project's paint.
+//! Reports a project's paint for `build` and `info`.
 
 use serde_json::{Value, json};
 
@@ -8,17 +8,17 @@ use crate::io::stack_store::StackStore;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::lost::{LostPaint, PaintSurvey, survey_paint};
 
-/// What a project has of paint.
+/// The paint of a project.
 pub struct Painted(PaintSurvey);
 
 impl Painted {
-    /// Of an opened project.
+    /// Surveys the paint of an opened project.
     pub fn of(opened: &Opened, store: &StackStore) -> Result<Self> {
         let photos: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
         Ok(Self(survey_paint(store, &photos)?))
     }
 
-    /// All of it, for people; nothing where there is no paint.
+    /// Returns all paint as text; empty where there is none.
     pub fn text(&self) -> String {
         if self.0.photos.is_empty() {
             return String::new();
@@ -30,7 +30,7 @@ impl Painted {
         format!("\npaint:\n{photos}{}", self.lost())
     }
 
-    /// What has no place, for people; nothing where all has one.
+    /// Returns the paint that currently belongs to no surface as text; empty where there is none.
     pub fn lost(&self) -> String {
         if self.0.lost.is_empty() {
             return String::new();
@@ -40,15 +40,15 @@ impl Painted {
             format!("  {}, {}: {pixels}; {}\n", lost.photo, lost.face, lost.reason)
         };
         let lines: String = self.0.lost.iter().map(line).collect();
-        format!("\npaint that has no place now; it is kept:\n{lines}")
+        format!("\npaint on surfaces that no longer exist in these stacks (it is kept):\n{lines}")
     }
 
-    /// Pictures of paint that are damaged or gone, for the exit status.
+    /// Returns pictures of paint that are damaged or missing, for the exit status.
     pub fn problems(&self) -> Vec<String> {
         self.0.damaged.clone()
     }
 
-    /// For programs.
+    /// Returns all paint as JSON.
     pub fn to_json(&self) -> Value {
         let photos: Vec<Value> = self
             .0

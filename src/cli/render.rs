@@ -1,4 +1,4 @@
-//! `quadratura render`.
+//! The command `render`.
 
 use serde_json::json;
 
@@ -15,18 +15,18 @@ use crate::recipe::colour::usual_exposure;
 use crate::recipe::exploded::exploded;
 use crate::recipe::open::{Opened, open};
 use crate::recipe::preview;
-use crate::recipe::render::{FilmOptions, RenderOptions, RenderReport, Rendered, render};
+use crate::recipe::render::{RenderOptions, RenderReport, RenderedView, VideoOptions, render};
 use crate::recipe::views::{Asked, Size, View, Views};
 use crate::task::Task;
 
-/// More pictures than this are told by number only; `--json` has all.
+/// Maximum number of pictures in the table; `--json` has all.
 const MOST_ROWS: usize = 40;
 const USUAL_FPS: f64 = 25.0;
-/// The size of exploded views where no other is asked for.
+/// The default size of exploded views in pixels.
 const EXPLODED: (u32, u32) = (1800, 920);
 
 pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
-    // What is wrong with this is said before the work, not after.
+    // An unsuitable file name is reported before the work, not after it.
     args.video.as_deref().map(kind_of).transpose()?;
     let opened = open(&args.project, task)?;
     let usual =
@@ -46,7 +46,7 @@ pub fn run(args: &RenderArgs, task: &Task) -> Result<Outcome> {
     Ok(outcome(args, &report, views.path.is_some(), problems))
 }
 
-/// The pictures, and what they were made without.
+/// Draws the pictures; the second result lists the layers that could not be used.
 fn draw_shots(
     args: &RenderArgs,
     shown: Shown,
@@ -61,7 +61,7 @@ fn draw_shots(
     let mut renderer = preview::open(&args.project, opened, &gpu, &preview, task)?;
     let mut draw = |view: &View, task: &Task| renderer.picture(&look.shot(view.camera, view.pose), task);
     let report = render(&views.list, &mut draw, options, task)?;
-    task.note(format!("textures: {}", renderer.renderer().tiles().statistics()));
+    task.note(format!("textures: {}", renderer.statistics()));
     Ok((report, renderer.problems()))
 }
 
@@ -74,32 +74,31 @@ fn draw_exploded(
 ) -> Result<RenderReport> {
     let store = StackStore::new(&args.project);
     let mut draw = |view: &View, task: &Task| {
-        let Some(PhotoId(place)) = view.photo else {
-            let found =
-                "only the stacks of photos are shown exploded; give --cameras photos or a list of them";
+        let Some(PhotoId(index)) = view.photo else {
+            let found = "exploded views need photos; give --cameras photos or a list of photos";
             return Err(Error::Request(found.into()));
         };
-        let photo = &opened.site.photos[place as usize].name;
+        let photo = &opened.site.photos[index as usize].name;
         let missing =
-            || Error::Request(format!("photo {photo} has no stack yet: run `quadratura build` first"));
+            || Error::Request(format!("photo {photo} has no stack yet; run `quadratura build` first"));
         let stack = store.current(photo)?.ok_or_else(missing)?;
         exploded(&store.folder(photo), &stack, (view.camera.width, view.camera.height), task)
     };
     render(&views.list, &mut draw, options, task)
 }
 
-fn film(args: &RenderArgs, views: &Views) -> Option<FilmOptions> {
+fn film(args: &RenderArgs, views: &Views) -> Option<VideoOptions> {
     let fps = args.fps.or(views.path.as_ref().map(|path| path.fps)).unwrap_or(USUAL_FPS);
-    args.video.clone().map(|file| FilmOptions { file, fps, background: args.background })
+    args.video.clone().map(|file| VideoOptions { file, fps, background: args.background })
 }
 
-/// Never over a file: somebody may have worked on it.
+/// Writes the camera path, but never over an existing file, which may have been edited.
 fn write_path(args: &RenderArgs, views: &Views) -> Result<()> {
     match (&args.write_path, &views.path) {
         (Some(file), _) if file.exists() => {
             let file = file.display();
             Err(Error::Request(format!(
-                "{file} is there already; give --write-path another name, or move it away"
+                "{file} already exists; give --write-path another name, or move the file away"
             )))
         }
         (Some(file), Some(path)) => write_camera_path(file, path),
@@ -107,10 +106,10 @@ fn write_path(args: &RenderArgs, views: &Views) -> Result<()> {
     }
 }
 
-/// The frames of a flight are not listed.
+/// Reports the pictures; the frames of a flight are not listed.
 fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: Vec<String>) -> Outcome {
     let table = if is_flight { String::new() } else { table(&report.done) + "\n" };
-    let film = report.film.as_ref().map_or(String::new(), |film| format!("film: {}\n", film.display()));
+    let film = report.film.as_ref().map_or(String::new(), |film| format!("video: {}\n", film.display()));
     let path =
         args.write_path.as_ref().map_or(String::new(), |path| format!("camera path: {}\n", path.display()));
     let done = counted(report.done.len(), "picture");
@@ -130,7 +129,7 @@ fn outcome(args: &RenderArgs, report: &RenderReport, is_flight: bool, problems: 
     Outcome { text, json, problems }
 }
 
-fn table(pictures: &[Rendered]) -> String {
+fn table(pictures: &[RenderedView]) -> String {
     let mut table = Table::new(&["view", "size", "textured", "file"]);
     for done in pictures.iter().take(MOST_ROWS) {
         let size = format!("{} x {}", done.width, done.height);

@@ -1,4 +1,4 @@
-//! What a running command says on standard error: progress, notes, timings.
+//! Prints progress, notes and timings of a running command to standard error.
 
 use std::collections::BTreeMap;
 use std::io::{IsTerminal, Write};
@@ -13,17 +13,17 @@ use super::paint::{NOTE, paint};
 use super::timings::Timings;
 use crate::task::{Event, Task};
 
-/// Without a terminal: the first line of progress after so long, so that what is quick says nothing,
-/// and no more than one in so long from then on.
+/// Time between lines of progress where there is no terminal; also the time before the first one, so that
+/// quick commands print none.
 const BETWEEN_LINES: Duration = Duration::from_secs(5);
 
-/// Takes the events of one command. Shared by its threads.
+/// The receiver of a command's events, shared by its threads.
 pub struct Reporter {
     quiet: bool,
     verbose: bool,
     timings_wanted: bool,
     started: Instant,
-    /// `None` when quiet or not on a terminal.
+    /// The progress bar; `None` when quiet or not on a terminal.
     bar: Option<ProgressBar>,
     state: Mutex<State>,
 }
@@ -32,9 +32,9 @@ pub struct Reporter {
 struct State {
     timings: Timings,
     notes: Vec<(String, String)>,
-    /// Progress of all photos together, by stage; several may run side by side.
+    /// Progress of all photos together, by stage; several stages may run side by side.
     stages: BTreeMap<&'static str, Stage>,
-    /// The stage on the bar: the one that was heard of last.
+    /// The stage on the bar, which is the one that reported last.
     shown: &'static str,
 }
 
@@ -44,7 +44,7 @@ struct Stage {
 }
 
 impl Reporter {
-    /// As loud as the user wants it.
+    /// Creates a reporter with the verbosity of the options.
     pub fn new(global: &Global) -> Arc<Self> {
         let bar = (!global.quiet && std::io::stderr().is_terminal()).then(new_bar);
         Arc::new(Self {
@@ -57,23 +57,23 @@ impl Reporter {
         })
     }
 
-    /// A task that reports here.
+    /// Returns a task that reports here.
     pub fn task(self: &Arc<Self>) -> Task {
         let reporter = self.clone();
         Task::new(move |event| reporter.take(event))
     }
 
-    /// Takes the progress off the screen and prints the timings if they are wanted.
+    /// Clears the progress and prints the timings if requested.
     pub fn finish(&self) {
         if let Some(bar) = &self.bar {
             bar.finish_and_clear();
         }
         if self.timings_wanted {
-            tell(&format!("\n{}", self.state().timings.render(self.started.elapsed()).trim_end()));
+            print_line(&format!("\n{}", self.state().timings.render(self.started.elapsed()).trim_end()));
         }
     }
 
-    /// Notes and, if they are wanted, timings: what `--json` adds to every result.
+    /// Returns notes and, if requested, timings as JSON, which `--json` adds to every result.
     pub fn to_json(&self) -> Value {
         let state = self.state();
         let notes: Vec<_> =
@@ -112,7 +112,7 @@ impl Reporter {
         }
     }
 
-    /// A photo's own steps: shown beside the bar.
+    /// Shows a photo's own step beside the bar.
     fn step_of(&self, subject: &str, step: &str) {
         if let Some(bar) = &self.bar {
             bar.set_message(format!("{subject}: {step}"));
@@ -137,13 +137,13 @@ impl Reporter {
 
     fn line(&self, text: &str) {
         match &self.bar {
-            Some(bar) => bar.suspend(|| tell(text)),
-            None => tell(text),
+            Some(bar) => bar.suspend(|| print_line(text)),
+            None => print_line(text),
         }
     }
 
     fn state(&self) -> MutexGuard<'_, State> {
-        // A thread that panicked while it held the lock leaves counts that are still worth showing.
+        // After a panic of another thread the counts are still worth showing.
         self.state.lock().unwrap_or_else(std::sync::PoisonError::into_inner)
     }
 }
@@ -152,7 +152,7 @@ impl Stage {
     fn plain_line(&mut self, name: &str, done: u64, total: u64) {
         let now = Instant::now();
         if done == 0 {
-            // A stage may come again, as when a folder is watched.
+            // A stage may start again, for example when a folder is watched.
             (self.started, self.last_line) = (now, now);
         }
         if now - self.last_line < BETWEEN_LINES {
@@ -161,12 +161,12 @@ impl Stage {
         self.last_line = now;
         let left = time_left(now - self.started, done, total);
         let left = left.map_or(String::new(), |left| format!(", about {} s left", left.as_secs().max(1)));
-        tell(&format!("{name}: {done} of {total}{left}"));
+        print_line(&format!("{name}: {done} of {total}{left}"));
     }
 }
 
-/// A line; where nobody can read it any more, it is no fault.
-fn tell(line: &str) {
+/// Prints a line to standard error; failing to do so is not an error.
+fn print_line(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }
 
@@ -176,7 +176,7 @@ fn new_bar() -> ProgressBar {
     ProgressBar::new(0).with_style(style.progress_chars("=> ").with_key("left", write_left))
 }
 
-/// Nothing before the first step, when there is nothing to judge by.
+/// Writes the remaining time, but not before the first step, when it cannot be estimated.
 fn write_left(state: &ProgressState, out: &mut dyn std::fmt::Write) {
     if state.pos() > 0 {
         // A bar that cannot be written to is no reason to fail.
@@ -189,14 +189,14 @@ fn show(bar: &ProgressBar, new_stage: Option<&'static str>, done: u64, total: u6
         bar.set_prefix(stage);
         bar.set_length(total);
         bar.reset();
-        // The time left goes down between steps, too.
+        // The remaining time decreases between steps, too.
         bar.enable_steady_tick(Duration::from_millis(500));
     }
     bar.set_length(total);
     bar.set_position(done);
 }
 
-/// `None` at either end, where there is nothing to judge by and nothing left.
+/// Estimates the remaining time; `None` at the beginning and at the end.
 fn time_left(spent: Duration, done: u64, total: u64) -> Option<Duration> {
     (done > 0 && done < total).then(|| spent.mul_f64((total - done) as f64 / done as f64))
 }

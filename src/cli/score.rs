@@ -1,4 +1,4 @@
-//! `quadratura score`.
+//! The command `score`.
 
 use serde_json::json;
 
@@ -17,9 +17,9 @@ use crate::recipe::score::{
 use crate::recipe::views::Size;
 use crate::task::Task;
 
-/// Half the photo's size, where nothing else is asked for: noise of the camera counts less.
+/// The default scale: half the photo's size, which reduces the effect of camera noise.
 const USUAL_SCALE: f64 = 0.5;
-/// So many objects are shown; `--json` has all.
+/// Maximum number of objects in the table; `--json` has all.
 const MOST_OBJECTS: usize = 12;
 
 pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
@@ -35,7 +35,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
         pictures: args.pictures.clone(),
     };
     let mut preview = args.look.preview();
-    // Where photos are left out by turns, what fills the others is made of them.
+    // Where photos are left out in turn, the fillings of the others are made from them.
     preview.filled &= args.cameras.is_some();
     let mut renderer = preview::open(&args.project, &opened, &gpu, &preview, task)?;
     let report = score(&opened.site.model, &questions, &mut renderer, &options, task)?;
@@ -47,7 +47,7 @@ pub fn run(args: &ScoreArgs, task: &Task) -> Result<Outcome> {
 
 fn questions(args: &ScoreArgs, opened: &Opened, task: &Task) -> Result<(Vec<Question>, Vec<Error>)> {
     match (&args.cameras, &args.photos) {
-        // Not with the project's own pinhole images: photos may have the same names.
+        // Not with the project's own pinhole images, because held-out photos may have the same names.
         (Some(cameras), Some(photos)) => held_out(cameras, photos, &args.project.join("cache/heldout"), task),
         _ => Ok((leave_one_out(&opened.site), Vec::new())),
     }
@@ -73,7 +73,7 @@ fn outcome(args: &ScoreArgs, options: &ScoreOptions, report: &ScoreReport, probl
     Outcome { text, json, problems }
 }
 
-/// What the figures are of.
+/// Returns the settings that the figures depend on, as JSON.
 fn asked(args: &ScoreArgs, options: &ScoreOptions) -> serde_json::Value {
     json!({
         "held_out": args.cameras.is_some(),
@@ -98,7 +98,7 @@ fn photos(report: &ScoreReport) -> String {
         table.row([view.photo.clone(), percent(view.coverage)].into_iter().chain(covered).chain(with_holes));
     }
     if let Some(MeanScore { views, coverage, covered, with_holes }) = report.mean {
-        let means = |m: &crate::recipe::score::MeanLikeness| (m.psnr, m.psnr_fitted, m.ssim);
+        let means = |m: &crate::recipe::score::MeanMetrics| (m.psnr, m.psnr_fitted, m.ssim);
         let (covered, with_holes) = (figures(covered.as_ref().map(means)), figures(Some(means(&with_holes))));
         let name = format!("mean of {views}");
         table.row([name, percent(coverage)].into_iter().chain(covered).chain(with_holes));
@@ -110,31 +110,31 @@ fn of_likeness(likeness: &Likeness) -> (f64, f64, Option<f64>) {
     (likeness.psnr, likeness.psnr_fitted, likeness.ssim)
 }
 
-/// PSNR, PSNR fitted, SSIM.
+/// Formats PSNR, fitted PSNR and SSIM.
 fn figures(figures: Option<(f64, f64, Option<f64>)>) -> [String; 3] {
     let Some((psnr, fitted, ssim)) = figures else { return ["-", "-", "-"].map(String::from) };
     [format!("{psnr:.2}"), format!("{fitted:.2}"), ssim.map_or("-".into(), |ssim| format!("{ssim:.4}"))]
 }
 
-/// Which way of counting is which.
+/// Explains the columns.
 fn legend(args: &ScoreArgs) -> String {
     let predicted = if args.cameras.is_some() {
         "Held-out photos, predicted from the project's."
     } else {
-        "Each photo is predicted from the others, without itself and without what fills them: it may have \
-         given that."
+        "Each photo is predicted from the others, without itself and without fillings, which may be made \
+         from it."
     };
     let ignored = match (args.ignore.is_empty(), args.ignore_background) {
         (true, false) => String::new(),
-        (true, true) => " Left out: what shows no surface.".into(),
+        (true, true) => " Left out: pixels that show no surface.".into(),
         (false, false) => format!(" Left out: {}.", args.ignore.join(", ")),
-        (false, true) => format!(" Left out: {}, and what shows no surface.", args.ignore.join(", ")),
+        (false, true) => format!(" Left out: {}, and pixels that show no surface.", args.ignore.join(", ")),
     };
     format!(
         "{predicted}{ignored}\n\
-         covered: share of the pixels that were predicted; PSNR in dB, fitted PSNR and SSIM beside it are over \
-         these alone.\n\
-         with holes: over all pixels, black where nothing was predicted.\n\
+         covered: share of the pixels that were predicted; the PSNR in dB, fitted PSNR and SSIM beside it are for \
+         these pixels alone.\n\
+         with holes: for all pixels, black where nothing was predicted.\n\
          fitted: after the best gain and offset for each channel of each photo.\n"
     )
 }
@@ -153,8 +153,8 @@ fn objects(objects: &[ObjectScore]) -> String {
     }
     let more = objects.len().saturating_sub(MOST_OBJECTS);
     let more =
-        if more > 0 { format!("... and {more} more objects with less of it\n") } else { String::new() };
-    format!("Where the squared error of all photos is:\n{}{more}", table.render())
+        if more > 0 { format!("... and {more} more objects with smaller shares\n") } else { String::new() };
+    format!("Squared error of all photos by object:\n{}{more}", table.render())
 }
 
 fn percent(share: f64) -> String {

@@ -1,33 +1,33 @@
-//! The table of paint that was laid over other photos: a row a photo, face and painter.
+//! The table of propagated paint, with a row for each photo, face and source photo.
 
 use serde_json::{Value, json};
 
 use super::table::Table;
-use crate::document::stack::SpreadPaint;
+use crate::document::stack::PropagationEntry;
 
 const HEADINGS: [&str; 7] =
-    ["photo", "face", "painted in", "laid over", "own paint stays", "in conflict", "two paints differ"];
+    ["photo", "face", "painted in", "projected", "own paint stays", "in conflict", "sources differ"];
 
 const LEGEND: &str = "
-in conflict: the photo's own paint clearly says something else; two paints differ: a third photo's does, and the
-nearer one is shown
+in conflict: pixels where the photo's own paint has a clearly different colour
+sources differ: pixels where the paint of a third photo has a clearly different colour; the nearer paint is shown
 ";
 
-/// Rows of paint.
-pub struct SpreadTable {
+/// A table of propagated paint.
+pub struct PropagatedTable {
     table: Table,
     rows: Vec<Value>,
 }
 
-impl Default for SpreadTable {
+impl Default for PropagatedTable {
     fn default() -> Self {
         Self { table: Table::new(&HEADINGS), rows: Vec::new() }
     }
 }
 
-impl SpreadTable {
-    /// Adds what belongs on one photo.
-    pub fn add(&mut self, photo: &str, spread: &[SpreadPaint]) {
+impl PropagatedTable {
+    /// Adds the paint that was projected to one photo.
+    pub fn add(&mut self, photo: &str, spread: &[PropagationEntry]) {
         for paint in spread {
             let names = [photo, &paint.face, &paint.from].map(str::to_owned);
             let counts = [paint.texels, paint.own, paint.conflicts, paint.dissents];
@@ -36,7 +36,7 @@ impl SpreadTable {
         }
     }
 
-    /// For people, below a line that says what it is, in pixels; nothing without rows.
+    /// Returns the table as text under a title, in pixels; empty without rows.
     pub fn text(&self, title: &str) -> String {
         match self.rows.is_empty() {
             true => String::new(),
@@ -44,7 +44,7 @@ impl SpreadTable {
         }
     }
 
-    /// For programs: a list.
+    /// Returns the rows as JSON.
     pub fn into_json(self) -> Value {
         self.rows.into()
     }

@@ -1,4 +1,4 @@
-//! The table of stacks, a row a photo: what `build` made and what `info` finds.
+//! The table of stacks, with a row for each photo, for `build` and `info`.
 
 use serde_json::{Value, json};
 
@@ -15,21 +15,25 @@ const HEADINGS: [&str; 14] = [
     "vis. layers",
     "image layers",
     "texels",
-    "apart",
+    "unmerged",
     "used",
     "cuts",
-    "free",
+    "free cuts",
     "forgiven",
     "size",
 ];
 
-/// What the columns mean.
+/// The explanation of the columns.
 const LEGEND: &str = "
-faces: nearest at one pixel at least; whole: objects in one element; texels, used: of all image layers,
-against the photo's pixels; apart: if every face had a layer of its own; free: cuts that cost no element
+faces: faces that are nearest at one pixel of the photo or more
+elements: groups of faces that do not hide each other; whole: objects that are a single element
+texels: area of all image layers, relative to the photo's; used: the part of it that surfaces cover
+unmerged: area if every face had an image layer of its own
+cuts: cuts of faces that resolve cycles of occlusion; free cuts: those that added no element
+forgiven: contradictions of a few pixels that were ignored as contact noise
 ";
 
-/// Rows of stacks.
+/// A table of stacks.
 pub struct StackTable {
     table: Table,
     rows: Vec<Value>,
@@ -44,7 +48,7 @@ impl Default for StackTable {
 }
 
 impl StackTable {
-    /// Adds a photo; `stack` is what is on disk, if there is one.
+    /// Adds a photo; `stack` is its stack on disk, if there is one.
     pub fn add(&mut self, photo: &str, state: &str, stack: Option<&Stack>) {
         let mut row = json!({ "photo": photo, "state": state });
         match stack {
@@ -59,13 +63,13 @@ impl StackTable {
         self.rows.push(row);
     }
 
-    /// For people.
+    /// Returns the table as text.
     pub fn text(&self) -> String {
         let legend = if self.has_stacks { LEGEND } else { "" };
         format!("{}{legend}{}", self.table.render(), self.violations.concat())
     }
 
-    /// For programs: a list.
+    /// Returns the rows as JSON.
     pub fn into_json(self) -> Value {
         self.rows.into()
     }
@@ -109,9 +113,10 @@ fn facts(stack: &Stack) -> Value {
     })
 }
 
-/// A stack made by the published method says how often its order is wrong.
+/// Returns how often a stack of the published method contradicts its own order.
 fn violations(stack: &Stack) -> Option<String> {
-    let (pairs, px) = (stack.counts.violations, stack.counts.violation_px);
+    let pairs = stack.counts.violations;
+    let px = stack.counts.violation_px;
     (pairs > 0).then(|| format!("{}: {pairs} pairs contradict the order, at {px} pixels\n", stack.photo.name))
 }
 

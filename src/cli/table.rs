@@ -1,13 +1,13 @@
-//! Tables for a terminal: columns as wide as what they hold.
+//! Tables for a terminal, with columns as wide as their contents.
 
-/// A table; text stands left, numbers right.
+/// A table with text aligned left and numbers aligned right.
 #[derive(Debug, Default)]
 pub struct Table {
     rows: Vec<Vec<String>>,
 }
 
 impl Table {
-    /// With these headings.
+    /// Creates a table with these headings.
     pub fn new(headings: &[&str]) -> Self {
         Self { rows: vec![headings.iter().map(ToString::to_string).collect()] }
     }
@@ -17,7 +17,7 @@ impl Table {
         self.rows.push(cells.into_iter().collect());
     }
 
-    /// The table as lines, without spaces at their ends.
+    /// Returns the table as lines without trailing spaces.
     pub fn render(&self) -> String {
         let columns = self.rows.iter().map(Vec::len).max().unwrap_or(0);
         let widths: Vec<_> = (0..columns).map(|column| self.width(column)).collect();
@@ -47,19 +47,19 @@ impl Table {
         self.cells(column).map(|cell| cell.chars().count()).max().unwrap_or(0)
     }
 
-    /// True when every cell below the heading begins like a number (or is a dash or nothing).
+    /// Returns whether every cell below the heading is a number, a dash or empty.
     fn is_numeric(&self, column: usize) -> bool {
         self.cells(column).skip(1).all(|cell| cell.is_empty() || cell == "-" || is_number(cell))
     }
 }
 
-/// A number, with a unit of three letters at most.
+/// Returns whether a cell is a number, possibly with a unit of at most three letters.
 fn is_number(cell: &str) -> bool {
     let (number, unit) = cell.split_once(' ').unwrap_or((cell, ""));
     number.parse::<f64>().is_ok() && unit.chars().count() <= 3
 }
 
-/// `1 photo`, `2 photos`.
+/// Returns `1 photo`, `2 photos`.
 pub fn counted(count: usize, noun: &str) -> String {
     let plural = if count == 1 { "" } else { "s" };
     format!("{count} {noun}{plural}")
@@ -70,7 +70,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn names_stand_left_and_numbers_right() {
+    fn text_is_aligned_left_and_numbers_right() {
         let mut table = Table::new(&["photo", "faces", "share"]);
         table.row(["tür.jpg".into(), "7".into(), "12 %".into()]);
         table.row(["b".into(), "1000".into(), "-".into()]);

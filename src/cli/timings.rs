@@ -1,4 +1,4 @@
-//! `--timings`: seconds by stage and photo, and the peak memory.
+//! The table of `--timings`: seconds by stage and photo, and the peak memory.
 
 use std::collections::BTreeMap;
 use std::time::Duration;
@@ -9,17 +9,17 @@ use super::bytes::readable_bytes;
 use super::machine::peak_memory;
 use super::table::Table;
 
-/// What [`crate::task::Event::Timing`] reported.
+/// The times that [`crate::task::Event::Timing`] reported.
 #[derive(Debug, Default, Clone)]
 pub struct Timings {
-    /// In order of first appearance.
+    /// Stages in order of first appearance.
     stages: Vec<&'static str>,
-    /// By subject, then stage.
+    /// Times by subject, then stage.
     spent: BTreeMap<String, BTreeMap<&'static str, Duration>>,
 }
 
 impl Timings {
-    /// Adds to what a stage of a subject took.
+    /// Adds to the time of a stage of a subject.
     pub fn add(&mut self, subject: String, stage: &'static str, spent: Duration) {
         if !self.stages.contains(&stage) {
             self.stages.push(stage);
@@ -27,8 +27,8 @@ impl Timings {
         *self.spent.entry(subject).or_default().entry(stage).or_default() += spent;
     }
 
-    /// A row a photo and one for the sum, a column a stage, in seconds of the thread that worked on
-    /// it: with several threads they add up to more than the time that passed.
+    /// Returns a table with a row for each photo and one for the sum, and a column for each stage, in seconds
+    /// of the thread that worked on it: with several threads the sum exceeds the elapsed time.
     pub fn render(&self, wall: Duration) -> String {
         let mut headings = vec!["seconds"];
         headings.extend(&self.stages);
@@ -38,12 +38,12 @@ impl Timings {
             table.row(self.cells(subject, |stage| spent.get(stage).copied()));
         }
         table.row(self.cells("sum", |stage| Some(self.sum(stage))));
-        let memory = peak_memory().map(|bytes| format!(", {} at most", readable_bytes(bytes)));
+        let memory = peak_memory().map(|bytes| format!(", peak memory {}", readable_bytes(bytes)));
         let memory = memory.unwrap_or_default();
-        format!("{}{:.2} s passed{memory}\n", table.render(), wall.as_secs_f64())
+        format!("{}{:.2} s elapsed{memory}\n", table.render(), wall.as_secs_f64())
     }
 
-    /// The same for programs.
+    /// Returns the same as JSON.
     pub fn to_json(&self, wall: Duration) -> Value {
         let seconds = |spent: &BTreeMap<&'static str, Duration>| -> BTreeMap<&str, f64> {
             spent.iter().map(|(stage, spent)| (*stage, spent.as_secs_f64())).collect()
@@ -86,7 +86,7 @@ mod tests {
         assert_eq!(rows[1], ["a", "0.500", "0.100"]);
         assert_eq!(rows[2], ["b", "0.500", "-"]);
         assert_eq!(rows[3], ["sum", "1.000", "0.100"]);
-        assert!(text.lines().last().unwrap().starts_with("2.00 s passed"));
+        assert!(text.lines().last().unwrap().starts_with("2.00 s elapsed"));
         assert_eq!(timings.to_json(Duration::ZERO)["seconds"]["a"]["sort"], 0.5);
     }
 }

@@ -1,46 +1,45 @@
-//! Faces without texture, by photo and by face, each with its reason.
+//! Reports faces without texture, by photo and by face, each with its reason.
 
 use std::collections::BTreeMap;
 
 use serde_json::{Value, json};
 
 use super::table::{Table, counted};
-use crate::document::Stack;
-use crate::document::stack::{self, Reason};
+use crate::document::stack::{self, UntexturedReason};
+use crate::document::{PhotoDecisions, Stack};
+use crate::recipe::untextured::untextured;
 
-/// So many faces are listed for people; programs get all of them.
+/// Maximum number of faces in the list for people; JSON has all of them.
 const MOST_FACES: usize = 40;
 
-/// What several stacks say of the faces that they do not texture.
+/// The untextured faces of several stacks.
 #[derive(Debug, Default)]
 pub struct Untextured {
     photos: Vec<(String, Vec<stack::Untextured>)>,
 }
 
 impl Untextured {
-    /// Adds what one photo's stack says, and the faces that the photo was excluded for.
-    pub fn add(&mut self, stack: &Stack, excluded: Vec<stack::Untextured>) {
-        let mut faces = stack.untextured.clone();
-        faces.extend(excluded);
-        self.photos.push((stack.photo.name.clone(), faces));
+    /// Adds the untextured faces of a photo's stack and the faces that exclude the photo.
+    pub fn add(&mut self, stack: &Stack, decided: &PhotoDecisions) {
+        self.photos.push((stack.photo.name.clone(), untextured(stack, decided)));
     }
 
-    /// How many, by photo and reason; and the faces that no photo textures.
+    /// Returns the numbers by photo and reason, and the faces that no photo textures.
     pub fn summary(&self) -> String {
         if self.photos.is_empty() {
             return String::new();
         }
         let mut headings = vec!["faces without texture"];
-        headings.extend(Reason::ALL.map(Reason::word));
+        headings.extend(UntexturedReason::ALL.map(UntexturedReason::word));
         let mut table = Table::new(&headings);
         for (photo, faces) in &self.photos {
             let count = |reason| faces.iter().filter(|face| face.reason == reason).count().to_string();
-            table.row([photo.clone()].into_iter().chain(Reason::ALL.map(count)));
+            table.row([photo.clone()].into_iter().chain(UntexturedReason::ALL.map(count)));
         }
         format!("{}{}", table.render(), self.nowhere_in_words())
     }
 
-    /// Every one of them, photo by photo.
+    /// Returns every face, photo by photo.
     pub fn by_photo(&self) -> String {
         let mut text = String::new();
         for (photo, faces) in &self.photos {
@@ -54,7 +53,7 @@ impl Untextured {
         text
     }
 
-    /// By photo, and the faces that no photo textures.
+    /// Returns the faces by photo, and those that no photo textures, as JSON.
     pub fn to_json(&self) -> Value {
         let by_photo: BTreeMap<_, _> =
             self.photos.iter().map(|(photo, faces)| (photo, json!(faces))).collect();
@@ -66,9 +65,9 @@ impl Untextured {
         json!({ "by_photo": by_photo, "in_every_photo": nowhere })
     }
 
-    /// Faces that no photo textures, with the number of photos by reason.
-    fn nowhere(&self) -> BTreeMap<(&str, u32), BTreeMap<Reason, usize>> {
-        let mut faces: BTreeMap<_, BTreeMap<Reason, usize>> = BTreeMap::new();
+    /// Returns the faces that no photo textures, with the number of photos by reason.
+    fn nowhere(&self) -> BTreeMap<(&str, u32), BTreeMap<UntexturedReason, usize>> {
+        let mut faces: BTreeMap<_, BTreeMap<UntexturedReason, usize>> = BTreeMap::new();
         for face in self.photos.iter().flat_map(|(_, faces)| faces) {
             *faces.entry((face.object.as_str(), face.face)).or_default().entry(face.reason).or_default() += 1;
         }
@@ -79,7 +78,7 @@ impl Untextured {
     fn nowhere_in_words(&self) -> String {
         let faces = self.nowhere();
         if faces.is_empty() {
-            return "\nEvery face has texture from some photo.\n".into();
+            return "\nEvery face is textured by at least one photo.\n".into();
         }
         let mut table = Table::default();
         for ((object, face), reasons) in faces.iter().take(MOST_FACES) {
@@ -91,10 +90,6 @@ impl Untextured {
             0 => String::new(),
             more => format!("  and {more} more (--json lists all)\n"),
         };
-        format!(
-            "\n{} without texture from any photo:\n{}{more}",
-            counted(faces.len(), "face"),
-            table.render()
-        )
+        format!("\n{} not textured by any photo:\n{}{more}", counted(faces.len(), "face"), table.render())
     }
 }

@@ -1,4 +1,4 @@
-//! What may be typed for `render` and `score`.
+//! Arguments of `render` and `score`.
 
 use std::path::PathBuf;
 
@@ -7,6 +7,7 @@ use clap::{ArgGroup, Args, ValueEnum};
 
 use crate::error::{Error, Result};
 use crate::gpu::Storage;
+use crate::io::cameras::accepted;
 use crate::projection::{Blend, Exposure, Mode, PhotoId, Quality, Shown};
 use crate::recipe::colour::reference;
 use crate::recipe::named::place_of_photo;
@@ -15,46 +16,47 @@ use crate::recipe::preview::PreviewOptions;
 use crate::recipe::render::Look;
 use crate::recipe::views::{Size, ViewSource};
 
-/// What `--cameras` takes for the photos themselves.
+/// The value of `--cameras` that stands for the project's photos.
 const PHOTOS: &str = "photos";
 
 #[derive(Debug, Args)]
 #[command(group = ArgGroup::new("views").args(["cameras", "through"]).required(true))]
 pub struct RenderArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// From where: COLMAP's cameras (the folder, or one of its files), a list of photos of the project
-    /// (.txt, one a line), a camera path (.json), or the word `photos` for all photos of the project (a
-    /// folder of that name is ./photos)
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!(
+        "The viewpoints: a list of the project's photos (.txt, one per line), a camera path (.json), the word `photos` \
+         for all photos of the project (for a folder of that name give ./photos), or cameras: {}",
+        accepted()
+    ))]
     pub cameras: Option<PathBuf>,
-    /// A flight through these photos of the project, two seconds from one to the next
+    /// Fly through these photos of the project, two seconds from one to the next
     #[arg(long, value_name = "PHOTO,PHOTO,..", value_delimiter = ',')]
     pub through: Vec<String>,
     /// The folder to write to; camera 0001.jpg gives 0001.png, flights give frame-00001.png and so on
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
-    /// The size of pictures [default: the camera's]. Another proportion keeps the vertical field of
-    /// view, and cuts or widens evenly left and right
+    /// Size of the pictures [default: the camera's]. Another aspect ratio keeps the vertical field of view
+    /// and crops or extends left and right equally
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// Pictures with so many times the camera's pixels along each side
+    /// Size of the pictures as a factor of the camera's width and height
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
     pub scale: Option<f64>,
-    /// What to show of the view
+    /// Select what is shown
     #[arg(long, value_enum, default_value_t)]
     pub show: ShowArg,
-    /// A film of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4, .webm,
-    /// .gif or .webp. An old one is replaced
+    /// Write a video of all pictures; its name ends with .apng, or where ffmpeg is installed with .mp4,
+    /// .webm, .gif or .webp. An existing file is replaced
     #[arg(long, value_name = "FILE")]
     pub video: Option<PathBuf>,
-    /// Frames a second of a flight and of the film [default: the path's, else 25]
+    /// Frames per second of a flight and of the video [default: the path's, else 25]
     #[arg(long, value_name = "N", value_parser = parse_fps)]
     pub fps: Option<f64>,
-    /// What is behind the model in the film, as red, green and blue in hexadecimal
+    /// Background colour of the video, red, green and blue in hexadecimal
     #[arg(long, value_name = "RRGGBB", value_parser = parse_colour, default_value = "c9d4de")]
     pub background: [u8; 3],
-    /// Write the flight as a camera path, too, to edit it and give it to --cameras
+    /// Also write the flight as a camera path, to be edited and given to --cameras
     #[arg(long, value_name = "FILE", requires = "through")]
     pub write_path: Option<PathBuf>,
     #[command(flatten)]
@@ -63,10 +65,10 @@ pub struct RenderArgs {
 
 #[derive(Debug, Args)]
 pub struct ScoreArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// COLMAP's cameras of photos that were held out [default: each photo of the project is predicted
-    /// from the others]
+    /// Cameras of held-out photos, in any format that `new` reads [default: each photo of the project is
+    /// predicted from the others]
     #[arg(long, value_name = "PATH", requires = "photos")]
     pub cameras: Option<PathBuf>,
     /// The folder of the held-out photos
@@ -75,11 +77,11 @@ pub struct ScoreArgs {
     /// The size at which photos are compared
     #[arg(long, value_name = "WxH", value_parser = parse_size)]
     pub size: Option<(u32, u32)>,
-    /// The same as a share of the photo's along each side [default: 0.5]
+    /// The size at which photos are compared, as a factor of the photo's width and height [default: 0.5]
     #[arg(long, value_name = "S", value_parser = parse_scale, conflicts_with = "size")]
     pub scale: Option<f64>,
-    /// Leave out pixels that show this object (may be given several times; `NAME*` for all that begin
-    /// so)
+    /// Leave out pixels that show this object (may be given several times; `NAME*` for all names with this
+    /// beginning)
     #[arg(long, value_name = "OBJECT")]
     pub ignore: Vec<String>,
     /// Leave out pixels that show no surface of the model
@@ -92,37 +94,36 @@ pub struct ScoreArgs {
     pub look: LookArgs,
 }
 
-/// How views look.
+/// The look of views.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "How photos are blended")]
 pub struct LookArgs {
-    /// How photos share a surface point
+    /// How photos are blended at a surface point
     #[arg(long, value_enum, default_value_t)]
     pub mode: ModeArg,
-    /// Preview: one sample a pixel; final: smooth edges, sharp slanting surfaces
+    /// Preview: one sample per pixel; final: smooth edges, and sharp surfaces at grazing angles
     #[arg(long, value_enum, default_value_t)]
     pub quality: QualityArg,
-    /// At most so many photos share a surface point [default: 4]
+    /// Maximum photos blended per point [default: 4]
     #[arg(long, value_name = "K", value_parser = RangedU64ValueParser::<u32>::new().range(1..=Blend::MOST.into()))]
     pub photos_per_point: Option<u32>,
-    /// The exposure of pictures [default of render: reference where `colour` chose one, else near; of
-    /// score: near]
+    /// Exposure of the pictures [default of render: reference where `colour` has set one, else near; default
+    /// of score: near]
     #[arg(long, value_enum)]
     pub exposure: Option<ExposureArg>,
-    /// Show faces flat, as they were modelled, without the relief that the photos tell
+    /// Show faces flat, as modelled, without depth detail from photos
     #[arg(long)]
     pub flat: bool,
-    /// Leave out the backs of faces, which no photo serves: one looks into courtyards from outside
+    /// Leave out back faces, which no photo covers, so that views into courtyards from outside are open
     #[arg(long)]
     pub without_backs: bool,
-    /// Show hidden texels empty, as the photos left them, whatever filled them
+    /// Show occluded areas empty, without their filling
     #[arg(long)]
     pub unfilled: bool,
-    /// Bytes of textures on the GPU, at most, such as 2G: where they do not hold all, textures are coarser
-    /// [default: 4G]
+    /// Limit on textures in GPU memory, such as 2G; if they do not fit, they are coarser [default: 4G]
     #[arg(long, value_name = "BYTES", value_parser = super::bytes::parse_bytes)]
     pub texture_memory: Option<u64>,
-    /// Keep textures compressed on the GPU (BC7): a quarter of the memory, a little worse, slow to load
+    /// Compress textures in GPU memory (BC7): a quarter of the memory, slightly lower quality, slower to load
     #[arg(long)]
     pub compressed: bool,
     /// Leave this photo out (may be given several times)
@@ -130,19 +131,21 @@ pub struct LookArgs {
     pub without: Vec<String>,
 }
 
+/// The ways to blend photos.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 pub enum ModeArg {
-    /// The best photo alone
+    /// The best photo only
     Best,
-    /// By angles (Debevec 1998)
+    /// By angle (Debevec 1998)
     Debevec,
     /// Unstructured lumigraph (Buehler 2001)
     Lumigraph,
-    /// Once continuously differentiable weights: changes most gradually
+    /// Continuously differentiable weights, which change most gradually
     #[default]
     Smooth,
 }
 
+/// The qualities of pictures.
 #[derive(Debug, Clone, Copy, Default, ValueEnum)]
 pub enum QualityArg {
     Preview,
@@ -150,45 +153,47 @@ pub enum QualityArg {
     Final,
 }
 
+/// The exposures of pictures.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum ExposureArg {
-    /// That of the photos taken near by
+    /// The exposure of photos taken nearby
     Near,
-    /// That of the photo that `colour --reference` chose
+    /// The exposure of the photo set with `colour --reference`
     Reference,
-    /// The one that all photos are brought to
+    /// The common exposure of all photos
     Common,
-    /// Photos as they are
+    /// The photos as they are
     Raw,
 }
 
+/// The display modes.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, ValueEnum)]
 pub enum ShowArg {
     /// The blended photos
     #[default]
     Colour,
-    /// Which photo paints what, a colour a photo, mixed by weight
+    /// Which photos contribute: one colour per photo, mixed by weight
     Weights,
-    /// The photo of the largest weight, as its colour
+    /// The photo with the largest weight, by its colour
     BestPhoto,
-    /// Texels of the best photo per pixel, in octaves around one
+    /// Resolution (texels of the best photo per pixel), in octaves around one
     Density,
-    /// The largest confidence among the photos that serve
+    /// Confidence: the largest among the photos that cover the point
     Confidence,
-    /// The image layer of the best photo, as a colour
+    /// The image layer of the best photo, by its colour
     Layer,
-    /// The face, as a colour
+    /// The face, by its colour
     Item,
-    /// How many photos serve the point
+    /// Number of photos that cover the point
     Coverage,
-    /// Where it comes from: the photo, paint, other photos, or invention
+    /// Source of the texels: the photo, paint, other photos, or inpainted
     Provenance,
     /// A photo's layers as sheets one behind the other, seen from the side
     Exploded,
 }
 
 impl LookArgs {
-    /// How the project is made ready for it.
+    /// Returns how the project is prepared for this look.
     pub fn preview(&self) -> PreviewOptions {
         let mut options =
             PreviewOptions { relief: !self.flat, filled: !self.unfilled, ..PreviewOptions::default() };
@@ -199,17 +204,17 @@ impl LookArgs {
         options
     }
 
-    /// The look that was asked for; `usual` is the exposure where none was.
+    /// Returns the look for these arguments; `usual` is the exposure if none was given.
     ///
     /// # Errors
-    /// [`Error::Request`] for a photo to leave out that the project does not have, when none would be
-    /// left, and for the exposure of a reference that was not chosen.
+    /// [`Error::Request`] for an unknown photo in `--without`, when no photo is left, and for the exposure of
+    /// a reference that is not set.
     pub fn look(&self, opened: &Opened, shown: Shown, usual: Exposure) -> Result<Look> {
         let blend = Blend::default();
         let without = self.without.iter().map(|name| place_of_photo(&opened.site, name));
         let without: Vec<_> = without.map(|place| Ok(PhotoId(place? as u32))).collect::<Result<_>>()?;
         if (0..opened.site.photos.len() as u32).all(|photo| without.contains(&PhotoId(photo))) {
-            return Err(Error::Request("--without leaves no photo to make a view of".into()));
+            return Err(Error::Request("--without leaves no photo to render from".into()));
         }
         Ok(Look {
             blend: Blend {
@@ -240,12 +245,12 @@ fn exposure_of_reference(opened: &Opened) -> Result<Exposure> {
     let reference = reference(&opened.project.colour, &opened.site).map(Exposure::Of);
     reference.ok_or_else(|| {
         Error::Request(
-            "--exposure reference: there is none; `quadratura colour --reference` chooses one".into(),
+            "--exposure reference: no reference is set; `quadratura colour --reference` sets one".into(),
         )
     })
 }
 
-/// An exposure as it is typed.
+/// Returns the word for an exposure on the command line.
 pub fn exposure_name(exposure: Exposure) -> &'static str {
     match exposure {
         Exposure::Near => "near",
@@ -256,7 +261,7 @@ pub fn exposure_name(exposure: Exposure) -> &'static str {
 }
 
 impl RenderArgs {
-    /// Where the views come from.
+    /// Returns where the views come from.
     pub fn source(&self) -> ViewSource {
         match &self.cameras {
             Some(word) if word.as_os_str() == PHOTOS => ViewSource::Photos,
@@ -266,7 +271,7 @@ impl RenderArgs {
     }
 }
 
-/// What `--size` and `--scale` ask for together.
+/// Combines `--size` and `--scale`.
 pub fn size(size: Option<(u32, u32)>, scale: Option<f64>) -> Option<Size> {
     size.map(|(width, height)| Size::Exactly(width, height)).or(scale.map(Size::Scaled))
 }
@@ -283,7 +288,7 @@ impl From<ModeArg> for Mode {
 }
 
 impl ShowArg {
-    /// What is shown of a shot; none where it is no shot.
+    /// Returns the display mode of a shot; `None` for exploded views, which are not shots.
     pub fn shown(self) -> Option<Shown> {
         Some(match self {
             Self::Colour => Shown::Colour,
@@ -300,7 +305,7 @@ impl ShowArg {
     }
 }
 
-/// Sides of a picture are at most so long.
+/// Maximum side of a picture in pixels.
 const LONGEST_SIDE: u32 = 16_384;
 
 fn parse_size(text: &str) -> Result<(u32, u32), String> {
@@ -308,17 +313,17 @@ fn parse_size(text: &str) -> Result<(u32, u32), String> {
     let possible = |side: u32| (1..=LONGEST_SIDE).contains(&side);
     sides
         .filter(|&(width, height)| possible(width) && possible(height))
-        .ok_or_else(|| format!("expected a width and a height such as 960x540, {LONGEST_SIDE} at most"))
+        .ok_or_else(|| format!("expected a width and a height such as 960x540, at most {LONGEST_SIDE}"))
 }
 
 fn parse_scale(text: &str) -> Result<f64, String> {
     let scale = text.parse().ok().filter(|scale: &f64| *scale > 0.0 && *scale <= 8.0);
-    scale.ok_or_else(|| "expected a number above 0, such as 0.5, and 8 at most".into())
+    scale.ok_or_else(|| "expected a number above 0, such as 0.5, and at most 8".into())
 }
 
 fn parse_fps(text: &str) -> Result<f64, String> {
     let fps = text.parse().ok().filter(|fps: &f64| *fps > 0.0 && *fps <= 240.0);
-    fps.ok_or_else(|| "expected a number above 0, such as 25, and 240 at most".into())
+    fps.ok_or_else(|| "expected a number above 0, such as 25, and at most 240".into())
 }
 
 fn parse_colour(text: &str) -> Result<[u8; 3], String> {

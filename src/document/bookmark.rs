@@ -1,4 +1,4 @@
-//! Views that somebody kept, to come back to.
+//! Saved views, which the user can return to.
 
 use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -7,19 +7,19 @@ use crate::geometry::Pose;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
 
-/// A kept view.
+/// A saved view.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Bookmark {
-    /// What it is called; several may be called the same.
+    /// The name; several bookmarks may have the same one.
     pub name: String,
-    /// Of the camera's centre, in the world.
+    /// The camera centre in the world.
     pub position: [f64; 3],
-    /// World to camera, as COLMAP writes it: w, x, y, z.
+    /// The rotation from world to camera, as COLMAP writes it: w, x, y, z.
     pub rotation: [f64; 4],
-    /// Focal lengths along x and y, in heights of the picture.
+    /// The focal lengths along x and y, in picture heights.
     pub focal: [f64; 2],
-    /// The principal point less the picture's centre, in heights of the picture.
+    /// The principal point relative to the picture's centre, in picture heights.
     #[serde(default)]
     pub shift: [f64; 2],
     /// The point that orbiting turns around, in the world.
@@ -27,7 +27,7 @@ pub struct Bookmark {
 }
 
 impl Bookmark {
-    /// Of a view.
+    /// Makes a bookmark of a view.
     pub fn of(name: impl Into<String>, view: &Viewpoint) -> Self {
         let turn = DQuat::from_mat3(&view.pose.rotation);
         Self {
@@ -40,7 +40,7 @@ impl Bookmark {
         }
     }
 
-    /// The view.
+    /// Returns the view.
     pub fn viewpoint(&self) -> Viewpoint {
         let [w, x, y, z] = self.rotation;
         let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
@@ -52,18 +52,19 @@ impl Bookmark {
         }
     }
 
-    /// Why it can be no view, in a sentence; none where it can.
+    /// Returns a sentence that says why the bookmark cannot be a view, or `None` if it can.
     pub fn problem(&self) -> Option<String> {
         let numbers = self.position.iter().chain(&self.pivot).chain(&self.shift);
         let turn = self.rotation.iter().map(|part| part * part).sum::<f64>();
-        // False, too, for what is not a number.
+        // NaN compares false, too.
         let fine = numbers.copied().all(|number| number.abs() <= 1e15)
             && turn > 1e-12
             && turn < 1e12
             && self.focal.iter().all(|focal| *focal > 1e-3 && *focal < 1e4);
         (!fine).then(|| {
             format!(
-                "the view {:?} is none: expected a position and a pivot within 1e15 of 0, a rotation w, x, y, z, and \
+                "the view {:?} is not valid: expected a position and a pivot within 1e15 of 0, a rotation \
+                 w, x, y, z, and \
                  focal lengths of 0.001 to 10000 heights of the picture",
                 self.name
             )

@@ -1,4 +1,4 @@
-//! A camera path: keyframes that a flight goes through (see `docs/formats.md`).
+//! Camera paths: files of keyframes that a flight passes through (see `docs/formats.md`).
 
 use glam::{DQuat, DVec3};
 use serde::{Deserialize, Serialize};
@@ -6,80 +6,82 @@ use serde::{Deserialize, Serialize};
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 
-/// The version this program writes; it reads no other.
+/// The version of the format that this program writes, and the only one that it reads.
 pub const PATH_VERSION: u32 = 1;
 
-/// The longest side of a frame in pixels, and the most frames: beyond any film.
+/// The longest permitted side of a frame in pixels, far beyond any film format.
 const LONGEST_SIDE: u32 = 16_384;
+/// The most permitted frames of a flight.
 const MOST_FRAMES: f64 = 100_000.0;
 
-/// What is wrong: where, and what was found.
+/// A problem of a camera path: where it is, and what was found there.
 pub type Flaw = (String, String);
 
-/// The file.
+/// A camera path as it is in its file.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct CameraPath {
-    /// [`PATH_VERSION`].
+    /// The format's version, [`PATH_VERSION`].
     pub version: u32,
-    /// Width and height of a frame in pixels.
+    /// The width and height of a frame in pixels.
     pub size: [u32; 2],
-    /// Frames a second.
+    /// The frame rate in frames per second.
     #[serde(default = "usual_fps")]
     pub fps: f64,
-    /// How fast the flight goes.
+    /// The rule for the flight's speed.
     #[serde(default)]
     pub speed: PathSpeed,
-    /// A direction of the world that is upwards in the pictures of keyframes with `look_at`.
+    /// The direction of the world that is up in the pictures of keyframes with `look_at`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub up: Option<[f64; 3]>,
-    /// In the order of their times.
+    /// The keyframes, by ascending time.
     pub keyframes: Vec<PathKeyframe>,
 }
 
-/// How fast a flight goes.
+/// A rule for the speed of a flight.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum PathSpeed {
-    /// It passes each keyframe at its time.
+    /// The flight passes each keyframe at its time.
     #[default]
     Timed,
-    /// At one speed from the first time to the last one.
+    /// The flight has constant speed from the first keyframe's time to the last one's.
     Constant,
-    /// The same with a soft start and a soft end.
+    /// The flight has constant speed except for a soft start and a soft end.
     Eased,
 }
 
-/// Where the camera is at one time. Of `look_at` and `rotation`, and of `fov` and `K`, one each.
+/// The camera at one time. Exactly one of `look_at` and `rotation`, and one of `fov` and `K`, is given.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 #[allow(non_snake_case)]
 pub struct PathKeyframe {
-    /// Seconds.
+    /// The time in seconds.
     pub t: f64,
-    /// Of the camera's centre, in the world.
+    /// The camera centre in the world.
     pub position: [f64; 3],
-    /// A point of the world in the middle of the picture.
+    /// The point of the world that is in the middle of the picture.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub look_at: Option<[f64; 3]>,
-    /// World to camera, as COLMAP writes it: w, x, y, z.
+    /// The rotation from world to camera, as COLMAP writes it: w, x, y, z.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub rotation: Option<[f64; 4]>,
-    /// Vertical field of view in degrees.
+    /// The vertical field of view in degrees.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fov: Option<f64>,
-    /// In pixels of `size`; 3 x 3.
+    /// The 3 x 3 camera matrix, in pixels of `size`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub K: Option<[[f64; 3]; 3]>,
 }
 
+/// Returns the default frame rate.
 fn usual_fps() -> f64 {
     25.0
 }
 
 impl CameraPath {
-    /// Through these cameras, `seconds` from one to the next, with frames of `size`. The first and the
-    /// last one are where the flight rests.
+    /// Makes a path through cameras, `seconds` from one to the next, with frames of `size`. The flight is at rest
+    /// at the first and at the last one.
     pub fn through(cameras: &[(Pinhole, Pose)], size: [u32; 2], seconds: f64) -> Self {
         let keyframe = |(i, (camera, pose)): (usize, &(Pinhole, Pose))| {
             let turn = DQuat::from_mat3(&pose.rotation);
@@ -102,10 +104,10 @@ impl CameraPath {
         }
     }
 
-    /// The flight that it describes. `up` holds where the file says none.
+    /// Returns the flight that the path describes. `up` is used where the file gives none.
     ///
     /// # Errors
-    /// The first thing that is wrong with it.
+    /// Returns the first problem that is found.
     pub fn flight(&self, up: DVec3) -> Result<Flight, Flaw> {
         self.judge()?;
         let of_keyframe = |i: usize| format!("keyframe {}", i + 1);
@@ -122,7 +124,7 @@ impl CameraPath {
         Flight::new(&keyframes, self.size, speed, up).map_err(|(i, found)| (of_keyframe(i), found))
     }
 
-    /// What concerns all keyframes.
+    /// Checks everything that does not concern a single keyframe.
     fn judge(&self) -> Result<(), Flaw> {
         let flaw = |place: &str, found: String| Err((place.to_owned(), found));
         if self.version != PATH_VERSION {
@@ -133,30 +135,32 @@ impl CameraPath {
             return flaw("size", format!("{w} x {h} pixels; sides are 1 to {LONGEST_SIDE}"));
         }
         if !(self.fps > 0.0 && self.fps <= 1000.0) {
-            return flaw("fps", format!("{} frames a second; expected above 0, at most 1000", self.fps));
+            return flaw("fps", format!("{} frames per second; expected above 0, at most 1000", self.fps));
         }
         if self.up.is_some_and(|up| !(1e-6..1e6).contains(&DVec3::from_array(up).length())) {
             return flaw("up", "no direction; write one such as [0, 0, 1]".into());
         }
-        self.judge_frames()
+        self.check_frame_count()
     }
 
-    /// Whether a film could have so many frames. To be asked again where `fps` is not the file's own.
+    /// Checks that the number of frames is at most 100,000. Call it again where `fps` is not the file's own.
     ///
     /// # Errors
-    /// That there are too many.
-    pub fn judge_frames(&self) -> Result<(), Flaw> {
+    /// Returns a problem when there are too many frames.
+    pub fn check_frame_count(&self) -> Result<(), Flaw> {
         let times = self.keyframes.first().zip(self.keyframes.last());
         let seconds = times.map_or(0.0, |(first, last)| last.t - first.t);
-        // False, too, for what is not a number; so are the other comparisons here.
+        // NaN compares false, too; so do the other comparisons here.
         let is_possible = seconds * self.fps <= MOST_FRAMES;
         if !is_possible {
-            let found = format!("{seconds} s at {} a second make more than {MOST_FRAMES} frames", self.fps);
+            let found =
+                format!("{seconds} s at {} frames per second make more than {MOST_FRAMES} frames", self.fps);
             return Err(("keyframes".into(), found));
         }
         Ok(())
     }
 
+    /// Converts a keyframe; the error says what was found instead of a valid one.
     fn keyframe(&self, frame: &PathKeyframe) -> Result<Keyframe, String> {
         let mut numbers = frame.position.iter().chain(frame.look_at.iter().flatten()).chain([&frame.t]);
         if !numbers.all(|number| number.abs() <= 1e15) {
@@ -179,16 +183,18 @@ impl CameraPath {
     }
 }
 
+/// Converts a quaternion w, x, y, z of any reasonable length.
 fn rotation([w, x, y, z]: [f64; 4]) -> Result<DQuat, String> {
     let turn = DQuat::from_xyzw(x, y, z, w);
     let length = turn.length();
     if length > 1e-6 && length < 1e6 {
         Ok(turn.normalize())
     } else {
-        Err(format!("the rotation {:?} is no quaternion w, x, y, z", [w, x, y, z]))
+        Err(format!("the rotation {:?} is not a quaternion w, x, y, z", [w, x, y, z]))
     }
 }
 
+/// Converts a camera matrix for frames of the given size in pixels.
 fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, String> {
     let [[fx, skew, cx], [zero, fy, cy], last] = matrix;
     let is_camera = skew == 0.0 && zero == 0.0 && last == [0.0, 0.0, 1.0];
@@ -196,7 +202,7 @@ fn lens(matrix: [[f64; 3]; 3], [width, height]: [u32; 2]) -> Result<FrameLens, S
     let possible = |f: f64| f > 1e-3 * side && f < 1e4 * side;
     let is_near = |c: f64| c.abs() <= 100.0 * side;
     if !(is_camera && possible(fx) && possible(fy) && is_near(cx) && is_near(cy)) {
-        return Err("K is no [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
+        return Err("K is not [[fx, 0, cx], [0, fy, cy], [0, 0, 1]] in pixels of size".into());
     }
     Ok(FrameLens::of(&Pinhole { width, height, fx, fy, cx, cy }))
 }

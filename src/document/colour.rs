@@ -1,34 +1,34 @@
-//! What the user decided about the photos' exposures: `colour` of `project.json`.
+//! Decisions about the photos' exposures: `colour` of `project.json`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-/// Nothing photographed differs by more: from moonlight to noon are 18 stops.
+/// The largest permitted gain in stops, up or down. Moonlight and noon are 18 stops apart, so no photo needs more.
 pub const MOST_STOPS: f64 = 20.0;
 
-/// Decisions about colour, by the photos' names. They change how photos are shown and what fillings are
-/// made of, never a photo or paint: without them, and with [`Colour::even`] off, all is as before.
+/// Decisions about colour, by the photos' names. They affect how photos are shown and how fillings are made, never
+/// a photo or paint. Without them, and with [`Colour::even`] off, colours are as photographed.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Colour {
-    /// Differences of exposure between photos are evened out; off: photos are taken as they are.
+    /// Whether differences of exposure between photos are matched; if not, photos are shown as they are.
     #[serde(skip_serializing_if = "is_true")]
     pub even: bool,
-    /// The photo whose exposure pictures come out with; none: each view has that of the photos near it.
+    /// The photo whose exposure all views have; if none, each view has the exposure of the photos near it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub reference: Option<String>,
-    /// Gains that replace the estimated ones: stops (factors of 2 in linear light) by which the photo is
-    /// brighter than the exposure that all are brought to, R, G, B.
+    /// Gains that replace the estimated ones, in stops (factors of 2 in linear light) for R, G, B: how much
+    /// brighter the photo is than the common exposure.
     #[serde(skip_serializing_if = "BTreeMap::is_empty")]
     pub fixed: BTreeMap<String, [f64; 3]>,
-    /// Photos that are not asked when gains are estimated; theirs are 0, unless they are fixed.
+    /// Photos that the estimation of gains ignores; their gains are 0 unless they are fixed.
     #[serde(skip_serializing_if = "BTreeSet::is_empty")]
     pub left_out: BTreeSet<String>,
-    /// How lenses darken the corners is estimated, and taken out.
+    /// Whether the darkening of corners by lenses is estimated and corrected.
     #[serde(skip_serializing_if = "is_false")]
     pub vignetting: bool,
-    /// Light that is added everywhere in a photo (haze, a wrong black level) is estimated, and taken out.
+    /// Whether light that is added everywhere in a photo (haze, a wrong black level) is estimated and subtracted.
     #[serde(skip_serializing_if = "is_false")]
     pub offset: bool,
 }
@@ -55,25 +55,25 @@ fn is_true(value: &bool) -> bool {
 }
 
 impl Colour {
-    /// Nothing was decided.
+    /// Returns true when nothing was decided.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
-    /// What is out of range, and what is expected.
+    /// Returns a sentence about a gain that is out of range, if any.
     pub fn problem(&self) -> Option<String> {
         let wrong = |stops: &&[f64; 3]| !stops.iter().all(|s| s.abs() <= MOST_STOPS);
         let (photo, stops) = self.fixed.iter().find(|(_, stops)| wrong(stops))?;
         Some(format!("{photo} is fixed at {stops:?} stops; expected {MOST_STOPS} at most, up or down"))
     }
 
-    /// Takes back what was decided about one photo's gain.
+    /// Removes what was decided about a photo's gain.
     pub fn free(&mut self, photo: &str) {
         self.fixed.remove(photo);
         self.left_out.remove(photo);
     }
 
-    /// The photos that something was decided about, each once, in alphabetical order.
+    /// Returns the photos that decisions name, each once, in alphabetical order.
     pub fn named(&self) -> BTreeSet<&str> {
         let names = self.fixed.keys().chain(&self.left_out).chain(&self.reference);
         names.map(String::as_str).collect()

@@ -1,20 +1,20 @@
-//! What the user decided about single photos' layers: `decisions` of `project.json`.
+//! Decisions about single photos' layers: `decisions` of `project.json`.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use crate::layers::{Faces, Options, Wishes};
+use crate::layers::{Faces, LayerConstraints, Options};
 
-/// A layer's name is cut off by no image editor below this length, in bytes.
+/// The longest permitted name of a layer, in bytes; no image editor truncates shorter ones.
 pub const LONGEST_NAME: usize = 120;
 
-/// Decisions by the photos' names. They name faces, so that they hold again for every stack that is
-/// made; those that a stack has nothing for are kept.
+/// Decisions by the photos' names. They identify faces, so that they apply to every stack that is built later.
+/// Decisions to which nothing in a stack corresponds are kept.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(transparent)]
 pub struct Decisions {
-    /// Photos without a decision are not in it.
+    /// The decisions by photo; photos without decisions are absent.
     pub photos: BTreeMap<String, PhotoDecisions>,
 }
 
@@ -22,59 +22,58 @@ pub struct Decisions {
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhotoDecisions {
-    /// [`Wishes::merge`].
+    /// Groups of faces to be merged into one layer; see [`LayerConstraints::merge`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub merge: Vec<Vec<Faces>>,
-    /// [`Wishes::split`].
+    /// Groups of faces to be kept in separate layers; see [`LayerConstraints::split`].
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub split: Vec<Vec<Vec<Faces>>>,
-    /// Names of image layers.
+    /// The names of image layers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub names: Vec<LayerName>,
-    /// Faces that this photo gives no texture.
+    pub names: Vec<LayerNaming>,
+    /// Faces that this photo does not texture.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub exclude: Vec<Faces>,
-    /// Faces that this photo textures alone, as far as it shows them.
+    /// Faces that only this photo textures, as far as it shows them.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub pin: Vec<Faces>,
-    /// Options of the method that differ for this photo.
+    /// The options of the method that differ for this photo.
     #[serde(skip_serializing_if = "PhotoOptions::is_default")]
     pub options: PhotoOptions,
 }
 
-/// The name of an image layer, which is known by what it holds: of all layers the one with most of
-/// these faces.
+/// The name of an image layer. It applies to the layer that contains most of the listed faces.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-pub struct LayerName {
-    /// What it is called.
+pub struct LayerNaming {
+    /// The name.
     pub name: String,
-    /// What it held when it was named.
+    /// The faces that the layer contained when it was named.
     pub of: Vec<Faces>,
 }
 
-/// Those options of the method that a photo may have of its own ([`Options`]); none: the project's.
+/// The options of the method that a photo may override; `None` stands for the project's value.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct PhotoOptions {
-    /// [`Options::tolerance`].
+    /// Overrides [`Options::tolerance`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub tolerance: Option<f32>,
-    /// [`Options::min_support`].
+    /// Overrides [`Options::min_support`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub min_support: Option<u32>,
-    /// [`Options::margin`].
+    /// Overrides [`Options::margin`].
     #[serde(skip_serializing_if = "Option::is_none")]
     pub margin: Option<u32>,
 }
 
 impl PhotoOptions {
-    /// Nothing differs.
+    /// Returns true when nothing is overridden.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
-    /// The project's options with those that differ.
+    /// Returns the project's options with the overrides applied.
     pub fn applied_to(&self, options: &Options) -> Options {
         Options {
             tolerance: self.tolerance.unwrap_or(options.tolerance),
@@ -86,32 +85,33 @@ impl PhotoOptions {
 }
 
 impl PhotoDecisions {
-    /// Nothing was decided.
+    /// Returns true when nothing was decided.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 
-    /// As the visibility sort takes them.
-    pub fn wishes(&self) -> Wishes {
-        Wishes { merge: self.merge.clone(), split: self.split.clone() }
+    /// Returns the merges and splits as the visibility sort takes them.
+    pub fn wishes(&self) -> LayerConstraints {
+        LayerConstraints { merge: self.merge.clone(), split: self.split.clone() }
     }
 
-    /// Those that a stack is made of; the others hold for any stack.
+    /// Returns the decisions that affect how a stack is built; the others apply to any stack.
     pub fn of_stack(&self) -> Self {
         let Self { merge, split, options, .. } = self.clone();
         Self { merge, split, options, ..Self::default() }
     }
 
-    /// The photo gives the face `index` of `object` no texture.
+    /// Returns true when the face `index` of `object` is excluded from this photo's textures.
     pub fn excludes(&self, object: &str, index: u32) -> bool {
         self.exclude.iter().any(|faces| faces.holds(object, index))
     }
 
+    /// Returns a sentence about the first contradiction or value out of range, if any.
     fn problem(&self, options: &Options) -> Option<String> {
         let lists = [("exclude", &self.exclude), ("pin", &self.pin)];
         let of_lists = lists
             .into_iter()
-            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} has {faces} twice")));
+            .find_map(|(name, list)| repeated(list).map(|faces| format!("{name} lists {faces} twice")));
         of_lists
             .or_else(|| numbered("merge", &self.merge, |merge| empty(merge)))
             .or_else(|| numbered("split", &self.split, |split| problem_of_split(split)))
@@ -124,14 +124,17 @@ impl PhotoDecisions {
     }
 }
 
+/// Returns the first problem in a list, with the list's name and the item's index.
 fn numbered<T>(name: &str, list: &[T], problem: impl Fn(&T) -> Option<String>) -> Option<String> {
     list.iter().enumerate().find_map(|(at, item)| Some(format!("{name}[{at}] {}", problem(item)?)))
 }
 
+/// Returns a problem when the list is empty.
 fn empty(list: &[Faces]) -> Option<String> {
     list.is_empty().then(|| "names no object; expected one at least".into())
 }
 
+/// Returns a problem when a split has an empty group or the same face in two groups.
 fn problem_of_split(groups: &[Vec<Faces>]) -> Option<String> {
     if groups.is_empty() || groups.iter().any(Vec::is_empty) {
         return Some("has a group without an object; expected groups of one object at least".into());
@@ -143,8 +146,9 @@ fn problem_of_split(groups: &[Vec<Faces>]) -> Option<String> {
     twice.map(|faces| format!("has {faces} in two of its groups"))
 }
 
-fn problem_of_name(name: &LayerName) -> Option<String> {
-    let LayerName { name, of } = name;
+/// Returns a problem when a layer's name is not a single line of 1 to 120 bytes, or refers to no faces.
+fn problem_of_name(name: &LayerNaming) -> Option<String> {
+    let LayerNaming { name, of } = name;
     if name.trim().is_empty() || name.len() > LONGEST_NAME || name.chars().any(char::is_control) {
         let expected = format!("expected 1 to {LONGEST_NAME} bytes in one line");
         return Some(format!("is called {name:?}; {expected}"));
@@ -152,29 +156,30 @@ fn problem_of_name(name: &LayerName) -> Option<String> {
     empty(of)
 }
 
-/// The two have a face in common.
+/// Returns true when the two have a face in common. An empty list of faces means all faces of the object.
 pub fn overlap(a: &Faces, b: &Faces) -> bool {
     let either = a.faces.is_empty() || b.faces.is_empty();
     a.object == b.object && (either || a.faces.iter().any(|face| b.faces.contains(face)))
 }
 
+/// Returns the first item that occurs twice.
 fn repeated(list: &[Faces]) -> Option<&Faces> {
     let mut seen = BTreeSet::new();
     list.iter().find(|faces| !seen.insert(*faces))
 }
 
 impl Decisions {
-    /// Nothing was decided.
+    /// Returns true when nothing was decided.
     pub fn is_default(&self) -> bool {
         self.photos.is_empty()
     }
 
-    /// About one photo.
+    /// Returns the decisions about one photo.
     pub fn of(&self, photo: &str) -> PhotoDecisions {
         self.photos.get(photo).cloned().unwrap_or_default()
     }
 
-    /// Replaces what was decided about a photo.
+    /// Replaces the decisions about a photo.
     pub fn set(&mut self, photo: &str, decisions: PhotoDecisions) {
         if decisions.is_default() {
             self.photos.remove(photo);
@@ -183,8 +188,8 @@ impl Decisions {
         }
     }
 
-    /// The photo, of these, that textures a face alone. What was decided about the face itself goes
-    /// before what was decided about its object, an earlier photo before a later one.
+    /// Returns the one of these photos to which a face is pinned. A pin of the face itself takes precedence over a
+    /// pin of its whole object, and an earlier photo over a later one.
     pub fn pinned<'a>(
         &self,
         photos: impl Iterator<Item = &'a str> + Clone,
@@ -199,8 +204,8 @@ impl Decisions {
         of_face.or_else(|| photos.clone().find(|photo| pins(true, photo)))
     }
 
-    /// What cannot be, with the photo: decisions that are empty, contradict themselves, or are out of
-    /// range beside `options`, the project's.
+    /// Returns a sentence, with the photo's name, about decisions that are empty, contradict each other, or are out
+    /// of range together with the project's `options`.
     pub fn problem(&self, options: &Options) -> Option<String> {
         self.photos
             .iter()
@@ -248,7 +253,7 @@ mod tests {
         assert!(
             problem(r#"{"pin":[{"object":"a"}],"exclude":[{"object":"a"}]}"#).contains("pinned and excluded")
         );
-        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude has a twice"));
+        assert!(problem(r#"{"exclude":[{"object":"a"},{"object":"a"}]}"#).contains("exclude lists a twice"));
         assert!(problem(r#"{"options":{"tolerance":2}}"#).contains("options: tolerance is 2"));
         assert!(serde_json::from_str::<PhotoDecisions>(r#"{"merges":[]}"#).is_err(), "misspelt");
     }

@@ -1,5 +1,5 @@
-//! `exports/<document key>.json`: what an export gave away, so that it finds home when it comes
-//! back, even after the stack was built anew.
+//! Export records: `exports/<document key>.json` describes what was exported, so that edited documents can be
+//! imported even after the stack was rebuilt.
 
 use std::collections::BTreeSet;
 
@@ -8,66 +8,68 @@ use serde::{Deserialize, Serialize};
 use super::stack::{Element, Piece, StackCamera, StackPhoto, Surface};
 use crate::geometry::PixelRect;
 
-/// The version this program writes; it reads no other.
+/// The version of the format that this program writes, and the only one that it reads.
 pub const RECORD_VERSION: u32 = 2;
 
-/// Hexadecimal digits of a document's key.
+/// The number of hexadecimal digits of a document's key.
 pub const KEY_DIGITS: usize = 20;
 
-/// The kinds of layered images that are exported.
+/// A format of exported layered images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum ExportFormat {
-    /// Photoshop's; a PSB where a PSD cannot hold it.
+    /// Photoshop's PSD, or PSB where a PSD cannot hold the image.
     Psd,
     /// A folder of PNG files with `stack.json`.
     Folder,
     /// OpenRaster.
     Ora,
-    /// GIMP's.
+    /// GIMP's XCF.
     Xcf,
+    /// Of a test.
+    #[cfg(test)]
+    Dummy,
 }
 
-/// What one export gave away. It says everything that an import has to know, without the stack
-/// of that time.
+/// A record of one export. It contains everything that an import needs to know, without the stack of that time.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportRecord {
-    /// [`RECORD_VERSION`].
+    /// The format's version, [`RECORD_VERSION`].
     pub version: u32,
-    /// Names the document; it is in the file, too, where the format has a place for it. The same
-    /// stack exported in the same way has the same key.
+    /// The document's key, also stored in the file where the format has a place for it. The same stack exported in
+    /// the same way gets the same key.
     pub key: String,
-    /// Of the file.
+    /// The format of the file.
     pub format: ExportFormat,
-    /// The photo.
+    /// The exported photo.
     pub photo: StackPhoto,
-    /// Its camera at that time.
+    /// The photo's camera at the time of the export.
     pub camera: StackCamera,
-    /// Bits of a sample: 8 or 16.
+    /// The bits per sample: 8 or 16.
     pub depth: u8,
-    /// [`super::Stack::inputs`] of the stack that was exported.
+    /// The value of [`super::Stack::inputs`] of the exported stack.
     pub inputs: String,
-    /// Every file that was ever written under this key: a file that has another content was
-    /// changed since.
+    /// All files that were ever written under this key. A file with other content was changed since.
     pub files: BTreeSet<ExportedFile>,
-    /// What the linear colours of all pixels were multiplied with, R, G, B, in an export of even colour; such a
-    /// file is for looking at, so no layer is listed and nothing of it is taken home.
+    /// The factors for R, G, B that the linear colours were multiplied with, in an export with matched exposure.
+    /// Such a file is only for viewing: no layers are listed, and it is not imported.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub evened: Option<[f64; 3]>,
     /// The image layers, nearest first.
     pub layers: Vec<ExportedLayer>,
-    /// What else is in the document, from the top: nothing that is painted there is taken home.
-    pub helpers: Vec<Helper>,
-    /// The pieces that the elements of `layers` name.
+    /// The other layers of the document, from the top; paint on them is not imported.
+    pub helpers: Vec<HelperLayer>,
+    /// The pieces to which the elements of `layers` refer.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pieces: Vec<Piece>,
-    /// The surfaces that the elements of `layers` name, in the model's order.
+    /// The surfaces to which the elements of `layers` refer, in the model's order.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub surfaces: Vec<Surface>,
-    /// Files below `paint/` that were shown in the layers: what is painted over them contradicts nobody.
+    /// The files below `paint/` that were visible in the layers. Changing that paint in the editor is not a
+    /// conflict.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub paint: BTreeSet<String>,
-    /// The colour profile in the document, a file below `exports/pixels/`; none: it had none.
+    /// The colour profile of the document, a file below `exports/pixels/`; `None` where it had none.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub profile: Option<String>,
 }
@@ -75,79 +77,88 @@ pub struct ExportRecord {
 /// A file as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct ExportedFile {
-    /// Below the folder of the export, with `/`.
+    /// The path below the export's folder, with `/`.
     pub name: String,
-    /// BLAKE3 of its content, hexadecimal.
+    /// The BLAKE3 hash of the content, hexadecimal.
     pub hash: String,
 }
 
 /// An image layer as it was exported.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExportedLayer {
-    /// Token of the image layer; the layer's name ends with it in brackets.
+    /// The token of the image layer; the layer's name ends with it in brackets.
     pub id: String,
-    /// Name in the document.
+    /// The name in the document.
     pub name: String,
-    /// Its place in the stack, 0 nearest.
+    /// The order in the stack, 0 nearest.
     pub order: u32,
-    /// Of the image layer, in photo pixels.
+    /// The image layer's rectangle, in photo pixels.
     pub rect: PixelRect,
-    /// Of the pixels in the document, in photo pixels: a part of `rect`.
+    /// The rectangle of the pixels in the document, in photo pixels; a part of `rect`.
     pub exported_rect: PixelRect,
-    /// The bounding box of what some element covers, in photo pixels; a part of `exported_rect`.
+    /// The bounding box of the pixels that elements cover, in photo pixels; a part of `exported_rect`.
     pub needed_rect: PixelRect,
-    /// Hash of what is to be seen and where: the same for a layer that came back untouched, even
-    /// when the editor cropped it to what is not transparent.
+    /// The hash of the visible pixels and their positions. It is the same for a layer that was not edited, even
+    /// when the editor cropped it to its non-transparent part.
     pub pixels: String,
-    /// The pixels themselves.
+    /// The exported pixels.
     pub baseline: Baseline,
-    /// What it textures.
+    /// The elements that the layer textures.
     pub elements: Vec<Element>,
 }
 
-/// The pixels of an image layer as they were exported, kept to tell what was painted since.
+/// The pixels of an image layer as they were exported, kept to detect what was painted since.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Baseline {
-    /// RGBA PNG below `exports/pixels/`, named by its content.
+    /// The file, an RGBA PNG below `exports/pixels/` that is named by its content's hash.
     pub file: String,
-    /// What it shows, in photo pixels.
+    /// The rectangle that the file shows, in photo pixels.
     pub rect: PixelRect,
 }
 
-/// A layer that is no image layer.
+/// A layer of the document that is not an image layer.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Helper {
-    /// Name in the document.
+pub struct HelperLayer {
+    /// The name in the document.
     pub name: String,
-    /// What it is there for.
+    /// The purpose of the layer.
     pub role: HelperRole,
-    /// Its place, in photo pixels.
+    /// The layer's rectangle, in photo pixels.
     pub rect: PixelRect,
-    /// As that of an image layer: tells whether somebody painted on it.
+    /// The hash of its pixels, as for an image layer; it tells whether the layer was painted on.
     pub pixels: String,
 }
 
-/// What a helper layer is there for.
+/// The purpose of a helper layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum HelperRole {
-    /// The photo.
+    /// The photo, for reference.
     Reference,
-    /// Shows what is hidden and needed.
+    /// A guide that shows the occluded pixels that are needed.
     Guide,
 }
 
 impl ExportFormat {
-    /// All of them, the default first.
-    pub const ALL: [Self; 4] = [Self::Psd, Self::Folder, Self::Ora, Self::Xcf];
+    /// All formats, the default first.
+    pub const ALL: &'static [Self] = &[
+        Self::Psd,
+        Self::Folder,
+        Self::Ora,
+        Self::Xcf,
+        #[cfg(test)]
+        Self::Dummy,
+    ];
 
-    /// As it is typed.
+    /// Returns the name that is typed on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Psd => "psd",
             Self::Folder => "folder",
             Self::Ora => "ora",
             Self::Xcf => "xcf",
+            #[cfg(test)]
+            Self::Dummy => "dummy",
         }
     }
 }
@@ -156,8 +167,9 @@ impl std::str::FromStr for ExportFormat {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let found = Self::ALL.into_iter().find(|format| format.name() == text);
-        found.ok_or_else(|| format!("\"{text}\" is no format; choose psd, folder, ora or xcf"))
+        let found = Self::ALL.iter().find(|format| format.name() == text);
+        let names = || Self::ALL.iter().map(|format| format.name()).collect::<Vec<_>>().join(", ");
+        found.copied().ok_or_else(|| format!("\"{text}\" is not a format; choose one of {}", names()))
     }
 }
 
@@ -173,7 +185,7 @@ mod tests {
 
     #[test]
     fn formats_are_read_as_they_are_written() {
-        for format in ExportFormat::ALL {
+        for &format in ExportFormat::ALL {
             assert_eq!(format.to_string().parse(), Ok(format));
             assert_eq!(serde_json::to_value(format).unwrap(), format.name());
         }

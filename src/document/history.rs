@@ -1,5 +1,4 @@
-//! What was done to the document, to be undone and done again. Pure: snapshots are shared, nothing is
-//! read or written.
+//! The undo history of the document. It is pure: snapshots are shared, and nothing is read or written.
 
 use std::collections::VecDeque;
 use std::ops::RangeBounds;
@@ -7,86 +6,88 @@ use std::path::PathBuf;
 use std::sync::Arc;
 
 use super::Project;
-use super::masks::{Mask, MaskChange, MaskFrom};
+use super::masks::{Mask, MaskChange, MaskOrigin};
 use super::paint::ImportedMask;
 
-/// So many steps can be undone.
+/// The most steps that can be undone.
 pub const MOST_STEPS: usize = 1000;
 
-/// The authored project through time: one step per gesture, each with a name. Steps after the present
-/// can be done again until something else is done.
+/// The authored project over time: one named step per gesture. Undone steps can be redone until another edit is
+/// made.
 #[derive(Debug, Clone)]
 pub struct History {
-    /// Oldest first; those before `undone` steps from the end lie in the past.
+    /// The steps, oldest first; the last `undone` of them are undone.
     steps: VecDeque<Step>,
-    /// How many steps at the end are undone.
+    /// The number of steps at the end that are undone.
     undone: usize,
     present: Arc<Project>,
-    /// What is on disk; none when no step leads to it.
+    /// The project as saved; it need not be at any step.
     saved: Arc<Project>,
-    /// The gesture that may still add to the last step.
+    /// The gesture that may still extend the last step.
     gesture: Option<Gesture>,
 }
 
-/// What holds together the edits of one drag or one stroke of typing: chosen by whoever edits.
+/// An id that combines the edits of one drag or one stretch of typing into one step. The editing code chooses it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Gesture(pub u64);
 
-/// One step.
+/// A step of the history.
 #[derive(Debug, Clone)]
 struct Step {
-    /// `merge of 3 layers`.
+    /// The step's name, such as `merge of 3 layers`.
     name: String,
-    change: Change,
+    change: StepChange,
 }
 
+/// The change that a step made.
 #[derive(Debug, Clone)]
-enum Change {
-    /// The project before it and after it.
+enum StepChange {
+    /// The project changed, from `before` to `after`.
     Project { before: Arc<Project>, after: Arc<Project> },
-    /// Paint came home, of these files, and masks with it. Its number changes when it is imported again.
+    /// Paint was imported from these files, and masks with it. The number changes when the files are imported
+    /// again.
     Import { number: u32, files: Vec<PathBuf>, masks: Vec<MaskChange> },
 }
 
-/// What undoing or doing again came to, and what is left to do for whoever asked.
+/// The result of undoing or redoing a step, and what the caller has to do.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Turn {
-    /// [`History::present`] is another project.
+    /// [`History::present`] is another project; nothing remains to be done.
     Project,
-    /// Take the import with this number back, and tell [`History::took_back`].
-    /// [`crate::document::paint::PaintBook::take_back`] takes the last one: where that is another, or none is left, this
-    /// cannot be done, and [`History::forget_import`] says so.
+    /// The caller undoes the import with this number and reports it with [`History::import_undone`].
+    /// [`crate::document::paint::PaintBook::take_back`] undoes the last import; where that is another one, or none
+    /// is left, the step cannot be undone, and the caller calls [`History::forget_import`].
     TakeBack(u32),
-    /// Import these files again, as they are by now, and tell the new number with
-    /// [`History::imported_again`]. The number is that of the import that was taken back.
+    /// The caller imports these files again, in their present state, and reports the new number with
+    /// [`History::import_redone`]. The number given here is that of the undone import.
     ImportAgain(u32, Vec<PathBuf>),
 }
 
 impl History {
-    /// Begins with a project as it is on disk.
+    /// Starts a history with a project as it is on disk.
     pub fn new(project: Project) -> Self {
         let present = Arc::new(project);
         Self { steps: VecDeque::new(), undone: 0, saved: present.clone(), present, gesture: None }
     }
 
-    /// The project as it is now.
+    /// Returns the present project.
     pub fn present(&self) -> &Arc<Project> {
         &self.present
     }
 
-    /// Makes a step. Edits of one gesture in a row are one step, which keeps the first one's name; a
-    /// gesture that ends where it began leaves none. What changes nothing is no step.
+    /// Records an edit as a step. Consecutive edits of one gesture make one step with the first edit's name; a
+    /// gesture that ends where it began leaves no step, nor does an edit without effect.
     pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
-        let goes_on = gesture.is_some() && self.gesture == gesture && self.undone == 0;
+        let continues = gesture.is_some() && self.gesture == gesture && self.undone == 0;
         if *self.present == project {
             return;
         }
         let after = Arc::new(project);
-        let open = if goes_on { self.steps.back_mut() } else { None };
-        if let Some(Step { change: Change::Project { before, after: end }, .. }) = open {
+        let open = if continues { self.steps.back_mut() } else { None };
+        if let Some(Step { change: StepChange::Project { before, after: end }, .. }) = open {
             let nothing = **before == *after;
             *end = after.clone();
-            // The snapshot itself, so that what is saved is known again.
+            // The same snapshot, so that it is recognised as the saved one.
             self.present = if nothing { before.clone() } else { after };
             if nothing {
                 self.steps.pop_back();
@@ -95,7 +96,7 @@ impl History {
             return;
         }
         let before = std::mem::replace(&mut self.present, after.clone());
-        self.push(Step { name: name.into(), change: Change::Project { before, after } });
+        self.push(Step { name: name.into(), change: StepChange::Project { before, after } });
         self.gesture = gesture;
     }
 
@@ -104,8 +105,8 @@ impl History {
         self.gesture = None;
     }
 
-    /// Makes a step of an import that was made. It is on disk already, and of the project nothing changed but the masks
-    /// that came with it, there, too.
+    /// Records an import as a step. The import is on disk already; in the project only the masks that came with it
+    /// have changed, on disk as well.
     pub fn imported(
         &mut self,
         name: impl Into<String>,
@@ -114,30 +115,32 @@ impl History {
         masks: Vec<MaskChange>,
     ) {
         self.set_masks(masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
-        self.push(Step { name: name.into(), change: Change::Import { number, files, masks } });
+        self.push(Step { name: name.into(), change: StepChange::Import { number, files, masks } });
         self.gesture = None;
     }
 
-    /// Tells the number that an import has which was done again, in place of its old one, and the masks that came.
-    pub fn imported_again(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
+    /// Replaces the number of an import that was redone, and the masks that came with it.
+    pub fn import_redone(&mut self, old: u32, new: u32, came: Vec<MaskChange>) {
         self.set_masks(came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after)));
-        let Some(place) = self.place_of_import(old) else { return };
-        // What was done after it was done with the masks that came then.
+        let Some(index) = self.place_of_import(old) else { return };
+        // Later steps were made with the masks that came with the first import.
         let after = came.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
-        self.rewrite(place.., |project| with_masks(project, after.clone()));
-        if let Change::Import { number, masks, .. } = &mut self.steps[place].change {
+        self.rewrite(index.., |project| with_masks(project, after.clone()));
+        if let StepChange::Import { number, masks, .. } = &mut self.steps[index].change {
             (*number, *masks) = (new, came);
         }
     }
 
+    /// Returns the index of the step of an import.
     fn place_of_import(&self, import: u32) -> Option<usize> {
-        let is_it = |step: &Step| matches!(step.change, Change::Import { number, .. } if number == import);
+        let is_it =
+            |step: &Step| matches!(step.change, StepChange::Import { number, .. } if number == import);
         self.steps.iter().position(is_it)
     }
 
-    /// An import was taken back, and on disk there is again what stood in the places of its masks. Where it is no step
-    /// that can be done again, its masks are in no step any more.
-    pub fn took_back(&mut self, import: u32, masks: &[ImportedMask]) {
+    /// Records that an import was undone, and that the masks it had replaced are on disk again. Where the import is
+    /// not a step that can be redone, its masks are removed from all steps.
+    pub fn import_undone(&mut self, import: u32, masks: &[ImportedMask]) {
         let put_back = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.before));
         self.set_masks(put_back.clone());
         if self.place_of_import(import).is_none() && !masks.is_empty() {
@@ -145,7 +148,7 @@ impl History {
         }
     }
 
-    /// Masks of the present and of what is on disk.
+    /// Sets masks in the present project and in the saved one.
     fn set_masks<'a>(&mut self, masks: impl ExactSizeIterator<Item = NewMask<'a>> + Clone) {
         if masks.len() > 0 {
             self.present = with_masks(&self.present, masks.clone());
@@ -154,9 +157,9 @@ impl History {
         }
     }
 
-    /// Makes other projects of what some steps lead from and to.
+    /// Replaces the projects before and after some steps.
     fn rewrite(&mut self, steps: impl RangeBounds<usize>, change: impl Fn(&Arc<Project>) -> Arc<Project>) {
-        // One after the other has the same project as before and after: it stays one.
+        // Consecutive steps share the project between them, and still do afterwards.
         let mut last: Option<(Arc<Project>, Arc<Project>)> = None;
         let mut changed = |project: &mut Arc<Project>| {
             let known =
@@ -166,30 +169,31 @@ impl History {
             last = Some((old, new));
         };
         for step in self.steps.range_mut(steps) {
-            if let Change::Project { before, after } = &mut step.change {
+            if let StepChange::Project { before, after } = &mut step.change {
                 changed(before);
                 changed(after);
             }
         }
     }
 
-    /// Forgets an import, as one that can no longer be taken back or done again. One that was made stays made: steps
-    /// before it have its masks from now on.
+    /// Removes an import from the history, because it can no longer be undone or redone. An import that is not
+    /// undone remains in effect: earlier steps get its masks.
     pub fn forget_import(&mut self, number: u32) {
-        let made = self.place_of_import(number).filter(|place| *place < self.steps.len() - self.undone);
-        if let Some((place, Change::Import { masks, .. })) =
-            made.map(|place| (place, self.steps[place].change.clone()))
+        let made = self.place_of_import(number).filter(|index| *index < self.steps.len() - self.undone);
+        if let Some((index, StepChange::Import { masks, .. })) =
+            made.map(|index| (index, self.steps[index].change.clone()))
         {
             let after = masks.iter().map(|mask| (&mask.photo, &mask.from, &mask.after));
-            self.rewrite(..place, |project| with_masks(project, after.clone()));
+            self.rewrite(..index, |project| with_masks(project, after.clone()));
         }
-        let is_it = |step: &Step| matches!(step.change, Change::Import { number: n, .. } if n == number);
+        let is_it = |step: &Step| matches!(step.change, StepChange::Import { number: n, .. } if n == number);
         let past = self.steps.len() - self.undone;
         let after = self.steps.iter().skip(past).filter(|step| is_it(step)).count();
         self.steps.retain(|step| !is_it(step));
         self.undone -= after;
     }
 
+    /// Appends a step and drops the undone ones.
     fn push(&mut self, step: Step) {
         self.steps.truncate(self.steps.len() - self.undone);
         self.undone = 0;
@@ -199,69 +203,69 @@ impl History {
         }
     }
 
-    /// The name of the step that [`Self::undo`] takes back.
+    /// Returns the name of the step that [`Self::undo`] would undo.
     pub fn undoes(&self) -> Option<&str> {
-        let place = self.steps.len().checked_sub(self.undone + 1)?;
-        Some(&self.steps[place].name)
+        let index = self.steps.len().checked_sub(self.undone + 1)?;
+        Some(&self.steps[index].name)
     }
 
-    /// The name of the step that [`Self::redo`] does again.
-    pub fn redoes(&self) -> Option<&str> {
+    /// Returns the name of the step that [`Self::redo`] would redo.
+    pub fn redo_name(&self) -> Option<&str> {
         Some(&self.steps.get(self.steps.len() - self.undone)?.name)
     }
 
-    /// Takes the last step back; none when there is none.
+    /// Undoes the last step; `None` when there is none.
     pub fn undo(&mut self) -> Option<Turn> {
-        let place = self.steps.len().checked_sub(self.undone + 1)?;
+        let index = self.steps.len().checked_sub(self.undone + 1)?;
         self.undone += 1;
         self.gesture = None;
-        Some(match &self.steps[place].change {
-            Change::Project { before, .. } => {
+        Some(match &self.steps[index].change {
+            StepChange::Project { before, .. } => {
                 self.present = before.clone();
                 Turn::Project
             }
-            Change::Import { number, .. } => Turn::TakeBack(*number),
+            StepChange::Import { number, .. } => Turn::TakeBack(*number),
         })
     }
 
-    /// Does the last step again that was undone; none when there is none.
+    /// Redoes the step that was undone last; `None` when there is none.
     pub fn redo(&mut self) -> Option<Turn> {
-        let place = self.steps.len() - self.undone;
-        let step = self.steps.get(place)?;
+        let index = self.steps.len() - self.undone;
+        let step = self.steps.get(index)?;
         self.undone -= 1;
         self.gesture = None;
         Some(match &step.change {
-            Change::Project { after, .. } => {
+            StepChange::Project { after, .. } => {
                 self.present = after.clone();
                 Turn::Project
             }
-            Change::Import { number, files, .. } => Turn::ImportAgain(*number, files.clone()),
+            StepChange::Import { number, files, .. } => Turn::ImportAgain(*number, files.clone()),
         })
     }
 
-    /// The project as it is on disk, as far as anybody here knows.
+    /// Returns the project as it was last known to be on disk.
     pub fn on_disk(&self) -> &Project {
         &self.saved
     }
 
-    /// Remembers that the present project is on disk.
+    /// Records that the present project is on disk.
     pub fn saved(&mut self) {
         self.saved = self.present.clone();
-        // What is done from here on can be undone to what was saved.
+        // A new gesture, so that the saved state can be reached by undoing.
         self.gesture = None;
     }
 
-    /// Something of the present project is not on disk. Steps that lead back to what was saved make it
-    /// clean again, however they came there.
+    /// Returns true when the present project differs from the saved one. Steps that lead back to the saved state
+    /// make the project clean again.
     pub fn is_dirty(&self) -> bool {
         !Arc::ptr_eq(&self.present, &self.saved) && self.present != self.saved
     }
 }
 
-/// What stands in a place of a mask: photo, maker, and the mask or nothing.
-type NewMask<'a> = (&'a String, &'a MaskFrom, &'a Option<Mask>);
+/// A photo, the origin of a mask, and the mask, or `None` where it is removed.
+type NewMask<'a> = (&'a String, &'a MaskOrigin, &'a Option<Mask>);
 
-/// The project with these masks; the same one, where it has them.
+/// Returns the project with these masks, or the same snapshot where it has them already.
 fn with_masks<'a>(project: &Arc<Project>, masks: impl Iterator<Item = NewMask<'a>>) -> Arc<Project> {
     let mut changed = project.masks.clone();
     masks.for_each(|(photo, from, mask)| changed.set(photo, from, mask.clone()));

@@ -1,5 +1,5 @@
-//! What is masked in the photos: `masks` of `project.json`. The pixels are in files that are never changed, so
-//! that a copy of this is all that is needed to undo an edit.
+//! Masks of the photos: `masks` of `project.json`. Their pixels are in files that are never modified, so that
+//! copies of these entries are enough to undo an edit.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -10,59 +10,61 @@ use serde::{Deserialize, Serialize};
 #[serde(transparent)]
 pub struct Masks(BTreeMap<String, Vec<Mask>>);
 
-/// One of a photo's masks: what any of them covers is no content of the photo.
+/// One of a photo's masks. Pixels that any of them covers are not used.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Mask {
-    /// Who made it; a photo has one mask of each maker.
-    pub from: MaskFrom,
-    /// PNG as large as the photo's pinhole image, black is masked; below the project's `masks/`.
+    /// The origin of the mask; a photo has at most one mask of each origin.
+    pub from: MaskOrigin,
+    /// The file below the project's `masks/`: a PNG as large as the photo's pinhole image, in which black is
+    /// masked.
     pub file: String,
-    /// Masked pixels.
+    /// The number of masked pixels.
     pub pixels: u64,
 }
 
-/// What an import did to one mask.
+/// A change of one mask by an import.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct MaskChange {
-    /// The photo.
+    /// The photo's name.
     pub photo: String,
-    /// Whose mask it is.
-    pub from: MaskFrom,
-    /// As it was; none where there was nothing.
+    /// The origin of the mask.
+    pub from: MaskOrigin,
+    /// The mask before the import; `None` where there was none.
     pub before: Option<Mask>,
-    /// As it is; none where nothing is left.
+    /// The mask after the import; `None` where there is none.
     pub after: Option<Mask>,
 }
 
-/// Who made a mask. The order is that of lists.
+/// The origin of a mask. Lists are sorted in the order of the variants.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum MaskFrom {
-    /// A file of this name.
+pub enum MaskOrigin {
+    /// A mask file of this name.
     File(String),
-    /// What the photo shows of some objects, and what is near it.
+    /// The visible pixels of some objects of the model, with a margin.
     Object(MaskedObject),
-    /// A layer called `mask` of an edited file: its export's key, `@`, and its path from the project.
+    /// A layer called `mask` of an edited document: its export's key, `@`, and its path from the project.
     Layer(String),
-    /// Suggestions that were accepted.
+    /// Accepted suggestions.
     Suggested,
-    /// Somebody's hand in the editor.
+    /// Painting in the editor.
     Drawn,
 }
 
-/// Pixels of objects.
+/// The objects that an object mask covers, and its margin.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct MaskedObject {
-    /// A name, or the beginning of names with `*` behind.
+    /// The name of an object, or the beginning of names followed by `*`.
     pub name: String,
-    /// How far around them, in pixels of the photo.
+    /// The margin around the objects, in photo pixels.
     pub margin: u32,
 }
 
-impl MaskFrom {
-    /// Two masks of the same maker cannot be: the later one stands for both. A margin makes no other maker.
+impl MaskOrigin {
+    /// Returns true for the same origin, of which a photo has one mask at most. Object masks that differ only in
+    /// the margin have the same origin.
     fn is_same(&self, other: &Self) -> bool {
         match (self, other) {
             (Self::Object(a), Self::Object(b)) => a.name == b.name,
@@ -70,7 +72,7 @@ impl MaskFrom {
         }
     }
 
-    /// In a few words.
+    /// Returns a short description for messages.
     pub fn words(&self) -> String {
         match self {
             Self::File(name) => format!("file {name}"),
@@ -83,7 +85,7 @@ impl MaskFrom {
         }
     }
 
-    /// A short name for a file.
+    /// Returns a short name for a file.
     pub fn stem(&self) -> &str {
         match self {
             Self::File(name) => name.rsplit('/').next().unwrap_or(name),
@@ -96,27 +98,27 @@ impl MaskFrom {
 }
 
 impl Masks {
-    /// Nothing is masked.
+    /// Returns true when no photo has a mask.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The photos with masks, in alphabetical order, whether the project still has them or not.
+    /// Returns the photos with masks, in alphabetical order, whether the project still has them or not.
     pub fn photos(&self) -> impl Iterator<Item = (&str, &[Mask])> {
         self.0.iter().map(|(photo, masks)| (photo.as_str(), masks.as_slice()))
     }
 
-    /// Those of a photo.
+    /// Returns the masks of a photo.
     pub fn of(&self, photo: &str) -> &[Mask] {
         self.0.get(photo).map_or(&[], Vec::as_slice)
     }
 
-    /// The one that somebody made of a photo.
-    pub fn find(&self, photo: &str, from: &MaskFrom) -> Option<&Mask> {
+    /// Returns the mask of a photo that has this origin.
+    pub fn find(&self, photo: &str, from: &MaskOrigin) -> Option<&Mask> {
         self.of(photo).iter().find(|mask| mask.from.is_same(from))
     }
 
-    /// Puts a mask in the place of what the same maker had made of the photo.
+    /// Adds a mask, in place of the photo's mask of the same origin.
     pub fn put(&mut self, photo: &str, mask: Mask) {
         self.remove(photo, &mask.from);
         let masks = self.0.entry(photo.to_owned()).or_default();
@@ -124,32 +126,33 @@ impl Masks {
         masks.sort_by(|a, b| a.from.cmp(&b.from));
     }
 
-    /// Takes away what somebody had made of a photo, and says what that was.
-    pub fn remove(&mut self, photo: &str, from: &MaskFrom) -> Option<Mask> {
+    /// Removes a photo's mask of this origin and returns it.
+    pub fn remove(&mut self, photo: &str, from: &MaskOrigin) -> Option<Mask> {
         let masks = self.0.get_mut(photo)?;
-        let place = masks.iter().position(|mask| mask.from.is_same(from));
-        let removed = place.map(|place| masks.remove(place));
+        let index = masks.iter().position(|mask| mask.from.is_same(from));
+        let removed = index.map(|index| masks.remove(index));
         if masks.is_empty() {
             self.0.remove(photo);
         }
         removed
     }
 
-    /// Takes away all masks of a photo.
+    /// Removes all masks of a photo.
     pub fn clear(&mut self, photo: &str) {
         self.0.remove(photo);
     }
 
-    /// Puts a mask in its maker's place, or takes away what is there.
-    pub fn set(&mut self, photo: &str, from: &MaskFrom, mask: Option<Mask>) {
+    /// Adds or replaces a photo's mask of this origin, or removes it.
+    pub fn set(&mut self, photo: &str, from: &MaskOrigin, mask: Option<Mask>) {
         match mask {
             Some(mask) => self.put(photo, mask),
             None => drop(self.remove(photo, from)),
         }
     }
 
-    /// These, with what somebody else made of `known` meanwhile: of masks that are otherwise in `now`, those.
-    pub fn with_news(&self, known: &Self, now: &Self) -> Self {
+    /// Returns these masks with external changes merged in: every mask that differs between `known` and `now` is
+    /// taken from `now`.
+    pub fn merged_with_changes(&self, known: &Self, now: &Self) -> Self {
         let mut masks = self.clone();
         let of_both = [known, now].into_iter().flat_map(Self::photos);
         for (photo, mask) in of_both.flat_map(|(photo, of)| of.iter().map(move |mask| (photo, mask))) {
@@ -161,12 +164,12 @@ impl Masks {
         masks
     }
 
-    /// The files that are named.
+    /// Returns all files that the masks refer to.
     pub fn files(&self) -> BTreeSet<&str> {
         self.0.values().flatten().map(|mask| mask.file.as_str()).collect()
     }
 
-    /// A file that lies somewhere else, and what is expected.
+    /// Returns a sentence about a file outside of `masks/`, if any.
     pub fn problem(&self) -> Option<String> {
         let outside = |file: &&str| {
             let parts: Vec<&str> = file.split('/').collect();
@@ -181,18 +184,18 @@ impl Masks {
 mod tests {
     use super::*;
 
-    fn mask(from: MaskFrom, file: &str) -> Mask {
+    fn mask(from: MaskOrigin, file: &str) -> Mask {
         Mask { from, file: file.into(), pixels: 3 }
     }
 
-    fn tractor(margin: u32) -> MaskFrom {
-        MaskFrom::Object(MaskedObject { name: "tractor*".into(), margin })
+    fn tractor(margin: u32) -> MaskOrigin {
+        MaskOrigin::Object(MaskedObject { name: "tractor*".into(), margin })
     }
 
     #[test]
     fn masks_are_written_readably_and_come_back() {
         let mut masks = Masks::default();
-        masks.put("a.jpg", mask(MaskFrom::Suggested, "a.jpg/s-1.png"));
+        masks.put("a.jpg", mask(MaskOrigin::Suggested, "a.jpg/s-1.png"));
         masks.put("a.jpg", mask(tractor(9), "a.jpg/t-1.png"));
         let text = serde_json::to_string(&masks).unwrap();
         assert_eq!(
@@ -210,37 +213,37 @@ mod tests {
         let mut masks = Masks::default();
         masks.put("a.jpg", mask(tractor(9), "1"));
         masks.put("a.jpg", mask(tractor(20), "2"));
-        masks.put("a.jpg", mask(MaskFrom::Drawn, "3"));
+        masks.put("a.jpg", mask(MaskOrigin::Drawn, "3"));
         assert_eq!(masks.of("a.jpg").len(), 2);
         assert_eq!(masks.find("a.jpg", &tractor(0)).unwrap().file, "2");
         assert_eq!(masks.remove("a.jpg", &tractor(1)).unwrap().file, "2");
         assert_eq!(masks.remove("a.jpg", &tractor(1)), None);
-        masks.remove("a.jpg", &MaskFrom::Drawn);
+        masks.remove("a.jpg", &MaskOrigin::Drawn);
         assert!(masks.is_empty());
     }
 
     #[test]
     fn what_somebody_else_made_meanwhile_is_taken_and_nothing_else() {
-        let layer = |file: &str| mask(MaskFrom::Layer("9@a.psd".into()), file);
+        let layer = |file: &str| mask(MaskOrigin::Layer("9@a.psd".into()), file);
         let masks = |list: &[(&str, Mask)]| {
             let mut masks = Masks::default();
             list.iter().for_each(|(photo, mask)| masks.put(photo, mask.clone()));
             masks
         };
-        let drawn = |file: &str| mask(MaskFrom::Drawn, file);
+        let drawn = |file: &str| mask(MaskOrigin::Drawn, file);
         let known = masks(&[("a.jpg", drawn("old")), ("a.jpg", layer("old")), ("c.jpg", layer("gone"))]);
         let mine = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("old")), ("c.jpg", layer("gone"))]);
         let now = masks(&[("a.jpg", drawn("old")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
         let all = masks(&[("a.jpg", drawn("new")), ("a.jpg", layer("home")), ("b.jpg", layer("first"))]);
-        assert_eq!(mine.with_news(&known, &now), all);
-        assert_eq!(mine.with_news(&known, &known), mine);
+        assert_eq!(mine.merged_with_changes(&known, &now), all);
+        assert_eq!(mine.merged_with_changes(&known, &known), mine);
     }
 
     #[test]
     fn a_file_outside_of_the_folder_of_masks_is_a_problem() {
         for file in ["../a.png", "a/../../b.png", "/a.png", ""] {
             let mut masks = Masks::default();
-            masks.put("a.jpg", mask(MaskFrom::Drawn, file));
+            masks.put("a.jpg", mask(MaskOrigin::Drawn, file));
             assert!(masks.problem().is_some(), "{file}");
         }
     }

@@ -1,4 +1,4 @@
-//! What is saved: the authored project and the derived stacks.
+//! The saved documents: the authored project and the derived stacks.
 
 pub mod bookmark;
 pub mod camera_path;

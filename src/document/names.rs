@@ -1,14 +1,13 @@
-//! Photos' names as file names: stacks, exports and renders are named by this one rule.
+//! File names made from photo names, by the one rule for stacks, exports and renders.
 
 use std::collections::BTreeSet;
 
-/// A name for a file or folder that stands for `photo`: every byte outside `A-Za-z0-9._-` becomes
-/// `%XX` (upper-case hexadecimal). Different photos get different names, and [`photo_of_file_name`]
-/// leads back. The result never contains `/`, `\`, `+` or `~`, so a caller may put its own suffix
-/// behind one of these.
+/// Returns a name for a file or folder that stands for `photo`: every byte outside `A-Za-z0-9._-` becomes `%XX`
+/// (upper-case hexadecimal). Different photos get different names, and [`photo_of_file_name`] is the inverse. The
+/// result never contains `/`, `\`, `+` or `~`, so that a caller may add its own suffix after one of these.
 ///
-/// Three names would not name a file of their own folder although the rule lets them through: the
-/// empty one becomes `%`, `.` becomes `%2E` and `..` becomes `%2E%2E`.
+/// Three names would not be valid file names although the rule keeps them: the empty name becomes `%`, `.` becomes
+/// `%2E` and `..` becomes `%2E%2E`.
 pub fn file_name_of_photo(photo: &str) -> String {
     match photo {
         "" => return "%".into(),
@@ -27,8 +26,8 @@ pub fn file_name_of_photo(photo: &str) -> String {
     name
 }
 
-/// Names for the pictures of photos, without extensions and all different: that of `nord/1.jpg` is
-/// `nord%2F1`. Where photos differ in their extensions only, these stay in: `1.jpg` and `1.png`.
+/// Returns distinct names without extensions for the pictures of photos: `nord/1.jpg` gives `nord%2F1`. Photos that
+/// differ only in their extensions keep them: `1.jpg` and `1.png`.
 pub fn picture_names(photos: &[&str]) -> Vec<String> {
     let short: Vec<String> =
         photos.iter().map(|photo| file_name_of_photo(without_extension(photo))).collect();
@@ -43,7 +42,7 @@ pub fn picture_names(photos: &[&str]) -> Vec<String> {
     if distinct.len() == mixed.len() { mixed } else { full }
 }
 
-/// A photo's name without the extension of its file; a dot in a folder's name begins none.
+/// Returns a photo's name without its file extension; a dot in a folder's name does not start an extension.
 pub fn without_extension(photo: &str) -> &str {
     match photo.rsplit_once('.') {
         Some((stem, extension)) if !stem.is_empty() && !stem.ends_with('/') && !extension.contains('/') => {
@@ -53,12 +52,13 @@ pub fn without_extension(photo: &str) -> &str {
     }
 }
 
-/// The photo that `name` stands for; `None` for a name that [`file_name_of_photo`] does not make.
+/// Returns the photo that `name` stands for; `None` for a name that [`file_name_of_photo`] does not produce.
 pub fn photo_of_file_name(name: &str) -> Option<String> {
     let photo = if name == "%" { String::new() } else { String::from_utf8(decoded(name)?).ok()? };
     (file_name_of_photo(&photo) == name).then_some(photo)
 }
 
+/// Decodes `%XX` sequences.
 fn decoded(name: &str) -> Option<Vec<u8>> {
     let mut bytes = Vec::with_capacity(name.len());
     let mut rest = name.bytes();

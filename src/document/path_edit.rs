@@ -1,15 +1,15 @@
-//! Edits of a camera path, as a timeline makes them.
+//! Edits of a camera path, made on the timeline.
 
 use glam::{DQuat, DVec3};
 
 use super::camera_path::{CameraPath, PATH_VERSION, PathKeyframe, PathSpeed};
 use crate::projection::navigation::Viewpoint;
 
-/// Keyframes nearer to each other than this, in seconds, are one: a flight cannot be at two places at a time.
+/// The least time between two keyframes in seconds; closer ones replace each other.
 pub const LEAST_APART_S: f64 = 0.01;
 
 impl CameraPath {
-    /// Without a keyframe, for films of `size` pixels.
+    /// Makes a path without keyframes, with frames of `size` pixels.
     pub fn empty(size: [u32; 2]) -> Self {
         Self {
             version: PATH_VERSION,
@@ -21,7 +21,7 @@ impl CameraPath {
         }
     }
 
-    /// Is at a view at a time; the keyframe that was there is replaced.
+    /// Adds a keyframe at a time; a keyframe that is there is replaced.
     pub fn set(&mut self, time_s: f64, view: &Viewpoint) {
         let turn = DQuat::from_mat3(&view.pose.rotation);
         let keyframe = PathKeyframe {
@@ -33,29 +33,29 @@ impl CameraPath {
             K: Some(view.camera(self.size[0], self.size[1]).matrix_rows()),
         };
         self.keyframes.retain(|frame| (frame.t - time_s).abs() >= LEAST_APART_S);
-        let place = self.keyframes.partition_point(|frame| frame.t < time_s);
-        self.keyframes.insert(place, keyframe);
+        let index = self.keyframes.partition_point(|frame| frame.t < time_s);
+        self.keyframes.insert(index, keyframe);
     }
 
-    /// Takes a keyframe out.
-    pub fn remove(&mut self, place: usize) {
-        if place < self.keyframes.len() {
-            self.keyframes.remove(place);
+    /// Removes a keyframe.
+    pub fn remove(&mut self, index: usize) {
+        if index < self.keyframes.len() {
+            self.keyframes.remove(index);
         }
     }
 
-    /// Moves a keyframe to another time, short of its neighbours: their order stays.
-    pub fn shift(&mut self, place: usize, time_s: f64) {
+    /// Moves a keyframe to another time between its neighbours, so that the order stays.
+    pub fn shift(&mut self, index: usize, time_s: f64) {
         let neighbour =
-            |place: Option<usize>| place.and_then(|place| self.keyframes.get(place)).map(|frame| frame.t);
-        let earliest = neighbour(place.checked_sub(1)).map_or(0.0, |t| t + LEAST_APART_S);
-        let latest = neighbour(Some(place + 1)).map_or(f64::INFINITY, |t| t - LEAST_APART_S);
-        if let Some(frame) = self.keyframes.get_mut(place) {
+            |index: Option<usize>| index.and_then(|index| self.keyframes.get(index)).map(|frame| frame.t);
+        let earliest = neighbour(index.checked_sub(1)).map_or(0.0, |t| t + LEAST_APART_S);
+        let latest = neighbour(Some(index + 1)).map_or(f64::INFINITY, |t| t - LEAST_APART_S);
+        if let Some(frame) = self.keyframes.get_mut(index) {
             frame.t = time_s.max(earliest).min(latest);
         }
     }
 
-    /// Gives its films another size; the vertical fields of view stay.
+    /// Changes the frame size in pixels; vertical fields of view stay.
     pub fn resize(&mut self, size: [u32; 2]) {
         let [width, height] = size.map(|side| f64::from(side.max(1)));
         let old = self.size.map(f64::from);
@@ -68,13 +68,13 @@ impl CameraPath {
         self.size = size.map(|side| side.max(1));
     }
 
-    /// Why it can be no flight, in a sentence; none where it can, and where it has no keyframe yet.
+    /// Returns a sentence that says why the path cannot be flown, or `None` if it can or has no keyframes yet.
     pub fn problem(&self) -> Option<String> {
         let flown = (!self.keyframes.is_empty()).then(|| self.flight(DVec3::Z))?;
         flown.err().map(|(place, found)| format!("{place}: {found}"))
     }
 
-    /// The time of the last keyframe, in seconds; 0 where there is none.
+    /// Returns the time of the last keyframe in seconds; 0 where there is none.
     pub fn end_s(&self) -> f64 {
         self.keyframes.last().map_or(0.0, |frame| frame.t)
     }

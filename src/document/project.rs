@@ -1,4 +1,4 @@
-//! `project.json`: what the user decided about a project (see `docs/formats.md`).
+//! The project file `project.json`: the user's decisions about a project (see `docs/formats.md`).
 
 use std::collections::BTreeSet;
 
@@ -9,47 +9,47 @@ use crate::geometry::Similarity;
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
 
-/// The version this program writes; it reads this one and older ones.
+/// The version of the format that this program writes; it also reads older ones.
 pub const PROJECT_VERSION: u32 = 1;
 
-/// The authored part of a project. Paths are relative to the project's folder, with `/`; absolute
-/// only where no relative path leads there (another drive).
+/// The authored part of a project. Paths are relative to the project's folder, with `/`, and absolute only where no
+/// relative path exists (another drive).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Project {
-    /// [`PROJECT_VERSION`].
+    /// The format's version, [`PROJECT_VERSION`].
     pub version: u32,
-    /// Folder of the photos.
+    /// The folder of the photos.
     pub photos: String,
-    /// COLMAP's cameras: the folder, or one of its files.
+    /// The cameras: a folder or a file of one of the formats that are read.
     pub cameras: String,
     /// The model's file.
     pub model: String,
-    /// Takes the model into the cameras' world.
+    /// The transform from the model to the cameras' world.
     #[serde(default)]
     pub world_from_model: Similarity,
-    /// How stacks are built. Those left out have their defaults.
+    /// The options for building stacks; missing ones have their defaults.
     #[serde(default)]
     pub options: Options,
-    /// How hidden texels are filled.
+    /// The options for filling occluded texels.
     #[serde(default, skip_serializing_if = "FillOptions::is_default")]
     pub fill: FillOptions,
-    /// What was decided about the photos' exposures.
+    /// Decisions about the photos' exposures.
     #[serde(default, skip_serializing_if = "Colour::is_default")]
     pub colour: Colour,
-    /// What was decided about single photos' layers.
+    /// Decisions about single photos' layers.
     #[serde(default, skip_serializing_if = "Decisions::is_default")]
     pub decisions: Decisions,
-    /// Views to come back to.
+    /// Bookmarks: saved views.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub views: Vec<Bookmark>,
-    /// The flight that is being made.
+    /// The camera path that is being edited.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub flight: Option<CameraPath>,
-    /// What is no content of the photos.
+    /// The masks of the photos.
     #[serde(default, skip_serializing_if = "Masks::is_empty")]
     pub masks: Masks,
-    /// Objects of the model that are as if they were not there.
+    /// The objects that are removed from the model in this project.
     #[serde(default, skip_serializing_if = "BTreeSet::is_empty")]
     pub objects_off: BTreeSet<String>,
 }

@@ -1,76 +1,76 @@
-//! `stack.json`: the derived stack of one photo, field by field (see `docs/formats.md`).
+//! The stack file `stack.json`: the derived stack of one photo, field by field (see `docs/formats.md`).
 
 use serde::{Deserialize, Serialize};
 
 use crate::geometry::PixelRect;
 use crate::layers::{Faces, Method};
 
-/// The version this program writes; it reads no other.
+/// The version of the format that this program writes, and the only one that it reads.
 pub const STACK_VERSION: u32 = 2;
 
-/// All image layers of one photo, nearest first, and what they were made of.
+/// All image layers of one photo, nearest first, and the data that they were made from.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Stack {
-    /// [`STACK_VERSION`].
+    /// The format's version, [`STACK_VERSION`].
     pub version: u32,
-    /// How the visibility layers were found.
+    /// The method that found the visibility layers.
     pub method: Method,
-    /// Hash of everything the stack was made of; when it still matches, nothing is rebuilt. What was decided
-    /// about this photo's layers has a hash of its own, behind a `-`.
+    /// The hash of everything that the stack was made from; while it matches, the stack is not rebuilt. Decisions
+    /// about this photo's layers have a hash of their own, after a `-`.
     pub inputs: String,
     /// The photo.
     pub photo: StackPhoto,
-    /// Its camera.
+    /// The photo's camera.
     pub camera: StackCamera,
-    /// Layer by layer, nearest first, the elements. Occlusions count through them in this order.
+    /// The elements of each visibility layer, nearest layer first. Occlusions number the elements in this order.
     pub visibility_layers: Vec<Vec<Element>>,
-    /// The flat surfaces that elements are made of, as the model had them, in its order.
+    /// The flat surfaces that elements consist of, as they were in the model, in its order.
     pub surfaces: Vec<Surface>,
     /// Pieces of faces that were cut, and triangles of faces that are not planar.
     pub pieces: Vec<Piece>,
-    /// Who hides whom, between elements numbered in reading order of `visibility_layers`.
+    /// The occlusions between elements, which are numbered in reading order of `visibility_layers`.
     pub occlusions: Vec<Support>,
-    /// Occlusions against the order that were forgiven as contact noise.
+    /// Occlusions against the order that were ignored as contact noise.
     pub forgiven: Vec<Support>,
-    /// Occlusions against the order that are more than noise and could not be cut: the two are in
-    /// separate image layers, and `notes` names them.
+    /// Occlusions against the order that are more than noise and could not be resolved by a cut. The two elements
+    /// are in separate image layers, and `notes` names them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unresolved: Vec<Support>,
-    /// The image layers, by falling nearness: `order` never decreases.
+    /// The image layers, nearest first: `order` never decreases.
     pub image_layers: Vec<ImageLayer>,
-    /// Texels of all rectangles.
+    /// The number of texels of all rectangles.
     pub texels: u64,
-    /// Texels that some element covers.
+    /// The number of texels that at least one element covers.
     pub texels_used: u64,
-    /// Texels if every face and piece had a rectangle of its own.
+    /// The number of texels if each face and piece had its own rectangle.
     pub texels_unmerged: u64,
-    /// Bytes of the layer files.
+    /// The size of the layer files in bytes.
     pub bytes: u64,
-    /// What filled its hidden texels, once that was done.
+    /// The summary of the filling, once hidden texels were filled.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub fill: Option<StackFill>,
-    /// Faces without texture from this photo, with the reason.
+    /// The faces that this photo does not texture, with the reasons.
     pub untextured: Vec<Untextured>,
-    /// What the user should know: cuts that failed, violations of the published method.
+    /// Messages for the user: cuts that failed, violations of the published method.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub notes: Vec<String>,
-    /// What was decided about its layers and could not be done, with the reason.
+    /// Decisions about the photo's layers that could not be satisfied, with the reasons.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub unmet: Vec<String>,
     /// Counts for reports.
     pub counts: Counts,
 }
 
-/// Pyramids have 16 levels.
+/// The largest permitted side of a rectangle in pixels, from the number of levels of a texture pyramid.
 const LARGEST_SIDE: u32 = 1 << (crate::projection::tiles::MOST_LEVELS - 1);
 
 impl Stack {
-    /// Hash of what it was made of besides decisions about its layers: photo, camera, model, options.
+    /// Returns the hash of the inputs other than decisions about its layers: photo, camera, model, options.
     pub fn ground(&self) -> &str {
         self.inputs.split('-').next().unwrap_or_default()
     }
 
-    /// Another stack is the same but for the names of its layers.
+    /// Returns true when the other stack differs at most in the names of its layers.
     pub fn differs_in_names_only(&self, other: &Self) -> bool {
         if self.image_layers.len() != other.image_layers.len() {
             return false;
@@ -82,9 +82,9 @@ impl Stack {
         renamed == *other
     }
 
-    /// The first image layer that cannot be, as place and finding: one of elements that are not there, or
-    /// with a side of no pixels or of more than textures may have. Whoever reads a file asks; all else
-    /// takes it for granted.
+    /// Checks the image layers: their elements have to exist, and their sides to have a valid number of pixels.
+    /// Returns where the first problem is and what was found. Readers of stack files call this once; all other code
+    /// relies on it.
     pub fn flaw(&self) -> Option<(String, String)> {
         let elements = self.visibility_layers.iter().map(Vec::len).sum::<usize>();
         self.image_layers.iter().find_map(|layer| {
@@ -103,49 +103,50 @@ impl Stack {
 /// The photo of a stack.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct StackPhoto {
-    /// Unique name.
+    /// The unique name.
     pub name: String,
-    /// Pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// The height in pixels.
     pub height: u32,
 }
 
-/// K in pixels; R, t world to camera; each matrix as rows.
+/// A camera as in `stack.json`: K in pixels; R and t from world to camera; each matrix by rows.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[allow(non_snake_case)]
 pub struct StackCamera {
-    /// 3 x 3.
+    /// The 3 x 3 camera matrix in pixels.
     pub K: [[f64; 3]; 3],
-    /// 3 x 3.
+    /// The 3 x 3 rotation matrix.
     pub R: [[f64; 3]; 3],
-    /// World units.
+    /// The translation in world units.
     pub t: [f64; 3],
 }
 
-/// Faces (or pieces) of one object that do not occlude each other.
+/// An element: faces (or pieces) of one object that do not occlude each other.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Element {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Whole faces: index within the object as in the model file, rising.
+    /// The faces that are contained as a whole: their indices within the object as in the model file, ascending.
     pub faces: Vec<u32>,
-    /// Pieces of faces: `[face, piece]`, rising.
+    /// The contained pieces of faces as `[face, piece]`, ascending.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub pieces: Vec<[u32; 2]>,
-    /// Those of its faces that the photo sees from behind; it serves only that side of them.
+    /// The faces that the photo sees from behind; it textures only that side of them.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub back: Vec<u32>,
 }
 
 impl Element {
-    /// The faces that it is known by: those that it holds whole; where it holds none, those of its pieces.
+    /// Returns the faces by which decisions identify the element: those that it contains as a whole or, if there
+    /// are none, those of its pieces.
     pub fn known_by(&self) -> Faces {
         let faces = if self.faces.is_empty() { self.all_faces() } else { self.faces.clone() };
         Faces { object: self.object.clone(), faces }
     }
 
-    /// Every face of which it holds anything, rising.
+    /// Returns all faces of which it contains at least a piece, ascending.
     pub fn all_faces(&self) -> Vec<u32> {
         let mut faces: Vec<u32> =
             self.faces.iter().copied().chain(self.pieces.iter().map(|p| p[0])).collect();
@@ -158,188 +159,192 @@ impl Element {
 /// A flat surface: a planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Surface {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Which of its triangles, for a face that is not planar.
+    /// The triangle's index within the face, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
-    /// One ring in world coordinates, holes bridged, wound like the face.
+    /// The outline: one ring in world coordinates with bridged holes, wound like the face.
     pub outline: Vec<[f64; 3]>,
 }
 
-/// A piece of a face.
+/// A piece of a face that was cut.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Piece {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Index within the face.
+    /// The piece's index within the face.
     pub piece: u32,
-    /// The triangle that it is of, for a face that is not planar.
+    /// The triangle to which the piece belongs, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
-    /// One simple ring in world coordinates, holes bridged, wound like the face, may be concave.
+    /// The outline: one simple ring in world coordinates with bridged holes, wound like the face; it may be
+    /// concave.
     pub polygon: Vec<[f64; 3]>,
 }
 
-/// `front` is nearer than `back` at `px` pixels.
+/// An occlusion: `front` is nearer than `back` at `px` pixels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct Support {
-    /// Element, counted in reading order of `visibility_layers`.
+    /// The nearer element, numbered in reading order of `visibility_layers`.
     pub front: u32,
-    /// Element.
+    /// The farther element, numbered likewise.
     pub back: u32,
-    /// Pixels.
+    /// The support: the number of pixels.
     pub px: u32,
 }
 
-/// A sub-rectangle of the photo with the elements that it textures.
+/// An image layer: a rectangle of the photo with the elements that it textures.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ImageLayer {
-    /// Token that names this image layer of this stack for ever: short hash of photo, elements,
-    /// rectangle; lower-case letters and digits.
+    /// The permanent token of this image layer of this stack: a short hash of photo, elements and rectangle, in
+    /// lower-case letters and digits.
     pub id: String,
-    /// Readable name.
+    /// The readable name.
     pub name: String,
-    /// The name that it has by itself, where it was given another.
+    /// The automatic name, where the layer was given another one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub own_name: Option<String>,
-    /// Its place in the stack: longest path in the quotient, 0 nearest.
+    /// The order in the stack: the longest path in the graph of clusters, 0 nearest.
     pub order: u32,
-    /// In photo pixels; may reach outside the photo.
+    /// The rectangle in photo pixels; it may extend beyond the photo.
     pub rect: PixelRect,
-    /// Elements, counted in reading order of `visibility_layers`.
+    /// The elements, numbered in reading order of `visibility_layers`.
     pub elements: Vec<u32>,
-    /// RGBA PNG of the rectangle: the photo's colour, opaque, where visible; else transparent.
+    /// The file of the layer, an RGBA PNG of the rectangle: the photo's colour, opaque, where visible; transparent
+    /// elsewhere.
     pub file: String,
-    /// 1-bit PNG of the rectangle: white where some element covers.
+    /// The file of the needed area, a 1-bit PNG of the rectangle: white where at least one element covers it.
     pub needed_file: String,
-    /// Bounding box of the covered pixels, in photo pixels.
+    /// The bounding box of the covered pixels, in photo pixels.
     pub needed_rect: PixelRect,
-    /// Texels covered.
+    /// The number of covered texels.
     pub texels_used: u64,
-    /// Texels covered and visible.
+    /// The number of covered texels that are visible.
     pub texels_visible: u64,
     /// The filling, where there is any.
     #[serde(flatten)]
     pub fill: Option<LayerFill>,
-    /// 3 rows x 4: (u q, v q, q) = rows * (x, y, z, 1), u and v in 0..1 of the rectangle, v down.
+    /// The texture matrix of 3 rows by 4: (u q, v q, q) = rows * (x, y, z, 1), with u and v in 0..1 of the
+    /// rectangle, v down.
     pub uv_from_world: [[f64; 4]; 3],
 }
 
-/// The filling of an image layer: files of its rectangle.
+/// The filling of an image layer, as files of its rectangle.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct LayerFill {
-    /// RGBA PNG: opaque where a hidden texel was filled, else transparent. It never holds a texel of `file`.
+    /// An RGBA PNG, opaque where a hidden texel was filled, else transparent. It never covers a texel of `file`.
     pub filled_file: String,
-    /// 8-bit PNG: how far the filling is trusted, in 255ths; 0 where nothing was filled.
+    /// An 8-bit PNG of the filling's confidence in 255ths; 0 where nothing was filled.
     pub confidence_file: String,
-    /// 8- or 16-bit PNG: the place in [`StackFill::origins`] of where a filled texel comes from; 0 elsewhere.
+    /// An 8- or 16-bit PNG: for each filled texel, the index in [`StackFill::origins`] of its source; 0 elsewhere.
     pub provenance_file: String,
-    /// RGBA PNG: opaque where paint of another photo is laid over what `file` shows, else transparent. It holds
-    /// texels of `file` only; the two files above speak of them, too.
+    /// An RGBA PNG, opaque where paint was propagated from another photo over what `file` shows, else transparent.
+    /// It covers texels of `file` only. The confidence and provenance files describe these texels, too.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub spread_file: Option<String>,
-    /// Texels filled.
+    /// The number of filled texels.
     pub texels_filled: u64,
 }
 
 impl LayerFill {
-    /// All files.
+    /// Returns all file names for modification.
     pub fn files_mut(&mut self) -> impl Iterator<Item = &mut String> {
-        let three = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
-        three.into_iter().chain(&mut self.spread_file)
+        let always = [&mut self.filled_file, &mut self.confidence_file, &mut self.provenance_file];
+        always.into_iter().chain(&mut self.spread_file)
     }
 }
 
-/// What filled the hidden texels of a stack.
+/// A summary of the filling of a stack's hidden texels.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StackFill {
-    /// Hash of everything it was made of; when it still matches, nothing is filled again.
+    /// The hash of everything that the filling was made from; while it matches, the stack is not filled again.
     pub inputs: String,
-    /// What the numbers of the provenance files mean; the first stands for no filling.
+    /// The meanings of the numbers in provenance files; the first one stands for no filling.
     pub origins: Vec<String>,
-    /// Hidden texels.
+    /// The number of hidden texels.
     pub texels_hidden: u64,
-    /// Of these: given by other photos.
+    /// The number of hidden texels that were filled from other photos.
     pub texels_from_photos: u64,
-    /// Given by paint of other photos.
+    /// The number of hidden texels that were filled from paint of other photos.
     #[serde(default)]
     pub texels_from_paint: u64,
-    /// Made by example.
+    /// The number of hidden texels that were inpainted by patches (by example).
     pub texels_by_example: u64,
-    /// Made by diffusion.
+    /// The number of hidden texels that were inpainted by diffusion.
     pub texels_diffused: u64,
-    /// What paint of other photos was laid over visible texels, or met paint of the photo's own: by face and photo.
+    /// Paint that was propagated from other photos over visible texels, or met the photo's own paint there: by face
+    /// and photo.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub spread: Vec<SpreadPaint>,
-    /// Bytes of the filling's files.
+    pub spread: Vec<PropagationEntry>,
+    /// The size of the filling's files in bytes.
     pub bytes: u64,
 }
 
-/// Paint of another photo that belongs on a face that this one shows.
+/// Paint of another photo that was propagated to a face that this photo shows.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct SpreadPaint {
-    /// `object[index]`.
+pub struct PropagationEntry {
+    /// The face, as `object[index]`.
     pub face: String,
-    /// The photo that it was painted in.
+    /// The photo in which it was painted.
     pub from: String,
-    /// Texels that it was laid over.
+    /// The number of texels that the paint replaced.
     pub texels: u64,
-    /// Texels with paint of the photo's own, which stays.
+    /// The number of texels that kept the photo's own paint.
     pub own: u64,
-    /// Those of `own` whose paint clearly says something else.
+    /// The number of texels of `own` whose paint clearly differs.
     pub conflicts: u64,
-    /// Those of `texels` where the paint of a third photo clearly says something else.
+    /// The number of texels of `texels` where the paint of a third photo clearly differs.
     pub dissents: u64,
 }
 
-/// Names in [`StackFill::origins`] that are no photos'. Photos' names hold no brackets at both ends.
+/// Names in [`StackFill::origins`] that are not names of photos. No photo's name has brackets at both ends.
 pub mod origins {
     /// No filling.
     pub const NONE: &str = "[none]";
-    /// An artist's hand in the photo itself.
+    /// Paint in the photo itself.
     pub const PAINTED: &str = "[painted]";
-    /// How names of an artist's hand in another photo begin: `[painted in NAME]`.
+    /// The beginning of names for paint in another photo: `[painted in NAME]`.
     const PAINTED_IN: &str = "[painted in ";
-    /// Invented by example.
+    /// Inpainting by patches (by example).
     pub const EXEMPLAR: &str = "[exemplar]";
-    /// Invented by diffusion.
+    /// Inpainting by diffusion.
     pub const DIFFUSED: &str = "[diffused]";
 
-    /// An artist's hand in the photo with this name.
+    /// Returns the name for paint in the photo of this name.
     pub fn painted_in(photo: &str) -> String {
         format!("{PAINTED_IN}{photo}]")
     }
 
-    /// The photo that a name of an artist's hand speaks of; none for other names.
+    /// Returns the photo that a name for paint in another photo refers to; `None` for other names.
     pub fn painter(origin: &str) -> Option<&str> {
         origin.strip_prefix(PAINTED_IN)?.strip_suffix(']')
     }
 }
 
-/// A face that this photo gives no texture.
+/// A face that this photo does not texture.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Untextured {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Why.
-    pub reason: Reason,
-    /// For `hidden`: the face in front, as `object[index]`, at the first pixel.
+    /// The reason.
+    pub reason: UntexturedReason,
+    /// The nearer face at the first hidden pixel, as `object[index]`; for `hidden` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub by: Option<String>,
-    /// For `hidden`: that pixel.
+    /// The first hidden pixel; for `hidden` only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub at: Option<[u32; 2]>,
 }
 
 impl Untextured {
-    /// `hidden by tower[3] at pixel (812, 40)`.
+    /// Returns the reason for messages, such as `hidden by tower[3] at pixel (812, 40)`.
     pub fn in_words(&self) -> String {
         let by = self.by.as_ref().map_or(String::new(), |by| format!(" by {by}"));
         let at = self.at.map_or(String::new(), |[x, y]| format!(" at pixel ({x}, {y})"));
@@ -347,29 +352,29 @@ impl Untextured {
     }
 }
 
-/// Why a face gets no texture from a photo.
+/// The reason why a photo does not texture a face.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Reason {
-    /// In front of the camera, outside the photo.
+pub enum UntexturedReason {
+    /// The face is in front of the camera, but outside the photo.
     Outside,
-    /// Behind the camera.
+    /// The face is behind the camera.
     Behind,
-    /// Covers no pixel centre, or is seen exactly edge-on.
+    /// The face covers no pixel centre, or is seen exactly edge-on.
     TooSmall,
-    /// Other faces are nearer everywhere.
+    /// Other faces are nearer at all its pixels.
     Hidden,
-    /// Visible only where the photo is not valid.
+    /// The face is visible only where the photo is invalid or masked.
     Masked,
-    /// No area: nothing to texture.
+    /// The face has no area.
     Degenerate,
-    /// Somebody decided that this photo gives it none. It is in the stack, which shows what hides what; so
-    /// the file never says this, but lists of reasons do.
+    /// The user excluded the face from this photo's textures. Such a face is in the stack, because it occludes
+    /// others; so this reason is never in the file, but in lists of reasons.
     Excluded,
 }
 
-impl Reason {
-    /// All of them.
+impl UntexturedReason {
+    /// All reasons.
     pub const ALL: [Self; 7] = [
         Self::Outside,
         Self::Behind,
@@ -380,7 +385,7 @@ impl Reason {
         Self::Excluded,
     ];
 
-    /// For tables and messages.
+    /// Returns the word for tables and messages.
     pub fn word(self) -> &'static str {
         match self {
             Self::Outside => "outside",
@@ -398,24 +403,24 @@ impl Reason {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default)]
 pub struct Counts {
-    /// Fragments of the working set.
+    /// The number of fragments of the working set.
     pub fragments: u64,
-    /// Faces in the working set.
+    /// The number of faces in the working set.
     pub faces: u32,
-    /// Elements.
+    /// The number of elements.
     pub elements: u32,
-    /// Objects with exactly one element.
+    /// The number of objects with exactly one element.
     pub whole_objects: u32,
-    /// Visibility layers.
+    /// The number of visibility layers.
     pub visibility_layers: u32,
-    /// Cuts made.
+    /// The number of cuts.
     pub cuts: u32,
-    /// Cuts of which one piece left the working set.
+    /// The number of cuts of which one piece left the working set.
     pub free_cuts: u32,
-    /// Forgiven pairs (of faces or pieces).
+    /// The number of pairs (of faces or pieces) whose occlusion was ignored as contact noise.
     pub forgiven: u32,
-    /// For `stencil`: pairs that contradict the order, and their pixels.
+    /// The number of pairs that contradict the order; for the `stencil` method.
     pub violations: u32,
-    /// Pixels of `violations`.
+    /// The number of pixels of `violations`.
     pub violation_px: u64,
 }

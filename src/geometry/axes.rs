@@ -1,9 +1,9 @@
-//! The 24 ways in which a program may name its axes, and what they are called.
+//! Axis conventions: the 24 rotations that map axes to axes, and their names.
 
 use glam::{DMat3, DVec3};
 
-/// All rotations that take axes to axes, with their names: `x,-z,y` is the world's x, y and z, each
-/// taken from an axis of the model. The identity, `x,y,z`, comes first.
+/// Returns all 24 rotations that map axes to axes, with their names. The name `x,-z,y` lists, for the world's x, y
+/// and z, the signed model axis that each is taken from. The identity, `x,y,z`, comes first.
 pub fn conventions() -> Vec<(String, DMat3)> {
     const ORDERS: [[usize; 3]; 6] = [[0, 1, 2], [0, 2, 1], [1, 0, 2], [1, 2, 0], [2, 0, 1], [2, 1, 0]];
     let mut conventions = Vec::with_capacity(24);
@@ -12,7 +12,7 @@ pub fn conventions() -> Vec<(String, DMat3)> {
             let sign = |row: usize| if signs >> row & 1 == 1 { -1.0 } else { 1.0 };
             let row = |row: usize| DVec3::AXES[order[row]] * sign(row);
             let rotation = DMat3::from_cols(row(0), row(1), row(2)).transpose();
-            // The other half mirrors.
+            // A negative determinant would be a reflection.
             if rotation.determinant() > 0.0 {
                 conventions.push((name(&order, sign), rotation + DMat3::ZERO));
             }
@@ -21,19 +21,21 @@ pub fn conventions() -> Vec<(String, DMat3)> {
     conventions
 }
 
+/// Writes the name of a signed permutation: `order[row]` is the model axis of world axis `row`.
 fn name(order: &[usize; 3], sign: impl Fn(usize) -> f64) -> String {
     let axis =
         |row: usize| format!("{}{}", if sign(row) < 0.0 { "-" } else { "" }, ["x", "y", "z"][order[row]]);
     [axis(0), axis(1), axis(2)].join(",")
 }
 
-/// The rotation of a name: one of [`conventions`] in small or capital letters, or one of
+/// Returns the rotation that a name stands for, or `None` for an unknown name. Upper and lower case are equal.
+/// Names are those of [`conventions`] and these:
 ///
 /// | name | meaning | same as |
 /// |---|---|---|
 /// | `identity`, `z-up` | the model has the world's axes | `x,y,z` |
 /// | `y-up` | y is up in the model (glTF's rule), z in the world | `x,-z,y` |
-/// | `z-down` | z is up in one of them, down in the other | `x,-y,-z` |
+///  `z-down` | z is up in one of the two frames and down in the other | `x,-y,-z` |
 pub fn named(name: &str) -> Option<DMat3> {
     let name = name.trim().to_lowercase().replace(' ', "");
     let systematic = match name.as_str() {

@@ -1,4 +1,4 @@
-//! A tree of boxes around triangles: what is near, what a ray meets, what overlaps.
+//! A bounding volume hierarchy over triangles: nearest point, ray casts, overlapping pairs.
 
 use std::ops::ControlFlow;
 
@@ -6,30 +6,32 @@ use glam::DVec3;
 
 use super::triangle::{Triangle, nearest_point, ray_hit};
 
-/// Triangles in a tree of axis-parallel boxes.
+/// A bounding volume hierarchy: a binary tree of axis-aligned boxes over triangles.
 #[derive(Debug)]
 pub struct Bvh {
     triangles: Vec<Triangle>,
-    /// Depth first: an inner node's first child follows it.
+    /// The nodes in depth-first order: an inner node's first child follows it.
     nodes: Vec<Node>,
-    /// Triangle indices, leaf by leaf.
+    /// Triangle indices, grouped by leaf.
     order: Vec<u32>,
 }
 
+/// A box of the tree, either a leaf with triangles or an inner node with two children.
 #[derive(Debug, Clone, Copy)]
 struct Node {
     low: DVec3,
     high: DVec3,
-    /// Of a leaf: its first place in `order`. Of an inner node: its second child.
+    /// A leaf: the index of its first entry in `order`. An inner node: the index of its second child.
     start: u32,
-    /// Triangles of a leaf; 0 for an inner node.
+    /// The number of triangles of a leaf; 0 for an inner node.
     count: u32,
 }
 
+/// The most triangles that a leaf holds.
 const LEAF: usize = 4;
 
 impl Bvh {
-    /// A tree over triangles without coordinates that are not finite.
+    /// Builds the tree. All coordinates have to be finite.
     pub fn new(triangles: Vec<Triangle>) -> Self {
         let mut tree = Self { order: (0..triangles.len() as u32).collect(), nodes: Vec::new(), triangles };
         if !tree.triangles.is_empty() {
@@ -38,11 +40,12 @@ impl Bvh {
         tree
     }
 
-    /// The triangles, in the order they were given.
+    /// Returns the triangles in the order in which they were given.
     pub fn triangles(&self) -> &[Triangle] {
         &self.triangles
     }
 
+    /// Appends the subtree over `order[start..end]`, halved at the median along the longest side of its box.
     fn split(&mut self, start: usize, end: usize) {
         let (low, high) = self.bounds(start, end);
         let node = self.nodes.len();
@@ -71,7 +74,7 @@ impl Bvh {
         &self.order[node.start as usize..(node.start + node.count) as usize]
     }
 
-    /// The triangle nearest to `point` and its nearest point.
+    /// Returns the triangle nearest to `point` and the point of it that is nearest; `None` for an empty tree.
     pub fn nearest(&self, point: DVec3) -> Option<(u32, DVec3)> {
         let mut best = None;
         let mut best_squared = f64::INFINITY;
@@ -92,7 +95,7 @@ impl Bvh {
             if node.count == 0 {
                 let mut children =
                     [at + 1, node.start].map(|c| (c, self.nodes[c as usize].distance_squared(point)));
-                // The nearer one is looked into first.
+                // The child pushed last, the nearer one, is visited first.
                 children.sort_by(|a, b| b.1.total_cmp(&a.1));
                 open.extend(children);
             }
@@ -100,11 +103,11 @@ impl Bvh {
         best
     }
 
-    /// The first triangle that the ray `origin + t direction` meets for 0 < t < `limit`, with t.
+    /// Returns t and the index of the first triangle that the ray `origin + t direction` hits for 0 < t < `limit`.
     pub fn first_hit(&self, origin: DVec3, direction: DVec3, limit: f64) -> Option<(f64, u32)> {
         let inverse = direction.recip();
         let mut best: Option<(f64, u32)> = None;
-        let mut open = Open::new((!self.nodes.is_empty()).then_some((0u32, 0.0)));
+        let mut open = NodeStack::new((!self.nodes.is_empty()).then_some((0u32, 0.0)));
         while let Some((at, enters)) = open.pop() {
             let reach = best.map_or(limit, |(t, _)| t);
             if enters >= reach {
@@ -122,7 +125,7 @@ impl Bvh {
                     self.nodes[child as usize].entered(origin, inverse, reach).map(|t| (child, t))
                 };
                 match (enter(at + 1), enter(node.start)) {
-                    // The nearer one is looked into first, the second one where they are alike.
+                    // The nearer child is visited first; of two at equal distance, the second one.
                     (Some(first), Some(second)) if first.1 < second.1 => open.push_both(second, first),
                     (Some(first), Some(second)) => open.push_both(first, second),
                     (child, None) | (None, child) => child.into_iter().for_each(|child| open.push(child)),
@@ -132,7 +135,7 @@ impl Bvh {
         best
     }
 
-    /// Calls `visit` with t and triangle wherever the ray `origin + t direction` meets one, 0 < t <=
+    /// Calls `visit` with t and the triangle's index for each hit of the ray `origin + t direction` with 0 < t <=
     /// `limit`, in no particular order.
     pub fn each_hit(&self, origin: DVec3, direction: DVec3, limit: f64, mut visit: impl FnMut(f64, u32)) {
         let inverse = direction.recip();
@@ -155,7 +158,10 @@ impl Bvh {
         }
     }
 
-    /// Calls `visit` for each pair of triangles whose boxes overlap, until it breaks.
+    /// Calls `visit` for each pair of triangles whose leaves' boxes overlap, until it breaks.
+    ///
+    /// # Errors
+    /// Returns the `Break` of `visit`, if any.
     pub fn overlapping_pairs(&self, mut visit: impl FnMut(u32, u32) -> ControlFlow<()>) -> ControlFlow<()> {
         let mut open = Vec::new();
         open.extend((!self.nodes.is_empty()).then_some((0u32, 0u32)));
@@ -177,6 +183,7 @@ impl Bvh {
         ControlFlow::Continue(())
     }
 
+    /// Calls `visit` for each pair of triangles of two leaves, or of one leaf with itself.
     fn leaf_pairs(
         &self,
         a: &Node,
@@ -193,14 +200,14 @@ impl Bvh {
     }
 }
 
-/// Nodes that are still to be looked into, with where the ray enters them: one for each level of the tree
-/// and one more at most, and halving a list has not more levels than its length has bits.
-struct Open {
+/// A stack of nodes to visit, each with the t at which the ray enters it. It holds at most one node per level of
+/// the tree and one more; a tree made by halving has no more levels than the number of triangles has bits.
+struct NodeStack {
     nodes: [(u32, f64); 34],
     count: usize,
 }
 
-impl Open {
+impl NodeStack {
     fn new(first: Option<(u32, f64)>) -> Self {
         Self { nodes: [first.unwrap_or_default(); 34], count: usize::from(first.is_some()) }
     }
@@ -222,6 +229,7 @@ impl Open {
 }
 
 impl Node {
+    /// Returns the squared distance from `point` to the box, 0 inside.
     fn distance_squared(&self, point: DVec3) -> f64 {
         point.clamp(self.low, self.high).distance_squared(point)
     }
@@ -230,17 +238,17 @@ impl Node {
         self.low.cmple(other.high).all() && other.low.cmple(self.high).all()
     }
 
-    /// Where the ray enters the box, when it does before `limit`.
+    /// Returns the t at which the ray enters the box, if that is before `limit`.
     fn entered(&self, origin: DVec3, inverse: DVec3, limit: f64) -> Option<f64> {
         let (mut enter, mut leave) = (0.0f64, limit);
         for axis in 0..3 {
             let near = (self.low[axis] - origin[axis]) * inverse[axis];
             let far = (self.high[axis] - origin[axis]) * inverse[axis];
-            // A ray along a side of the box gives 0 x infinity; f64's min and max pass that over.
+            // A ray within a side's plane gives 0 x infinity = NaN, which f64's min and max ignore.
             enter = enter.max(near.min(far));
             leave = leave.min(near.max(far));
         }
-        // A hair wider, so that rounding loses no flat box.
+        // Widened by a rounding error, so that flat boxes are not missed.
         (enter <= leave * (1.0 + 1e-12)).then_some(enter)
     }
 }

@@ -1,19 +1,19 @@
-//! Polygons in a camera's frame, clipped to what projects into a box of its image.
+//! Clipping of polygons and segments in a camera's frame to a box of its image.
 
 use glam::{DVec2, DVec3};
 
 use super::Pinhole;
 
-/// The part of a polygon (camera frame) that projects into `low_px..high_px`, in the order of the corners;
-/// empty where there is none. Nothing behind the camera is left, and there is no near plane: the box's sides
-/// are half spaces through the camera's centre (Sutherland & Hodgman 1974, one side after the other). Parts
-/// of a concave polygon may hang together by edges along the box.
+/// Clips a polygon (camera frame) to what projects into the box `low_px..high_px`; the result is empty where
+/// nothing does. Parts behind the camera are removed without a near plane: the box's sides are half spaces through
+/// the camera centre, applied one after the other (Sutherland and Hodgman 1974). Parts of a concave polygon may
+/// stay connected by edges along the box.
 pub fn clipped_to_box(polygon: &[DVec3], camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> Vec<DVec3> {
     sides(camera, low_px, high_px).iter().fold(polygon.to_vec(), |polygon, side| clipped_by(&polygon, *side))
 }
 
-/// The part of a segment (camera frame) that projects into a box of the image; none where there is none. Both ends
-/// are in front of the camera.
+/// Clips a segment (camera frame) to what projects into the box `low_px..high_px`; `None` where nothing does. Both
+/// ends of the result are in front of the camera.
 pub fn segment_in_box(
     ends: [DVec3; 2],
     camera: &Pinhole,
@@ -21,7 +21,7 @@ pub fn segment_in_box(
     high_px: DVec2,
 ) -> Option<[DVec3; 2]> {
     let [from, to] = ends;
-    // A hair in front of the camera, else the apex of the four half spaces would count as inside.
+    // A rounding error in front of the camera: the apex of the four half spaces would count as inside otherwise.
     let least = 1e-9 * from.distance(to);
     let ahead = |p: DVec3| p.z - least;
     let distances = sides(camera, low_px, high_px).map(|side| [side.dot(from), side.dot(to)]);
@@ -38,7 +38,7 @@ pub fn segment_in_box(
     (enter < leave).then(|| [from.lerp(to, enter), from.lerp(to, leave)])
 }
 
-/// The half spaces, through the camera's centre, of what projects into a box: `side . p >= 0`.
+/// Returns the four half spaces through the camera centre that project into a box: `side . p >= 0`.
 fn sides(camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> [DVec3; 4] {
     [
         DVec3::new(camera.fx, 0.0, camera.cx - low_px.x),
@@ -48,7 +48,7 @@ fn sides(camera: &Pinhole, low_px: DVec2, high_px: DVec2) -> [DVec3; 4] {
     ]
 }
 
-/// What lies where `side . p >= 0`.
+/// Clips a polygon to the half space `side . p >= 0`.
 fn clipped_by(polygon: &[DVec3], side: DVec3) -> Vec<DVec3> {
     let mut kept = Vec::with_capacity(polygon.len() + 1);
     for (i, &p) in polygon.iter().enumerate() {

@@ -1,11 +1,11 @@
-//! What a hand draws on a picture, as sets of its pixels: the way of a round brush, and what a line goes around. A
-//! pixel is drawn where its centre is. Places are in pixels of the picture, (0, 0) is its top left corner.
+//! Freehand shapes as pixel sets: the stroke of a round brush and the area that a lasso encloses. A pixel belongs
+//! to a shape when its centre does. Coordinates are in pixels of the picture, with (0, 0) its top-left corner.
 
 use glam::DVec2;
 
 use super::{PixelRect, Spans};
 
-/// The pixels of `within` at most `radius_px` away from a line from place to place; from one place alone a disc.
+/// Returns the pixels of `within` at most `radius_px` away from a polyline; a line of one point gives a disc.
 pub fn brushed(line: &[DVec2], radius_px: f64, within: PixelRect) -> Spans {
     match line {
         [] => Spans::default(),
@@ -16,12 +16,13 @@ pub fn brushed(line: &[DVec2], radius_px: f64, within: PixelRect) -> Spans {
     }
 }
 
-/// What a disc covers on its way along a segment: in every row one run, because that is convex.
+/// Returns the pixels that a disc covers while it moves along a segment. The shape is convex, so each row has one
+/// run.
 fn swept(ends: [DVec2; 2], radius_px: f64, within: PixelRect) -> Spans {
     let low = ends[0].y.min(ends[1].y) - radius_px;
     let high = ends[0].y.max(ends[1].y) + radius_px;
     let rows = first_centre(low).max(within.y)..(first_centre(high) + 1).min(within.bottom());
-    Spans::of_rows(rows.start..rows.end.max(rows.start), |y, out| {
+    Spans::from_rows(rows.start..rows.end.max(rows.start), |y, out| {
         if let Some([left, right]) = reach(ends, radius_px, f64::from(y) + 0.5) {
             let run = first_centre(left).max(within.x)..(last_centre(right) + 1).min(within.right());
             out.push(run);
@@ -29,8 +30,8 @@ fn swept(ends: [DVec2; 2], radius_px: f64, within: PixelRect) -> Spans {
     })
 }
 
-/// The first and the last column that a disc touches on its way at the height `y`: the farthest ends of what both
-/// discs and the rectangle between them have there.
+/// Returns the leftmost and rightmost x of the swept disc at height `y`: the extremes over the discs at both ends
+/// and the rectangle between them; `None` where the shape does not reach `y`.
 fn reach(ends: [DVec2; 2], radius_px: f64, y: f64) -> Option<[f64; 2]> {
     let across = (ends[1] - ends[0]).normalize_or_zero().perp() * radius_px;
     let corners = [ends[0] + across, ends[1] + across, ends[1] - across, ends[0] - across];
@@ -50,8 +51,8 @@ fn reach(ends: [DVec2; 2], radius_px: f64, y: f64) -> Option<[f64; 2]> {
     })
 }
 
-/// The pixels of `within` that a closed line goes around, however often: whoever crosses the line at its beginning, or
-/// goes around twice, still means all of it.
+/// Returns the pixels of `within` that a closed line encloses, by the nonzero rule: a lasso that crosses itself
+/// near its start, or that runs around twice, still selects all of its inside.
 pub fn enclosed(line: &[DVec2], within: PixelRect) -> Spans {
     let mut crossings: Vec<Vec<(f64, i32)>> = vec![Vec::new(); within.h as usize];
     for (at, from) in line.iter().enumerate() {
@@ -63,7 +64,7 @@ pub fn enclosed(line: &[DVec2], within: PixelRect) -> Spans {
             crossings[(y - within.y) as usize].push((upper.x + share * (lower.x - upper.x), turn));
         }
     }
-    Spans::of_rows(within.y..within.bottom(), |y, out| {
+    Spans::from_rows(within.y..within.bottom(), |y, out| {
         let row = &mut crossings[(y - within.y) as usize];
         row.sort_by(|a, b| a.0.total_cmp(&b.0));
         let mut turns = 0;
@@ -77,14 +78,14 @@ pub fn enclosed(line: &[DVec2], within: PixelRect) -> Spans {
     })
 }
 
-/// The first pixel whose centre is not before a place.
-fn first_centre(place: f64) -> i32 {
-    (place - 0.5).ceil() as i32
+/// Returns the first pixel whose centre is at or after `x`.
+fn first_centre(x: f64) -> i32 {
+    (x - 0.5).ceil() as i32
 }
 
-/// The last pixel whose centre is not behind a place.
-fn last_centre(place: f64) -> i32 {
-    (place - 0.5).floor() as i32
+/// Returns the last pixel whose centre is at or before `x`.
+fn last_centre(x: f64) -> i32 {
+    (x - 0.5).floor() as i32
 }
 
 #[cfg(test)]
@@ -92,31 +93,31 @@ mod tests {
     use std::f64::consts::PI;
 
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
-    const PICTURE: PixelRect = PixelRect { x: 0, y: 0, w: 400, h: 300 };
+    const PICTURE: PixelRect = PixelRect::of_size(400, 300);
 
-    fn place(dice: &mut Dice) -> DVec2 {
+    fn point(dice: &mut Rng) -> DVec2 {
         DVec2::new(dice.between(60.0, 340.0), dice.between(60.0, 240.0))
     }
 
-    fn distance(ends: [DVec2; 2], place: DVec2) -> f64 {
+    fn distance(ends: [DVec2; 2], point: DVec2) -> f64 {
         let along = ends[1] - ends[0];
-        let share = ((place - ends[0]).dot(along) / along.length_squared().max(1e-300)).clamp(0.0, 1.0);
-        place.distance(ends[0] + along * share)
+        let share = ((point - ends[0]).dot(along) / along.length_squared().max(1e-300)).clamp(0.0, 1.0);
+        point.distance(ends[0] + along * share)
     }
 
     #[test]
     fn a_brush_covers_the_pixels_whose_centres_it_reaches_and_no_other() {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         for _ in 0..20 {
-            let ends = [place(&mut dice), place(&mut dice)];
+            let ends = [point(&mut dice), point(&mut dice)];
             let radius = dice.between(0.4, 50.0);
             let drawn = brushed(&ends, radius, PICTURE);
             let close = Spans::of_pixels(PICTURE, |x, y| {
                 distance(ends, DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)) <= radius
             });
-            // Rounding decides for centres on the rim itself.
+            // Rounding decides for centres exactly on the rim.
             let differing = drawn.minus(&close).count() + close.minus(&drawn).count();
             assert!(differing <= 1, "{ends:?}, {radius}: {differing}");
         }
@@ -128,7 +129,8 @@ mod tests {
         let (radius, length) = (31.0, ends[0].distance(ends[1]));
         let drawn = brushed(&ends, radius, PICTURE).count() as f64;
         let exact = PI * radius * radius + 2.0 * radius * length;
-        // Centres on a rim are in or out by chance: an error of the root of the rim's length, seldom thrice that.
+        // Centres on a rim are in or out by chance: the error is about the root of the rim's length, rarely three
+        // times that.
         let rim = 2.0 * PI * radius + 2.0 * length;
         assert!((drawn - exact).abs() < 3.0 * rim.sqrt(), "{drawn}, {exact}");
     }

@@ -1,32 +1,32 @@
-//! A set of pixels as it lies on another grid, such as that of a screen: the cells that show it, its rim, and boxes to
-//! draw it with. The work is that of rows and outlines of the cells, however large the picture is.
+//! A pixel set resampled to another grid, such as a screen: the cells that show it, its rim, and rectangles to draw
+//! it with. The cost grows with the rows and outlines of the cells, not with the picture's size.
 
 use glam::DVec2;
 
 use super::{PixelRect, Spans};
 
-/// A grid of square cells over a picture.
+/// A grid of square cells over a picture, such as the pixels of a screen.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Grid {
-    /// The picture's top left corner, in cells from the grid's.
+    /// The picture's top-left corner, in cells from the grid's top-left corner.
     pub origin: DVec2,
-    /// Cells that a side of a pixel is long.
+    /// The side of a picture pixel, in cells.
     pub scale: f64,
-    /// Columns and rows.
+    /// The numbers of columns and rows.
     pub size: [u32; 2],
 }
 
 impl Grid {
-    /// All cells.
+    /// Returns the rectangle of all cells.
     pub fn whole(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.size[0], h: self.size[1] }
+        PixelRect::of_size(self.size[0], self.size[1])
     }
 
-    /// The cells that show pixels of a set: a cell in which many pixels fall has any of them, one within a pixel goes
-    /// by its centre.
+    /// Returns the cells that show pixels of a set. Where cells are larger than pixels, a cell counts if any pixel
+    /// within it is in the set; otherwise the pixel under the cell's centre decides.
     pub fn cells(&self, pixels: &Spans) -> Spans {
         let mut runs = Vec::new();
-        Spans::of_rows(0..self.size[1] as i32, |row, out| {
+        Spans::from_rows(0..self.size[1] as i32, |row, out| {
             runs.clear();
             for y in self.pixel_rows(row) {
                 runs.extend(pixels.row(y).iter().map(|run| self.columns(run.start, run.end)));
@@ -37,7 +37,7 @@ impl Grid {
         })
     }
 
-    /// The rows of the picture that a row of cells shows.
+    /// Returns the rows of the picture that a row of cells shows.
     fn pixel_rows(&self, row: i32) -> std::ops::Range<i32> {
         let pixel = |cells: f64| (cells - self.origin.y) / self.scale;
         if self.scale >= 1.0 {
@@ -47,7 +47,7 @@ impl Grid {
         pixel(f64::from(row)).floor() as i32..pixel(f64::from(row + 1)).ceil() as i32
     }
 
-    /// The columns of cells, within the grid, that show the pixels `from..to` of a row.
+    /// Returns the columns of cells, within the grid, that show the pixels `from..to` of a row.
     fn columns(&self, from: i32, to: i32) -> std::ops::Range<i32> {
         let cell = |pixel: i32| self.origin.x + f64::from(pixel) * self.scale;
         let (from, to) = match self.scale >= 1.0 {
@@ -58,12 +58,13 @@ impl Grid {
     }
 }
 
-/// The cells of a set that have a cell of `whole` without it at most `width` rows and columns away.
+/// Returns the cells of a set that are at most `width` rows and columns away from a cell of `whole` outside the
+/// set.
 pub fn rim(cells: &Spans, width: i32, whole: PixelRect) -> Spans {
     cells.intersection(&cells.complement(whole).grown(width))
 }
 
-/// Boxes that cover a set, each cell once: runs that go on in the row below are one.
+/// Covers a set with disjoint rectangles: equal runs in consecutive rows make one rectangle.
 pub fn boxes(cells: &Spans) -> Vec<PixelRect> {
     let mut done = Vec::new();
     let mut open: Vec<PixelRect> = Vec::new();
@@ -89,12 +90,12 @@ pub fn boxes(cells: &Spans) -> Vec<PixelRect> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const SIDE: u32 = 40;
-    const PICTURE: PixelRect = PixelRect { x: 0, y: 0, w: SIDE, h: SIDE };
+    const PICTURE: PixelRect = PixelRect::of_size(SIDE, SIDE);
 
-    fn random(dice: &mut Dice) -> Spans {
+    fn random(dice: &mut Rng) -> Spans {
         let dots: Vec<bool> = (0..SIDE * SIDE).map(|_| dice.between(0.0, 1.0) < 0.3).collect();
         let blob = PixelRect { x: 9, y: 12, w: 14, h: 11 };
         Spans::of_pixels(PICTURE, |x, y| dots[(y as u32 * SIDE + x as u32) as usize] && x > 20)
@@ -103,21 +104,21 @@ mod tests {
 
     #[test]
     fn magnified_cells_show_the_pixel_that_they_lie_in() {
-        let pixels = random(&mut Dice::new(3));
+        let pixels = random(&mut Rng::new(3));
         for scale in [1.0, 1.7, 5.0] {
             let grid = Grid { origin: DVec2::new(-13.25, 6.5), scale, size: [90, 70] };
             let cells = grid.cells(&pixels);
             for (x, y) in (0..90).flat_map(|x| (0..70).map(move |y| (x, y))) {
                 let middle = (DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5) - grid.origin) / scale;
-                let shown = pixels.holds(middle.x.floor() as i32, middle.y.floor() as i32);
-                assert_eq!(cells.holds(x, y), shown, "{x}, {y} at {scale}");
+                let visible = pixels.holds(middle.x.floor() as i32, middle.y.floor() as i32);
+                assert_eq!(cells.holds(x, y), visible, "{x}, {y} at {scale}");
             }
         }
     }
 
     #[test]
     fn a_cell_of_many_pixels_shows_any_of_them() {
-        let pixels = random(&mut Dice::new(4));
+        let pixels = random(&mut Rng::new(4));
         let grid = Grid { origin: DVec2::new(2.0, -1.0), scale: 0.25, size: [20, 20] };
         let cells = grid.cells(&pixels);
         for (x, y) in (0..20).flat_map(|x| (0..20).map(move |y| (x, y))) {
@@ -130,12 +131,10 @@ mod tests {
     #[test]
     fn boxes_cover_each_cell_once() {
         for seed in 0..9 {
-            let cells = random(&mut Dice::new(seed));
+            let cells = random(&mut Rng::new(seed));
             let boxes = boxes(&cells);
             assert_eq!(boxes.iter().map(PixelRect::area).sum::<u64>(), cells.count());
-            let covered = |x: i32, y: i32| {
-                boxes.iter().any(|b| b.x <= x && x < b.right() && b.y <= y && y < b.bottom())
-            };
+            let covered = |x: i32, y: i32| boxes.iter().any(|b| b.contains(x, y));
             assert_eq!(Spans::of_pixels(PICTURE, covered).count(), cells.count());
             assert!(cells.iter().all(|(y, run)| run.clone().all(|x| covered(x, y))));
         }

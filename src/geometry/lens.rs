@@ -1,65 +1,65 @@
-//! Lens distortion, forward: from the undistorted image plane to the one the lens makes.
+//! Forward lens distortion: from the undistorted to the distorted image plane.
 //!
-//! Coordinates are normalised: x = X/Z, y = Y/Z in the camera frame, x right, y down; pixels follow
-//! as f * x + c with the focal lengths and principal point of the *distorted* photo. Every model
-//! leaves (0, 0) where it is. Formulas: Brown 1966 (radial, tangential), Devernay & Faugeras 2001
-//! (field of view), Kannala & Brandt 2006 (fisheye), Weng et al. 1992 (thin prism), Fitzgibbon 2001
-//! (division), Khomutenko et al. 2016 (enhanced unified), with the parameters as COLMAP orders them.
+//! Coordinates are normalised: x = X/Z, y = Y/Z in the camera frame, x right, y down. Pixels follow as f * x + c
+//! with the focal lengths and the principal point of the *distorted* photo. Every model maps (0, 0) to itself.
+//! Sources of the formulas: Brown 1966 (radial, tangential), Devernay and Faugeras 2001 (field of view), Kannala
+//! and Brandt 2006 (fisheye), Weng et al. 1992 (thin prism), Fitzgibbon 2001 (division), Khomutenko et al. 2016
+//! (enhanced unified). Parameters are in COLMAP's order.
 
 use glam::{DMat2, DVec2};
 
-/// How a lens bends the image. Parameters have no unit unless said.
+/// A lens distortion model with its parameters, which have no unit unless one is given.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Lens {
     /// No distortion.
     None,
-    /// Radial `(1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6)`, then tangential.
+    /// Brown's model: radial `(1 + k1 r^2 + k2 r^4 + k3 r^6) / (1 + k4 r^2 + k5 r^4 + k6 r^6)`, then tangential.
     Brown {
-        /// k1..k6.
+        /// Radial coefficients k1..k6.
         k: [f64; 6],
-        /// p1, p2 in OpenCV's order.
+        /// Tangential coefficients p1, p2 in OpenCV's order.
         p: [f64; 2],
     },
-    /// Ideal field-of-view model.
+    /// The ideal field-of-view model of Devernay and Faugeras.
     Fov {
-        /// Opening angle of the model, in radians.
+        /// The model's opening angle in radians.
         omega: f64,
     },
-    /// Equidistant fisheye: the radius is the angle to the axis, then
-    /// `1 + k1 theta^2 + .. + k4 theta^8`, tangential and thin prism.
+    /// An equidistant fisheye: the radius is the angle theta to the axis, times `1 + k1 theta^2 + .. + k4 theta^8`,
+    /// with tangential and thin-prism terms added.
     Fisheye {
-        /// k1..k4.
+        /// Radial coefficients k1..k4.
         k: [f64; 4],
-        /// p1, p2 in OpenCV's order.
+        /// Tangential coefficients p1, p2 in OpenCV's order.
         p: [f64; 2],
-        /// sx1, sy1: shift by s * theta^2.
+        /// Thin-prism coefficients sx1, sy1: a shift by s * theta^2.
         s: [f64; 2],
     },
-    /// Equidistant fisheye whose tangential and prism terms act on the radially distorted point.
+    /// An equidistant fisheye whose tangential and prism terms act on the radially distorted point.
     PrismFisheye {
-        /// k0..k5: radial, theta^2 to theta^12.
+        /// Radial coefficients k0..k5 of theta^2 to theta^12.
         k: [f64; 6],
-        /// p0, p1: p0 goes with x^2 (OpenCV's p2), p1 with y^2.
+        /// Tangential coefficients: p0 goes with x^2 (OpenCV's p2), p1 with y^2.
         p: [f64; 2],
-        /// s0, s1 along x and s2, s3 along y: shift by `s0 r^2 + s1 r^4`.
+        /// Prism coefficients s0, s1 along x and s2, s3 along y: a shift by `s0 r^2 + s1 r^4`.
         s: [f64; 4],
     },
-    /// Division model: undistorted = distorted / (1 + k r_distorted^2).
+    /// The division model: undistorted = distorted / (1 + k r_distorted^2).
     Division {
-        /// Negative for barrel distortion.
+        /// The coefficient; negative for barrel distortion.
         k: f64,
     },
-    /// Enhanced unified camera model, x = X / (alpha sqrt(beta (X^2 + Y^2) + Z^2) + (1 - alpha) Z).
+    /// The enhanced unified camera model: x = X / (alpha sqrt(beta (X^2 + Y^2) + Z^2) + (1 - alpha) Z).
     Eucm {
-        /// 0..=1.
+        /// The blend parameter, 0..=1.
         alpha: f64,
-        /// Positive.
+        /// The shape parameter, positive.
         beta: f64,
     },
 }
 
 impl Lens {
-    /// True when the photo is a pinhole image already: no pixel would move.
+    /// Returns true when the lens changes no point, so that the photo is a pinhole image already.
     pub fn is_none(&self) -> bool {
         match *self {
             Self::None => true,
@@ -71,7 +71,7 @@ impl Lens {
         }
     }
 
-    /// How much larger the lens shows what lies on the axis; 1 but for the field-of-view model.
+    /// Returns the magnification on the axis, which is 1 except for the field-of-view model.
     pub fn central_magnification(&self) -> f64 {
         match *self {
             Self::Fov { omega } => fov_factor(0.0, omega),
@@ -79,9 +79,9 @@ impl Lens {
         }
     }
 
-    /// Where the lens puts the undistorted point `xy`, both normalised. Says nothing about whether
-    /// `xy` is within the range where the model makes sense, see [`super::RangedLens`]; not finite
-    /// where the formula has no value.
+    /// Maps the undistorted point `xy` to the distorted plane, both normalised. It does not check that `xy` is
+    /// within the range where the model is valid (see [`super::RangedLens`]); the result is not finite where the
+    /// formula has no value.
     pub fn distort(&self, xy: DVec2) -> DVec2 {
         match *self {
             Self::None => xy,
@@ -96,7 +96,7 @@ impl Lens {
         }
     }
 
-    /// The derivative of [`Lens::distort`] at `xy` by central differences; columns are d/dx, d/dy.
+    /// Returns the derivative of [`Lens::distort`] at `xy` by central differences; columns are d/dx, d/dy.
     pub fn jacobian(&self, xy: DVec2) -> DMat2 {
         // The step balances truncation (h^2) against cancellation (1e-16 / h): error near 1e-10.
         let h = 1e-5 * xy.length().max(1.0);
@@ -105,17 +105,20 @@ impl Lens {
     }
 }
 
+/// Applies the rational radial and the tangential terms of Brown's model.
 fn brown(xy: DVec2, k: [f64; 6], p: [f64; 2]) -> DVec2 {
     let r2 = xy.length_squared();
     let radial = (1.0 + polynomial(&k[..3], r2)) / (1.0 + polynomial(&k[3..], r2));
     xy * radial + tangential(xy, p)
 }
 
+/// Applies radial, tangential and prism terms to the equidistant point `uv`.
 fn fisheye(uv: DVec2, k: [f64; 4], p: [f64; 2], s: [f64; 2]) -> DVec2 {
     let theta2 = uv.length_squared();
     uv * (1.0 + polynomial(&k, theta2)) + tangential(uv, p) + DVec2::from(s) * theta2
 }
 
+/// Applies the radial term to the equidistant point `uv`, then tangential and prism terms to the result.
 fn prism_fisheye(uv: DVec2, k: [f64; 6], [p0, p1]: [f64; 2], s: [f64; 4]) -> DVec2 {
     let bent = uv * (1.0 + polynomial(&k, uv.length_squared()));
     let r2 = bent.length_squared();
@@ -123,25 +126,26 @@ fn prism_fisheye(uv: DVec2, k: [f64; 6], [p0, p1]: [f64; 2], s: [f64; 4]) -> DVe
     bent + tangential(bent, [p1, p0]) + prism
 }
 
-/// `c[0] t + c[1] t^2 + ..`
+/// Evaluates `c[0] t + c[1] t^2 + ..`.
 fn polynomial(coefficients: &[f64], t: f64) -> f64 {
     coefficients.iter().rev().fold(0.0, |sum, c| (sum + c) * t)
 }
 
+/// Returns the tangential shift at `xy`.
 fn tangential(xy: DVec2, [p1, p2]: [f64; 2]) -> DVec2 {
     let DVec2 { x, y } = xy;
     let r2 = xy.length_squared();
     DVec2::new(2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x), 2.0 * p2 * x * y + p1 * (r2 + 2.0 * y * y))
 }
 
-/// Takes x/z, y/z to the point in the same direction whose radius is the angle to the axis.
+/// Maps (x/z, y/z) to the point in the same direction whose radius is the angle to the axis in radians.
 fn equidistant(xy: DVec2) -> DVec2 {
     let r = xy.length();
     // Below 1e-8 the next term of atan(r)/r = 1 - r^2/3 is lost in rounding.
     if r < 1e-8 { xy } else { xy * (r.atan() / r) }
 }
 
-/// `atan(2 r tan(omega/2)) / (r omega)`; its limits where r or omega vanish.
+/// Returns `atan(2 r tan(omega/2)) / (r omega)`, or its limit where r or omega vanishes.
 fn fov_factor(r: f64, omega: f64) -> f64 {
     if omega == 0.0 {
         return 1.0;
@@ -150,7 +154,7 @@ fn fov_factor(r: f64, omega: f64) -> f64 {
     if r < 1e-8 { slope / omega } else { (r * slope).atan() / (r * omega) }
 }
 
-/// One lens of every kind, with terms as large as real ones get; for tests.
+/// One lens of each kind with terms of realistic size, for tests.
 #[cfg(test)]
 pub(crate) const EVERY_KIND: [Lens; 7] = [
     Lens::None,

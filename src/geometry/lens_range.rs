@@ -1,4 +1,4 @@
-//! How far from the axis a lens model makes sense, and its inverse there.
+//! The range of angles in which a lens model is valid, and the inverse of the model within it.
 
 use std::f64::consts::{FRAC_PI_3, TAU};
 
@@ -6,27 +6,26 @@ use glam::{DMat2, DVec2};
 
 use super::Lens;
 
-/// A lens with the range within which it maps different points to different points.
-///
-/// The range is a disc about the axis. Polynomial models are fitted to what the photo shows; a little
-/// beyond they may turn back on themselves and show everything a second time, mirrored.
+/// A lens with the disc around the axis in which it is injective. Polynomial models are fitted to the photo's own
+/// field of view; a little beyond it they may fold back and show everything a second time, mirrored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct RangedLens {
     lens: Lens,
     radius: f64,
 }
 
-/// A pinhole image never opens wider than 120 degrees, 60 to each side: there it already needs four
-/// times the pixels along a radius that a fisheye has.
+/// The largest half opening angle of a pinhole image, 60 degrees: there it already needs four times the pixels
+/// along a radius that a fisheye has.
 const WIDEST_ANGLE: f64 = FRAC_PI_3;
-/// The lens ends where the image gets so flat that a source pixel would be stretched over fifty.
+/// The range ends where the distortion's area factor falls below this share of the central one, so that one source
+/// pixel would be stretched over fifty.
 const LEAST_SLOPE: f64 = 0.02;
-/// Directions and steps of the search: terms without symmetry vary slowly around the axis.
+/// The number of directions and of steps of the search: terms without symmetry vary slowly around the axis.
 const DIRECTIONS: u32 = 32;
 const STEPS: u32 = 128;
 
 impl RangedLens {
-    /// Finds the range of `lens`, at most 60 degrees from the axis.
+    /// Finds the valid range of `lens`, at most 60 degrees from the axis.
     pub fn new(lens: Lens) -> Self {
         let widest = WIDEST_ANGLE.tan();
         let radius = (0..DIRECTIONS)
@@ -36,33 +35,33 @@ impl RangedLens {
         Self { lens, radius }
     }
 
-    /// The lens.
+    /// Returns the lens model.
     pub fn lens(&self) -> &Lens {
         &self.lens
     }
 
-    /// The radius of the range: the tangent of the largest angle to the axis.
+    /// Returns the radius of the range, which is the tangent of the largest angle to the axis.
     pub fn radius(&self) -> f64 {
         self.radius
     }
 
-    /// [`Lens::distort`] within the range; `None` outside.
+    /// Maps an undistorted point as [`Lens::distort`] does; `None` outside the range.
     #[inline]
     pub fn distort(&self, xy: DVec2) -> Option<DVec2> {
         (xy.length_squared() <= self.radius * self.radius).then(|| self.lens.distort(xy))
     }
 
-    /// The point within the range that the lens puts at `distorted`, both normalised; `None` where
-    /// there is none.
+    /// Returns the undistorted point within the range that maps to `distorted`, both normalised; `None` where there
+    /// is none.
     pub fn undistort(&self, distorted: DVec2) -> Option<DVec2> {
         let start = self.same_radius(distorted);
         let solved = self.newton(start, distorted)?;
-        // A border of the photo may lie exactly on the range's own.
+        // The photo's border may lie exactly on the border of the range.
         (solved.length() <= self.radius * (1.0 + 1e-9)).then_some(solved)
     }
 
-    /// The point towards `distorted` whose image has the same distance from the centre: the answer
-    /// itself for lenses with radial terms only, near it for all others.
+    /// Returns the point in the direction of `distorted` whose image has the same distance from the centre. It is
+    /// the solution for lenses with radial terms only, and near it for all others.
     fn same_radius(&self, distorted: DVec2) -> DVec2 {
         let (direction, target) = (distorted.normalize_or_zero(), distorted.length());
         let (mut low, mut high) = (0.0, self.radius);
@@ -73,6 +72,7 @@ impl RangedLens {
         direction * high
     }
 
+    /// Solves `distort(xy) = target` by Newton's method; `None` where it does not converge.
     fn newton(&self, start: DVec2, target: DVec2) -> Option<DVec2> {
         let mut xy = start;
         for _ in 0..20 {
@@ -82,7 +82,7 @@ impl RangedLens {
                 return Some(xy);
             }
             let step = self.lens.jacobian(xy).inverse() * miss;
-            // Never farther than the range at once: where the image is flat, the first guess overshoots.
+            // Steps are limited to a quarter of the range: where the slope is small, a full step overshoots.
             xy -= step.clamp_length_max(0.25 * self.radius);
             if !xy.is_finite() {
                 return None;
@@ -93,12 +93,12 @@ impl RangedLens {
     }
 }
 
-/// How far the lens goes on outwards in one direction.
+/// Returns the radius in one direction up to which the lens is valid, at most `widest`.
 fn range_along(lens: &Lens, direction: DVec2, widest: f64) -> f64 {
     let central = lens.jacobian(DVec2::ZERO).determinant();
     let sound = |radius: f64| {
         let jacobian: DMat2 = lens.jacobian(direction * radius);
-        // False, too, for what is not a number.
+        // NaN compares false, too.
         jacobian.determinant() > LEAST_SLOPE * central && (jacobian * direction).dot(direction) > 0.0
     };
     let step = widest / f64::from(STEPS);

@@ -1,4 +1,4 @@
-//! Camera, lens, plane, polygon, rectangle: pure mathematics in f64, no files, no pixels' colours.
+//! Pure mathematics in f64 without files or pixel colours: cameras, lenses, planes, polygons, rectangles.
 
 pub mod axes;
 pub mod bvh;

@@ -1,46 +1,105 @@
-//! Rectangles of whole pixels, which may reach outside the photo.
+//! Rectangles of whole pixels, which may extend beyond the photo.
 
-/// `[x, x+w) x [y, y+h)` in pixels, y down; x and y may be negative.
+use glam::DVec2;
+
+/// The pixels `[x, x+w) x [y, y+h)`, y down; x and y may be negative. In files it is `[x, y, w, h]`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, serde::Deserialize)]
 #[serde(from = "[i64; 4]", into = "[i64; 4]")]
 pub struct PixelRect {
-    /// Left edge.
+    /// The left edge, inclusive.
     pub x: i32,
-    /// Top edge.
+    /// The top edge, inclusive.
     pub y: i32,
-    /// Width; 0 for an empty rectangle.
+    /// The width; 0 for an empty rectangle.
     pub w: u32,
-    /// Height; 0 for an empty rectangle.
+    /// The height; 0 for an empty rectangle.
     pub h: u32,
 }
 
 impl PixelRect {
-    /// From left, top (inclusive) and right, bottom (exclusive).
+    /// No pixel.
+    pub const EMPTY: Self = Self::of_size(0, 0);
+
+    /// All pixels of an image of this size, whose corner is (0, 0).
+    pub const fn of_size(w: u32, h: u32) -> Self {
+        Self { x: 0, y: 0, w, h }
+    }
+
+    /// The one pixel in column `x`, row `y`.
+    pub const fn of_pixel(x: i32, y: i32) -> Self {
+        Self { x, y, w: 1, h: 1 }
+    }
+
+    /// Makes the rectangle from left, top (inclusive) and right, bottom (exclusive); empty where they are reversed.
     pub fn from_edges(x0: i32, y0: i32, x1: i32, y1: i32) -> Self {
         Self { x: x0, y: y0, w: x1.saturating_sub(x0).max(0) as u32, h: y1.saturating_sub(y0).max(0) as u32 }
     }
 
-    /// The right edge (exclusive).
+    /// Returns the right edge (exclusive).
     pub fn right(&self) -> i32 {
         self.x + self.w as i32
     }
 
-    /// The bottom edge (exclusive).
+    /// Returns the bottom edge (exclusive).
     pub fn bottom(&self) -> i32 {
         self.y + self.h as i32
     }
 
-    /// Number of pixels.
+    /// Returns the number of pixels.
     pub fn area(&self) -> u64 {
         u64::from(self.w) * u64::from(self.h)
     }
 
-    /// True when it holds no pixel.
+    /// Returns true when it has no pixels.
     pub fn is_empty(&self) -> bool {
         self.w == 0 || self.h == 0
     }
 
-    /// The smallest rectangle that holds both.
+    /// Whether the pixel in column `x`, row `y` is one of its pixels.
+    #[inline]
+    pub fn contains(&self, x: i32, y: i32) -> bool {
+        self.index(x, y).is_some()
+    }
+
+    /// Whether an image position, in pixels, lies within: on its left and its upper edge, and not on the others.
+    #[inline]
+    pub fn contains_position(&self, px: DVec2) -> bool {
+        let low = DVec2::new(f64::from(self.x), f64::from(self.y));
+        let high = low + DVec2::new(f64::from(self.w), f64::from(self.h));
+        px.cmpge(low).all() && px.cmplt(high).all()
+    }
+
+    /// The number of a pixel in row order, from 0; `None` outside.
+    #[inline]
+    pub fn index(&self, x: i32, y: i32) -> Option<usize> {
+        let (dx, dy) = (i64::from(x) - i64::from(self.x), i64::from(y) - i64::from(self.y));
+        let inside = dx >= 0 && dy >= 0 && dx < i64::from(self.w) && dy < i64::from(self.h);
+        inside.then(|| dy as usize * self.w as usize + dx as usize)
+    }
+
+    /// The number of a pixel in row order, from 0, for loops that stay inside: no meaning outside.
+    #[inline]
+    pub fn offset(&self, x: i32, y: i32) -> usize {
+        debug_assert!(self.contains(x, y), "({x}, {y}) is not in {self:?}");
+        (y - self.y) as usize * self.w as usize + (x - self.x) as usize
+    }
+
+    /// All pixels, row by row: column and row.
+    pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> + Clone + use<> {
+        let (columns, rows) = (self.x..self.right(), self.y..self.bottom());
+        rows.flat_map(move |y| columns.clone().map(move |x| (x, y)))
+    }
+
+    /// Returns the smallest rectangle that contains both; one without pixels counts as nothing, wherever it lies.
+    pub fn hull(&self, other: &Self) -> Self {
+        match (self.is_empty(), other.is_empty()) {
+            (true, _) => *other,
+            (_, true) => *self,
+            _ => self.union(other),
+        }
+    }
+
+    /// The smallest rectangle that holds both, also the corner of one without pixels.
     pub fn union(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.min(other.x),
@@ -50,7 +109,7 @@ impl PixelRect {
         )
     }
 
-    /// What both hold; empty when they do not meet.
+    /// Returns the pixels that are in both; empty where they do not overlap.
     pub fn intersection(&self, other: &Self) -> Self {
         Self::from_edges(
             self.x.max(other.x),
@@ -60,7 +119,7 @@ impl PixelRect {
         )
     }
 
-    /// Grown by `margin` pixels on every side.
+    /// Returns the rectangle grown by `margin` pixels on every side.
     pub fn grown(&self, margin: u32) -> Self {
         let m = margin as i32;
         Self::from_edges(self.x - m, self.y - m, self.right() + m, self.bottom() + m)
@@ -76,5 +135,42 @@ impl From<[i64; 4]> for PixelRect {
 impl From<PixelRect> for [i64; 4] {
     fn from(r: PixelRect) -> Self {
         [r.x.into(), r.y.into(), r.w.into(), r.h.into()]
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECT: PixelRect = PixelRect { x: -2, y: 3, w: 4, h: 2 };
+
+    #[test]
+    fn pixels_are_numbered_row_by_row_and_those_outside_have_no_number() {
+        let numbers: Vec<_> = RECT.pixels().map(|(x, y)| RECT.index(x, y)).collect();
+        assert_eq!(numbers, (0..8).map(Some).collect::<Vec<_>>());
+        assert!(
+            RECT.pixels().all(|(x, y)| RECT.contains(x, y) && Some(RECT.offset(x, y)) == RECT.index(x, y))
+        );
+        for (x, y) in [(-3, 3), (2, 3), (-2, 2), (-2, 5), (i32::MIN, 3), (i32::MAX, i32::MAX)] {
+            assert!(!RECT.contains(x, y), "{x}, {y}");
+        }
+        assert_eq!(PixelRect::EMPTY.pixels().count(), 0);
+        let farthest = PixelRect { x: i32::MAX - 1, y: 0, w: 9, h: 1 };
+        assert!(farthest.contains(i32::MAX, 0) && !farthest.contains(i32::MIN, 0), "edges beyond 32 bits");
+    }
+
+    #[test]
+    fn a_position_on_the_lower_edges_is_within_and_one_on_the_upper_edges_is_not() {
+        let within = |x, y| RECT.contains_position(DVec2::new(x, y));
+        assert!(within(-2.0, 3.0) && within(1.999, 4.999));
+        assert!(!within(2.0, 4.0) && !within(0.0, 5.0) && !within(-2.001, 3.0) && !within(f64::NAN, 4.0));
+    }
+
+    #[test]
+    fn a_hull_leaves_out_what_is_empty_and_a_union_does_not() {
+        let far = PixelRect { x: 50, y: 50, w: 0, h: 7 };
+        assert_eq!((RECT.hull(&far), far.hull(&RECT)), (RECT, RECT));
+        assert_eq!(RECT.union(&far), PixelRect::from_edges(-2, 3, 50, 57));
+        assert_eq!(RECT.hull(&PixelRect::of_pixel(9, 9)), PixelRect::from_edges(-2, 3, 10, 10));
     }
 }

@@ -1,4 +1,4 @@
-//! Scale, rotation, translation: how the model reaches the cameras' world.
+//! Similarity transforms: scale, rotation and translation from the model to the cameras' world.
 
 use std::fmt;
 
@@ -6,29 +6,29 @@ use glam::{DMat3, DQuat, DVec3};
 
 use super::axes;
 
-/// `p -> scale * rotation * p + translation`. In files: the four rows of a 4 x 4 matrix that takes
-/// columns (x, y, z, 1).
+/// The transform `p -> scale * rotation * p + translation`. In files it is the four rows of a 4 x 4 matrix that
+/// applies to columns (x, y, z, 1).
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "[[f64; 4]; 4]", into = "[[f64; 4]; 4]")]
 pub struct Similarity {
-    /// Positive.
+    /// The scale factor, positive.
     pub scale: f64,
-    /// Orthonormal with determinant 1.
+    /// The rotation, orthonormal with determinant 1.
     pub rotation: DMat3,
-    /// In the target's unit.
+    /// The translation, in the target's unit.
     pub translation: DVec3,
 }
 
 impl Similarity {
-    /// Leaves every point where it is.
+    /// The identity transform.
     pub const IDENTITY: Self = Self { scale: 1.0, rotation: DMat3::IDENTITY, translation: DVec3::ZERO };
 
-    /// Applies it to a point.
+    /// Transforms a point.
     pub fn apply(&self, point: DVec3) -> DVec3 {
         self.rotation * (point * self.scale) + self.translation
     }
 
-    /// First `inner`, then this one.
+    /// Returns the transform that applies `inner` first, then this one.
     pub fn compose(&self, inner: &Self) -> Self {
         Self {
             scale: self.scale * inner.scale,
@@ -37,17 +37,17 @@ impl Similarity {
         }
     }
 
-    /// The way back.
+    /// Returns the inverse transform.
     pub fn inverse(&self) -> Self {
         let (scale, rotation) = (self.scale.recip(), self.rotation.transpose());
         Self { scale, rotation, translation: rotation * (self.translation * -scale) }
     }
 
-    /// What a user types: a name ([`axes::named`]), or a matrix row by row as 16 or 12 numbers, with
-    /// spaces or commas between them.
+    /// Parses a name (see [`axes::named`]), or a matrix row by row as 16 or 12 numbers separated by spaces or
+    /// commas.
     ///
     /// # Errors
-    /// A sentence that says what is wrong, without the value itself.
+    /// Returns a sentence that says what is wrong, without repeating the text itself.
     pub fn parse(text: &str) -> Result<Self, String> {
         if let Some(rotation) = axes::named(text) {
             return Ok(Self { rotation, ..Self::IDENTITY });
@@ -68,7 +68,7 @@ fn no_number(word: &str) -> String {
     format!("`{word}` is not a number, nor a name such as identity, y-up, z-down or x,-z,y")
 }
 
-/// What [`Similarity::parse`] reads back, exactly: a name where there is one, else 12 numbers.
+/// Writes what [`Similarity::parse`] reads back exactly: a name where there is one, else 12 numbers.
 impl fmt::Display for Similarity {
     fn fmt(&self, f: &mut fmt::Formatter) -> fmt::Result {
         if (self.scale, self.translation) == (1.0, DVec3::ZERO)
@@ -82,7 +82,7 @@ impl fmt::Display for Similarity {
     }
 }
 
-/// The rows of the 4 x 4 matrix.
+/// Converts to the rows of the 4 x 4 matrix.
 impl From<Similarity> for [[f64; 4]; 4] {
     fn from(similarity: Similarity) -> Self {
         let columns = similarity.rotation * similarity.scale;
@@ -97,7 +97,7 @@ impl From<Similarity> for [[f64; 4]; 4] {
 impl TryFrom<[[f64; 4]; 4]> for Similarity {
     type Error = String;
 
-    /// Splits a matrix into scale, rotation and translation, or says why it is no similarity.
+    /// Splits a matrix into scale, rotation and translation; the error says why it is no similarity.
     fn try_from(rows: [[f64; 4]; 4]) -> Result<Self, String> {
         if rows.as_flattened().iter().any(|number| !number.is_finite()) {
             return Err("the transform has a number that is not finite".into());
@@ -121,7 +121,7 @@ impl TryFrom<[[f64; 4]; 4]> for Similarity {
     }
 }
 
-/// The rotation next to a matrix that was typed with few digits; exact ones stay as they are.
+/// Returns the rotation nearest to a matrix that was typed with few digits; exact rotations stay as they are.
 fn straightened(rotation: DMat3) -> DMat3 {
     if (rotation * rotation.transpose()).abs_diff_eq(DMat3::IDENTITY, 1e-14) {
         return rotation;
@@ -129,7 +129,7 @@ fn straightened(rotation: DMat3) -> DMat3 {
     DMat3::from_quat(DQuat::from_mat3(&rotation).normalize())
 }
 
-/// What a matrix typed with six digits may be off a rotation.
+/// The largest deviation from a rotation that is accepted, for matrices typed with six digits.
 const ROUNDING: f64 = 1e-5;
 
 impl Default for Similarity {

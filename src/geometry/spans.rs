@@ -1,25 +1,25 @@
-//! Sets of pixels or texels as runs per row: what an image holds, where that ends, how it looks at half size.
-//! Work on them is proportional to outlines, not to areas.
+//! Pixel and texel sets as runs per row, with set operations, growing and halving. Their cost is proportional to
+//! outlines, not to areas.
 
 use std::ops::Range;
 
 use super::PixelRect;
 
-/// Columns `start..end` of some row.
+/// A run of columns `start..end` in a row.
 pub type Run = Range<i32>;
 
-/// A set of texels: disjoint runs, rising, never touching, row by row from `top`.
+/// A set of texels as disjoint, ascending runs that never touch, row by row from `top`.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Spans {
     top: i32,
-    /// Where each row begins in `runs`, and where the last one ends; empty for the empty set.
+    /// The index in `runs` where each row begins, and where the last one ends; empty for the empty set.
     starts: Vec<u32>,
     runs: Vec<Run>,
 }
 
 impl Spans {
-    /// The rows `rows`, each filled by a function that appends runs, rising and disjoint.
-    pub fn of_rows(rows: Range<i32>, mut fill: impl FnMut(i32, &mut Vec<Run>)) -> Self {
+    /// Builds a set from `rows`; `fill(y, out)` appends each row's runs, ascending and disjoint.
+    pub fn from_rows(rows: Range<i32>, mut fill: impl FnMut(i32, &mut Vec<Run>)) -> Self {
         let mut spans = Self { top: rows.start, starts: vec![0], runs: Vec::new() };
         let mut row = Vec::new();
         for y in rows {
@@ -31,9 +31,9 @@ impl Spans {
         spans
     }
 
-    /// The pixels of a rectangle at which something holds.
+    /// Builds the set of pixels of a rectangle for which a predicate is true.
     pub fn of_pixels(within: PixelRect, holds: impl Fn(i32, i32) -> bool) -> Self {
-        Self::of_rows(within.y..within.bottom(), |y, out| {
+        Self::from_rows(within.y..within.bottom(), |y, out| {
             let mut x = within.x;
             while x < within.right() {
                 let held = holds(x, y);
@@ -46,12 +46,12 @@ impl Spans {
         })
     }
 
-    /// The rows that may hold something.
+    /// Returns the rows that may hold texels; all others are empty.
     pub fn rows(&self) -> Range<i32> {
         self.top..self.top + self.starts.len().saturating_sub(1) as i32
     }
 
-    /// The runs of a row; none outside of [`Self::rows`].
+    /// Returns the runs of a row; empty outside of [`Self::rows`].
     pub fn row(&self, y: i32) -> &[Run] {
         if !self.rows().contains(&y) {
             return &[];
@@ -60,22 +60,22 @@ impl Spans {
         &self.runs[self.starts[at] as usize..self.starts[at + 1] as usize]
     }
 
-    /// Every run with its row.
+    /// Iterates over all runs with their rows, top to bottom and left to right.
     pub fn iter(&self) -> impl Iterator<Item = (i32, &Run)> {
         self.rows().flat_map(|y| self.row(y).iter().map(move |run| (y, run)))
     }
 
-    /// Texels.
+    /// Returns the number of texels.
     pub fn count(&self) -> u64 {
         self.runs.iter().map(|run| run.len() as u64).sum()
     }
 
-    /// True for the empty set.
+    /// Returns true for the empty set.
     pub fn is_empty(&self) -> bool {
         self.runs.is_empty()
     }
 
-    /// The smallest rectangle that holds it.
+    /// Returns the smallest rectangle that contains the set.
     pub fn bounds(&self) -> PixelRect {
         let filled = || self.rows().filter(|&y| !self.row(y).is_empty());
         let left = self.runs.iter().map(|run| run.start).min().unwrap_or(0);
@@ -84,12 +84,13 @@ impl Spans {
         PixelRect::from_edges(left, top, right, last + 1)
     }
 
-    /// What is at most `by` rows and columns away (a square, not a disc).
+    /// Returns the set grown by `by` rows and columns (a square, not a disc).
     pub fn grown(&self, by: i32) -> Self {
         let wide = |run: &Run| run.start - by..run.end + by;
-        let mut grown = Self::of_rows(self.rows(), |y, out| out.extend(self.row(y).iter().map(wide)));
+        let mut grown = Self::from_rows(self.rows(), |y, out| out.extend(self.row(y).iter().map(wide)));
         let mut reach = 0;
-        // Rows -1, 0, 1, then -3, 0, 3 of the result: the reach triples, so few unions are enough.
+        // First rows -1, 0, 1 are united, then rows -3, 0, 3 of the result: the reach triples, so few unions are
+        // needed.
         while reach < by && !grown.is_empty() {
             let step = (2 * reach + 1).min(by - reach);
             grown = grown.stacked(step);
@@ -98,62 +99,63 @@ impl Spans {
         grown
     }
 
-    /// The union of itself with itself `step` rows above and below.
+    /// Returns the union of the set with itself moved `step` rows up and down.
     fn stacked(&self, step: i32) -> Self {
         let rows = self.rows().start - step..self.rows().end + step;
         let mut pair = Vec::new();
-        Self::of_rows(rows, |y, out| {
+        Self::from_rows(rows, |y, out| {
             pair.clear();
             unite(self.row(y - step), self.row(y), &mut pair);
             unite(&pair, self.row(y + step), out);
         })
     }
 
-    /// Whether a pixel is in it.
+    /// Returns true when the set contains a pixel.
     pub fn holds(&self, x: i32, y: i32) -> bool {
         let row = self.row(y);
         let behind = row.partition_point(|run| run.start <= x);
         behind > 0 && x < row[behind - 1].end
     }
 
-    /// What is here or in `other`.
+    /// Returns the texels that are in either set.
     pub fn union(&self, other: &Self) -> Self {
         let rows = match (self.is_empty(), other.is_empty()) {
             (true, _) => other.rows(),
             (_, true) => self.rows(),
             _ => self.rows().start.min(other.rows().start)..self.rows().end.max(other.rows().end),
         };
-        Self::of_rows(rows, |y, out| unite(self.row(y), other.row(y), out))
+        Self::from_rows(rows, |y, out| unite(self.row(y), other.row(y), out))
     }
 
-    /// What is here and not in `other`.
+    /// Returns the texels that are in this set and not in `other`.
     pub fn minus(&self, other: &Self) -> Self {
-        Self::of_rows(self.rows(), |y, out| subtract(self.row(y), other.row(y), out))
+        Self::from_rows(self.rows(), |y, out| subtract(self.row(y), other.row(y), out))
     }
 
-    /// What is in both.
+    /// Returns the texels that are in both sets.
     pub fn intersection(&self, other: &Self) -> Self {
         let mut rest = Vec::new();
-        Self::of_rows(self.rows(), |y, out| {
+        Self::from_rows(self.rows(), |y, out| {
             rest.clear();
             subtract(self.row(y), other.row(y), &mut rest);
             subtract(self.row(y), &rest, out);
         })
     }
 
-    /// The rectangle without this set.
+    /// Returns the texels of a rectangle that are not in this set.
     pub fn complement(&self, within: PixelRect) -> Self {
         let whole = within.x..within.right();
         let rows = within.y..within.bottom();
-        Self::of_rows(rows, |y, out| subtract(std::slice::from_ref(&whole), self.row(y), out))
+        Self::from_rows(rows, |y, out| subtract(std::slice::from_ref(&whole), self.row(y), out))
     }
 
-    /// The texels of half the size that hold any of these: columns halved where `x`, rows where `y`.
+    /// Returns the texels of half the resolution that contain any texel of this set: columns are halved where `x`,
+    /// rows where `y`.
     pub fn halved(&self, [x, y]: [bool; 2]) -> Self {
         let narrow = |run: &Run| if x { run.start >> 1..(run.end + 1) >> 1 } else { run.clone() };
         let rows = if y { self.top >> 1..(self.rows().end + 1) >> 1 } else { self.rows() };
         let (mut pair, mut halves) = (Vec::new(), Vec::new());
-        Self::of_rows(rows, |row, out| {
+        Self::from_rows(rows, |row, out| {
             pair.clear();
             halves.clear();
             let below = if y { self.row(2 * row + 1) } else { &[] };
@@ -164,7 +166,7 @@ impl Spans {
     }
 }
 
-/// Appends rising runs, those that meet or overlap as one.
+/// Appends ascending runs, those that touch or overlap joined into one.
 fn join_touching(rising: &[Run], out: &mut Vec<Run>) {
     let first = out.len();
     for run in rising.iter().filter(|run| !run.is_empty()) {
@@ -175,7 +177,7 @@ fn join_touching(rising: &[Run], out: &mut Vec<Run>) {
     }
 }
 
-/// Appends the union, rising.
+/// Appends the union of two rows, ascending.
 fn unite(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
     let (mut a, mut b) = (a.iter().peekable(), b.iter().peekable());
     let first = out.len();
@@ -191,7 +193,7 @@ fn unite(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
     }
 }
 
-/// Appends what is in `a` and not in `b`.
+/// Appends the runs of `a` without those of `b`, ascending.
 fn subtract(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
     let mut holes = b.iter().peekable();
     for run in a {
@@ -216,11 +218,11 @@ fn subtract(a: &[Run], b: &[Run], out: &mut Vec<Run>) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const SIDE: i32 = 24;
 
-    /// The same as a picture, which is slow and plain.
+    /// Returns the set as a bitmap, which is slow and simple.
     fn picture(spans: &Spans) -> Vec<bool> {
         let mut picture = vec![false; (3 * SIDE * 3 * SIDE) as usize];
         for (y, run) in spans.iter() {
@@ -236,8 +238,8 @@ mod tests {
         inside && picture[((y + SIDE) * 3 * SIDE + x + SIDE) as usize]
     }
 
-    fn random(dice: &mut Dice) -> Spans {
-        Spans::of_rows(0..SIDE, |_, out| {
+    fn random(dice: &mut Rng) -> Spans {
+        Spans::from_rows(0..SIDE, |_, out| {
             let mut x = dice.between(0.0, 9.0) as i32;
             while x < SIDE - 5 && dice.between(0.0, 1.0) < 0.8 {
                 let end = x + dice.between(1.0, 5.0) as i32;
@@ -258,7 +260,7 @@ mod tests {
 
     #[test]
     fn sets_of_runs_are_sets_of_texels() {
-        let mut dice = Dice::new(11);
+        let mut dice = Rng::new(11);
         for _ in 0..50 {
             let (a, b) = (random(&mut dice), random(&mut dice));
             let (p, q) = (picture(&a), picture(&b));
@@ -287,7 +289,7 @@ mod tests {
 
     #[test]
     fn bounds_hold_every_run_and_nothing_has_none() {
-        let spans = Spans::of_rows(2..9, |y, out| {
+        let spans = Spans::from_rows(2..9, |y, out| {
             if (4..6).contains(&y) {
                 out.push(y..y + 3);
             }

@@ -1,17 +1,17 @@
-//! Triangles in space: nearest point, hit by a ray, crossing of two.
+//! Triangles in space: nearest point, ray intersection, and how deeply two intersect.
 
 use glam::DVec3;
 
-/// Three corners.
+/// A triangle by its three corners.
 pub type Triangle = [DVec3; 3];
 
-/// Twice the area, along the normal.
+/// Returns the normal scaled to twice the triangle's area.
 pub fn area_vector([a, b, c]: &Triangle) -> DVec3 {
     (b - a).cross(c - a)
 }
 
-/// The point of the triangle that is nearest to `p` (Ericson, Real-Time Collision Detection, 5.1.5:
-/// by the region of corners, edges and inside that `p` lies over).
+/// Returns the point of the triangle that is nearest to `p`, by the Voronoi region of corners, edges and inside
+/// that `p` lies in (Ericson, Real-Time Collision Detection, 5.1.5).
 pub fn nearest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let (d1, d2) = (ab.dot(ap), ac.dot(ap));
@@ -39,7 +39,7 @@ pub fn nearest_point(p: DVec3, &[a, b, c]: &Triangle) -> DVec3 {
     a + ab * (vb / (va + vb + vc)) + ac * (vc / (va + vb + vc))
 }
 
-/// Where the ray `origin + t direction`, t > 0, meets the triangle, from either side (Moller and
+/// Returns the t > 0 at which the ray `origin + t direction` meets the triangle, from either side (Moller and
 /// Trumbore 1997).
 pub fn ray_hit(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option<f64> {
     let (ab, ac) = (b - a, c - a);
@@ -50,7 +50,7 @@ pub fn ray_hit(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option
     }
     let from_a = origin - a;
     let u = from_a.dot(across) / determinant;
-    // Most triangles are missed on this side already.
+    // Most misses are found by this coordinate already.
     if !(0.0..=1.0).contains(&u) {
         return None;
     }
@@ -60,9 +60,8 @@ pub fn ray_hit(origin: DVec3, direction: DVec3, &[a, b, c]: &Triangle) -> Option
     (v >= 0.0 && u + v <= 1.0 && t > 0.0).then_some(t)
 }
 
-/// How far two triangles run through each other: the least of how far each reaches through the
-/// other's plane and of the length that they have in common there. 0 where they do not, or only
-/// touch.
+/// Returns how deeply two triangles intersect, in their unit: the least of how far each reaches through the other's
+/// plane and of the length of their common line. It is 0 where they do not intersect or only touch.
 pub fn crossing_depth(a: &Triangle, b: &Triangle) -> f64 {
     let (Some(normal_a), Some(normal_b)) = (area_vector(a).try_normalize(), area_vector(b).try_normalize())
     else {
@@ -82,15 +81,15 @@ pub fn crossing_depth(a: &Triangle, b: &Triangle) -> f64 {
     depth_a.min(depth_b).min(common).max(0.0)
 }
 
-/// Where a triangle passes through a plane, and how far its shorter side reaches beyond it; `None`
-/// when it lies on one side.
+/// Returns how far the triangle's shorter side reaches beyond a plane, and the segment in which it meets the plane;
+/// `None` when it lies on one side.
 fn cut(triangle: &Triangle, normal: DVec3, point: DVec3) -> Option<(f64, [DVec3; 2])> {
     let d = triangle.map(|p| normal.dot(p - point));
     let depth = d[0].max(d[1]).max(d[2]).min(-d[0].min(d[1]).min(d[2]));
     if depth <= 0.0 {
         return None;
     }
-    // The corner that is alone on its side; a corner on the plane counts to the larger side.
+    // The corner that is alone on its side; a corner in the plane counts to the larger side.
     let alone = (0..3).find(|&i| {
         let others = [d[(i + 1) % 3], d[(i + 2) % 3]];
         (d[i] > 0.0 && others.iter().all(|&o| o <= 0.0)) || (d[i] < 0.0 && others.iter().all(|&o| o >= 0.0))

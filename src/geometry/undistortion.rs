@@ -1,4 +1,5 @@
-//! From a photo as taken to its pinhole image: which rectangle, and where each pixel comes from.
+//! Undistortion: the rectangle of a photo's pinhole image, and the position in the photo that each of its pixels
+//! comes from.
 
 use std::f64::consts::TAU;
 
@@ -6,24 +7,24 @@ use glam::DVec2;
 
 use super::{Lens, Pinhole, RangedLens};
 
-/// The pinhole image of a distorted photo. It keeps the focal length of the photo's centre, so that
-/// one pixel there stays one pixel, and holds all of the photo that lies within the lens's range and
-/// within twice the photo's number of pixels. Its principal point falls where it falls.
+/// The mapping between a distorted photo and its pinhole image. The pinhole image keeps the focal length at the
+/// photo's centre, so that one pixel there stays one pixel, and contains all of the photo within the lens's valid
+/// range and within twice the photo's number of pixels. Its principal point need not be in its middle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Undistortion {
-    /// Size of the photo as taken; focal lengths and principal point of its distorted image.
+    /// The photo as taken: its size, and the focal lengths and principal point of its distorted image, in pixels.
     pub photo: Pinhole,
-    /// The pinhole image.
+    /// The pinhole image's camera, in pixels.
     pub pinhole: Pinhole,
     lens: RangedLens,
-    /// Share of the photo's pixels that the pinhole image does not show, 0..=1, to about 0.1 %.
+    /// The share of the photo's pixels that the pinhole image does not show, 0..=1, accurate to about 0.1 %.
     pub lost: f64,
 }
 
-/// The pinhole image has at most so many times the photo's pixels.
+/// The most pixels of the pinhole image, as a multiple of the photo's.
 const MOST_PIXELS: f64 = 2.0;
 
-/// A rectangle in pixels of the pinhole plane, before its corner becomes (0, 0).
+/// A rectangle in pixels of the pinhole plane, before its corner is moved to (0, 0).
 #[derive(Debug, Clone, Copy)]
 struct Bounds {
     min: DVec2,
@@ -31,14 +32,14 @@ struct Bounds {
 }
 
 impl Undistortion {
-    /// Finds the pinhole image; `None` when the lens's range holds no pixel of the photo.
+    /// Finds the pinhole image; `None` when the lens's range contains no pixel of the photo.
     pub fn new(photo: &Pinhole, lens: Lens) -> Option<Self> {
         let lens = RangedLens::new(lens);
         let magnification = lens.lens().central_magnification();
         let plane = Pinhole { fx: photo.fx * magnification, fy: photo.fy * magnification, ..*photo };
         let unbounded = Self { photo: *photo, pinhole: plane, lens, lost: 0.0 };
         let bounds = within_budget(unbounded.bounds()?, &plane);
-        // Pixels whose centre is inside; half a pixel of the border at most is given up.
+        // Pixels whose centre is inside are kept; at most half a pixel along the border is given up.
         let (min, max) = ((bounds.min - 0.5).ceil(), (bounds.max - 0.5).floor() + 1.0);
         let size = max - min;
         if !(size.x >= 1.0 && size.y >= 1.0) {
@@ -50,8 +51,8 @@ impl Undistortion {
         Some(Self { lost: bounded.lost_share(), ..bounded })
     }
 
-    /// The position in the photo, in pixels, that a position in the pinhole image shows; `None`
-    /// outside the photo or the lens's range.
+    /// Maps a position in the pinhole image to the photo, both in pixels; `None` outside the photo or the lens's
+    /// range.
     #[inline]
     pub fn photo_from_pinhole(&self, at: DVec2) -> Option<DVec2> {
         let (pinhole, photo) = (&self.pinhole, &self.photo);
@@ -61,8 +62,8 @@ impl Undistortion {
         holds(photo, at).then_some(at)
     }
 
-    /// The position in the pinhole image, in pixels, that shows a position in the photo; it may lie
-    /// outside the image. `None` outside the lens's range.
+    /// Maps a position in the photo to the pinhole image, both in pixels; it may lie outside of that image. `None`
+    /// outside the lens's range.
     pub fn pinhole_from_photo(&self, at: DVec2) -> Option<DVec2> {
         let (pinhole, photo) = (&self.pinhole, &self.photo);
         let distorted = DVec2::new((at.x - photo.cx) / photo.fx, (at.y - photo.cy) / photo.fy);
@@ -70,8 +71,8 @@ impl Undistortion {
         Some(DVec2::new(pinhole.fx * xy.x + pinhole.cx, pinhole.fy * xy.y + pinhole.cy))
     }
 
-    /// What the photo covers: its outline, where the lens's range reaches that, and the outline of
-    /// the range, where the photo reaches that.
+    /// Returns what the photo covers of the pinhole plane: the bounds of the photo's outline within the lens's
+    /// range, and of the range's outline within the photo.
     fn bounds(&self) -> Option<Bounds> {
         let outline = outline_points(&self.photo).filter_map(|at| self.pinhole_from_photo(at));
         let range = self.range_points().filter(|&at| self.photo_from_pinhole(at).is_some());
@@ -81,10 +82,10 @@ impl Undistortion {
         })
     }
 
-    /// Points all around the lens's range, in pixels of the pinhole plane.
+    /// Returns points all around the lens's range, in pixels of the pinhole plane.
     fn range_points(&self) -> impl Iterator<Item = DVec2> + '_ {
         const POINTS: u32 = 4096;
-        // A hair inside, lest rounding puts them outside.
+        // Slightly inside, because rounding could put them outside.
         let radius = self.lens.radius() * (1.0 - 1e-12);
         let Pinhole { fx, fy, cx, cy, .. } = self.pinhole;
         (0..POINTS).map(move |i| {
@@ -93,6 +94,7 @@ impl Undistortion {
         })
     }
 
+    /// Estimates the share of the photo that the pinhole image does not show, on a grid of 32 x 32 samples.
     fn lost_share(&self) -> f64 {
         const GRID: u32 = 32;
         let cell = DVec2::new(self.photo.width.into(), self.photo.height.into()) / f64::from(GRID);
@@ -104,13 +106,13 @@ impl Undistortion {
     }
 }
 
-/// Whether a position in pixels lies in the image.
+/// Returns true when a position in pixels lies in the image.
 fn holds(image: &Pinhole, at: DVec2) -> bool {
     at.x >= 0.0 && at.y >= 0.0 && at.x <= f64::from(image.width) && at.y <= f64::from(image.height)
 }
 
-/// Points all around a photo: close enough together that a bent border is met within a hundredth of
-/// a pixel, and all four corners.
+/// Returns points all around a photo with all four corners, close enough together that a curved border is met
+/// within a hundredth of a pixel.
 fn outline_points(photo: &Pinhole) -> impl Iterator<Item = DVec2> + use<> {
     let (width, height) = (f64::from(photo.width), f64::from(photo.height));
     let points = (photo.width.max(photo.height) / 8).clamp(64, 1024);
@@ -120,7 +122,7 @@ fn outline_points(photo: &Pinhole) -> impl Iterator<Item = DVec2> + use<> {
     })
 }
 
-/// Cuts away what is farthest from the axis until no more than [`MOST_PIXELS`] are left.
+/// Cuts off what is farthest from the axis until at most [`MOST_PIXELS`] times the photo's pixels are left.
 fn within_budget(bounds: Bounds, plane: &Pinhole) -> Bounds {
     let budget = MOST_PIXELS * f64::from(plane.width) * f64::from(plane.height);
     let (center, focal) = (DVec2::new(plane.cx, plane.cy), DVec2::new(plane.fx, plane.fy));
@@ -128,7 +130,7 @@ fn within_budget(bounds: Bounds, plane: &Pinhole) -> Bounds {
         min: bounds.min.max(center - focal * tangent),
         max: bounds.max.min(center + focal * tangent),
     };
-    // One more row and column than the area says may have its centre inside.
+    // Rounding to pixel centres may add one row and one column.
     let fits = |b: &Bounds| (b.max.x - b.min.x + 1.0).max(0.0) * (b.max.y - b.min.y + 1.0).max(0.0) <= budget;
     if fits(&bounds) {
         return bounds;
@@ -206,14 +208,14 @@ mod tests {
     #[test]
     fn a_fisheye_of_180_degrees_is_cut_to_twice_its_pixels_and_says_what_is_lost() {
         let fisheye = Lens::Fisheye { k: [0.0; 4], p: [0.0; 2], s: [0.0; 2] };
-        // Half the width is 90 degrees.
+        // Half the width spans 90 degrees.
         let photo = Pinhole { width: 1000, height: 1000, fx: 318.3, fy: 318.3, cx: 500.0, cy: 500.0 };
         let undistortion = Undistortion::new(&photo, fisheye).unwrap();
         let Pinhole { width, height, fx, .. } = undistortion.pinhole;
         assert!(width * height <= 2_000_000 && fx == photo.fx);
         let degrees = 2.0 * (f64::from(width) / 2.0 / fx).atan().to_degrees();
         assert!(degrees <= 120.0 && width == height && width == 1102, "{width}, {degrees}");
-        // A disc of 60 degrees about the axis out of a square of 180.
+        // A disc of 60 degrees around the axis out of a square of 180.
         let expected = 1.0 - TAU / 2.0 * (318.3 * TAU / 6.0_f64).powi(2) / 1e6;
         assert!((undistortion.lost - expected).abs() < 0.01, "{} {expected}", undistortion.lost);
     }

@@ -1,5 +1,4 @@
-//! Texture memory on the device: the pages of slots, and the page tables. `shaders/texels.wgsl` looks
-//! things up in it.
+//! Texture memory on the device: the pages of slots, and the page tables, which `shaders/texels.wgsl` reads.
 
 use std::ops::Range;
 
@@ -13,24 +12,24 @@ use crate::error::{Error, Result};
 use crate::projection::residency::{PAGE_SLOTS, Residency};
 use crate::projection::tiles::SLOT;
 
-/// How texels lie in slots.
+/// The format of texels in slots.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Storage {
-    /// 4 bytes a texel, as they are.
+    /// 4 bytes per texel, uncompressed.
     #[default]
     Plain,
-    /// BC7, 1 byte a texel: a few steps of 255 are lost, and loading takes longer.
+    /// BC7, 1 byte per texel: colours lose a few steps of 255, and loading takes longer.
     Compressed,
 }
 
 impl Storage {
-    /// Bytes of a slot.
+    /// Returns the number of bytes of a slot.
     pub fn slot_bytes(self) -> u64 {
         let texels = u64::from(SLOT * SLOT);
         if self == Self::Plain { 4 * texels } else { texels }
     }
 
-    /// The format whose values are read as they are stored, in sRGB.
+    /// Returns the format by which values are read as stored, in sRGB.
     fn stored_format(self) -> TextureFormat {
         self.format().remove_srgb_suffix()
     }
@@ -43,33 +42,33 @@ impl Storage {
     }
 }
 
-/// Pages, page tables, and the table of sheets.
+/// The pages of slots, the page tables, and the table of sheets.
 #[derive(Debug)]
 pub struct Atlas {
     gpu: Gpu,
     texture: Texture,
-    /// In linear light, and as stored.
+    /// Views that read colours in linear light, and as stored.
     views: [TextureView; 2],
     storage: Storage,
-    /// Slots in a row, rows of slots in a page, pages.
+    /// The number of slots in a row, of rows of slots in a page, and of pages.
     size: [u32; 3],
     pages: Buffer,
     sheets: Buffer,
 }
 
-/// Neighbouring slots of one row of a page, as they go to the device.
+/// A strip of adjacent slots of one row of a page, ready for upload.
 #[derive(Debug)]
 pub struct Strip {
     /// The first slot.
     pub slot: u32,
-    /// How many.
+    /// The number of slots.
     pub count: u32,
-    /// 68 rows of `68 * count` texels, or as many blocks.
+    /// 68 rows of `68 * count` texels, or the blocks of these.
     pub bytes: Vec<u8>,
 }
 
 impl Strip {
-    /// Of plain texels.
+    /// Builds a strip from uncompressed texels.
     pub fn new(slot: u32, count: u32, texels: Vec<u8>, storage: Storage) -> Self {
         let bytes = match storage {
             Storage::Plain => texels,
@@ -80,14 +79,14 @@ impl Strip {
 }
 
 impl Atlas {
-    /// Tables for these sheets, and no slots yet.
+    /// Creates the tables for these sheets, without slots.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold the tables, or has no such storage.
+    /// [`crate::Error::Gpu`] when the device cannot hold the tables, or does not support the storage.
     pub fn new(gpu: &Gpu, residency: &Residency, storage: Storage) -> Result<Self> {
         if storage == Storage::Compressed && !gpu.has_compression() {
             let name = gpu.adapter_summary();
-            return Err(Error::Gpu(format!("{name} knows no BC7; do without compressed textures")));
+            return Err(Error::Gpu(format!("{name} does not support BC7; do not use compressed textures")));
         }
         let usage = BufferUsages::STORAGE | BufferUsages::COPY_DST;
         gpu.guarded("making page tables", || {
@@ -104,47 +103,48 @@ impl Atlas {
         })
     }
 
-    /// How texels lie in slots.
+    /// Returns the format of texels in slots.
     pub fn storage(&self) -> Storage {
         self.storage
     }
 
-    /// The slots, as an array of pages.
+    /// Returns the slots as an array of pages.
     pub fn view(&self) -> &TextureView {
         &self.views[0]
     }
 
-    /// The same, of which colours are read in sRGB: filtered faster, and not quite rightly.
+    /// Returns the slots as an array of pages whose colours are read in sRGB: filtering is faster, and
+    /// slightly incorrect.
     pub fn stored_view(&self) -> &TextureView {
         &self.views[1]
     }
 
-    /// The page tables: words.
+    /// Returns the page tables, an array of words.
     pub fn pages(&self) -> &Buffer {
         &self.pages
     }
 
-    /// `Sheet` for each sheet.
+    /// Returns the table of sheets (`Sheet` per sheet).
     pub fn sheets(&self) -> &Buffer {
         &self.sheets
     }
 
-    /// Bytes of all pages.
+    /// Returns the size of all pages in bytes.
     pub fn bytes(&self) -> u64 {
         self.size.iter().map(|&side| u64::from(side)).product::<u64>() * self.storage.slot_bytes()
     }
 
-    /// The most slots that the device can address.
+    /// Returns the largest number of slots that the device can address.
     pub fn most_slots(gpu: &Gpu) -> u32 {
         let columns = columns(gpu);
         columns * columns * gpu.device.limits().max_texture_array_layers.min(1 << (24 - 10))
     }
 
-    /// Makes room for at least `slots` slots where the device can, keeping what there is. Returns the
-    /// numbers of the new ones.
+    /// Makes room for at least `slots` slots where the device can, and keeps the present contents. Returns
+    /// the numbers of the new slots.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`] when memory runs out; everything is as it was then.
+    /// [`crate::Error::Gpu`] when memory runs out; nothing has changed then.
     pub fn grow(&mut self, slots: u32) -> Result<Vec<Range<u32>>> {
         let size = shape(slots, columns(&self.gpu));
         let size = [size[0].max(self.size[0]), size[1].max(self.size[1]), size[2].max(self.size[2])];
@@ -173,7 +173,7 @@ impl Atlas {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Writes slots; they are there before anything that is submitted afterwards.
+    /// Writes slots; the write takes effect before any command submitted afterwards.
     pub fn write(&self, strip: &Strip) {
         let [column, row, page] = place(strip.slot);
         let target = TexelCopyTextureInfo {
@@ -198,17 +198,17 @@ impl Atlas {
     }
 }
 
-/// Column, row and page of a slot.
+/// Returns the column, row and page of a slot.
 pub fn place(slot: u32) -> [u32; 3] {
     [slot % PAGE_SLOTS, slot / PAGE_SLOTS % PAGE_SLOTS, slot / (PAGE_SLOTS * PAGE_SLOTS)]
 }
 
-/// Slots in a row of a page.
+/// Returns the number of slots in a row of a page.
 fn columns(gpu: &Gpu) -> u32 {
     (gpu.device.limits().max_texture_dimension_2d / SLOT).min(PAGE_SLOTS)
 }
 
-/// Columns, rows and pages for so many slots: one page grows by rows, then whole pages.
+/// Returns columns, rows and pages for this many slots: one page grows by rows, then whole pages are added.
 fn shape(slots: u32, columns: u32) -> [u32; 3] {
     let rows = slots.div_ceil(columns);
     if rows <= columns { [columns, rows, 1] } else { [columns, columns, rows.div_ceil(columns)] }
@@ -234,7 +234,7 @@ fn texture(gpu: &Gpu, [columns, rows, pages]: [u32; 3], storage: Storage) -> Tex
     })
 }
 
-/// In linear light, and as stored; arrays even where there is one page.
+/// Creates the views in linear light and as stored; both are arrays even where there is one page.
 fn views(texture: &Texture, storage: Storage) -> [TextureView; 2] {
     [storage.format(), storage.stored_format()].map(|format| {
         texture.create_view(&TextureViewDescriptor {

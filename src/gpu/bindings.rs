@@ -1,4 +1,4 @@
-//! Layouts, groups and pipelines with as few words as the passes need.
+//! Helpers for layouts, bind groups, pipelines and buffers, reduced to what the passes need.
 
 use wgpu::util::DeviceExt;
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, BindingType, Buffer, BufferBindingType};
@@ -6,7 +6,7 @@ use wgpu::{BufferUsages, SamplerBindingType, ShaderStages, TextureSampleType, Te
 
 use super::device::Gpu;
 
-/// What a shader sees at one binding. Bindings of a group are numbered in order.
+/// The type of one binding of a shader. Bindings of a group are numbered in order.
 #[derive(Debug, Clone, Copy)]
 pub enum Kind {
     /// `var<uniform>`
@@ -50,7 +50,7 @@ impl Kind {
     }
 }
 
-/// The layout of a group.
+/// Creates the layout of a bind group.
 pub fn layout(gpu: &Gpu, label: &str, visibility: ShaderStages, kinds: &[Kind]) -> BindGroupLayout {
     let entries: Vec<_> = (0..)
         .zip(kinds)
@@ -65,7 +65,7 @@ pub fn layout(gpu: &Gpu, label: &str, visibility: ShaderStages, kinds: &[Kind]) 
     gpu.device.create_bind_group_layout(&descriptor)
 }
 
-/// A group with these resources, in order.
+/// Creates a bind group with these resources, in order.
 pub fn bind(gpu: &Gpu, label: &str, layout: &BindGroupLayout, resources: &[BindingResource]) -> BindGroup {
     let entries: Vec<_> = (0..)
         .zip(resources)
@@ -75,13 +75,13 @@ pub fn bind(gpu: &Gpu, label: &str, layout: &BindGroupLayout, resources: &[Bindi
     gpu.device.create_bind_group(&descriptor)
 }
 
-/// The first `words` words of a buffer, of 4 bytes each.
+/// Returns the binding of the first `words` words (of 4 bytes) of a buffer.
 pub fn words(buffer: &Buffer, words: u64) -> BindingResource<'_> {
     let size = wgpu::BufferSize::new(4 * words);
     BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: 0, size })
 }
 
-/// The layout of a pipeline's groups.
+/// Creates the layout of a pipeline from its groups' layouts.
 pub fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> wgpu::PipelineLayout {
     let groups: Vec<_> = groups.iter().copied().map(Some).collect();
     gpu.device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
@@ -91,7 +91,7 @@ pub fn pipeline_layout(gpu: &Gpu, label: &str, groups: &[&BindGroupLayout]) -> w
     })
 }
 
-/// A shader from WGSL.
+/// Compiles a shader from WGSL.
 pub fn shader(gpu: &Gpu, label: &str, source: &str) -> wgpu::ShaderModule {
     gpu.device.create_shader_module(wgpu::ShaderModuleDescriptor {
         label: Some(label),
@@ -99,7 +99,7 @@ pub fn shader(gpu: &Gpu, label: &str, source: &str) -> wgpu::ShaderModule {
     })
 }
 
-/// The compute pipeline of one entry point.
+/// Creates the compute pipeline of one entry point.
 pub fn compute(
     gpu: &Gpu,
     entry: &str,
@@ -112,7 +112,7 @@ pub fn compute(
         module,
         entry_point: Some(entry),
         compilation_options: wgpu::PipelineCompilationOptions {
-            // Every shader writes its shared memory before it reads it.
+            // Every shader writes its workgroup memory before it reads it.
             zero_initialize_workgroup_memory: false,
             ..Default::default()
         },
@@ -120,8 +120,8 @@ pub fn compute(
     })
 }
 
-/// A buffer of `words` words that shaders read and write, zero at first. With `read_back`, also
-/// this program.
+/// Creates a zeroed buffer of `words` words that shaders read and write. With `read_back`, it can be read by
+/// the CPU, too.
 pub fn storage(gpu: &Gpu, label: &str, words: u64, read_back: bool) -> Buffer {
     let mapped =
         if read_back && gpu.reads_directly() { BufferUsages::MAP_READ } else { BufferUsages::empty() };
@@ -133,7 +133,7 @@ pub fn storage(gpu: &Gpu, label: &str, words: u64, read_back: bool) -> Buffer {
     })
 }
 
-/// A buffer with these contents; one element of zeros where there are none, as an empty buffer
+/// Creates a buffer with these contents; one zeroed element where there are none, because an empty buffer
 /// cannot be bound.
 pub fn filled<T: bytemuck::NoUninit + bytemuck::Zeroable>(
     gpu: &Gpu,

@@ -1,4 +1,4 @@
-//! Pass *count* (`shaders/count.wgsl`): the number of fragments, per pixel.
+//! Pass *count* (`shaders/count.wgsl`): the number of fragments per pixel.
 
 use wgpu::{BindGroup, BindGroupLayout, CommandEncoder};
 
@@ -8,10 +8,10 @@ use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
 use super::frame::Frame;
 use super::workspace::Workspace;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/count.wgsl");
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Count {
     draw: DrawPipeline,
@@ -24,7 +24,8 @@ impl Count {
         Self { draw: DrawPipeline::new(gpu, frame, style) }
     }
 
-    /// Leaves the counts of the band's pixels in the workspace's places, and a 0 after them.
+    /// Records the pass: it leaves the counts of the band's pixels in the workspace's offsets, followed by a
+    /// 0.
     pub fn record(
         &self,
         gpu: &Gpu,

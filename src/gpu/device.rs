@@ -1,14 +1,14 @@
-//! The device that the passes run on, and how its errors become ours.
+//! The GPU device, and the conversion of its errors to this crate's.
 
 use wgpu::{Adapter, AdapterInfo, Backends, Device, DeviceType, ErrorFilter, Features, Queue};
 
 use crate::error::{Error, Result};
 
-/// What to do where no adapter is found.
-const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter found; a software one will do: on Debian and Ubuntu \
-     install the package mesa-vulkan-drivers (`sh examples/setup.sh` does)";
+/// The message for machines without an adapter.
+const NO_ADAPTER: &str = "no Vulkan, Metal or DX12 adapter was found; a software adapter is sufficient: on \
+    Debian and Ubuntu install the package mesa-vulkan-drivers (`sh examples/setup.sh` does this)";
 
-/// A device with its queue. Passed to whoever draws, never global; cloning shares both.
+/// A device with its queue. It is passed to the code that draws and never global; clones share both.
 #[derive(Debug, Clone)]
 pub struct Gpu {
     pub(super) device: Device,
@@ -17,11 +17,11 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// A device of its own, without a window: a real adapter where there is one, else a software
-    /// adapter. The environment variable `WGPU_ADAPTER_NAME` chooses by a part of the name.
+    /// Opens a device without a window: on a hardware adapter where there is one, else on a software adapter.
+    /// The environment variable `WGPU_ADAPTER_NAME` selects an adapter by a part of its name.
     ///
     /// # Errors
-    /// [`Error::Gpu`] when there is no adapter, none of that name, or it gives no device.
+    /// [`Error::Gpu`] when there is no adapter, none of that name, or the adapter provides no device.
     pub fn headless() -> Result<Self> {
         let backends = Backends::from_env().unwrap_or(Backends::PRIMARY);
         let mut descriptor = wgpu::InstanceDescriptor::new_without_display_handle();
@@ -31,32 +31,32 @@ impl Gpu {
         Self::open(&adapter)
     }
 
-    /// The device of somebody else, such as an editor's window. What it was not made for (large
-    /// storage bindings, direct read-back) is done without.
+    /// Wraps an existing device, such as the editor window's. Optional features that it was not created with
+    /// (large storage bindings, direct read-back) are not used.
     pub fn from_device(device: Device, queue: Queue) -> Self {
         let info = device.adapter_info();
         Self { device, queue, info }
     }
 
-    /// A device that validates everything and computes nothing: for tests of pipelines.
+    /// Returns a device that validates everything and computes nothing, for tests of pipelines.
     pub fn noop() -> Self {
         let (device, queue) = Device::noop(&wgpu::DeviceDescriptor::default());
         Self::from_device(device, queue)
     }
 
-    /// Name, kind, interface and driver of the adapter, on one line.
+    /// Describes the adapter on one line: name, kind, interface and driver.
     pub fn adapter_summary(&self) -> String {
         let AdapterInfo { name, device_type, backend, driver, driver_info, .. } = &self.info;
         format!("{name} ({device_type:?}, {backend}, {driver} {driver_info})")
     }
 
-    /// The adapter is the processor itself.
+    /// Returns true when the adapter is a software renderer on the CPU.
     pub fn is_software(&self) -> bool {
         self.info.device_type == DeviceType::Cpu
     }
 
     fn open(adapter: &Adapter) -> Result<Self> {
-        // Where the GPU's memory is the processor's, results are read where they were written.
+        // Where the GPU shares the CPU's memory, results can be read without a copy.
         let software = adapter.get_info().device_type == DeviceType::Cpu;
         let wanted = if software { Features::MAPPABLE_PRIMARY_BUFFERS } else { Features::empty() };
         let wanted = wanted | Features::TEXTURE_COMPRESSION_BC;
@@ -73,29 +73,30 @@ impl Gpu {
         Ok(Self::from_device(device, queue))
     }
 
-    /// Storage buffers may be mapped and read without a copy.
+    /// Returns true when storage buffers can be mapped and read without a copy.
     pub(super) fn reads_directly(&self) -> bool {
         self.device.features().contains(Features::MAPPABLE_PRIMARY_BUFFERS)
     }
 
-    /// Textures may be BC7.
+    /// Returns true when textures can be BC7-compressed.
     pub(super) fn has_compression(&self) -> bool {
         self.device.features().contains(Features::TEXTURE_COMPRESSION_BC)
     }
 
-    /// Bytes that one storage binding may hold.
+    /// Returns the number of bytes that one storage binding may hold.
     pub(super) fn largest_binding(&self) -> u64 {
         let limits = self.device.limits();
         limits.max_storage_buffer_binding_size.min(limits.max_buffer_size)
     }
 
-    /// Runs `work`; what the device finds wrong in it, memory included, becomes our error here.
+    /// Runs `work` and converts validation and memory errors of the device in it to [`Error::Gpu`]; `doing`
+    /// names the work.
     pub(super) fn guarded<T>(&self, doing: &str, work: impl FnOnce() -> Result<T>) -> Result<T> {
         let filters = [ErrorFilter::Internal, ErrorFilter::OutOfMemory, ErrorFilter::Validation];
         let scopes = filters.map(|filter| self.device.push_error_scope(filter));
         let result = work();
         let found = scopes.into_iter().rev().filter_map(|scope| pollster::block_on(scope.pop()));
-        // The innermost scope is asked first; every scope has to be popped.
+        // The error of the innermost scope is reported; every scope has to be popped.
         match found.collect::<Vec<_>>().first() {
             Some(error) => Err(Error::Gpu(format!("{doing}: {error}"))),
             None => result,
@@ -103,7 +104,7 @@ impl Gpu {
     }
 }
 
-/// The best adapter, or the one that the user named.
+/// Chooses the best adapter, or the best of those whose name contains the user's.
 fn choose(mut adapters: Vec<Adapter>, name: Option<&str>) -> Result<Adapter> {
     let names: Vec<String> = adapters.iter().map(|a| a.get_info().name).collect();
     if let Some(wanted) = name {
@@ -120,7 +121,7 @@ fn choose(mut adapters: Vec<Adapter>, name: Option<&str>) -> Result<Adapter> {
     })
 }
 
-/// Smaller is better.
+/// Returns the rank of a kind of adapter; smaller is better.
 fn rank(device_type: DeviceType) -> u32 {
     match device_type {
         DeviceType::DiscreteGpu => 0,

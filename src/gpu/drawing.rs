@@ -1,4 +1,4 @@
-//! What the drawing passes share: triangles on the device, and the pipeline that draws them into a
+//! The common parts of the drawing passes: triangles on the device, and the pipeline that draws them into a
 //! band (`shaders/drawing.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
@@ -10,26 +10,26 @@ use super::device::Gpu;
 use super::frame::Frame;
 use crate::layers::View;
 
-/// The vertex stage, between `frame.wgsl` and a pass.
+/// The WGSL source of the vertex stage, which is put between `frame.wgsl` and the pass.
 pub const VERTEX: &str = include_str!("../../shaders/drawing.wgsl");
 
-/// The depth buffer.
+/// The format of the depth buffer.
 pub const DEPTH: TextureFormat = TextureFormat::Depth32Float;
 
-/// The item buffer: 1 + the index of an item, 0 where there is none.
+/// The format of the item buffer: 1 + the index of an item, 0 where there is none.
 pub const ITEMS: TextureFormat = TextureFormat::R32Uint;
 
-/// A corner as the vertex stage reads it.
+/// A corner of a triangle in the layout of the vertex stage.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Corner {
     /// x, y, w in clip coordinates.
     pub position: [f32; 3],
-    /// Index into the planes.
+    /// Index of the item in the table of planes.
     pub item: u32,
 }
 
-/// Triangles on the device, in model order.
+/// The triangles to draw, on the device, in model order.
 #[derive(Debug)]
 pub struct Triangles {
     corners: Buffer,
@@ -37,7 +37,7 @@ pub struct Triangles {
 }
 
 impl Triangles {
-    /// Those of the items that `kept` says.
+    /// Uploads the triangles of the items for which `kept` is true.
     pub fn of(gpu: &Gpu, view: &View, kept: impl Fn(u32) -> bool) -> Self {
         let triangles = view.corners.iter().zip(&view.triangle_items).filter(|(_, item)| kept(**item));
         let corners: Vec<Corner> = triangles
@@ -48,23 +48,23 @@ impl Triangles {
     }
 }
 
-/// What a drawing pass is, besides its shader.
+/// The properties of a drawing pass besides its shader.
 #[derive(Debug, Clone, Copy)]
 pub struct Style<'a> {
     /// Name of the pass and of its fragment entry point.
     pub name: &'a str,
-    /// WGSL of the pass alone.
+    /// The WGSL source of the pass alone.
     pub source: &'a str,
-    /// Group 1.
+    /// The bindings of group 1.
     pub kinds: &'a [Kind],
-    /// How the depth buffer is tested and written; `None`: it is only looked at.
+    /// The comparison by which the depth buffer is tested and written; `None` when it is only read.
     pub depth: Option<CompareFunction>,
-    /// The pass draws into the item buffer.
+    /// True when the pass draws into the item buffer.
     pub items: bool,
 }
 
 impl Style<'_> {
-    /// A pass that looks at a depth buffer and writes storage buffers only.
+    /// A pass that reads a depth buffer and writes storage buffers only.
     pub const LOOK: Self = Style { name: "", source: "", kinds: &[], depth: None, items: false };
 }
 
@@ -78,7 +78,7 @@ pub struct DrawPipeline {
     writes_depth: bool,
 }
 
-/// What is drawn into.
+/// The attachments to draw into.
 #[derive(Debug, Clone, Copy)]
 pub struct Canvas<'a> {
     /// The depth buffer of the band.
@@ -99,12 +99,13 @@ impl DrawPipeline {
         Self { name: style.name.into(), pipeline, own, cleared, writes_depth: style.depth.is_some() }
     }
 
-    /// Group 1 with these resources, in the shader's order.
+    /// Builds bind group 1 with these resources, in the shader's order.
     pub fn bind(&self, gpu: &Gpu, resources: &[wgpu::BindingResource]) -> BindGroup {
         bindings::bind(gpu, &self.name, &self.own, resources)
     }
 
-    /// Draws triangles into the frame's rows. A pass that writes depth clears the canvas first.
+    /// Records the drawing of triangles into the frame's rows. A pass that writes depth clears the canvas
+    /// first.
     pub fn record(
         &self,
         encoder: &mut CommandEncoder,
@@ -136,8 +137,8 @@ impl DrawPipeline {
         });
         let [width, height] = frame.size;
         let band = frame.band.start;
-        // The photo is larger than the canvas and hangs over it: rows keep the same sub-pixel
-        // grid in every band, and the scissor alone chooses among a band's rows.
+        // The viewport is the whole photo and exceeds the canvas: rows then have the same sub-pixel grid in
+        // every band, and the scissor alone selects the band's rows.
         pass.set_viewport(0.0, -(band as f32), width as f32, height as f32, 0.0, 1.0);
         pass.set_scissor_rect(0, frame.rows.start - band, width, frame.rows.len() as u32);
         pass.set_pipeline(&self.pipeline);
@@ -169,7 +170,7 @@ fn render_pipeline(
             compilation_options: Default::default(),
             buffers: &[Some(corner)],
         },
-        // A photo sees faces from both sides.
+        // Photos may see faces from either side.
         primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
         depth_stencil: Some(wgpu::DepthStencilState {
             format: DEPTH,

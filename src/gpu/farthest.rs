@@ -6,10 +6,10 @@ use super::device::Gpu;
 use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
 use super::frame::Frame;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/farthest.wgsl");
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Farthest {
     draw: DrawPipeline,
@@ -19,7 +19,7 @@ pub struct Farthest {
 impl Farthest {
     /// Builds the pipeline.
     pub fn new(gpu: &Gpu, frame: &BindGroupLayout) -> Self {
-        // Smaller is farther; among equals the later drawn wins.
+        // Smaller values are farther; of equal ones the later drawn wins.
         let depth = Some(CompareFunction::LessEqual);
         let style = Style { name: "farthest", source: SOURCE, depth, items: true, ..Style::LOOK };
         let draw = DrawPipeline::new(gpu, frame, style);
@@ -27,7 +27,7 @@ impl Farthest {
         Self { draw, own }
     }
 
-    /// Fills the canvas' depth and item buffers; 1 and 0 where nothing is.
+    /// Records the pass: it fills the canvas' depth and item buffers; 1 and 0 where no fragment is.
     pub fn record(
         &self,
         encoder: &mut CommandEncoder,

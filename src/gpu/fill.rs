@@ -1,4 +1,4 @@
-//! Pass *fill* (`shaders/fill.wgsl`): every fragment writes its entry.
+//! Pass *fill* (`shaders/fill.wgsl`): every fragment writes its entry into the fragment lists.
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
 
@@ -8,10 +8,10 @@ use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
 use super::frame::Frame;
 use super::workspace::Workspace;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/fill.wgsl");
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Fill {
     draw: DrawPipeline,
@@ -25,8 +25,9 @@ impl Fill {
         Self { draw: DrawPipeline::new(gpu, frame, style) }
     }
 
-    /// Fills the entries of the frame's rows. The workspace holds the nearest of the band, and the
-    /// places as pass *scan* left them; of a band filled in parts, the last rows come first.
+    /// Records the pass: it fills the entries of the frame's rows. The workspace holds the nearest depths of
+    /// the band, and the offsets as pass *scan* left them; when a band is filled in parts, the last rows come
+    /// first.
     pub fn record(
         &self,
         gpu: &Gpu,

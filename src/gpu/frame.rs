@@ -1,4 +1,4 @@
-//! What every pass knows: the rows being worked on, and the items' planes (`shaders/frame.wgsl`).
+//! The data common to all passes: the rows being processed, and the items' planes (`shaders/frame.wgsl`).
 
 use std::ops::Range;
 
@@ -9,14 +9,15 @@ use super::bindings::{self, Kind};
 use super::device::Gpu;
 use crate::layers::View;
 
-/// Put before every shader.
+/// The WGSL source that is put before every shader.
 pub const SOURCE: &str = include_str!("../../shaders/frame.wgsl");
 
-/// The depth buffer holds inverse depths times this over [`View::largest_inverse_depth`]: room for
-/// planes seen edge-on, whose extrapolation to a pixel centre may exceed the largest.
+/// The scale of the depth buffer: it holds inverse depths times this over [`View::largest_inverse_depth`],
+/// which leaves room for planes seen edge-on, whose extrapolation to a pixel centre may exceed the largest
+/// inverse depth.
 const DEPTH_ROOM: f32 = 1.0 / 65536.0;
 
-/// `Frame` of the shaders.
+/// The uniform of the shaders (`Frame`), which document the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct FrameUniform {
@@ -30,7 +31,7 @@ pub struct FrameUniform {
     pub zero: u32,
 }
 
-/// `Plane` of the shaders.
+/// An item's plane (`Plane` of the shaders, which document the fields).
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct PlaneWords {
@@ -42,13 +43,13 @@ pub struct PlaneWords {
     pub number: u32,
 }
 
-/// Group 0 of every pipeline.
+/// Creates the layout of bind group 0 of every pipeline.
 pub fn layout(gpu: &Gpu) -> BindGroupLayout {
     let stages = ShaderStages::VERTEX_FRAGMENT | ShaderStages::COMPUTE;
     bindings::layout(gpu, "frame", stages, &[Kind::Uniform, Kind::Read])
 }
 
-/// The planes of a view's items; `number` gives each its place in the working set.
+/// Uploads the planes of a view's items; `number` returns each item's index in the working set.
 pub fn planes(gpu: &Gpu, view: &View, number: impl Fn(usize) -> u32) -> Buffer {
     let words = |(index, item): (usize, &crate::layers::Item)| {
         let plane = item.inverse_depth;
@@ -58,31 +59,31 @@ pub fn planes(gpu: &Gpu, view: &View, number: impl Fn(usize) -> u32) -> Buffer {
     bindings::filled(gpu, "planes", &planes, BufferUsages::STORAGE)
 }
 
-/// Rows of a photo that textures and per-pixel buffers hold at a time.
+/// The rows of a photo that textures and per-pixel buffers hold at a time.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Frame {
     /// Size of the photo in pixels.
     pub size: [u32; 2],
     /// The rows of the band.
     pub band: Range<u32>,
-    /// Those of them being worked on.
+    /// The rows of the band that are being processed.
     pub rows: Range<u32>,
-    /// Place in the whole band's entries of the first one in the buffer.
+    /// The index, among the whole band's entries, of the first entry in the buffer.
     pub first_entry: u32,
 }
 
 impl Frame {
-    /// All rows of a band.
+    /// Selects all rows of a band.
     pub fn band(view: &View, band: Range<u32>) -> Self {
         Self { size: [view.width, view.height], rows: band.clone(), band, first_entry: 0 }
     }
 
-    /// Pixels of the band.
+    /// Returns the number of pixels of the band.
     pub fn pixels(&self) -> u64 {
         u64::from(self.size[0]) * self.band.len() as u64
     }
 
-    /// Group 0 for these rows.
+    /// Builds bind group 0 for these rows.
     pub fn bind(
         &self,
         gpu: &Gpu,
@@ -107,7 +108,7 @@ impl Frame {
     }
 }
 
-/// The bands of a photo: whole rows, from the top, at most `most_pixels` each (one row at least).
+/// Divides a photo into bands of whole rows, from the top, of at most `most_pixels` each (at least one row).
 pub fn bands(view: &View, most_pixels: u64) -> Vec<Range<u32>> {
     let rows = (most_pixels / u64::from(view.width.max(1))).clamp(1, u64::from(view.height.max(1))) as u32;
     // Bands of equal height need the least memory.

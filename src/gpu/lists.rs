@@ -1,4 +1,4 @@
-//! Fragment lists: count, prefix sum, fill, and the pairs in them, one band at a time.
+//! Construction of the fragment lists: count, prefix sum, fill, and the pairs in them, one band at a time.
 
 use std::ops::Range;
 
@@ -13,19 +13,19 @@ use crate::error::{Error, Result};
 use crate::layers::Occlusion;
 use crate::layers::rasteriser::Band;
 
-/// Rows of a band whose entries fit a buffer.
+/// A part of a band: rows whose entries fit into a buffer.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Part {
     /// The rows.
     pub frame: Frame,
-    /// Number of their entries.
+    /// The number of their entries.
     pub entries: u64,
 }
 
 impl GpuRasteriser {
-    /// Counts the fragments of a band and finds their places. The nearest is drawn first, unless
-    /// it `is_drawn` already. Returns the parts of the band from the bottom, in which order they
-    /// have to be filled.
+    /// Counts the fragments of a band and computes their offsets. The nearest depths are drawn first, unless
+    /// `nearest_is_drawn`. Returns the parts of the band from the bottom, the order in which they have to be
+    /// filled.
     pub(super) fn places(
         &self,
         run: &Run,
@@ -54,7 +54,7 @@ impl GpuRasteriser {
         Ok(parts)
     }
 
-    /// Fills a part's entries, and leaves them in the workspace.
+    /// Fills a part's entries, which remain in the workspace.
     pub(super) fn fill(&self, run: &Run, space: &mut Workspace, part: &Part) {
         space.reserve(&self.gpu, part.entries);
         let shared = self.share(run, &part.frame);
@@ -63,7 +63,7 @@ impl GpuRasteriser {
         });
     }
 
-    /// The pairs in a part that was filled, in no order. `table_bits` grows where it has to.
+    /// Returns the pairs in a filled part, in no particular order. `table_bits` grows where necessary.
     pub(super) fn pairs(
         &self,
         run: &Run,
@@ -84,12 +84,12 @@ impl GpuRasteriser {
         }
     }
 
-    /// The lists of a part that was filled.
+    /// Reads back the lists of a filled part.
     pub(super) fn read_lists(&self, space: &Workspace, part: &Part) -> Result<Band> {
         let Part { frame, entries } = part;
         let pixel = |row: u32| u64::from(row - frame.band.start) * u64::from(frame.size[0]);
-        let places = pixel(frame.rows.start)..pixel(frame.rows.end) + 1;
-        let wanted = [(&space.places, places), (&space.entries, 0..*entries)];
+        let pixel_range = pixel(frame.rows.start)..pixel(frame.rows.end) + 1;
+        let wanted = [(&space.places, pixel_range), (&space.entries, 0..*entries)];
         let [mut offsets, entries] = readback::read(&self.gpu, wanted)?;
         if frame.first_entry > 0 {
             offsets.iter_mut().for_each(|offset| *offset -= frame.first_entry);
@@ -98,12 +98,14 @@ impl GpuRasteriser {
     }
 }
 
-/// Cuts a band into parts of at most `most` entries, from the top. `ends` tells where the entries
-/// of each pixel end.
+/// Divides a band into parts of at most `most` entries, from the top. `ends` holds the offsets at which the
+/// entries of each pixel end.
 fn parts(band: &Frame, ends: &[u32], most: u64) -> Result<Vec<Part>> {
     let width = band.size[0] as usize;
     let row_ends: Vec<u32> = ends.iter().skip(width - 1).step_by(width).copied().collect();
-    let (mut parts, mut first_row, mut first_entry) = (Vec::new(), 0, 0);
+    let mut parts = Vec::new();
+    let mut first_row = 0;
+    let mut first_entry = 0;
     while first_row < row_ends.len() {
         let fits = |&end: &u32| u64::from(end - first_entry) <= most;
         let end_row = first_row + row_ends[first_row..].partition_point(fits);
@@ -133,7 +135,7 @@ mod tests {
 
     #[test]
     fn parts_are_whole_rows_that_hold_all_entries() {
-        // Entries per row: 3, 1, 0, 4.
+        // The rows have 3, 1, 0 and 4 entries.
         let cut = parts(&BAND, &[1, 3, 3, 4, 4, 4, 6, 8], 4).expect("every row fits");
         let summary: Vec<_> =
             cut.iter().map(|part| (part.frame.rows.clone(), part.frame.first_entry, part.entries)).collect();

@@ -1,5 +1,5 @@
-//! Pass *mark* (`shaders/mark.wgsl`): which items have a fragment behind the nearest by more than
-//! the tolerance. With it, exact peeling.
+//! Pass *mark* (`shaders/mark.wgsl`): marks the items that have a fragment behind the nearest by more than
+//! the tolerance. Exact peeling is built on it.
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, Buffer, CommandEncoder};
 
@@ -15,7 +15,7 @@ use crate::error::Result;
 use crate::layers::View;
 use crate::task::Task;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/mark.wgsl");
 
 /// One flag per item of a view, on the device.
@@ -23,24 +23,24 @@ pub const SOURCE: &str = include_str!("../../shaders/mark.wgsl");
 pub struct Marks(Buffer);
 
 impl Marks {
-    /// No item is marked.
+    /// Creates flags that are all unset.
     pub fn new(gpu: &Gpu, view: &View) -> Self {
         Self(bindings::storage(gpu, "marks", view.items.len() as u64, true))
     }
 
-    /// For binding.
+    /// Returns the binding of the flags.
     pub fn resource(&self) -> BindingResource<'_> {
         self.0.as_entire_binding()
     }
 
-    /// The flags, one per item.
+    /// Reads the flags back, one per item.
     pub fn read(&self, gpu: &Gpu, view: &View) -> Result<Vec<bool>> {
         let [marks] = readback::read(gpu, [(&self.0, 0..view.items.len() as u64)])?;
         Ok(marks.into_iter().map(|mark| mark != 0).collect())
     }
 }
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Mark {
     draw: DrawPipeline,
@@ -55,7 +55,7 @@ impl Mark {
         }
     }
 
-    /// Adds the marks of a band, whose nearest is on the canvas.
+    /// Records the pass: it adds the marks of a band, whose nearest depths are on the canvas.
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -71,8 +71,8 @@ impl Mark {
 }
 
 impl GpuRasteriser {
-    /// Per item of the view, whether a fragment of it lies behind another of the run by more than
-    /// the tolerance.
+    /// Returns, per item of the view, whether a fragment of it lies behind another item's of the run by more
+    /// than the tolerance.
     pub(super) fn behind_any(&self, run: &Run, space: &Workspace) -> Result<Vec<bool>> {
         let marks = Marks::new(&self.gpu, run.view);
         let canvas = Canvas { depth: &space.depth, items: None };
@@ -88,8 +88,8 @@ impl GpuRasteriser {
         marks.read(&self.gpu, run.view)
     }
 
-    /// The same with some pairs (front, back), sorted, left out: the nearest may be a forgiven one
-    /// and something else be in front as well, so every pair is looked at.
+    /// Does the same as [`Self::behind_any`] without the `forgiven` pairs (front, back), sorted. The nearest
+    /// item may be a forgiven one while another unforgiven one is in front, too, so every pair is counted.
     pub(super) fn behind_unforgiven(
         &self,
         run: &Run,

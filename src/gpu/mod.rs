@@ -1,16 +1,16 @@
-//! The passes, one file each, beside their shaders of the same name in `shaders/`.
+//! The GPU passes, one file each, and their shaders of the same name in `shaders/`.
 //!
-//! | pass | what it leaves |
+//! | pass | result |
 //! |---|---|
 //! | *nearest* | inverse depth of the nearest fragment, per pixel |
-//! | *presence* | the working set; where the others are hidden |
+//! | *presence* | the working set; where the other items are hidden |
 //! | *count*, *scan*, *fill* | every fragment of the working set, per pixel |
 //! | *pairs* | the table of occlusions |
-//! | *mark* | what lies behind the nearest: one round of exact peeling |
-//! | *farthest*, *stencil* | what hides the farthest: one round of the published peeling |
+//! | *mark* | the items behind the nearest fragments: one round of exact peeling |
+//! | *farthest*, *stencil* | the items that are partly hidden: one round of the published peeling |
 //!
-//! [`GpuRasteriser`] holds the pipelines and runs the passes in this order. Photos are drawn in
-//! bands of whole rows, so that textures and buffers keep to what an adapter can bind.
+//! [`GpuRasteriser`] holds the pipelines and runs the passes in this order. Photos are drawn in bands of
+//! whole rows, so that textures and buffers stay within the limits of the adapter.
 
 mod atlas;
 mod bindings;
@@ -40,7 +40,7 @@ mod workspace;
 pub use atlas::Storage;
 pub use device::Gpu;
 pub use rasteriser::GpuRasteriser;
-pub use renderer::{Renderer, Sliced};
+pub use renderer::Renderer;
 pub use texture_statistics::TextureStatistics;
 pub use tile_store::{Loaded, TextureOptions, TileStore};
 

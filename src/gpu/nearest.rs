@@ -1,4 +1,4 @@
-//! Pass *nearest* (`shaders/nearest.wgsl`): the inverse depth of the nearest fragment, per pixel.
+//! Pass *nearest* (`shaders/nearest.wgsl`): the inverse depth of the nearest fragment per pixel.
 
 use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, CompareFunction};
 
@@ -6,10 +6,10 @@ use super::device::Gpu;
 use super::drawing::{Canvas, DrawPipeline, Style, Triangles};
 use super::frame::Frame;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/nearest.wgsl");
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Nearest {
     draw: DrawPipeline,
@@ -26,7 +26,7 @@ impl Nearest {
         Self { draw, own }
     }
 
-    /// Fills the canvas' depth buffer; 0 where nothing is.
+    /// Records the pass: it fills the canvas' depth buffer; 0 where no fragment is.
     pub fn record(
         &self,
         encoder: &mut CommandEncoder,

@@ -1,10 +1,9 @@
-//! Pass *pairs* (`shaders/pairs.wgsl`): the table of occlusions, counted into a hash table on the
-//! device and unscrambled here.
+//! Pass *pairs* (`shaders/pairs.wgsl`): the table of occlusions, counted into a hash table on the device and
+//! decoded here.
 //!
-//! A pair of numbers below 2^20 is a number of 40 bits. A Feistel network scatters these numbers
-//! and can be undone: so the slot tells some of the bits, and a tag of 32 bits tells the others and
-//! how far from its first slot the pair was put. One word to compare and exchange is enough, and
-//! no key is stored.
+//! A pair of numbers below 2^20 is a number of 40 bits, which a Feistel network scatters invertibly. The slot
+//! then encodes some of its bits, and a tag of 32 bits encodes the others and the distance from the pair's
+//! first slot. So comparing and exchanging one word is enough, and no key is stored.
 
 use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder, ComputePipeline, ShaderStages};
 
@@ -16,27 +15,28 @@ use super::workspace::Workspace;
 use crate::error::{Error, Result};
 use crate::layers::Occlusion;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/pairs.wgsl");
 
-/// Bits of each number of a pair.
+/// The number of bits of each number of a pair.
 pub const HALF_BITS: u32 = 20;
 
 const HALF: u32 = (1 << HALF_BITS) - 1;
 
-/// Bits of a tag that count probes.
+/// The number of bits of a tag that count probes.
 pub(super) const PROBE_BITS: u32 = 7;
 
-/// Pixels of a row that one invocation looks at.
+/// The number of pixels of a row that one invocation processes.
 pub(super) const RUN: u32 = 64;
 
-/// Invocations in a workgroup, one below the other.
+/// The number of invocations in a workgroup, which are one below the other.
 pub(super) const WORKGROUP: u32 = 64;
 
-/// Fewest bits of a table: a tag holds 40 - 16 bits of a pair, and the probes.
+/// The least number of bits of a table: a tag then holds 40 - 16 bits of a pair, and the probes.
 const LEAST_BITS: u32 = 16;
 
-/// The size to begin with for so many items: a face has few partners.
+/// Returns the initial size of the table for this many items, each of which occludes few others; as a binary
+/// logarithm.
 pub fn table_bits(gpu: &Gpu, items: usize) -> u32 {
     (16 * items.max(1)).ilog2().max(LEAST_BITS).min(largest_bits(gpu))
 }
@@ -51,10 +51,10 @@ pub struct Table {
 }
 
 impl Table {
-    /// An empty table.
+    /// Creates an empty table of 2^`bits` slots.
     ///
     /// # Errors
-    /// When the device cannot bind one of this size.
+    /// [`Error::Gpu`] when the device cannot bind a table of this size.
     pub fn new(gpu: &Gpu, bits: u32) -> Result<Self> {
         if bits > largest_bits(gpu) {
             return Err(Error::Gpu(format!(
@@ -68,8 +68,8 @@ impl Table {
         Ok(Self { tags, pixels, overflow: buffer("overflow", 1), bits })
     }
 
-    /// The pairs in the table, in no order, or `None` when some found no slot. `items` gives the
-    /// item of each number.
+    /// Reads the pairs of the table, in no particular order; `None` when some pairs found no slot. `items`
+    /// maps numbers to items.
     pub fn read(&self, gpu: &Gpu, items: &[u32]) -> Result<Option<Vec<Occlusion>>> {
         let slots = 0..1 << self.bits;
         let wanted = [(&self.tags, slots.clone()), (&self.pixels, slots), (&self.overflow, 0..1)];
@@ -90,7 +90,7 @@ fn largest_bits(gpu: &Gpu) -> u32 {
     (gpu.largest_binding() / 4).ilog2().min(2 * HALF_BITS - 8)
 }
 
-/// The pair of numbers whose tag is in slot `at` of 2^bits.
+/// Decodes the pair of numbers whose tag is in slot `at` of 2^bits.
 fn pair_at(bits: u32, at: u32, tag: u32) -> (u32, u32) {
     let (rest, probe) = ((tag - 1) >> PROBE_BITS, (tag - 1) & ((1 << PROBE_BITS) - 1));
     let slot = at.wrapping_sub(probe) & ((1 << bits) - 1);
@@ -99,7 +99,7 @@ fn pair_at(bits: u32, at: u32, tag: u32) -> (u32, u32) {
     gather((scattered >> HALF_BITS) as u32, scattered as u32 & HALF)
 }
 
-/// Undoes the shader's `scatter`.
+/// Inverts the shader's `scatter`.
 fn gather(mut one: u32, mut other: u32) -> (u32, u32) {
     for turn in (0..4).rev() {
         (one, other) = (other ^ stir(one, turn), one);
@@ -107,14 +107,14 @@ fn gather(mut one: u32, mut other: u32) -> (u32, u32) {
     (one, other)
 }
 
-/// The shader's `stir`.
+/// Computes the same as the shader's `stir`.
 fn stir(half: u32, turn: u32) -> u32 {
     let h = half.wrapping_add(turn.wrapping_mul(0x9e37_79b9)).wrapping_mul(0x85eb_ca6b);
     let h = (h ^ (h >> 15)).wrapping_mul(0xc2b2_ae35);
     (h ^ (h >> 13)) & HALF
 }
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Pairs {
     own: BindGroupLayout,
@@ -130,7 +130,7 @@ impl Pairs {
         Self { pairs: bindings::compute(gpu, "pairs", &module, &[frame, &own]), own }
     }
 
-    /// Counts the pairs of the frame's rows, whose lists are in the workspace.
+    /// Records the pass: it counts the pairs of the frame's rows, whose lists are in the workspace.
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -160,7 +160,7 @@ impl Pairs {
 mod tests {
     use super::*;
 
-    /// The shader's `scatter`.
+    /// Computes the same as the shader's `scatter`.
     fn scatter(front: u32, back: u32) -> (u32, u32) {
         (0..4).fold((front, back), |(one, other), turn| (other, one ^ stir(other, turn)))
     }

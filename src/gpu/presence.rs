@@ -1,5 +1,5 @@
-//! Pass *presence* (`shaders/presence.wgsl`): which items are nearest somewhere, and where the
-//! others are hidden first.
+//! Pass *presence* (`shaders/presence.wgsl`): finds the items that are nearest somewhere, and the first pixel
+//! at which each of the others is hidden.
 
 use bytemuck::{Pod, Zeroable};
 use wgpu::{BindGroup, BindGroupLayout, Buffer, CommandEncoder};
@@ -12,21 +12,22 @@ use super::readback;
 use crate::error::Result;
 use crate::layers::rasteriser::{FragmentLists, Presence as Seen};
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/presence.wgsl");
 
-/// `Sighting` of the shader: what was seen of one item, gathered over all bands.
+/// The observations of one item over all bands (`Sighting` of the shader).
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Pod, Zeroable)]
 #[repr(C)]
 pub struct Sighting {
-    /// Not 0 when some fragment is visible.
+    /// Nonzero when some fragment of the item is visible.
     pub visible: u32,
-    /// Complement of the first pixel of the photo where the item is hidden; 0: none.
+    /// The complement of the index of the first pixel of the photo at which the item is hidden; 0 when there
+    /// is none.
     pub hidden: u32,
 }
 
 impl Sighting {
-    /// What became of the item, the lists telling who hides it.
+    /// Converts the observations to the item's state; `lists` provides the owner that hides it.
     pub fn presence(self, lists: &FragmentLists) -> Seen {
         match self {
             Self { visible: 0, hidden: 0 } => Seen::Nowhere,
@@ -44,20 +45,20 @@ impl Sighting {
 pub struct Sightings(Buffer);
 
 impl Sightings {
-    /// Nothing seen yet of so many items.
+    /// Creates empty sightings of this many items.
     pub fn new(gpu: &Gpu, items: usize) -> Self {
-        // One at least: a photo that looks away from the model has no items.
+        // At least one, because a photo that looks away from the model has no items.
         Self(bindings::storage(gpu, "sightings", 2 * items.max(1) as u64, true))
     }
 
-    /// What was seen, one per item.
+    /// Reads the sightings back, one per item.
     pub fn read(&self, gpu: &Gpu, items: usize) -> Result<Vec<Sighting>> {
         let [words] = readback::read(gpu, [(&self.0, 0..2 * items as u64)])?;
         Ok(bytemuck::cast_slice(&words).to_vec())
     }
 }
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Presence {
     draw: DrawPipeline,
@@ -71,7 +72,7 @@ impl Presence {
         Self { draw: DrawPipeline::new(gpu, frame, style) }
     }
 
-    /// Adds what this band shows; the canvas' depth buffer holds the nearest.
+    /// Records the pass: it adds the sightings of a band; the canvas' depth buffer holds the nearest depths.
     pub fn record(
         &self,
         gpu: &Gpu,

@@ -1,4 +1,4 @@
-//! Sheets are decoded into pyramids, in parallel, and kept for a while, as far as memory allows.
+//! Decoding of sheets into pyramids, in parallel, with a cache of limited size.
 
 use std::collections::BTreeSet;
 use std::sync::Arc;
@@ -9,54 +9,53 @@ use rustc_hash::FxHashMap;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
-use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 use crate::task::Task;
 
 /// A sheet and its pyramid.
-pub type Made = (SheetId, Arc<Pyramid>);
+pub type Made = (LayerTextureId, Arc<Pyramid>);
 
-/// What became of sheets that were asked for: pyramids of those that could be read, and why the others
-/// could not.
+/// The result of decoding sheets: the pyramids of those that could be read, and the errors of the others.
 #[derive(Debug, Default)]
 pub struct Batch {
-    /// In the order in which they were asked for.
+    /// The pyramids, in the order in which the sheets were requested.
     pub made: Vec<Made>,
-    /// In the same order.
-    pub failed: Vec<(SheetId, Error)>,
+    /// The errors, in the same order.
+    pub failed: Vec<(LayerTextureId, Error)>,
 }
 
-/// Texels of sheets that are decoded at once: bounds the memory for it.
+/// The largest number of texels of sheets that are decoded at once, which limits memory.
 const BATCH_TEXELS: u64 = 32 << 20;
-/// Sheets are decoded in steps of so many, so that what comes first is like the rest: a photo's own sheets
-/// follow one another.
+/// The stride in which sheets are decoded, so that the first ones are representative: a photo's own sheets
+/// are consecutive.
 const STRIDE: u32 = 13;
 
-/// Makes pyramids of sheets.
+/// A decoder of sheets into pyramids.
 #[derive(Clone)]
-pub struct Maker {
+pub struct PyramidDecoder {
     texels: Arc<dyn Texels>,
     rects: Arc<[PixelRect]>,
     options: PyramidOptions,
 }
 
-impl Maker {
-    /// Of a picture that is there already.
-    pub fn of_pixels(&self, sheet: SheetId, pixels: &SheetPixels) -> Arc<Pyramid> {
+impl PyramidDecoder {
+    /// Builds the pyramid of decoded pixels.
+    pub fn of_pixels(&self, sheet: LayerTextureId, pixels: &LayerTexturePixels) -> Arc<Pyramid> {
         Arc::new(pyramid(self.rects[sheet.0 as usize], pixels, &self.options))
     }
 
-    /// Of a sheet that holds nothing.
-    pub fn of_nothing(&self, sheet: SheetId) -> Arc<Pyramid> {
+    /// Builds the pyramid of an empty sheet.
+    pub fn of_nothing(&self, sheet: LayerTextureId) -> Arc<Pyramid> {
         let rect = PixelRect { w: 0, h: 0, ..self.rects[sheet.0 as usize] };
-        self.of_pixels(sheet, &SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() })
+        self.of_pixels(sheet, &LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() })
     }
 
-    /// Of their files, in parallel.
+    /// Decodes sheets from their files, in parallel.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]; what is wrong with single sheets is in the batch.
-    pub fn make_all(&self, sheets: &[SheetId], task: &Task) -> Result<Batch> {
-        let make = |sheet: &SheetId| {
+    /// [`Error::Cancelled`]; errors of single sheets are in the batch.
+    pub fn decode_all(&self, sheets: &[LayerTextureId], task: &Task) -> Result<Batch> {
+        let make = |sheet: &LayerTextureId| {
             task.go_on()?;
             match self.texels.sheet(*sheet) {
                 Err(Error::Cancelled) => Err(Error::Cancelled),
@@ -74,52 +73,52 @@ impl Maker {
     }
 }
 
-/// The pyramids of sheets, the least recently used of which are forgotten first.
+/// A cache of the pyramids of sheets; the least recently used are dropped first.
 pub struct Pyramids {
-    maker: Maker,
-    kept: FxHashMap<SheetId, (Arc<Pyramid>, u64)>,
+    maker: PyramidDecoder,
+    kept: FxHashMap<LayerTextureId, (Arc<Pyramid>, u64)>,
     bytes: u64,
     most_bytes: u64,
     now: u64,
 }
 
 impl Pyramids {
-    /// Of sheets with these rectangles; at most `most_bytes` are kept.
+    /// Creates an empty cache for sheets with these rectangles, which keeps at most `most_bytes`.
     pub fn new(
         texels: Arc<dyn Texels>,
         rects: Vec<PixelRect>,
         options: PyramidOptions,
         most_bytes: u64,
     ) -> Self {
-        let maker = Maker { texels, rects: rects.into(), options };
+        let maker = PyramidDecoder { texels, rects: rects.into(), options };
         Self { maker, kept: FxHashMap::default(), bytes: 0, most_bytes, now: 0 }
     }
 
-    /// Sheets are read from `texels` from now on; those that are kept stay as they are.
+    /// Reads sheets from `texels` from now on; pyramids in the cache are kept.
     pub fn read_from(&mut self, texels: Arc<dyn Texels>) {
         self.maker.texels = texels;
     }
 
-    /// For work beside this.
-    pub fn maker(&self) -> Maker {
+    /// Returns the decoder, for use in parallel with the cache.
+    pub fn maker(&self) -> PyramidDecoder {
         self.maker.clone()
     }
 
-    /// The sheets' rectangles, in photo pixels.
+    /// Returns the sheets' rectangles, in photo pixels.
     pub fn rects(&self) -> &[PixelRect] {
         &self.maker.rects
     }
 
-    /// Texels of a sheet's rectangle.
-    pub fn area(&self, sheet: SheetId) -> u64 {
+    /// Returns the number of texels of a sheet's rectangle.
+    pub fn area(&self, sheet: LayerTextureId) -> u64 {
         self.rects()[sheet.0 as usize].area()
     }
 
-    /// Sheets that are decoded at the same time, within a bound on memory.
-    pub fn batches(&self, sheets: BTreeSet<SheetId>) -> Vec<Vec<SheetId>> {
-        let mut sheets: Vec<SheetId> = sheets.into_iter().collect();
+    /// Divides sheets into batches that are decoded at once, within the limit of memory.
+    pub fn batches(&self, sheets: BTreeSet<LayerTextureId>) -> Vec<Vec<LayerTextureId>> {
+        let mut sheets: Vec<LayerTextureId> = sheets.into_iter().collect();
         sheets.sort_by_key(|sheet| (sheet.0 % STRIDE, *sheet));
-        let mut batches: Vec<Vec<SheetId>> = Vec::new();
+        let mut batches: Vec<Vec<LayerTextureId>> = Vec::new();
         let mut room = 0;
         for sheet in sheets {
             let texels = self.area(sheet);
@@ -133,30 +132,30 @@ impl Pyramids {
         batches
     }
 
-    /// The pyramids of sheets, first those that are here, and how many of them had to be made.
+    /// Returns the pyramids of sheets, cached ones first, and the number of those that had to be decoded.
     ///
     /// # Errors
-    /// As [`Maker::make_all`].
-    pub fn get(&mut self, sheets: &[SheetId], task: &Task) -> Result<(Batch, usize)> {
+    /// As [`PyramidDecoder::decode_all`].
+    pub fn get(&mut self, sheets: &[LayerTextureId], task: &Task) -> Result<(Batch, usize)> {
         let cached: Vec<_> = sheets.iter().map(|sheet| (*sheet, self.cached(*sheet))).collect();
-        let missing: Vec<SheetId> =
+        let missing: Vec<LayerTextureId> =
             cached.iter().filter(|(_, cached)| cached.is_none()).map(|(sheet, _)| *sheet).collect();
-        let Batch { made, failed } = self.maker.make_all(&missing, task)?;
+        let Batch { made, failed } = self.maker.decode_all(&missing, task)?;
         self.keep(&made);
         let decoded = made.len();
         let cached = cached.into_iter().filter_map(|(sheet, cached)| Some((sheet, cached?)));
         Ok((Batch { made: cached.chain(made).collect(), failed }, decoded))
     }
 
-    /// The pyramid of a sheet, if it is here.
-    pub fn cached(&mut self, sheet: SheetId) -> Option<Arc<Pyramid>> {
+    /// Returns the pyramid of a sheet if it is cached.
+    pub fn cached(&mut self, sheet: LayerTextureId) -> Option<Arc<Pyramid>> {
         self.now += 1;
         let (pyramid, used) = self.kept.get_mut(&sheet)?;
         *used = self.now;
         Some(pyramid.clone())
     }
 
-    /// Keeps pyramids, in place of the sheets' old ones. The newest is kept however large it is.
+    /// Adds pyramids to the cache, replacing the sheets' old ones. The newest is kept however large it is.
     pub fn keep(&mut self, made: &[Made]) {
         for (sheet, pyramid) in made {
             self.now += 1;
@@ -181,24 +180,24 @@ impl Pyramids {
 mod tests {
     use super::*;
 
-    /// Sheets that have no files.
+    /// A source of sheets without files.
     struct None;
 
     impl Texels for None {
-        fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+        fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
             Err(Error::Request(format!("sheet {} was read", sheet.0)))
         }
     }
 
     fn square(side: u32) -> Arc<Pyramid> {
-        let rect = PixelRect { x: 0, y: 0, w: side, h: side };
+        let rect = PixelRect::of_size(side, side);
         let texels = rect.area() as usize;
-        let pixels = SheetPixels { rect, rgba: vec![255; 4 * texels], needed: vec![1; texels] };
+        let pixels = LayerTexturePixels { rect, rgba: vec![255; 4 * texels], needed: vec![1; texels] };
         Arc::new(pyramid(rect, &pixels, &PyramidOptions::default()))
     }
 
     fn pyramids(most_bytes: u64) -> Pyramids {
-        let rect = PixelRect { x: 0, y: 0, w: 4096, h: 4096 };
+        let rect = PixelRect::of_size(4096, 4096);
         Pyramids::new(Arc::new(None), vec![rect; 20], PyramidOptions::default(), most_bytes)
     }
 
@@ -206,33 +205,33 @@ mod tests {
     fn what_was_not_used_for_longest_is_forgotten() {
         let one = square(64);
         let mut pyramids = pyramids(2 * one.bytes());
-        (0..2).for_each(|i| pyramids.keep(&[(SheetId(i), one.clone())]));
-        assert!(pyramids.cached(SheetId(0)).is_some());
-        pyramids.keep(&[(SheetId(2), one.clone())]);
-        let there: Vec<bool> = (0..3).map(|i| pyramids.cached(SheetId(i)).is_some()).collect();
+        (0..2).for_each(|i| pyramids.keep(&[(LayerTextureId(i), one.clone())]));
+        assert!(pyramids.cached(LayerTextureId(0)).is_some());
+        pyramids.keep(&[(LayerTextureId(2), one.clone())]);
+        let there: Vec<bool> = (0..3).map(|i| pyramids.cached(LayerTextureId(i)).is_some()).collect();
         assert_eq!(there, [true, false, true]);
-        pyramids.keep(&[(SheetId(2), one.clone())]);
-        assert!(pyramids.cached(SheetId(0)).is_some() && pyramids.bytes == 2 * one.bytes());
+        pyramids.keep(&[(LayerTextureId(2), one.clone())]);
+        assert!(pyramids.cached(LayerTextureId(0)).is_some() && pyramids.bytes == 2 * one.bytes());
         let task = Task::silent();
-        assert_eq!(pyramids.get(&[SheetId(2)], &task).unwrap().1, 0);
-        let (batch, made) = pyramids.get(&[SheetId(2), SheetId(1)], &task).unwrap();
+        assert_eq!(pyramids.get(&[LayerTextureId(2)], &task).unwrap().1, 0);
+        let (batch, made) = pyramids.get(&[LayerTextureId(2), LayerTextureId(1)], &task).unwrap();
         assert_eq!((batch.made.len(), made), (1, 0));
-        assert_eq!(batch.failed[0].0, SheetId(1), "it has to be read");
+        assert_eq!(batch.failed[0].0, LayerTextureId(1), "it has to be read");
     }
 
     #[test]
     fn what_is_larger_than_the_bound_is_kept_alone() {
         let mut pyramids = pyramids(1);
-        pyramids.keep(&[(SheetId(0), square(8)), (SheetId(1), square(16))]);
-        assert!(pyramids.cached(SheetId(0)).is_none() && pyramids.cached(SheetId(1)).is_some());
+        pyramids.keep(&[(LayerTextureId(0), square(8)), (LayerTextureId(1), square(16))]);
+        assert!(pyramids.cached(LayerTextureId(0)).is_none() && pyramids.cached(LayerTextureId(1)).is_some());
     }
 
     #[test]
     fn batches_hold_every_sheet_once() {
-        let batches = pyramids(1).batches((0..20).map(SheetId).collect());
+        let batches = pyramids(1).batches((0..20).map(LayerTextureId).collect());
         assert!(batches.iter().all(|batch| batch.len() == 2), "each sheet is half a batch");
         let mut all = batches.concat();
         all.sort_unstable();
-        assert_eq!(all, (0..20).map(SheetId).collect::<Vec<_>>());
+        assert_eq!(all, (0..20).map(LayerTextureId).collect::<Vec<_>>());
     }
 }

@@ -1,4 +1,4 @@
-//! What the method asks of a rasteriser: the passes in their order.
+//! The GPU implementation of [`Rasteriser`]: runs the passes in their order.
 
 use std::ops::Range;
 use std::sync::{Mutex, PoisonError};
@@ -24,14 +24,15 @@ use crate::layers::rasteriser::{Presence as Seen, StencilLayers, TIE};
 use crate::layers::{FragmentLists, Fragments, Occlusion, Rasteriser, View, count_pairs};
 use crate::task::Task;
 
-/// Pixels of a band. A photo of 8 megapixels is drawn in one piece, with about 200 MB of buffers.
+/// The largest number of pixels of a band. A photo of 8 megapixels is drawn in one piece, with about 200 MB
+/// of buffers.
 const BAND_PIXELS: u64 = 8 << 20;
 
-/// Entries that a buffer holds at most, where the adapter would bind more.
+/// The largest number of entries of a buffer, even where the adapter could bind more.
 const MOST_ENTRIES: u64 = 1 << 26;
 
-/// Draws views on a GPU, real or software. Long-lived: it holds the pipelines, and buffers that
-/// the next photo uses again. Any number of threads may use it at a time.
+/// A rasteriser on a GPU, hardware or software. It is long-lived: it holds the pipelines, and buffers that
+/// are reused for the next photo. Any number of threads may use it at a time.
 #[derive(Debug)]
 pub struct GpuRasteriser {
     pub(super) gpu: Gpu,
@@ -45,9 +46,9 @@ pub struct GpuRasteriser {
     pub(super) mark: Mark,
     pub(super) farthest: Farthest,
     pub(super) stencil: Stencil,
-    /// Workspaces that nobody uses now.
+    /// Workspaces that are not in use.
     spare: Mutex<Vec<Workspace>>,
-    /// Pass *pairs* counts the table; else this program does, from the lists.
+    /// True when pass *pairs* counts the table of occlusions, false when the CPU does from the lists.
     pub(super) pairs_on_device: bool,
     pub(super) band_pixels: u64,
     pub(super) most_entries: u64,
@@ -57,7 +58,7 @@ impl GpuRasteriser {
     /// Builds all pipelines.
     ///
     /// # Errors
-    /// [`Error::Gpu`] when the device refuses one.
+    /// [`Error::Gpu`] when the device rejects one.
     pub fn new(gpu: &Gpu) -> Result<Self> {
         gpu.guarded("building the pipelines", || {
             let frame = frame::layout(gpu);
@@ -81,24 +82,23 @@ impl GpuRasteriser {
         })
     }
 
-    /// Whether pass *pairs* counts the table of pairs, as by default, or this program, from the
-    /// lists that were read back, as by default where the adapter is the processor itself. The
-    /// table is the same, but such an adapter takes ten times as long, and Mesa's ends the loops of
-    /// a shader without a word after 65,535 turns: where some thirty faces lie behind each other,
-    /// it would lose pairs.
+    /// Selects whether pass *pairs* counts the table of occlusions, as by default, or the CPU does from the
+    /// lists read back, as by default on software adapters. The table is the same. But a software adapter
+    /// takes ten times as long on the device, and Mesa's silently ends the loops of a shader after 65,535
+    /// iterations: where some thirty faces lie behind each other, it would lose pairs.
     pub fn counting_pairs_on_device(self, on_device: bool) -> Self {
         Self { pairs_on_device: on_device, ..self }
     }
 
-    /// Less memory, more passes: photos are drawn in bands of so many pixels at most (one row at
-    /// least), and lists are made in parts of so many entries (those of one row must fit). Limits
-    /// beyond the adapter's own change nothing.
-    pub fn in_parts_of(self, band_pixels: u64, entries: u64) -> Self {
+    /// Uses less memory at the cost of more passes: photos are drawn in bands of at most this many pixels (at
+    /// least one row), and lists are made in parts of at most this many entries (those of one row must fit).
+    /// Limits beyond the adapter's own have no effect.
+    pub fn with_limits(self, band_pixels: u64, entries: u64) -> Self {
         let (band_pixels, most_entries) = (band_pixels.min(self.band_pixels), entries.min(self.most_entries));
         Self { band_pixels, most_entries, ..self }
     }
 
-    /// The bands of a view, from the top.
+    /// Returns the bands of a view, from the top.
     pub(super) fn bands(&self, view: &View) -> Vec<Range<u32>> {
         frame::bands(view, self.band_pixels)
     }
@@ -110,8 +110,8 @@ impl GpuRasteriser {
         self.gpu.queue.submit([encoder.finish()]);
     }
 
-    /// Lends a workspace for the bands of a view, with the device's errors caught. `view` has
-    /// pixels.
+    /// Runs `work` with a workspace for the bands of a view, and catches the device's errors. `view` must
+    /// have pixels.
     pub(super) fn with_workspace<T>(
         &self,
         doing: &str,
@@ -132,8 +132,8 @@ impl GpuRasteriser {
         })
     }
 
-    /// What was seen of each item: draws everything, band by band. The workspace keeps the nearest
-    /// of the last band.
+    /// Draws everything, band by band, and returns the sightings of each item. The workspace keeps the
+    /// nearest depths of the last band.
     fn sightings(
         &self,
         view: &View,
@@ -157,7 +157,8 @@ impl GpuRasteriser {
         sightings.read(&self.gpu, view.items.len())
     }
 
-    /// The lists of a run, and its pairs. The nearest is drawn first, unless it `is_drawn` already.
+    /// Builds the lists of a run and its pairs. The nearest depths are drawn first, unless
+    /// `nearest_is_drawn`.
     pub(super) fn lists_and_pairs(
         &self,
         run: &Run,
@@ -195,7 +196,7 @@ impl Rasteriser for GpuRasteriser {
         self.with_workspace("listing fragments", view, |space, bands| {
             let seen = self.sightings(view, space, bands, task)?;
             let working: Vec<bool> = seen.iter().map(|seen| seen.visible != 0).collect();
-            let run = Run::of_some(&self.gpu, view, tolerance, flagged(&working))?;
+            let run = Run::some_items(&self.gpu, view, tolerance, flagged(&working))?;
             let (lists, occlusions) = self.lists_and_pairs(&run, space, bands, bands.len() == 1, task)?;
             let presence = seen.iter().map(|seen| seen.presence(&lists)).collect();
             Ok(Fragments { presence, lists, occlusions })
@@ -213,7 +214,7 @@ impl Rasteriser for GpuRasteriser {
             return Ok(vec![false; view.items.len()]);
         }
         self.with_workspace("exact peeling", view, |space, _| {
-            let run = Run::of_some(&self.gpu, view, tolerance, flagged(alive))?;
+            let run = Run::some_items(&self.gpu, view, tolerance, flagged(alive))?;
             if forgiven.is_empty() {
                 self.behind_any(&run, space)
             } else {
@@ -239,17 +240,17 @@ impl Rasteriser for GpuRasteriser {
     }
 }
 
-/// The photo has no pixels: there is nothing to draw into.
+/// Returns true when the photo has no pixels, so that there is nothing to draw into.
 fn is_empty(view: &View) -> bool {
     view.width == 0 || view.height == 0
 }
 
-/// The items whose flag is set, rising.
+/// Returns the items whose flag is set, rising.
 pub(super) fn flagged(flags: &[bool]) -> Vec<u32> {
     (0..).zip(flags).filter(|(_, flag)| **flag).map(|(item, _)| item).collect()
 }
 
-/// What a photo without pixels shows.
+/// Returns the result for a photo without pixels.
 fn nothing(view: &View) -> Fragments {
     Fragments {
         presence: vec![Seen::Nowhere; view.items.len()],
@@ -258,22 +259,24 @@ fn nothing(view: &View) -> Fragments {
     }
 }
 
+/// Checks that the adapter can draw a photo of this size.
+///
 /// # Errors
-/// When the photo is larger than what the adapter draws.
+/// [`Error::Gpu`] when the photo is larger than what the adapter can draw.
 fn check_size(gpu: &Gpu, view: &View) -> Result<()> {
     let most = gpu.device.limits().max_texture_dimension_2d;
     if view.width.max(view.height) <= most {
         return Ok(());
     }
     Err(Error::Gpu(format!(
-        "the photo has {} x {} pixels, but {} draws at most {most} a side; make the photo smaller",
+        "the photo has {} x {} pixels, but {} draws at most {most} per side; make the photo smaller",
         view.width,
         view.height,
         gpu.adapter_summary()
     )))
 }
 
-/// The pairs of several parts of a photo as one table, sorted.
+/// Joins the pairs of several parts of a photo into one table, sorted.
 fn summed(mut occlusions: Vec<Occlusion>) -> Vec<Occlusion> {
     occlusions.sort_unstable();
     occlusions.dedup_by(|next, kept| {

@@ -1,4 +1,4 @@
-//! Results come back to this program.
+//! Reading of results from the device.
 
 use std::ops::Range;
 use std::sync::mpsc;
@@ -8,10 +8,10 @@ use wgpu::{Buffer, BufferUsages, MapMode, PollType};
 use super::device::Gpu;
 use crate::error::{Error, Result};
 
-/// Waits for the device and reads words (of 4 bytes) of each buffer. Where the device allows, they
-/// are read where they lie, else through a copy.
+/// Waits for the device and reads words (of 4 bytes) of each buffer: directly where the device allows it,
+/// else through a copy.
 pub fn read<const N: usize>(gpu: &Gpu, ranges: [(&Buffer, Range<u64>); N]) -> Result<[Vec<u32>; N]> {
-    // A mapping begins at a multiple of 8 bytes.
+    // A mapping has to begin at a multiple of 8 bytes.
     let mapped = ranges.map(|(buffer, words)| {
         let begin = words.start & !1;
         let skip = (words.start - begin) as usize;
@@ -21,7 +21,7 @@ pub fn read<const N: usize>(gpu: &Gpu, ranges: [(&Buffer, Range<u64>); N]) -> Re
     let (sender, receiver) = mpsc::channel();
     for ((buffer, bytes), _) in &mapped {
         let sender = sender.clone();
-        // Nobody listens any more only when another mapping failed before.
+        // The receiver is gone only when another mapping failed before.
         buffer.map_async(MapMode::Read, bytes.clone(), move |result| drop(sender.send(result)));
     }
     gpu.device
@@ -42,7 +42,8 @@ pub fn read<const N: usize>(gpu: &Gpu, ranges: [(&Buffer, Range<u64>); N]) -> Re
     Ok(results)
 }
 
-/// A buffer to map, and the bytes of it: the buffer itself, or a copy of the part that is asked for.
+/// Returns a buffer that can be mapped, and the range of its bytes: the buffer itself, or a copy of the
+/// requested part.
 fn source(gpu: &Gpu, buffer: &Buffer, bytes: Range<u64>) -> (Buffer, Range<u64>) {
     if buffer.usage().contains(BufferUsages::MAP_READ) {
         return (buffer.clone(), bytes);

@@ -1,4 +1,4 @@
-//! A view on the device: the items that are drawn, for one run of the passes.
+//! One run of the passes over a view: the items that are drawn, on the device.
 
 use wgpu::{BindGroup, Buffer};
 
@@ -10,32 +10,32 @@ use super::rasteriser::GpuRasteriser;
 use crate::error::{Error, Result};
 use crate::layers::View;
 
-/// Some items of a view with their triangles.
+/// The items of a view that are drawn, with their triangles, on the device.
 #[derive(Debug)]
 pub struct Run<'a> {
     /// The view.
     pub view: &'a View,
-    /// Relative.
+    /// The relative depth tolerance.
     pub tolerance: f32,
-    /// The items, rising. Their places in this list are their numbers in pass *pairs*.
+    /// The items, rising. Their index in this list is their number in pass *pairs*.
     pub items: Vec<u32>,
-    /// Their triangles.
+    /// The triangles of the items.
     pub triangles: Triangles,
     planes: Buffer,
 }
 
 impl<'a> Run<'a> {
-    /// All items, not numbered.
+    /// Prepares all items, without numbers.
     pub fn of_all(gpu: &Gpu, view: &'a View, tolerance: f32) -> Self {
         let planes = frame::planes(gpu, view, |_| 0);
         Self { view, tolerance, items: Vec::new(), triangles: Triangles::of(gpu, view, |_| true), planes }
     }
 
-    /// Some items, rising, numbered in this order.
+    /// Prepares some items, rising, numbered in this order.
     ///
     /// # Errors
-    /// When there are more than pass *pairs* can number.
-    pub fn of_some(gpu: &Gpu, view: &'a View, tolerance: f32, items: Vec<u32>) -> Result<Self> {
+    /// [`Error::Request`] when there are more items than pass *pairs* can number.
+    pub fn some_items(gpu: &Gpu, view: &'a View, tolerance: f32, items: Vec<u32>) -> Result<Self> {
         if items.len() > 1 << HALF_BITS {
             return Err(Error::Request(format!(
                 "one photo shows {} faces, at most {} can be sorted; simplify the model",
@@ -54,7 +54,7 @@ impl<'a> Run<'a> {
 }
 
 impl GpuRasteriser {
-    /// Group 0 for some rows of a run.
+    /// Builds bind group 0 for some rows of a run.
     pub(super) fn share(&self, run: &Run, frame: &Frame) -> BindGroup {
         frame.bind(&self.gpu, &self.frame, run.view, run.tolerance, &run.planes)
     }

@@ -1,4 +1,4 @@
-//! Pass *scan* (`shaders/scan.wgsl`): counts become places, by prefix sums.
+//! Pass *scan* (`shaders/scan.wgsl`): converts counts to offsets by prefix sums.
 
 use wgpu::{BindGroup, BindGroupLayout, CommandEncoder, ComputePipeline, ShaderStages};
 
@@ -7,13 +7,13 @@ use super::device::Gpu;
 use super::frame::{self, Frame};
 use super::workspace::Workspace;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/scan.wgsl");
 
-/// Pixels that one invocation adds up.
+/// The number of pixels that one invocation adds up.
 pub const RUN: u64 = 64;
 
-/// Invocations in a workgroup of the steps over runs.
+/// The number of invocations in a workgroup of the steps over runs.
 const WORKGROUP: u64 = 64;
 
 /// The pipelines of the three steps.
@@ -39,8 +39,8 @@ impl Scan {
         }
     }
 
-    /// Turns the counts in the workspace's places into the places where each pixel's entries end;
-    /// the last one, after all pixels, is their number.
+    /// Records the pass: it converts the counts in the workspace to the offsets at which each pixel's entries
+    /// end. The last word, after all pixels, is the total.
     pub fn record(
         &self,
         gpu: &Gpu,

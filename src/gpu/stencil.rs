@@ -1,6 +1,6 @@
-//! Pass *stencil* (`shaders/stencil.wgsl`), and with it stencil peeling as published in 2003: its
-//! answers, in the best form that we can write. The marks stay on the device, and one flag per
-//! item is read back a round.
+//! Pass *stencil* (`shaders/stencil.wgsl`), and stencil peeling as published in 2003: the results are those
+//! of the published method, computed as efficiently as possible. The marks stay on the device, and one flag
+//! per item is read back per round.
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, CommandEncoder};
 
@@ -17,10 +17,10 @@ use crate::layers::View;
 use crate::layers::rasteriser::StencilLayers;
 use crate::task::Task;
 
-/// WGSL of the pass.
+/// The WGSL source of the pass.
 pub const SOURCE: &str = include_str!("../../shaders/stencil.wgsl");
 
-/// The pipeline.
+/// The pipeline of the pass.
 #[derive(Debug)]
 pub struct Stencil {
     draw: DrawPipeline,
@@ -39,7 +39,8 @@ impl Stencil {
         }
     }
 
-    /// Adds the marks of a band, drawn by pass *farthest* into `depth` and `items` of the canvas.
+    /// Records the pass: it adds the marks of a band that pass *farthest* has drawn into `depth` and `items`
+    /// of the canvas.
     fn record(
         &self,
         gpu: &Gpu,
@@ -56,7 +57,7 @@ impl Stencil {
     }
 }
 
-/// A set of items that is being peeled.
+/// The fixed inputs of peeling a view.
 struct Peeling<'a> {
     view: &'a View,
     tolerance: f32,
@@ -65,7 +66,7 @@ struct Peeling<'a> {
 }
 
 impl GpuRasteriser {
-    /// All layers of the items flagged in `working`.
+    /// Peels all layers of the items flagged in `working`.
     pub(super) fn peel(
         &self,
         view: &View,
@@ -84,7 +85,7 @@ impl GpuRasteriser {
                 break;
             }
             let found = self.peel_one(&peeling, &rest, &mut layers.passes)?;
-            // A round that empties the set ends the peeling: the rest becomes one last layer.
+            // A round that empties the set ends the peeling: the remaining items become one last layer.
             let found = found.unwrap_or_else(|| {
                 layers.locked = rest.iter().filter(|&&left| left).count() as u32;
                 rest.clone()
@@ -97,7 +98,7 @@ impl GpuRasteriser {
         Ok(layers)
     }
 
-    /// One layer of the `rest`: rounds take out what is partly hidden, until nothing is. `None`
+    /// Peels one layer off the `rest`: rounds remove partly hidden items until there are none. Returns `None`
     /// when a round emptied the set.
     fn peel_one(&self, peeling: &Peeling, rest: &[bool], rounds: &mut u32) -> Result<Option<Vec<bool>>> {
         let mut set = rest.to_vec();
@@ -115,11 +116,11 @@ impl GpuRasteriser {
         Ok(None)
     }
 
-    /// One round. The set is drawn twice, because with a tolerance the farthest must be known
-    /// before the others can be compared with it.
+    /// Finds the partly hidden items of a set. The set is drawn twice, because with a tolerance the farthest
+    /// fragment must be known before the others can be compared with it.
     fn partly_hidden(&self, peeling: &Peeling, set: &[bool]) -> Result<Vec<bool>> {
         let Peeling { view, tolerance, canvas, .. } = *peeling;
-        let run = Run::of_some(&self.gpu, view, tolerance, flagged(set))?;
+        let run = Run::some_items(&self.gpu, view, tolerance, flagged(set))?;
         let marks = Marks::new(&self.gpu, view);
         for rows in self.bands(view) {
             let frame = Frame::band(view, rows);

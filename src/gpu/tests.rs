@@ -1,4 +1,4 @@
-//! The shaders without a GPU: they are valid, they agree with Rust on sizes, they make pipelines.
+//! Tests of the shaders without a GPU: they are valid, agree with Rust on struct layouts, and make pipelines.
 
 use std::mem::offset_of;
 
@@ -10,7 +10,7 @@ use super::presence::Sighting;
 use super::{Gpu, GpuRasteriser};
 use super::{count, drawing, farthest, fill, frame, mark, nearest, pairs, presence, scan, stencil};
 
-/// Every shader as it is compiled: name and WGSL.
+/// Returns every shader as it is compiled: name and WGSL.
 fn shaders() -> Vec<(&'static str, String)> {
     let drawn = [
         ("nearest", nearest::SOURCE),
@@ -32,7 +32,7 @@ fn parsed(name: &str, source: &str) -> naga::Module {
     naga::front::wgsl::parse_str(source).unwrap_or_else(fault)
 }
 
-/// Size of a WGSL struct, and where its members lie, in bytes.
+/// Returns the size of a WGSL struct, and the offsets of its members, in bytes.
 fn wgsl_struct(shader: &str, name: &str) -> (u32, Vec<(String, u32)>) {
     let (_, source) = shaders().into_iter().find(|(own, _)| *own == shader).expect("it is in the list");
     let module = parsed(shader, &source);
@@ -44,7 +44,7 @@ fn wgsl_struct(shader: &str, name: &str) -> (u32, Vec<(String, u32)>) {
     (*span, members)
 }
 
-/// The same of a Rust struct whose members have the same names.
+/// The size and offsets of a Rust struct whose members have the same names.
 macro_rules! rust_struct {
     ($name:ident: $($member:ident)*) => {
         (size_of::<$name>() as u32, vec![$((stringify!($member).to_string(), offset_of!($name, $member) as u32)),*])
@@ -86,7 +86,7 @@ fn every_shader_has_a_rust_file_of_the_same_name() {
     for shader in std::fs::read_dir(root.join("shaders")).expect("the folder is there") {
         let name = shader.expect("it can be listed").path().with_extension("rs");
         let name = name.file_name().expect("a file has a name");
-        // `weights` has its twin instead: the pass around it is `project`.
+        // The Rust file beside `weights` is its CPU reference; its pass is `project`.
         let rooms = ["src/gpu", "src/gpu/renderer", "src/projection"];
         let found = rooms.iter().any(|room| root.join(room).join(name).exists());
         assert!(found, "{} is in none of {rooms:?}", name.display());

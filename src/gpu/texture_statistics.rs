@@ -1,28 +1,28 @@
-//! What texture memory costs, against what it shows.
+//! Statistics of texture memory: its size relative to the content that it holds.
 
 use std::fmt;
 
 use crate::geometry::PixelRect;
 use crate::projection::tiles::{Occupancy, SLOT, Shape, TILE};
 
-/// Texels, of the sheets that were decoded.
+/// Counts over the sheets that were decoded, in texels unless stated otherwise.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct TextureStatistics {
-    /// Faces cover them.
+    /// Texels that faces cover.
     pub covered: u64,
-    /// They hold something: they are visible, filled or painted.
+    /// Texels with content: visible, filled or painted.
     pub content: u64,
-    /// Occupied tiles of level 0, without gutters.
+    /// Texels of the occupied tiles of level 0, without gutters.
     pub level_0: u64,
-    /// The same with gutters.
+    /// Texels of the occupied tiles of level 0, with gutters.
     pub level_0_slots: u64,
-    /// Occupied tiles of all levels and the tails, with gutters.
+    /// Texels of the occupied tiles of all levels and the tails, with gutters.
     pub all_slots: u64,
-    /// The sheets' rectangles with all levels: what textures of their size would take.
+    /// Texels of the sheets' rectangles with all levels: the size of plain textures.
     pub rectangles: u64,
-    /// Tiles that are on the device.
+    /// The number of tiles on the device.
     pub resident_tiles: u64,
-    /// Bytes of the pages on the device.
+    /// The size of the pages on the device, in bytes.
     pub bytes: u64,
 }
 

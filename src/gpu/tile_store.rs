@@ -1,5 +1,5 @@
-//! Texture memory: sheets are decoded, cut into tiles and brought to the device as far as a view needs
-//! them and a budget allows; what does not fit is served by coarser levels.
+//! Texture memory: sheets are decoded, cut into tiles and uploaded as far as a view needs them and the budget
+//! allows; coarser levels replace tiles that do not fit.
 
 mod loading;
 #[cfg(test)]
@@ -20,21 +20,21 @@ use crate::geometry::PixelRect;
 use crate::projection::cells::Confidence;
 use crate::projection::least_confidence::LeastConfidence;
 use crate::projection::pyramid::{Pyramid, PyramidOptions};
-use crate::projection::residency::{Residency, Want};
+use crate::projection::residency::{Residency, TileRequest};
 use crate::projection::tiles::Occupancy;
-use crate::projection::{Server, SheetId, SheetPixels, Sources, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Server, Sources, Texels};
 use crate::task::Task;
 
-/// Texture memory's limits.
+/// The limits and format of texture memory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct TextureOptions {
-    /// Bytes of texels on the device, at most.
+    /// The largest size of texels on the device, in bytes.
     pub budget_bytes: u64,
-    /// Bytes of decoded sheets kept in the program's own memory, at most.
+    /// The largest size of decoded sheets kept in main memory, in bytes.
     pub cache_bytes: u64,
-    /// How levels and confidence are made.
+    /// Options of levels and confidence.
     pub pyramid: PyramidOptions,
-    /// How texels lie on the device.
+    /// The format of texels on the device.
     pub storage: Storage,
 }
 
@@ -49,46 +49,52 @@ impl Default for TextureOptions {
     }
 }
 
-/// What a load came to.
+/// The result of a load.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Loaded {
-    /// Tiles that were brought to the device.
+    /// The number of tiles uploaded.
     pub tiles: usize,
-    /// Sheets that were decoded.
+    /// The number of sheets decoded.
     pub sheets: usize,
-    /// Tiles that there was no room for: coarser ones serve.
+    /// The number of tiles that did not fit; coarser ones are used instead.
     pub left_out: usize,
 }
 
 /// The sheets' tiles on the device.
 pub struct TileStore {
     gpu: Gpu,
+    options: TextureOptions,
     pyramids: Pyramids,
     residency: Residency,
     atlas: Atlas,
-    /// Texels that faces cover and that hold something, per sheet that was decoded.
+    /// Per decoded sheet, the number of texels that faces cover, and the number of texels with content.
     texels_of: Vec<[u64; 2]>,
-    /// Of each sheet, which is known from when it was decoded.
+    /// Lower bounds of confidence per sheet, known from when it was decoded.
     least: Vec<LeastConfidence>,
-    /// Where each sheet lies in its photo.
+    /// The corner of each sheet in its photo, in pixels.
     corners: Vec<IVec2>,
-    /// Texels are stored as they are, not compressed.
+    /// True when texels are stored uncompressed.
     exact: bool,
-    /// No more slots than this: the budget's, or fewer where the device had no memory for them.
+    /// The largest number of slots: the budget's, or fewer where the device ran out of memory.
     most_slots: u32,
     generation: u64,
-    /// Sheets whose files could not be read: they serve nothing.
-    unreadable: BTreeSet<SheetId>,
-    /// The last wants, and what was left out of them.
-    settled: (Vec<Want>, usize),
+    /// Sheets whose files could not be read; they texture nothing.
+    unreadable: BTreeSet<LayerTextureId>,
+    /// The last requests, and the number of tiles left out of them.
+    settled: (Vec<TileRequest>, usize),
     uploading: Option<SubmissionIndex>,
 }
 
-/// With fewer slots than a page has there is nothing to be seen.
+/// The least number of slots worth having, that of one page.
 const LEAST_SLOTS: u32 = 1024;
 
 impl TileStore {
-    /// Nothing is loaded yet: sheets serve nothing until [`Self::load`] was asked for them.
+    /// Returns the limits that the store was created with.
+    pub fn options(&self) -> TextureOptions {
+        self.options
+    }
+
+    /// Creates a store without tiles: sheets texture nothing until [`Self::load`] was called for them.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device cannot hold the page tables.
@@ -104,6 +110,7 @@ impl TileStore {
         Ok(Self {
             atlas: Atlas::new(gpu, &residency, options.storage)?,
             gpu: gpu.clone(),
+            options,
             texels_of: vec![[0; 2]; rects.len()],
             least: vec![LeastConfidence::default(); rects.len()],
             corners: rects.iter().map(|rect| IVec2::new(rect.x, rect.y)).collect(),
@@ -118,54 +125,55 @@ impl TileStore {
         })
     }
 
-    /// For `atlas`: an array of pages. Another one after each change of [`Self::generation`].
+    /// Returns the view for the binding `atlas`: an array of pages. It is another one after each change of
+    /// [`Self::generation`].
     pub fn atlas(&self) -> &TextureView {
         self.atlas.view()
     }
 
-    /// The same, of which colours are read as they are stored, in sRGB.
+    /// Returns the same as [`Self::atlas`], with colours read as stored, in sRGB.
     pub fn stored_atlas(&self) -> &TextureView {
         self.atlas.stored_view()
     }
 
-    /// For `pages`: the page tables.
+    /// Returns the buffer for the binding `pages`: the page tables.
     pub fn pages(&self) -> &Buffer {
         self.atlas.pages()
     }
 
-    /// For `sheets`: per sheet where its page tables are.
+    /// Returns the buffer for the binding `sheets`: the positions of each sheet's page tables.
     pub fn sheets(&self) -> &Buffer {
         self.atlas.sheets()
     }
 
-    /// Changes when [`Self::atlas`] does: bindings have to be made anew then.
+    /// Returns a number that changes when [`Self::atlas`] does; bindings have to be made anew then.
     pub fn generation(&self) -> u64 {
         self.generation
     }
 
-    /// Everything of every sheet, as far as the budget allows.
+    /// Loads everything of every sheet, as far as the budget allows.
     ///
     /// # Errors
     /// As [`Self::load`].
     pub fn load_all(&mut self, task: &Task) -> Result<Loaded> {
-        let wants: Vec<Want> =
-            (0..self.pyramids.rects().len() as u32).map(|i| Want::all(SheetId(i))).collect();
+        let wants: Vec<TileRequest> =
+            (0..self.pyramids.rects().len() as u32).map(|i| TileRequest::all(LayerTextureId(i))).collect();
         self.load(&wants, task)
     }
 
-    /// Brings what a view needs to the device; what was not wanted for the longest time leaves. Where the
-    /// budget does not hold it all, every sheet gets coarser by the same number of levels. A sheet that
-    /// cannot be read serves nothing from then on, with a note; see [`Self::unreadable`].
+    /// Uploads the tiles that a view needs; the tiles not needed for the longest time are evicted. Where the
+    /// budget does not hold all, every sheet becomes coarser by the same number of levels. A sheet that
+    /// cannot be read textures nothing from then on, and a note says so; see [`Self::unreadable`].
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`]; what was loaded until then stays. [`crate::Error::Gpu`] when the device has no memory at all; where it has less
-    /// than the budget, less is resident.
-    pub fn load(&mut self, wants: &[Want], task: &Task) -> Result<Loaded> {
+    /// [`crate::Error::Cancelled`]; tiles loaded until then remain. [`crate::Error::Gpu`] when the device has
+    /// no memory at all; where it has less than the budget, less is resident.
+    pub fn load(&mut self, wants: &[TileRequest], task: &Task) -> Result<Loaded> {
         if wants == self.settled.0 {
             return Ok(Loaded { left_out: self.settled.1, ..Loaded::default() });
         }
         let mut loaded = Loaded::default();
-        if !self.residency.all_there(wants) {
+        if !self.residency.is_resident(wants) {
             let result = self.load_absent(wants, &mut loaded, task);
             self.write_tables();
             result?;
@@ -174,31 +182,36 @@ impl TileStore {
         Ok(loaded)
     }
 
-    /// Another picture for a sheet, or what its files hold now. Of the tiles on the device only those that
-    /// differ are written. Tiles that are needed only now come with the next [`Self::load`].
+    /// Replaces a sheet's pixels. Of the tiles on the device only those that differ are written. Tiles that
+    /// become necessary by this come with the next [`Self::load`].
     ///
     /// # Errors
-    /// None but the device's.
-    pub fn replace_sheet(&mut self, sheet: SheetId, pixels: &SheetPixels) -> Result<Loaded> {
+    /// [`crate::Error::Gpu`].
+    pub fn replace_sheet(&mut self, sheet: LayerTextureId, pixels: &LayerTexturePixels) -> Result<Loaded> {
         let new = self.pyramids.maker().of_pixels(sheet, pixels);
         let loaded = self.replace(sheet, new)?;
         self.write_tables();
         Ok(loaded)
     }
 
-    /// Reads sheets from `texels` from now on, in which `changed` hold something else than before. Those of them
-    /// that were decoded are decoded again at once, and what differs of them is written to the device; gains,
-    /// relief and all other sheets stay as they are.
+    /// Reads sheets from `texels` from now on, of which those in `changed` have other contents than before.
+    /// Those of them that were decoded are decoded again at once, and their differences are written to the
+    /// device; gains, relief and all other sheets remain.
     ///
     /// # Errors
-    /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which sheets may show what they held before.
-    pub fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[SheetId], task: &Task) -> Result<Loaded> {
+    /// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`], after which sheets may show their old contents.
+    pub fn renew(
+        &mut self,
+        texels: Arc<dyn Texels>,
+        changed: &[LayerTextureId],
+        task: &Task,
+    ) -> Result<Loaded> {
         self.pyramids.read_from(texels);
-        let is_known = |sheet: &&SheetId| self.residency.occupancy(**sheet).is_some();
+        let is_known = |sheet: &&LayerTextureId| self.residency.occupancy(**sheet).is_some();
         let known = changed.iter().filter(is_known).copied().collect();
         let mut loaded = Loaded::default();
         for batch in self.pyramids.batches(known) {
-            let Batch { made, failed } = self.pyramids.maker().make_all(&batch, task)?;
+            let Batch { made, failed } = self.pyramids.maker().decode_all(&batch, task)?;
             self.give_up(&failed, task);
             for (sheet, new) in made {
                 let one = self.replace(sheet, new)?;
@@ -211,7 +224,7 @@ impl TileStore {
         Ok(loaded)
     }
 
-    fn replace(&mut self, sheet: SheetId, new: Arc<Pyramid>) -> Result<Loaded> {
+    fn replace(&mut self, sheet: LayerTextureId, new: Arc<Pyramid>) -> Result<Loaded> {
         let old = self.pyramids.cached(sheet);
         self.unreadable.remove(&sheet);
         self.learn(sheet, &new);
@@ -227,15 +240,15 @@ impl TileStore {
         Ok(loaded)
     }
 
-    /// Sheets whose files could not be read when they were wanted.
-    pub fn unreadable(&self) -> &BTreeSet<SheetId> {
+    /// Returns the sheets whose files could not be read when they were needed.
+    pub fn unreadable(&self) -> &BTreeSet<LayerTextureId> {
         &self.unreadable
     }
 
-    /// What texture memory holds, and what it costs.
+    /// Returns the statistics of texture memory.
     pub fn statistics(&self) -> TextureStatistics {
         let mut sum = TextureStatistics { bytes: self.atlas.bytes(), ..TextureStatistics::default() };
-        for (sheet, rect) in (0..).map(SheetId).zip(self.pyramids.rects()) {
+        for (sheet, rect) in (0..).map(LayerTextureId).zip(self.pyramids.rects()) {
             let Some(occupancy) = self.residency.occupancy(sheet) else { continue };
             sum.add(rect, &self.residency.shape(sheet), occupancy, self.texels_of[sheet.0 as usize]);
         }
@@ -243,14 +256,14 @@ impl TileStore {
         sum
     }
 
-    fn learn(&mut self, sheet: SheetId, pyramid: &Pyramid) {
+    fn learn(&mut self, sheet: LayerTextureId, pyramid: &Pyramid) {
         self.residency.learn(sheet, Occupancy::of(pyramid));
         let content = pyramid.levels.first().map_or(0, |level| level.content.count());
         self.texels_of[sheet.0 as usize] = [pyramid.covered, content];
         self.least[sheet.0 as usize] = LeastConfidence::of(pyramid);
     }
 
-    /// Slots for so many tiles, if the budget and the device have them.
+    /// Makes room for this many tiles, as far as the budget and the device allow.
     fn make_room(&mut self, slots: usize) -> Result<()> {
         let wanted = u32::try_from(slots).unwrap_or(u32::MAX).min(self.most_slots);
         if wanted <= self.residency.capacity() {
@@ -263,7 +276,7 @@ impl TileStore {
                 self.residency.grow(new.into_iter().flatten().take(room as usize));
                 Ok(())
             }
-            // The device has less memory than the budget: what there is has to do.
+            // The device has less memory than the budget, so the present slots have to suffice.
             Err(_) if self.residency.capacity() > 0 => {
                 self.most_slots = self.residency.capacity();
                 Ok(())
@@ -281,8 +294,8 @@ impl TileStore {
 }
 
 impl Confidence for TileStore {
-    /// Known for sheets that were decoded, as long as all that was wanted is on the device: coarser tiles
-    /// in place of finer ones average over more.
+    /// The bound is known for decoded sheets, as long as all requested tiles are on the device: coarser tiles
+    /// in place of finer ones average over larger areas.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64 {
         if self.settled.1 > 0 || !self.exact || !low_px.is_finite() || !high_px.is_finite() {
             return 0.0;

@@ -1,4 +1,4 @@
-//! The textures and buffers of one band, kept from photo to photo.
+//! The textures and buffers of one band, reused from photo to photo.
 
 use wgpu::{BindingResource, Buffer, TextureFormat, TextureUsages, TextureView};
 
@@ -8,22 +8,23 @@ use super::drawing::DEPTH;
 use super::frame::Frame;
 use super::scan::RUN;
 
-/// What the passes over one band write. Large: one per thread that draws at the same time.
+/// The textures and buffers that the passes over one band write. They are large; each thread that draws uses
+/// one.
 #[derive(Debug)]
 pub struct Workspace {
     size: [u32; 2],
-    /// Depth buffer of the band: the nearest, or the farthest.
+    /// The depth buffer of the band: the nearest fragments, or the farthest.
     pub depth: TextureView,
-    /// One word per pixel and one more: counts, then places.
+    /// One word per pixel and one more: counts of entries, then their offsets.
     pub places: Buffer,
-    /// One word per run of pixels.
+    /// One word per run of pixels, for pass *scan*.
     pub runs: Buffer,
-    /// The entries; grows.
+    /// The entries of the fragment lists; the buffer grows.
     pub entries: Buffer,
 }
 
 impl Workspace {
-    /// For bands of so many columns and rows.
+    /// Creates a workspace for bands of this many columns and rows.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Self {
         let pixels = u64::from(size[0]) * u64::from(size[1]);
         Self {
@@ -35,27 +36,27 @@ impl Workspace {
         }
     }
 
-    /// Columns and rows of the bands that it serves.
+    /// Returns the number of columns and rows of the bands that it serves.
     pub fn size(&self) -> [u32; 2] {
         self.size
     }
 
-    /// The places of a band's pixels, and the one after them.
+    /// Returns the binding of the offsets of a band's pixels and of the word after them.
     pub fn places_of(&self, frame: &Frame) -> BindingResource<'_> {
         bindings::words(&self.places, frame.pixels() + 1)
     }
 
-    /// Makes room for so many entries. What was in the buffer is lost where it has to grow.
+    /// Ensures room for this many entries. The buffer's contents are lost when it has to grow.
     pub fn reserve(&mut self, gpu: &Gpu, entries: u64) {
         if self.entries.size() < 4 * entries {
-            // Photos of one site need about the same: some room spares most of the growing.
+            // Photos of one site need about the same; the reserve avoids most of the growing.
             let roomy = (entries + entries / 8).min(gpu.largest_binding() / 4).max(entries);
             self.entries = bindings::storage(gpu, "entries", roomy, true);
         }
     }
 }
 
-/// A texture to draw into and to look at.
+/// Creates a texture that can be drawn into and sampled.
 pub fn texture(gpu: &Gpu, label: &str, [width, height]: [u32; 2], format: TextureFormat) -> TextureView {
     let texture = gpu.device.create_texture(&wgpu::TextureDescriptor {
         label: Some(label),

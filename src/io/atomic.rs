@@ -1,5 +1,5 @@
-//! Files that appear whole or not at all: a new file in the same folder, fsync, rename, fsync of
-//! the folder. After a kill or a loss of power the old content or the new one is there.
+//! Writes files that appear whole or not at all: a new file in the same folder, fsync, rename, fsync of the
+//! folder. After a kill or a power failure either the old or the new content is there.
 
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
@@ -10,11 +10,11 @@ use tempfile::NamedTempFile;
 
 use crate::error::{Error, Result};
 
-/// How the names of unfinished files begin; [`remove_leftovers`] knows them by it.
+/// Prefix of the names of unfinished files; [`remove_leftovers`] recognises them by it.
 const UNFINISHED: &str = ".quadratura-";
 
-/// A file that is being written; it takes its place at [`AtomicFile::commit`]. Dropped before that,
-/// it vanishes and the old file stays.
+/// A file that is being written. [`AtomicFile::commit`] puts it in place; dropped before that, it vanishes
+/// and the old file stays.
 #[derive(Debug)]
 pub struct AtomicFile {
     file: NamedTempFile,
@@ -35,22 +35,22 @@ impl AtomicFile {
         Ok(Self { file, target })
     }
 
-    /// What to write to, unbuffered; it can seek.
+    /// Returns the file to write to. It is unbuffered and can seek.
     pub fn file(&mut self) -> &mut File {
         self.file.as_file_mut()
     }
 
-    /// Where it is until the commit.
+    /// Returns the temporary path that the file has until the commit.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
 
-    /// Chooses another place, in the same folder.
+    /// Changes the target to another path in the same folder.
     pub fn redirect(&mut self, target: impl Into<PathBuf>) {
         self.target = target.into();
     }
 
-    /// Puts the file in its place, over what was there.
+    /// Moves the file to its target and replaces what was there.
     ///
     /// # Errors
     /// [`Error::Io`] when the system refuses, for instance on a full disk; the old file stays.
@@ -73,7 +73,7 @@ pub fn write_atomically(target: impl AsRef<Path>, bytes: &[u8]) -> Result<()> {
 /// Writes `target` through a buffer.
 ///
 /// # Errors
-/// [`Error::Io`] with what `write` or the system said; the old file stays.
+/// [`Error::Io`] with the error of `write` or of the system; the old file stays.
 pub fn write_atomically_with(
     target: impl AsRef<Path>,
     write: impl FnOnce(&mut BufWriter<&mut File>) -> std::io::Result<()>,
@@ -86,12 +86,12 @@ pub fn write_atomically_with(
     file.commit()
 }
 
-/// Makes a rename or a new file in `folder` survive a loss of power.
+/// Flushes `folder` to disk, so that a rename or a new file in it survives a power failure.
 ///
 /// # Errors
 /// [`Error::Io`] when the disk refuses.
 pub fn sync_folder(folder: impl AsRef<Path>) -> Result<()> {
-    // Elsewhere a folder cannot be opened as a file, and renames are journalled by the file system.
+    // Other systems cannot open a folder as a file; their file systems journal renames.
     if cfg!(unix) {
         let folder = folder.as_ref();
         let open = File::open(folder).map_err(Error::io(folder, "open the folder"))?;
@@ -100,8 +100,8 @@ pub fn sync_folder(folder: impl AsRef<Path>) -> Result<()> {
     Ok(())
 }
 
-/// Removes the unfinished files that a killed writer left in `folder`. Only whoever holds the
-/// project's lock may call it, else it takes files away from under a living writer.
+/// Removes the unfinished files that a killed writer left in `folder`. The caller must hold the project's
+/// lock, otherwise this may delete files that a running writer still uses.
 ///
 /// # Errors
 /// [`Error::Io`] when the folder cannot be read or a leftover cannot be removed.
@@ -109,35 +109,37 @@ pub fn remove_leftovers(folder: &Path) -> Result<()> {
     remove_leftovers_if(folder, |_| true)
 }
 
-/// The same for a folder that others may write to: unfinished files that nobody has written to for so long.
+/// Removes the unfinished files in `folder` that were last written at least `age` ago. Unlike
+/// [`remove_leftovers`] it is safe in a folder that other programs write to.
 ///
 /// # Errors
 /// As [`remove_leftovers`].
 pub fn remove_old_leftovers(folder: &Path, age: Duration) -> Result<()> {
-    let rests = |path: &Path| {
+    let is_old = |path: &Path| {
         let changed = fs::metadata(path).and_then(|data| data.modified()).ok();
-        changed.and_then(|changed| changed.elapsed().ok()).is_some_and(|rest| rest >= age)
+        changed.and_then(|changed| changed.elapsed().ok()).is_some_and(|elapsed| elapsed >= age)
     };
-    remove_leftovers_if(folder, rests)
+    remove_leftovers_if(folder, is_old)
 }
 
-fn remove_leftovers_if(folder: &Path, is_left: impl Fn(&Path) -> bool) -> Result<()> {
+fn remove_leftovers_if(folder: &Path, is_leftover: impl Fn(&Path) -> bool) -> Result<()> {
     for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let path = entry.map_err(Error::io(folder, "read the folder"))?.path();
         let name = path.file_name().unwrap_or_default().to_string_lossy();
-        if name.starts_with(UNFINISHED) && name.ends_with(".tmp") && is_left(&path) {
+        if name.starts_with(UNFINISHED) && name.ends_with(".tmp") && is_leftover(&path) {
             fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
         }
     }
     Ok(())
 }
 
-/// The folder a path lies in; `.` for a bare name.
+/// Returns the folder that contains `path`; `.` for a bare name.
 fn folder_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
-/// A temporary file is private by default, but ours become ordinary files: the umask decides.
+/// Gives the file the permissions of an ordinary file (the umask decides); temporary files are private by
+/// default.
 fn readable_by_others(builder: &mut tempfile::Builder<'_, '_>) {
     #[cfg(unix)]
     builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o666));
@@ -189,7 +191,7 @@ mod tests {
         std::mem::forget(killed);
         fs::write(folder.path().join("b.tmp"), "theirs").unwrap();
         remove_old_leftovers(folder.path(), Duration::from_secs(3600)).unwrap();
-        assert_eq!(names_in(folder.path()).len(), 2, "somebody may be writing it");
+        assert_eq!(names_in(folder.path()).len(), 2, "another program may still be writing it");
         remove_leftovers(folder.path()).unwrap();
         assert_eq!(names_in(folder.path()), ["b.tmp"]);
     }

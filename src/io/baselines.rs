@@ -1,6 +1,6 @@
-//! `exports/pixels/`: the pixels of image layers as they were exported, named by their content, so that paint is
-//! told from what was there before, even after the stack was built anew or deleted. A layer without paint is a
-//! hard link to the stack's own file: it takes no room while that stack is there.
+//! Stores the pixels of image layers as they were exported (`exports/pixels/`), named by their content. An
+//! import compares with them to find paint, even after the stack was rebuilt or deleted. A layer without
+//! paint is a hard link to the stack's own file and takes no space while that stack exists.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -14,23 +14,23 @@ use super::layered::png::{read_rgba, write_rgba};
 use crate::document::export_record::Baseline;
 use crate::error::{Error, Result};
 
-/// The folder of the pixels.
+/// The folder `exports/pixels/`.
 #[derive(Debug, Clone)]
 pub struct Baselines {
     folder: PathBuf,
 }
 
 impl Baselines {
-    /// Beside the records in `exports`; the folder need not exist yet.
+    /// Returns the store beside the records in `exports`; the folder need not exist yet.
     pub fn new(exports: &Path) -> Self {
         Self { folder: exports.join("pixels") }
     }
 
-    /// Keeps a file with this BLAKE3. Returns its name here.
+    /// Stores a file whose BLAKE3 is `hash`. Returns its name in the store.
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn keep_file(&self, file: &Path, hash: &str) -> Result<String> {
+    pub fn store_file(&self, file: &Path, hash: &str) -> Result<String> {
         let name = format!("{hash}.png");
         let target = self.folder.join(&name);
         if !self.has(&name) {
@@ -41,21 +41,21 @@ impl Baselines {
         Ok(name)
     }
 
-    /// Keeps pixels. Returns the file's name.
+    /// Stores `raster` as a PNG. Returns the file's name in the store.
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn keep_pixels(&self, raster: &Raster) -> Result<String> {
+    pub fn store_pixels(&self, raster: &Raster) -> Result<String> {
         let mut bytes = Vec::new();
         write_rgba(&mut bytes, raster, None).map_err(Error::io(&self.folder, "encode pixels for it"))?;
-        self.keep_bytes(&bytes, "png")
+        self.store_bytes(&bytes, "png")
     }
 
-    /// Keeps the bytes of a file with this extension. Returns its name.
+    /// Stores `bytes` in a file with this extension. Returns its name in the store.
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn keep_bytes(&self, bytes: &[u8], extension: &str) -> Result<String> {
+    pub fn store_bytes(&self, bytes: &[u8], extension: &str) -> Result<String> {
         let name = format!("{}.{extension}", hash_bytes(bytes));
         if !self.has(&name) {
             self.make_folder()?;
@@ -64,11 +64,11 @@ impl Baselines {
         Ok(name)
     }
 
-    /// The pixels of a layer as they were exported; none when they are no longer kept, or somebody changed the
-    /// file.
+    /// Reads the pixels of a layer as they were exported; `None` when they are no longer stored or the file
+    /// was changed.
     ///
     /// # Errors
-    /// [`Error::Io`] and [`Error::Input`] when the file is there and cannot be read.
+    /// [`Error::Io`] and [`Error::Input`] when the file exists and cannot be read.
     pub fn pixels(&self, baseline: &Baseline) -> Result<Option<Raster>> {
         if !self.has(&baseline.file) {
             return Ok(None);
@@ -76,7 +76,7 @@ impl Baselines {
         read_rgba(&self.folder.join(&baseline.file), baseline.rect.w, baseline.rect.h).map(Some)
     }
 
-    /// The bytes of a file that was kept; none as with [`Self::pixels`].
+    /// Reads the bytes of a stored file; `None` under the same conditions as [`Self::pixels`].
     ///
     /// # Errors
     /// [`Error::Io`]
@@ -88,7 +88,7 @@ impl Baselines {
         fs::read(&file).map(Some).map_err(Error::io(&file, "read it"))
     }
 
-    /// Removes what none of `names` names.
+    /// Removes the stored files that are not in `names`.
     ///
     /// # Errors
     /// [`Error::Io`]
@@ -107,7 +107,7 @@ impl Baselines {
         Ok(())
     }
 
-    /// A file of this name is there, and as it was.
+    /// Returns whether a file of this name exists and still has the content that it was stored with.
     fn has(&self, name: &str) -> bool {
         let hash = name.split('.').next().unwrap_or_default();
         is_name(name) && hash_file(self.folder.join(name)).is_ok_and(|found| found == hash)
@@ -118,7 +118,7 @@ impl Baselines {
     }
 }
 
-/// The name of a file that is kept here: a hash, and an extension.
+/// Returns whether `name` has the form of a stored file: a BLAKE3 hash and an extension.
 fn is_name(name: &str) -> bool {
     let hash = name.split('.').next().unwrap_or_default();
     hash.len() == 64 && hash.bytes().all(|b| b.is_ascii_hexdigit()) && name.matches('.').count() == 1
@@ -141,33 +141,33 @@ mod tests {
         let raster = Raster::blank(3, 2, Depth::Eight);
         let file = folder.path().join("stack.png");
         write_rgba(fs::File::create(&file).unwrap(), &raster, None).unwrap();
-        let linked = baseline(kept.keep_file(&file, &hash_file(&file).unwrap()).unwrap());
-        assert_eq!(kept.keep_pixels(&raster).unwrap(), linked.file, "the same content is there once");
+        let linked = baseline(kept.store_file(&file, &hash_file(&file).unwrap()).unwrap());
+        assert_eq!(kept.store_pixels(&raster).unwrap(), linked.file, "the same content is there once");
         fs::remove_file(&file).unwrap();
         assert_eq!(kept.pixels(&linked).unwrap(), Some(raster));
     }
 
     #[test]
-    fn a_file_that_somebody_changed_is_no_baseline_and_the_next_export_puts_it_right() {
+    fn a_file_that_was_changed_is_no_baseline_and_the_next_export_replaces_it() {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
         let raster = Raster::blank(3, 2, Depth::Sixteen);
-        let kept_as = baseline(kept.keep_pixels(&raster).unwrap());
+        let kept_as = baseline(kept.store_pixels(&raster).unwrap());
         fs::write(folder.path().join("pixels").join(&kept_as.file), "other").unwrap();
         assert_eq!(kept.pixels(&kept_as).unwrap(), None);
-        kept.keep_pixels(&raster).unwrap();
+        kept.store_pixels(&raster).unwrap();
         assert_eq!(kept.pixels(&kept_as).unwrap(), Some(raster));
     }
 
     #[test]
-    fn what_no_record_names_is_removed_and_other_files_stay() {
+    fn files_that_no_record_names_are_removed_and_other_files_stay() {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
-        let names = [b"one", b"two"].map(|bytes| kept.keep_bytes(bytes, "icc").unwrap());
-        let theirs = folder.path().join("pixels/mine.png");
-        fs::write(&theirs, "theirs").unwrap();
+        let names = [b"one", b"two"].map(|bytes| kept.store_bytes(bytes, "icc").unwrap());
+        let foreign = folder.path().join("pixels/mine.png");
+        fs::write(&foreign, "foreign").unwrap();
         kept.retain(&BTreeSet::from([names[0].clone()])).unwrap();
         assert_eq!(kept.bytes(&names[0]).unwrap().as_deref(), Some(&b"one"[..]));
-        assert!(kept.bytes(&names[1]).unwrap().is_none() && theirs.is_file());
+        assert!(kept.bytes(&names[1]).unwrap().is_none() && foreign.is_file());
     }
 }

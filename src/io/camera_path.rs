@@ -1,4 +1,4 @@
-//! Camera paths as JSON files.
+//! Reads and writes camera paths as JSON files.
 
 use std::path::Path;
 
@@ -13,12 +13,12 @@ use crate::projection::flight::Flight;
 const LARGEST_PATH: u64 = 16 << 20;
 const REMEDY: &str = "correct it; docs/formats.md describes camera paths";
 
-/// Reads a camera path and makes its flight. `up`, a direction of the world, holds where the file says
-/// none.
+/// Reads a camera path and builds its flight. `up`, a direction in world space, is used where the file does
+/// not give one.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] with line and column, or with the keyframe, where the file is no
-/// camera path or one that cannot be flown.
+/// [`Error::Io`]; [`Error::Input`] with line and column, or with the keyframe, where the file is not a camera
+/// path or describes one that cannot be flown.
 pub fn read_camera_path(file: &Path, up: DVec3) -> Result<(CameraPath, Flight)> {
     let path: CameraPath = read_json(file, LARGEST_PATH, REMEDY)?;
     match path.flight(up) {
@@ -66,7 +66,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_read_again() {
+    fn a_written_path_is_read_unchanged() {
         let (path, _) = read(PATH).unwrap();
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("path.json");

@@ -1,4 +1,4 @@
-//! Colours from one ICC profile to another one.
+//! Converts colours between ICC profiles.
 
 use std::sync::Arc;
 
@@ -6,20 +6,21 @@ use moxcms::{ColorProfile, Layout, Transform16BitExecutor, TransformOptions};
 
 use super::layered::srgb::srgb_profile;
 
-/// Profiles whose colours differ by less than this of 65535 are the same one, two steps of 8 bits: editors write sRGB
-/// in many ways, which differ by up to one (220 between ours and that of moxcms).
+/// Two profiles count as equal if their colours differ by less than this (of 65535; two steps of 8 bits).
+/// Editors write sRGB in several ways that differ by up to one step (220 between ours and that of moxcms).
 const SAME: u16 = 514;
 
-/// From one profile to another one, R, G, B, A in 16 bits.
+/// A conversion from one ICC profile to another, for R, G, B, A of 16 bits.
 pub struct Conversion {
     transform: Arc<Transform16BitExecutor>,
 }
 
 impl Conversion {
-    /// Between two profiles; none stands for sRGB. `None` where they say the same.
+    /// Builds the conversion between two profiles; `None` as an argument stands for sRGB. Returns `None`
+    /// where the profiles are equivalent.
     ///
     /// # Errors
-    /// Why a profile cannot be used, in words.
+    /// A sentence that says why a profile cannot be used.
     pub fn between(from: Option<&[u8]>, to: Option<&[u8]>) -> Result<Option<Self>, String> {
         if from == to {
             return Ok(None);
@@ -33,10 +34,10 @@ impl Conversion {
         Ok((!conversion.changes_nothing()).then_some(conversion))
     }
 
-    /// These colours in the other profile; alpha stays as it is.
+    /// Converts colours to the other profile; alpha stays as it is.
     pub fn converted(&self, colours: &[[u16; 4]]) -> Vec<[u16; 4]> {
         let mut out = vec![[0u16; 4]; colours.len()];
-        // Both are as long as the layout wants, which is all that it may complain about.
+        // Both slices are as long as the layout requires, which is the only error that it reports.
         if self.transform.transform(colours.as_flattened(), out.as_flattened_mut()).is_err() {
             return colours.to_vec();
         }
@@ -62,7 +63,7 @@ fn parsed(profile: Option<&[u8]>) -> Result<ColorProfile, String> {
     ColorProfile::new_from_slice(bytes).map_err(|error| format!("a colour profile cannot be read: {error:?}"))
 }
 
-/// Another profile, for tests.
+/// Returns a profile other than sRGB, for tests.
 #[cfg(test)]
 pub fn adobe_rgb() -> Vec<u8> {
     ColorProfile::new_adobe_rgb().encode().expect("a profile of our own making can be written")
@@ -73,7 +74,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn srgb_is_srgb_whoever_wrote_the_profile() {
+    fn profiles_of_srgb_by_different_authors_are_equivalent() {
         let theirs = ColorProfile::new_srgb().encode().unwrap();
         assert!(Conversion::between(Some(&theirs), None).unwrap().is_none());
         assert!(Conversion::between(None, Some(&srgb_profile())).unwrap().is_none());

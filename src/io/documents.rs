@@ -1,61 +1,67 @@
-//! The layered documents of a folder: what an image editor may have saved there.
+//! Finds the layered documents in a folder, such as an image editor may have saved there.
 
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 
 use super::layered::KEY_FILE;
+use super::layered::format::extensions;
 use super::project::PROJECT_FILE;
 use super::stamp::Stamp;
 use crate::error::{Error, Result};
 
-/// Formats of layered files, by their extensions in lower case.
-const EXTENSIONS: [&str; 4] = ["psd", "psb", "ora", "xcf"];
-/// How deep sub-folders are followed: nobody sorts exports more finely.
+/// Sub-folders are searched down to this depth; exports are never nested that deeply.
 const DEEPEST: usize = 16;
 
-/// The layered documents in a folder and its sub-folders: files by their extension, and folders that were exported, by
-/// their key file; the folder itself, if it is one. Hidden folders, links to folders and projects are not looked into.
+/// Finds the layered documents in a folder and its sub-folders: files by their extension, exported folders by
+/// their key file; `folder` itself counts if it is an exported one. Hidden folders, links to folders and
+/// projects are skipped.
 ///
 /// # Errors
-/// [`Error::Io`] when the folder cannot be read. What vanishes meanwhile, or may not be read below it, is left out.
+/// [`Error::Io`] when the folder cannot be read. Entries below it that vanish meanwhile or cannot be read are
+/// left out.
 pub fn documents(folder: &Path) -> Result<BTreeMap<PathBuf, Stamp>> {
     let mut found = BTreeMap::new();
     if is_exported_folder(folder) {
         found.insert(folder.to_owned(), Stamp::of(folder));
     } else {
         fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))?;
-        look_into(folder, 0, &mut found);
+        search(folder, 0, &mut found);
     }
     Ok(found)
 }
 
-/// Whether a path is one of a layered document: a file by its extension, a folder by its key file.
+/// Returns whether `path` is a layered document: a file by its extension, a folder by its key file.
 pub fn is_document(path: &Path) -> bool {
-    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    (EXTENSIONS.contains(&extension.as_str()) && path.is_file()) || is_exported_folder(path)
+    (has_extension(path) && path.is_file()) || is_exported_folder(path)
 }
 
-/// Whether a folder is one that `export --format folder` wrote.
+/// Whether a path is called as a layered file.
+fn has_extension(path: &Path) -> bool {
+    let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    extensions().contains(&extension.as_str())
+}
+
+/// Returns whether `export --format folder` wrote this folder.
 pub fn is_exported_folder(folder: &Path) -> bool {
     folder.join(KEY_FILE).is_file()
 }
 
-fn look_into(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
+fn search(folder: &Path, depth: usize, found: &mut BTreeMap<PathBuf, Stamp>) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
-        let (path, name) = (entry.path(), entry.file_name().to_string_lossy().into_owned());
-        // Temporary files of editors and of ourselves.
+        let path = entry.path();
+        let name = entry.file_name().to_string_lossy().into_owned();
+        // Temporary files of editors and of this program.
         if name.starts_with('.') || name.ends_with('~') {
             continue;
         }
-        let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
         if entry.file_type().is_ok_and(|kind| kind.is_dir()) {
             if is_exported_folder(&path) {
                 found.insert(path.clone(), Stamp::of(&path));
             } else if depth < DEEPEST && !path.join(PROJECT_FILE).exists() {
-                look_into(&path, depth + 1, found);
+                search(&path, depth + 1, found);
             }
-        } else if EXTENSIONS.contains(&extension.as_str()) {
+        } else if has_extension(&path) {
             let stamp = Stamp::of(&path);
             if !stamp.is_empty() {
                 found.insert(path, stamp);

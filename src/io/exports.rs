@@ -1,5 +1,5 @@
-//! The records of what was exported, `exports/<document key>.json`, and the one question that they
-//! answer at once: is this file still as we wrote it?
+//! Stores the records of exports, `exports/<document key>.json`. They also answer whether an exported file is
+//! still as it was written.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -13,38 +13,39 @@ use super::json::{read_json, to_json};
 use crate::document::export_record::{ExportRecord, ExportedFile, RECORD_VERSION};
 use crate::error::{Error, Result};
 
-/// The pixels of so many exports of a photo are kept. Each is linked from a stack as long as that is there; what
-/// is older has to be exported again before it can be painted on.
+/// The pixels of this many exports of each photo are kept. Each is linked from a stack as long as the stack
+/// exists; files that were exported earlier have to be exported again before they can be painted on.
 const EXPORTS_WITH_PIXELS: usize = 8;
-/// Larger ones are no records of ours.
+/// Larger files are not records of this program.
 const LARGEST_RECORD: u64 = 1 << 28;
 const REMEDY: &str = "move it away; files exported with it are then taken for changed ones";
 
-/// The folder of the records.
+/// The folder `exports/` with its records.
 #[derive(Debug, Clone)]
 pub struct ExportStore {
     folder: PathBuf,
 }
 
-/// The files that were written, by photo.
+/// The files that exports wrote, with their photos.
 #[derive(Debug, Clone, Default)]
 pub struct WrittenFiles {
-    /// Photo and hash, sorted.
+    /// Pairs of photo name and BLAKE3 of the content, sorted.
     list: Vec<(String, String)>,
 }
 
 impl ExportStore {
-    /// The records in `folder`, which need not exist yet.
+    /// Returns the store of records in `folder`, which need not exist yet.
     pub fn new(folder: impl Into<PathBuf>) -> Self {
         Self { folder: folder.into() }
     }
 
-    /// All records, by key. One that cannot be read is left out and said in the second list.
+    /// Reads all records, sorted by key. The second list holds an error for each record that cannot be read.
     ///
     /// # Errors
     /// [`Error::Io`] when the folder exists and cannot be read.
     pub fn read_all(&self) -> Result<(Vec<ExportRecord>, Vec<Error>)> {
-        let (mut records, mut problems) = (Vec::new(), Vec::new());
+        let mut records = Vec::new();
+        let mut problems = Vec::new();
         for file in self.files()? {
             match read(&file) {
                 Ok(record) => records.push(record),
@@ -54,7 +55,7 @@ impl ExportStore {
         Ok((records, problems))
     }
 
-    /// Writes a record. The files that one of the same key knows stay known.
+    /// Writes a record. The files that an earlier record of the same key lists are kept in it.
     ///
     /// # Errors
     /// [`Error::Io`]
@@ -67,17 +68,18 @@ impl ExportStore {
         write_atomically(&file, &to_json(&record))
     }
 
-    /// Removes the pixels of all but the last few exports of each photo, and those that no record names.
+    /// Removes stored pixels that no record names and those of all but the newest exports of each photo
+    /// (`EXPORTS_WITH_PIXELS`).
     ///
     /// # Errors
     /// [`Error::Io`]
-    pub fn forget_old_pixels(&self, kept: &Baselines) -> Result<()> {
+    pub fn remove_old_pixels(&self, kept: &Baselines) -> Result<()> {
         let mut by_age: Vec<_> = self.files()?.into_iter().map(|file| (written_at(&file), file)).collect();
         by_age.sort();
         let mut exports: BTreeMap<String, usize> = BTreeMap::new();
         let mut names = BTreeSet::new();
         for (_, file) in by_age.into_iter().rev() {
-            // Nobody knows what a record needs that cannot be read.
+            // A record that cannot be read may need any of the pixels, so all stay.
             let Ok(record) = read(&file) else { return Ok(()) };
             let count = exports.entry(record.photo.name.clone()).or_default();
             *count += 1;
@@ -106,7 +108,7 @@ impl ExportStore {
     }
 }
 
-/// When a record was written last; what cannot be told counts as the oldest.
+/// Returns when a record was last written; `None`, which sorts as the oldest, where the system does not say.
 fn written_at(file: &Path) -> Option<SystemTime> {
     fs::metadata(file).and_then(|metadata| metadata.modified()).ok()
 }
@@ -121,7 +123,7 @@ fn read(file: &Path) -> Result<ExportRecord> {
 }
 
 impl WrittenFiles {
-    /// What the records know.
+    /// Collects the files that `records` list.
     pub fn of(records: &[ExportRecord]) -> Self {
         let of_record = |record: &ExportRecord| {
             let hashes = record.files.iter().map(|file| file.hash.clone());
@@ -132,7 +134,7 @@ impl WrittenFiles {
         Self { list }
     }
 
-    /// Whether the file at `path` is one that was exported of `photo`, unchanged.
+    /// Returns whether the file at `path` is an unchanged export of `photo`.
     ///
     /// # Errors
     /// [`Error::Io`] when it cannot be read.
@@ -141,7 +143,7 @@ impl WrittenFiles {
     }
 }
 
-/// What a record says of the file `name` below `folder`.
+/// Describes the file `name` below `folder` as a record lists it: its name and hash.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be read.

@@ -1,11 +1,11 @@
-//! Hashes of files: how a file that somebody changed is told from one that is as we wrote it.
+//! BLAKE3 hashes of files and data, by which changed files are recognised.
 
 use std::fs::File;
 use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// BLAKE3 of a file's content, 64 hexadecimal digits.
+/// Returns the BLAKE3 of a file's content as 64 hexadecimal digits.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be read.
@@ -17,22 +17,22 @@ pub fn hash_file(path: impl AsRef<Path>) -> Result<String> {
     Ok(hasher.finalize().to_hex().to_string())
 }
 
-/// BLAKE3 of `bytes`, 64 hexadecimal digits.
+/// Returns the BLAKE3 of `bytes` as 64 hexadecimal digits.
 pub fn hash_bytes(bytes: &[u8]) -> String {
     blake3::hash(bytes).to_hex().to_string()
 }
 
-/// A hash of one thing after another.
+/// An incremental hash over a sequence of byte strings.
 #[derive(Default)]
 pub struct Hashing(blake3::Hasher);
 
 impl Hashing {
-    /// Adds bytes. Their number counts, too: `ab` and `c` is something else than `a` and `bc`.
+    /// Adds one byte string. Its length counts, too: `ab`, `c` and `a`, `bc` have different hashes.
     pub fn add(&mut self, bytes: &[u8]) {
         self.0.update(&(bytes.len() as u64).to_le_bytes()).update(bytes);
     }
 
-    /// Of all that was added, 64 hexadecimal digits.
+    /// Returns the hash of everything that was added, as 64 hexadecimal digits.
     pub fn hash(&self) -> String {
         self.0.finalize().to_hex().to_string()
     }
@@ -43,7 +43,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_added_counts_with_where_it_ends() {
+    fn the_end_of_each_part_changes_the_hash() {
         let hash = |parts: &[&str]| {
             let mut hashing = Hashing::default();
             parts.iter().for_each(|part| hashing.add(part.as_bytes()));

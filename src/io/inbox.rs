@@ -1,5 +1,5 @@
-//! `inbox/`: where files go that somebody changed and that stand in the way of derived ones. What
-//! is there is never overwritten and never removed by the program.
+//! Keeps user-changed files that stand in the way of derived ones in `inbox/`. The program never overwrites
+//! or removes anything there.
 
 use std::fs::{self, File};
 use std::io::{self, ErrorKind};
@@ -8,45 +8,44 @@ use std::path::{Path, PathBuf};
 use super::hash::hash_file;
 use crate::error::{Error, Result};
 
-/// Keeps `file` in the folder `inbox` too, and leaves it where it is. Returns its place there, which
-/// is `NAME-2.png` and so on where `NAME.png` is taken; a file with the same content already there
-/// is enough.
+/// Keeps a copy of `file` in the folder `inbox` and leaves the original where it is. Returns the copy's path:
+/// `NAME-2.png` and so on where `NAME.png` is taken. An existing copy with the same content is reused.
 ///
 /// # Errors
 /// [`Error::Io`]; the file is where it was.
-pub fn keep_in_inbox(file: &Path, inbox: &Path) -> Result<PathBuf> {
+pub fn copy_to_inbox(file: &Path, inbox: &Path) -> Result<PathBuf> {
     fs::create_dir_all(inbox).map_err(Error::io(inbox, "create the folder"))?;
     let hash = hash_file(file)?;
-    for place in free_names(file, inbox) {
-        match link_or_copy(file, &place) {
-            Ok(()) => return Ok(place),
+    for target in free_names(file, inbox) {
+        match link_or_copy(file, &target) {
+            Ok(()) => return Ok(target),
             Err(error) if error.kind() != ErrorKind::AlreadyExists => {
-                return Err(Error::io(&place, "keep a file there that was changed by hand")(error));
+                return Err(Error::io(&target, "copy a file that was changed by hand to it")(error));
             }
-            Err(_) if place.is_file() && hash_file(&place)? == hash => return Ok(place),
+            Err(_) if target.is_file() && hash_file(&target)? == hash => return Ok(target),
             Err(_) => (),
         }
     }
     unreachable!("the names never end")
 }
 
-/// Moves `path`, a file or a folder, into the folder `inbox`.
+/// Moves `path`, a file or a folder, into the folder `inbox`. Returns its new path.
 ///
 /// # Errors
-/// [`Error::Io`]; it is where it was, or in both places.
+/// [`Error::Io`]; the original is then still in place, possibly with a copy in the inbox.
 pub fn move_to_inbox(path: &Path, inbox: &Path) -> Result<PathBuf> {
     if path.is_file() {
-        let place = keep_in_inbox(path, inbox)?;
+        let target = copy_to_inbox(path, inbox)?;
         fs::remove_file(path).map_err(Error::io(path, "remove it, now that it is in the inbox"))?;
-        return Ok(place);
+        return Ok(target);
     }
     fs::create_dir_all(inbox).map_err(Error::io(inbox, "create the folder"))?;
-    let place = free_names(path, inbox).find(|place| !place.exists()).expect("the names never end");
-    fs::rename(path, &place).map_err(Error::io(path, "move it to the inbox"))?;
-    Ok(place)
+    let target = free_names(path, inbox).find(|target| !target.exists()).expect("the names never end");
+    fs::rename(path, &target).map_err(Error::io(path, "move it to the inbox"))?;
+    Ok(target)
 }
 
-/// `NAME.png`, `NAME-2.png`, `NAME-3.png` and so on, in `folder`.
+/// Yields `NAME.png`, `NAME-2.png`, `NAME-3.png` and so on, in `folder`.
 fn free_names(file: &Path, folder: &Path) -> impl Iterator<Item = PathBuf> {
     let stem = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let extension = file.extension().map(|e| format!(".{}", e.to_string_lossy())).unwrap_or_default();
@@ -55,7 +54,8 @@ fn free_names(file: &Path, folder: &Path) -> impl Iterator<Item = PathBuf> {
     std::iter::once(first).chain((2u64..).map(move |n| folder.join(format!("{stem}-{n}{extension}"))))
 }
 
-/// A hard link costs nothing and cannot be half done; not every file system has them.
+/// Links `to` to the file `from`, or copies it where the file system has no hard links. A link takes no space
+/// and cannot be left half done.
 pub(super) fn link_or_copy(from: &Path, to: &Path) -> io::Result<()> {
     match fs::hard_link(from, to) {
         Err(error) if error.kind() != ErrorKind::AlreadyExists => copy_to_new(from, to),
@@ -92,17 +92,17 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (file, inbox) = (folder.path().join("a.png"), folder.path().join("inbox"));
         fs::write(&file, "one").unwrap();
-        assert_eq!(keep_in_inbox(&file, &inbox).unwrap(), keep_in_inbox(&file, &inbox).unwrap());
+        assert_eq!(copy_to_inbox(&file, &inbox).unwrap(), copy_to_inbox(&file, &inbox).unwrap());
         assert_eq!(fs::read_dir(&inbox).unwrap().count(), 1);
     }
 
     #[test]
     fn a_folder_is_moved_whole() {
         let folder = tempfile::tempdir().unwrap();
-        let theirs = folder.path().join("theirs");
-        fs::create_dir(&theirs).unwrap();
-        fs::write(theirs.join("a.xcf"), "x").unwrap();
-        let place = move_to_inbox(&theirs, &folder.path().join("inbox")).unwrap();
-        assert_eq!(fs::read_to_string(place.join("a.xcf")).unwrap(), "x");
+        let moved_folder = folder.path().join("layers");
+        fs::create_dir(&moved_folder).unwrap();
+        fs::write(moved_folder.join("a.xcf"), "x").unwrap();
+        let target = move_to_inbox(&moved_folder, &folder.path().join("inbox")).unwrap();
+        assert_eq!(fs::read_to_string(target.join("a.xcf")).unwrap(), "x");
     }
 }

@@ -1,5 +1,4 @@
-//! JSON files that people read and compare: written one item a line, read with errors that name
-//! the place.
+//! Reads and writes JSON files that people read and compare: one item per line, errors with line and column.
 
 use std::fs;
 use std::io::{self, Write};
@@ -11,14 +10,14 @@ use serde_json::ser::{Formatter, Serializer};
 
 use crate::error::{Error, Result};
 
-/// Containers nested deeper than this stand on one line.
+/// Containers nested deeper than this are written on one line.
 const BROKEN_LEVELS: usize = 2;
 
-/// `value` as JSON text: two levels with one item a line, anything deeper on the line of its item,
-/// and a line feed at the end.
+/// Returns `value` as JSON text: the outer two levels with one item per line, deeper ones on their item's
+/// line, and a line feed at the end.
 ///
 /// # Panics
-/// When `value` has a map whose keys are not strings: a fault of the type, not of its content.
+/// When `value` has a map whose keys are not strings, which is a fault of the type.
 pub fn to_json(value: &impl Serialize) -> Vec<u8> {
     let mut text = Vec::new();
     let mut serializer = Serializer::with_formatter(&mut text, ByLines::default());
@@ -27,35 +26,35 @@ pub fn to_json(value: &impl Serialize) -> Vec<u8> {
     text
 }
 
-/// Reads a JSON file of at most `limit` bytes. `remedy` says what to do when it is broken.
+/// Reads a JSON file of at most `limit` bytes. `remedy` is the advice in errors about its content.
 ///
 /// # Errors
-/// [`Error::Io`] when it cannot be read; [`Error::Input`] with line and column when it is too large,
-/// is no JSON, or does not have the fields of `T`.
+/// [`Error::Io`] when it cannot be read; [`Error::Input`] with line and column when it is too large, is not
+/// JSON, or lacks the fields of `T`.
 pub fn read_json<T: DeserializeOwned>(file: &Path, limit: u64, remedy: &str) -> Result<T> {
     let size = fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
     if size > limit {
-        let found = format!("it has {size} bytes, more than the {limit} that such a file may have");
+        let found = format!("{size} bytes, but such a file has at most {limit}");
         return Err(Error::input(file, "", found, remedy));
     }
     let text = fs::read(file).map_err(Error::io(file, "read it"))?;
     parse_json(file, &text, remedy)
 }
 
-/// The value of JSON text that was read from `file`.
+/// Parses JSON text that was read from `file`.
 ///
 /// # Errors
 /// [`Error::Input`] with line and column.
 pub fn parse_json<T: DeserializeOwned>(file: &Path, text: &[u8], remedy: &str) -> Result<T> {
     serde_json::from_slice(text).map_err(|error| {
         let place = format!("line {} column {}", error.line(), error.column());
-        let said = error.to_string();
-        let found = said.split(" at line ").next().unwrap_or(&said);
+        let message = error.to_string();
+        let found = message.split(" at line ").next().unwrap_or(&message);
         Error::input(file, place, found, remedy)
     })
 }
 
-/// Breaks lines in the outer levels only.
+/// A formatter that breaks lines in the outer [`BROKEN_LEVELS`] levels only.
 #[derive(Default)]
 struct ByLines {
     level: usize,

@@ -1,4 +1,4 @@
-//! The files of a stack: an image layer as RGBA PNG, its needed area as 1-bit PNG.
+//! Writes the files of a stack: image layers as RGBA PNG, needed areas as 1-bit PNG.
 
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -9,49 +9,47 @@ use png::{BitDepth, ColorType, Compression, Encoder, Filter};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::layers::content::PixelSpan;
+use crate::raster::Sample;
 use crate::scene::pixels::{PhotoPixels, Samples};
 
-/// Pixels of a photo that an image layer has, in photo coordinates.
+/// The pixels of a photo that belong to an image layer, in photo coordinates.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LayerSpans<'a> {
-    /// It shows them: opaque.
+    /// Visible pixels, written opaque.
     pub visible: &'a [PixelSpan],
-    /// It does not, but has their colour, which is never black then: transparent.
+    /// Hidden pixels beside visible ones, written transparent with the photo's colour, which is never written
+    /// as black.
     pub beside: &'a [PixelSpan],
 }
 
-/// Samples of one depth.
+/// Limits of samples of one bit depth.
 struct Range<T> {
-    /// Full alpha.
-    full: T,
-    /// The largest sample that is 0 in 8 bits.
+    /// The largest sample that becomes 0 in 8 bits.
     dark: T,
-    /// The smallest that is 1 in 8 bits and no rounding away from it.
+    /// The smallest sample that becomes 1 in 8 bits with a margin for rounding.
     faint: T,
 }
 
-const BYTES: Range<u8> = Range { full: u8::MAX, dark: 0, faint: 1 };
-const WORDS: Range<u16> = Range { full: u16::MAX, dark: 128, faint: 257 };
+const BYTES: Range<u8> = Range { dark: 0, faint: 1 };
+const WORDS: Range<u16> = Range { dark: 128, faint: 257 };
 
-/// Writes the rectangle `rect` of the photo with the pixels of `spans` as they are where the photo is
-/// valid, and everything else transparent black. Black pixels beside what is visible are written as the
-/// darkest blue: black there means that nothing is known. Bits and ICC profile are the photo's. Returns
-/// the size of the file in bytes.
+/// Writes the rectangle `rect` of the photo: the pixels in `spans` with the photo's colour where the photo is
+/// valid, everything else as transparent black. Black pixels beside visible ones are written as the darkest
+/// blue, because black means that nothing is known. Bit depth and ICC profile are the photo's. Returns the
+/// size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
 pub fn write_layer(path: &Path, pixels: &PhotoPixels, rect: PixelRect, spans: LayerSpans) -> Result<u64> {
-    let (depth, data) = match &pixels.samples {
-        Samples::U8(samples) => (BitDepth::Eight, rgba(samples, &BYTES, pixels, rect, spans)),
-        Samples::U16(samples) => {
-            let native = rgba(samples, &WORDS, pixels, rect, spans);
-            (BitDepth::Sixteen, native.iter().flat_map(|s| s.to_be_bytes()).collect())
-        }
+    let samples = match &pixels.samples {
+        Samples::U8(samples) => Samples::U8(rgba(samples, &BYTES, pixels, rect, spans)),
+        Samples::U16(samples) => Samples::U16(rgba(samples, &WORDS, pixels, rect, spans)),
     };
-    write(path, rect, ColorType::Rgba, depth, pixels.icc.as_deref(), &data)
+    write_samples(path, rect, ColorType::Rgba, &samples, pixels.icc.as_deref())
 }
 
-/// Writes a mask of `rect`: white in `spans` (photo coordinates), else black. Returns bytes.
+/// Writes a mask of `rect`: white in `spans` (photo coordinates), black elsewhere. Returns the size of the
+/// file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -64,7 +62,7 @@ pub fn write_mask(path: &Path, rect: PixelRect, spans: &[PixelSpan]) -> Result<u
     write(path, rect, ColorType::Grayscale, BitDepth::One, None, &data)
 }
 
-/// Writes RGBA samples of `rect`, row by row. Returns bytes.
+/// Writes RGBA samples of `rect`, row by row. Returns the size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -72,7 +70,7 @@ pub fn write_rgba(path: &Path, rect: PixelRect, samples: &Samples, icc: Option<&
     write_samples(path, rect, ColorType::Rgba, samples, icc)
 }
 
-/// Writes one sample a pixel of `rect`, row by row. Returns bytes.
+/// Writes one grey sample per pixel of `rect`, row by row. Returns the size of the file in bytes.
 ///
 /// # Errors
 /// [`Error::Io`].
@@ -87,13 +85,8 @@ fn write_samples(
     samples: &Samples,
     icc: Option<&[u8]>,
 ) -> Result<u64> {
-    match samples {
-        Samples::U8(samples) => write(path, rect, color, BitDepth::Eight, icc, samples),
-        Samples::U16(samples) => {
-            let bytes: Vec<u8> = samples.iter().flat_map(|s| s.to_be_bytes()).collect();
-            write(path, rect, color, BitDepth::Sixteen, icc, &bytes)
-        }
-    }
+    let depth = if samples.bits() == 16 { BitDepth::Sixteen } else { BitDepth::Eight };
+    write(path, rect, color, depth, icc, &samples.big_endian())
 }
 
 /// Sets bits `x0..x1` of a row; the first pixel is the highest bit of its byte.
@@ -110,7 +103,8 @@ fn set_bits(row: &mut [u8], x0: usize, x1: usize) {
     row[last] |= tail;
 }
 
-/// Row and columns of a span within the rectangle.
+/// Returns the row and the columns (start, end) of `span` relative to `rect`, cropped to it; `None` if it
+/// lies outside.
 fn within(span: &PixelSpan, rect: PixelRect) -> Option<(usize, usize, usize)> {
     let y = span.y as i64 - i64::from(rect.y);
     let x0 = (i64::from(span.x0) - i64::from(rect.x)).max(0);
@@ -118,7 +112,7 @@ fn within(span: &PixelSpan, rect: PixelRect) -> Option<(usize, usize, usize)> {
     ((0..i64::from(rect.h)).contains(&y) && x0 < x1).then_some((y as usize, x0 as usize, x1 as usize))
 }
 
-fn rgba<T: Copy + Default + PartialOrd>(
+fn rgba<T: Sample>(
     samples: &[T],
     range: &Range<T>,
     pixels: &PhotoPixels,
@@ -134,7 +128,7 @@ fn rgba<T: Copy + Default + PartialOrd>(
             let source = &samples[first..first + (x1 - x0) * pixels.channels];
             let width = rect.w as usize;
             let target = &mut data[(y * width + x0) * 4..(y * width + x1) * 4];
-            copy_valid(source, pixels.channels, range.full, target, to_texel);
+            copy_valid(source, pixels.channels, target, to_texel);
         }
     };
     put(spans.beside, &|texel| transparent(texel, range));
@@ -142,27 +136,27 @@ fn rgba<T: Copy + Default + PartialOrd>(
     data
 }
 
-/// Of a valid pixel: its colour, which is not black.
-fn transparent<T: Copy + Default + PartialOrd>([r, g, b, _]: [T; 4], range: &Range<T>) -> [T; 4] {
+/// Returns the colour of a valid pixel with alpha 0, and the darkest blue instead of black.
+fn transparent<T: Sample>([r, g, b, _]: [T; 4], range: &Range<T>) -> [T; 4] {
     let is_black = [r, g, b].iter().all(|sample| *sample <= range.dark);
     let b = if is_black { range.faint } else { b };
     [r, g, b, T::default()]
 }
 
-fn copy_valid<T: Copy + PartialEq>(
+/// Copies the valid pixels of a row (alpha is `full`, or there is no alpha) through `to_texel`.
+fn copy_valid<T: Sample>(
     source: &[T],
     channels: usize,
-    full: T,
     target: &mut [T],
     to_texel: impl Fn([T; 4]) -> [T; 4],
 ) {
     let targets = target.as_chunks_mut::<4>().0.iter_mut();
     if channels == 3 {
         for (target, &[r, g, b]) in targets.zip(source.as_chunks::<3>().0) {
-            *target = to_texel([r, g, b, full]);
+            *target = to_texel([r, g, b, T::FULL]);
         }
     } else {
-        for (target, source) in targets.zip(source.as_chunks::<4>().0).filter(|(_, s)| s[3] == full) {
+        for (target, source) in targets.zip(source.as_chunks::<4>().0).filter(|(_, s)| s[3] == T::FULL) {
             *target = to_texel(*source);
         }
     }
@@ -201,13 +195,13 @@ fn encode(
     info.icc_profile = icc.map(|profile| profile.to_vec().into());
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
-    // The best filter of each row makes files 14 % smaller, takes half as long again to write, and twice as
-    // long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
+    // The best filter of each row makes files 14 % smaller, but takes half as long again to write and twice
+    // as long to read: castle, 2.1 against 1.0 s of processor time for all of its layers.
     encoder.set_filter(Filter::Up);
     encoder.write_header()?.write_image_data(data)
 }
 
-/// What the system said, as it said it: whether a disk is full, for instance.
+/// Returns the system's own error, so that a full disk, for example, is still recognised.
 pub fn io_error(error: png::EncodingError) -> std::io::Error {
     match error {
         png::EncodingError::IoError(error) => error,
@@ -215,7 +209,7 @@ pub fn io_error(error: png::EncodingError) -> std::io::Error {
     }
 }
 
-/// Counts what it passes on.
+/// A writer that counts the bytes that it passes on.
 struct Counted<W> {
     inner: W,
     bytes: u64,
@@ -266,7 +260,7 @@ mod tests {
     #[test]
     fn beside_what_is_visible_a_transparent_pixel_has_the_photos_colour_and_is_never_black() {
         let span = |x0, x1| [PixelSpan { y: 0, x0, x1 }];
-        let rect = PixelRect { x: 0, y: 0, w: 4, h: 1 };
+        let rect = PixelRect::of_size(4, 1);
         let samples = Samples::U8(vec![7, 8, 9, 0, 0, 0, 1, 2, 3, 4, 5, 6]);
         let bytes = PhotoPixels { width: 4, height: 1, channels: 3, samples, icc: None };
         let spans = LayerSpans { visible: &span(2, 3), beside: &span(0, 3) };

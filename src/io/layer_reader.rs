@@ -1,7 +1,7 @@
-//! Reading back what `layer_png` writes: an image layer's texels and its needed area, cropped.
+//! Reads what `layer_png` writes: an image layer's texels and its needed area, cropped.
 //!
-//! Colours come as 8 bits of the photo's own encoding; an ICC profile in the file is not applied. (Photos
-//! of one site nearly always share a profile, and its curve is sRGB's or close to it.)
+//! Colours are returned as 8 bits in the photo's own encoding; an ICC profile in the file is not applied.
+//! (Photos of one site nearly always share a profile, and its curve is sRGB's or close to it.)
 
 use std::fs::File;
 use std::io::BufReader;
@@ -11,11 +11,13 @@ use png::{BitDepth, ColorType, Decoder, Reader};
 
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
+use crate::raster::in_8_bits;
 
 const REMEDY: &str = "run `quadratura build` to make it again";
 
-/// Texels of an image layer: RGBA of 8 bits, not premultiplied, `crop.w * crop.h * 4`, rows from the top.
-/// `rect` is the rectangle of the file, `crop` a part of it, both in photo pixels. 16 bits are rounded to 8.
+/// Reads texels of an image layer: RGBA of 8 bits, not premultiplied, `crop.w * crop.h * 4` samples, rows
+/// from the top. `rect` is the rectangle of the file and `crop` a part of it, both in photo pixels. 16 bits
+/// are rounded to 8.
 ///
 /// # Errors
 /// [`Error::Io`], and [`Error::Input`] for a file that is not an RGBA PNG of that size.
@@ -29,14 +31,14 @@ pub fn read_layer(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u
         })?,
         (ColorType::Rgba, BitDepth::Sixteen) => rows(path, &mut reader, rect, crop, |row| {
             let samples = row[8 * skipped..8 * (skipped + count)].as_chunks().0;
-            texels.extend(samples.iter().map(|sample| rounded(u16::from_be_bytes(*sample))));
+            texels.extend(samples.iter().map(|sample| in_8_bits(u16::from_be_bytes(*sample))));
         })?,
         (colour, depth) => return Err(unexpected(path, format!("{colour:?} of {depth:?} bits, not RGBA"))),
     }
     Ok(texels)
 }
 
-/// A mask: 1 where the 1-bit PNG is white, else 0; `crop.w * crop.h`, rows from the top.
+/// Reads a mask: 1 where the 1-bit PNG is white, 0 elsewhere; `crop.w * crop.h` values, rows from the top.
 ///
 /// # Errors
 /// [`Error::Io`], and [`Error::Input`] for a file that is not a 1-bit PNG of the size of `rect`.
@@ -53,10 +55,10 @@ pub fn read_mask(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u8
     Ok(mask)
 }
 
-/// Samples in shades of grey, 8 or 16 bits, as they are; `crop.w * crop.h`, rows from the top.
+/// Reads grey samples of 8 or 16 bits, unscaled; `crop.w * crop.h` values, rows from the top.
 ///
 /// # Errors
-/// [`Error::Io`], and [`Error::Input`] for a file that is no such PNG of the size of `rect`.
+/// [`Error::Io`], and [`Error::Input`] for a file that is not a grey PNG of the size of `rect`.
 pub fn read_grey(path: &Path, rect: PixelRect, crop: PixelRect) -> Result<Vec<u16>> {
     let mut reader = open(path, rect)?;
     let mut grey = Vec::with_capacity(crop.area() as usize);
@@ -79,7 +81,7 @@ type Png = Reader<BufReader<File>>;
 fn open(path: &Path, rect: PixelRect) -> Result<Png> {
     let file = File::open(path).map_err(Error::io(path, "read it"))?;
     let mut decoder = Decoder::new(BufReader::with_capacity(1 << 16, file));
-    // As they lie in the file: nothing is expanded or stripped.
+    // Samples stay as the file has them: nothing is expanded or stripped.
     decoder.set_transformations(png::Transformations::IDENTITY);
     let reader = decoder.read_info().map_err(|error| broken(path, error))?;
     let (width, height) = (reader.info().width, reader.info().height);
@@ -87,14 +89,14 @@ fn open(path: &Path, rect: PixelRect) -> Result<Png> {
         let found = format!("{width} x {height} pixels, `stack.json` says {} x {}", rect.w, rect.h);
         return Err(unexpected(path, found));
     }
-    // Its rows come in another order.
+    // Interlaced rows come in another order.
     if reader.info().interlaced {
         return Err(unexpected(path, "an interlaced PNG".into()));
     }
     Ok(reader)
 }
 
-/// Calls `take` with each row of the crop, whole.
+/// Reads all rows of the file and calls `take` with those within the crop, at the file's full width.
 fn rows(
     path: &Path,
     reader: &mut Png,
@@ -104,16 +106,12 @@ fn rows(
 ) -> Result<()> {
     for y in rect.y..crop.bottom() {
         let row = reader.next_row().map_err(|error| broken(path, error))?;
-        let row = row.ok_or_else(|| unexpected(path, format!("it ends after row {}", y - rect.y)))?;
+        let row = row.ok_or_else(|| unexpected(path, format!("the file ends after row {}", y - rect.y)))?;
         if y >= crop.y {
             take(row.data());
         }
     }
     Ok(())
-}
-
-fn rounded(sample: u16) -> u8 {
-    ((u32::from(sample) * 255 + 32767) / 65535) as u8
 }
 
 fn unexpected(path: &Path, found: String) -> Error {
@@ -148,7 +146,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_written_is_read_cropped_in_8_and_in_16_bits() {
+    fn a_written_layer_is_read_cropped_in_8_and_in_16_bits() {
         let folder = tempfile::tempdir().unwrap();
         let path = folder.path().join("layer.png");
         let value = |i: usize| (i * 7 % 256) as u8;

@@ -1,4 +1,4 @@
-//! One writer at a time: the lock file of a project.
+//! The lock file of a project: only one program writes to a project at a time.
 
 use std::fs::{File, OpenOptions, TryLockError};
 use std::io::{ErrorKind, Read, Seek, Write};
@@ -9,11 +9,10 @@ use crate::error::{Error, Result};
 /// The name of the lock file in the project folder.
 pub const LOCK_FILE: &str = "project.lock";
 
-/// The right to write to a project, until it is dropped.
+/// The right to write to a project; dropping it releases the lock.
 ///
-/// The operating system holds the lock and lets go of it when the program ends, however it ends: a
-/// lock file that is left behind locks nothing. The file is never removed, because another program
-/// might be waiting on the one that was removed.
+/// The operating system holds the lock and releases it when the program ends, for whatever reason, so a stale
+/// lock file blocks no other program. The file is never removed, because another program might be waiting for it.
 #[derive(Debug)]
 pub struct ProjectLock {
     _file: File,
@@ -24,7 +23,7 @@ impl ProjectLock {
     ///
     /// # Errors
     /// [`Error::Request`] naming the holder when another program writes to the project;
-    /// [`Error::Input`] when nothing may be written there; [`Error::Io`] when the lock file cannot be made.
+    /// [`Error::Input`] when the folder is not writable; [`Error::Io`] when the lock file cannot be created.
     pub fn take(folder: &Path) -> Result<Self> {
         let path = folder.join(LOCK_FILE);
         let mut file = OpenOptions::new()
@@ -36,8 +35,8 @@ impl ProjectLock {
             .map_err(|error| refused(folder, &path, error))?;
         match file.try_lock() {
             Ok(()) => (),
-            // A file system without locks, as some network drives are: go on without protection
-            // rather than not at all.
+            // A file system without locks, such as some network drives: work without protection rather than
+            // not at all.
             Err(TryLockError::Error(error)) if error.kind() == ErrorKind::Unsupported => (),
             Err(TryLockError::Error(error)) => return Err(Error::io(&path, "lock it")(error)),
             Err(TryLockError::WouldBlock) => return Err(held(folder, &mut file)),
@@ -50,68 +49,69 @@ impl ProjectLock {
 fn refused(folder: &Path, lock: &Path, error: std::io::Error) -> Error {
     match error.kind() {
         ErrorKind::PermissionDenied | ErrorKind::ReadOnlyFilesystem => {
-            let remedy =
-                "give yourself the right to write in its folder, or copy the project to another place";
-            Error::input(folder, "", format!("this project may not be written to ({error})"), remedy)
+            let remedy = "give yourself write permission for its folder, or copy the project elsewhere";
+            Error::input(folder, "", format!("this project is not writable ({error})"), remedy)
         }
         _ => Error::io(lock, "open the lock file")(error),
     }
 }
 
 impl ProjectLock {
-    /// Who writes to the project in `folder` right now; none when nobody does, or where that cannot be told.
+    /// Returns which program holds the lock of the project in `folder`; `None` when no program does, or where
+    /// that cannot be determined.
     pub fn holder(folder: &Path) -> Option<String> {
         let mut file = OpenOptions::new().read(true).write(true).open(folder.join(LOCK_FILE)).ok()?;
         matches!(file.try_lock(), Err(TryLockError::WouldBlock)).then(|| signature(&mut file))
     }
 }
 
-/// Leaves word of who holds the lock, for the message of whoever comes second.
+/// Writes this program's name and process id into the lock file, for the message to the next program that
+/// wants the lock.
 fn sign(file: &mut File) -> std::io::Result<()> {
     file.set_len(0)?;
     file.rewind()?;
     writeln!(file, "{} (process {})", program(), std::process::id())
 }
 
-/// The program, and what it was asked to do.
+/// Returns the name of this program and the command it was started with.
 fn program() -> String {
     let path = std::env::current_exe().unwrap_or_default();
     let program =
         path.file_stem().map_or_else(|| "a program".into(), |name| name.to_string_lossy().into_owned());
     let words = std::env::args_os().skip(1).filter_map(|word| word.into_string().ok());
-    match asked_for(&program, words) {
+    match command_of(&program, words) {
         Some(command) => format!("{program} {command}"),
         None => program,
     }
 }
 
-/// The command among the words behind the program's name, which without one opens the window. (Other programs of this
-/// library have no commands.)
-fn asked_for(program: &str, mut words: impl Iterator<Item = String>) -> Option<String> {
+/// Returns the command among the program's arguments; without one this program opens the window. (Other
+/// programs that use the library have no commands.)
+fn command_of(program: &str, mut words: impl Iterator<Item = String>) -> Option<String> {
     let is_command = |word: &String| !word.is_empty() && word.chars().all(|c| c.is_ascii_lowercase());
-    (program == OURS).then(|| words.find(is_command).unwrap_or_else(|| WINDOW.into()))
+    (program == PROGRAM).then(|| words.find(is_command).unwrap_or_else(|| WINDOW_COMMAND.into()))
 }
 
-const OURS: &str = "quadratura";
+const PROGRAM: &str = "quadratura";
 /// The command that opens the window.
-const WINDOW: &str = "edit";
+const WINDOW_COMMAND: &str = "edit";
 
 fn held(folder: &Path, file: &mut File) -> Error {
-    Error::Request(format!("{}: {}", folder.display(), advice(&signature(file))))
+    Error::Request(format!("{}: {}", folder.display(), holder_message(&signature(file))))
 }
 
-/// Who holds the project, and what to do about it.
-pub fn advice(holder: &str) -> String {
-    match holder.starts_with(&format!("{OURS} {WINDOW} ")) {
-        true => format!("this project is open in a window ({holder}); close it there, or quit that window"),
-        false => format!("{holder} is writing to this project; wait until it is done, or end it"),
+/// Returns a message that names the holder of the lock and says what to do.
+pub fn holder_message(holder: &str) -> String {
+    match holder.starts_with(&format!("{PROGRAM} {WINDOW_COMMAND} ")) {
+        true => format!("this project is already open in a window ({holder}); close it there"),
+        false => format!("{holder} is writing to this project; wait until it has finished, or stop it"),
     }
 }
 
-/// Who signed the file.
+/// Reads the holder's name from the lock file.
 fn signature(file: &mut File) -> String {
     let mut holder = String::new();
-    // Unreadable where the system locks the content too (Windows).
+    // The content is unreadable where the system locks it, too (Windows).
     let known = file.take(200).read_to_string(&mut holder).is_ok() && !holder.trim().is_empty();
     if known { holder.trim().to_owned() } else { "another program".to_owned() }
 }
@@ -136,8 +136,8 @@ mod tests {
     #[test]
     fn it_is_told_whether_a_window_or_a_command_has_the_project_and_what_to_do() {
         let told = |words: &[&str]| {
-            let command = asked_for(OURS, words.iter().map(|word| (*word).to_owned())).unwrap();
-            advice(&format!("{OURS} {command} (process 7)"))
+            let command = command_of(PROGRAM, words.iter().map(|word| (*word).to_owned())).unwrap();
+            holder_message(&format!("{PROGRAM} {command} (process 7)"))
         };
         for window in [&[][..], &["edit", "castle"], &["--threads", "2", "edit"]] {
             let told = told(window);
@@ -147,8 +147,8 @@ mod tests {
             );
         }
         let command = told(&["--json", "build", "castle"]);
-        assert!(command.contains("quadratura build (process 7) is writing") && command.contains("end it"));
-        assert_eq!(asked_for("harness", ["edit".to_owned()].into_iter()), None);
+        assert!(command.contains("quadratura build (process 7) is writing") && command.contains("stop it"));
+        assert_eq!(command_of("harness", ["edit".to_owned()].into_iter()), None);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Masks of photos as PNG files: black is masked, as COLMAP has it, white is not.
+//! Reads and writes masks of photos as PNG files. Black is masked, white is not, as in COLMAP.
 
 use std::fs::File;
 use std::io::{BufReader, Write};
@@ -9,14 +9,15 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Reader, Transforma
 use crate::error::{Error, Result};
 use crate::geometry::{PixelRect, Spans};
 
-/// Below half: dark. Opaque: above half.
+/// The middle of the range of 8 bits: darker samples are masked if alpha is at least this.
 const HALF: u8 = 128;
 
-/// The pixels that a PNG of `width` x `height` masks: those that are opaque and darker than half, in any of the
-/// channels' mean. (What is transparent was left alone by whoever painted the mask.)
+/// Reads the pixels that a PNG of `width` x `height` masks: those that are opaque (alpha of at least half)
+/// and whose mean over the colour channels is darker than half. Transparent pixels are not masked, because
+/// nothing was painted there.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] for a file that is no PNG, is damaged, or is of another size.
+/// [`Error::Io`]; [`Error::Input`] for a file that is not a PNG, is damaged, or is of another size.
 pub fn read_mask(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
     let mut reader = opened(file, [width, height])?;
     let (colour, _) = reader.output_color_type();
@@ -33,10 +34,10 @@ pub fn read_mask(file: &Path, [width, height]: [u32; 2]) -> Result<Spans> {
         let sum: usize = colours.iter().map(|sample| usize::from(*sample)).sum();
         alpha[0] >= HALF && sum < usize::from(HALF) * colours.len()
     };
-    Ok(Spans::of_pixels(PixelRect { x: 0, y: 0, w: width, h: height }, is_masked))
+    Ok(Spans::of_pixels(PixelRect::of_size(width, height), is_masked))
 }
 
-/// Looks whether there is a PNG of this size, without decoding it.
+/// Checks that the file is a PNG of this size, without decoding it.
 ///
 /// # Errors
 /// As [`read_mask`].
@@ -44,10 +45,10 @@ pub fn check_mask(file: &Path, size: [u32; 2]) -> Result<()> {
     opened(file, size).map(drop)
 }
 
-/// The bytes of a PNG of one bit a pixel; the same set always gives the same.
+/// Encodes a mask as a PNG of one bit per pixel; the same set always gives the same bytes.
 ///
 /// # Errors
-/// What encoding says; memory takes every byte.
+/// The encoder's error; writing to memory itself does not fail.
 pub fn mask_png(masked: &Spans, [width, height]: [u32; 2]) -> std::io::Result<Vec<u8>> {
     let row_bytes = (width as usize).div_ceil(8);
     let mut data = vec![0xff_u8; row_bytes * height as usize];
@@ -74,7 +75,7 @@ fn opened(file: &Path, [width, height]: [u32; 2]) -> Result<Reader<BufReader<Fil
     decoder.set_transformations(Transformations::EXPAND | Transformations::STRIP_16);
     let reader = decoder.read_info().map_err(|error| unusable(file, error.to_string()))?;
     let found = reader.info().size();
-    // Before anything of that size is allocated.
+    // The size is checked before anything is allocated for it.
     if found != (width, height) {
         let found = format!("{} x {} pixels, but the photo has {width} x {height}", found.0, found.1);
         return Err(Error::input(file, "", found, "give a mask as large as the photo, pixel for pixel"));
@@ -94,7 +95,7 @@ mod tests {
     fn a_mask_comes_back_pixel_for_pixel() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("mask.png");
-        let masked = Spans::of_pixels(PixelRect { x: 0, y: 0, w: 19, h: 7 }, |x, y| (x * y) % 5 == 1);
+        let masked = Spans::of_pixels(PixelRect::of_size(19, 7), |x, y| (x * y) % 5 == 1);
         std::fs::write(&file, mask_png(&masked, [19, 7]).unwrap()).unwrap();
         assert_eq!(read_mask(&file, [19, 7]).unwrap(), masked);
         assert_eq!(image::open(&file).unwrap().to_luma8().get_pixel(1, 1).0, [0], "black is masked");
@@ -103,7 +104,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_dark_and_opaque_is_masked_in_every_kind_of_picture() {
+    fn dark_opaque_pixels_are_masked_in_every_kind_of_picture() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("mask.png");
         let masked = |picture: image::DynamicImage| {
@@ -123,7 +124,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_png_is_told() {
+    fn a_file_that_is_no_png_is_refused() {
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), "black").unwrap();
         assert!(check_mask(file.path(), [1, 1]).unwrap_err().to_string().contains("save the mask as a PNG"));

@@ -1,12 +1,12 @@
-//! The masks of a project on disk: authored pictures that are never changed.
+//! The masks of a project on disk: authored images that are never changed.
 //!
 //! ```text
 //! masks/<photo>/suggested-9c1f….png
 //! ```
 //!
-//! A file's name holds a hash of its content. Which of them hold is said in `project.json`: an edit writes new
-//! files first, and then puts a new `project.json` in place. What nobody names any more is cleared away when
-//! somebody asks for that, never by an edit: who undoes it needs the old file.
+//! A file's name holds a hash of its content. `project.json` names the masks in use: an edit writes new files
+//! first and then replaces `project.json`. Files that are no longer named are removed only on request, never
+//! by an edit, because undoing the edit needs them.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -20,30 +20,31 @@ use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 
-/// Digits of the hash in a file's name.
+/// Number of hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 12;
 
-/// Bytes of a file's readable name at most: the whole stays below the 255 of file systems.
+/// Maximum length of the readable part of a file's name in bytes, so that the whole stays below the 255 of
+/// file systems.
 const LONGEST_READABLE: usize = 120;
 
-/// The masks of the project in one folder. Whoever writes holds the project's lock.
+/// The store of a project's masks. Writers must hold the project's lock.
 #[derive(Debug, Clone)]
 pub struct MaskStore {
     folder: PathBuf,
 }
 
 impl MaskStore {
-    /// Of the project in the folder `project`.
+    /// Returns the store of the project in the folder `project`.
     pub fn new(project: &Path) -> Self {
         Self { folder: project.join("masks") }
     }
 
-    /// Where a file is that `project.json` names.
+    /// Returns the path of a file that `project.json` names.
     pub fn path(&self, file: &str) -> PathBuf {
         self.folder.join(file)
     }
 
-    /// The masked pixels of a file that is to be of this size.
+    /// Reads the masked pixels of a file, which must have the size `size` in pixels.
     ///
     /// # Errors
     /// As [`read_mask`].
@@ -51,8 +52,9 @@ impl MaskStore {
         read_mask(&self.path(file), size)
     }
 
-    /// Of the files that a maker's masks of a photo had before, the newest one that can be used, with its masked pixels
-    /// and when it was made: what stands for `file`, which cannot.
+    /// Finds the newest usable mask file from the same maker for a photo, other than `file`, which it can
+    /// replace. Returns its name, the number of masked pixels, and when it was written. `stem` is the
+    /// beginning of the maker's file names.
     pub fn older(
         &self,
         photo: &str,
@@ -61,25 +63,25 @@ impl MaskStore {
         size: [u32; 2],
     ) -> Option<(String, u64, SystemTime)> {
         let folder = self.folder.join(file_name_of_photo(photo));
-        let begins = format!("{}-", readable(stem));
-        let named = |path: PathBuf| {
+        let prefix = format!("{}-", readable(stem));
+        let candidate = |path: PathBuf| {
             let name = path.file_name()?.to_str()?.to_owned();
-            let rest = name.strip_prefix(&begins)?.strip_suffix(".png")?;
-            let file_of_it = format!("{}/{name}", file_name_of_photo(photo));
-            let made = fs::metadata(&path).and_then(|data| data.modified()).ok()?;
-            (rest.len() == DIGITS && file_of_it != file).then_some((made, file_of_it))
+            let rest = name.strip_prefix(&prefix)?.strip_suffix(".png")?;
+            let candidate = format!("{}/{name}", file_name_of_photo(photo));
+            let written = fs::metadata(&path).and_then(|data| data.modified()).ok()?;
+            (rest.len() == DIGITS && candidate != file).then_some((written, candidate))
         };
-        let mut found: Vec<_> = entries(&folder).ok()?.into_iter().filter_map(named).collect();
+        let mut found: Vec<_> = entries(&folder).ok()?.into_iter().filter_map(candidate).collect();
         found.sort();
-        found.into_iter().rev().find_map(|(made, file)| {
+        found.into_iter().rev().find_map(|(written, file)| {
             let is_whole = is_ours(&self.path(&file)).unwrap_or(false);
             let pixels = self.read(&file, size).ok().filter(|_| is_whole)?;
-            Some((file, pixels.count(), made))
+            Some((file, pixels.count(), written))
         })
     }
 
-    /// Keeps a mask of a photo of this size and gives its file, as `project.json` names it. `stem`: how its name
-    /// begins.
+    /// Stores a mask of a photo of size `size` (pixels). Returns the file's name as `project.json` refers to
+    /// it, which begins with `stem`.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -96,7 +98,7 @@ impl MaskStore {
         Ok(file)
     }
 
-    /// Removes the files that this program made and that are not `named`, and folders that are empty then.
+    /// Removes the files that this program wrote and that are not in `named`, and then empty folders.
     ///
     /// # Errors
     /// [`Error::Io`].
@@ -120,15 +122,15 @@ impl MaskStore {
 }
 
 fn readable(stem: &str) -> String {
-    let harmless = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
-    let mut name: String = stem.strip_suffix(".png").unwrap_or(stem).chars().map(harmless).collect();
+    let replaced = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
+    let mut name: String = stem.strip_suffix(".png").unwrap_or(stem).chars().map(replaced).collect();
     while name.len() > LONGEST_READABLE {
         name.pop();
     }
     name
 }
 
-/// The name says the content's hash, and the content agrees: nobody but us made such a file.
+/// Returns whether this program wrote the file unchanged: its name holds the hash of its content.
 fn is_ours(file: &Path) -> Result<bool> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let hash = name.strip_suffix(".png").and_then(|stem| stem.rsplit_once('-')).map(|(_, hash)| hash);
@@ -157,7 +159,7 @@ mod tests {
     use crate::geometry::PixelRect;
 
     fn mask(pixels: u32) -> Spans {
-        Spans::of_pixels(PixelRect { x: 0, y: 0, w: pixels, h: 1 }, |_, _| true)
+        Spans::of_pixels(PixelRect::of_size(pixels, 1), |_, _| true)
     }
 
     #[test]
@@ -196,7 +198,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_names_is_cleared_away_and_other_peoples_files_are_not() {
+    fn unnamed_masks_are_removed_and_files_of_others_are_not() {
         let project = tempfile::tempdir().unwrap();
         let store = MaskStore::new(project.path());
         let kept = store.add("a.jpg", "drawn", &mask(2), [9, 4]).unwrap();

@@ -1,4 +1,5 @@
-//! Files: cameras, models, photos, layered images. One file per format.
+//! Reads and writes the files of a project: cameras, models, photos, stacks, paint, layered images. Each
+//! format has a file or a folder of its own.
 
 pub mod atomic;
 pub mod baselines;

@@ -1,4 +1,4 @@
-//! A photo, made smaller, with lines drawn over it.
+//! Draws lines and numbers over a reduced photo and writes it as JPEG.
 
 use std::path::Path;
 
@@ -10,18 +10,20 @@ use super::atomic::write_atomically;
 use crate::error::{Error, Result};
 use crate::scene::{PhotoPixels, Samples};
 
-/// Half the width of a line in pixels.
+/// Half the width of a line, in pixels.
 const HALF_WIDTH: f64 = 0.7;
 
-/// How far the dark seam around a line reaches, which keeps it readable on any ground.
+/// Width of the dark seam around a line, in pixels. It keeps the line readable on any background.
 const SEAM: f64 = 1.3;
 
+/// Opacity of the seam, 0 to 1.
 const SEAM_STRENGTH: f64 = 0.45;
 
+/// JPEG quality, 1 to 100.
 const QUALITY: u8 = 88;
 
-/// The seven strokes of a digit that is one unit wide and two high: top, upper right, lower right, bottom, lower left,
-/// upper left, middle.
+/// The seven segments of a digit one unit wide and two high: top, upper right, lower right, bottom, lower
+/// left, upper left, middle.
 const SEGMENTS: [[[f64; 2]; 2]; 7] = [
     [[0.0, 0.0], [1.0, 0.0]],
     [[1.0, 0.0], [1.0, 1.0]],
@@ -32,16 +34,17 @@ const SEGMENTS: [[[f64; 2]; 2]; 7] = [
     [[0.0, 1.0], [1.0, 1.0]],
 ];
 
-/// Which strokes a digit has, the lowest bit first.
+/// Segments of each digit as bits, the lowest bit for the first segment.
 const DIGITS: [u8; 10] = [0x3f, 0x06, 0x5b, 0x4f, 0x66, 0x6d, 0x7d, 0x07, 0x7f, 0x6f];
 
-/// The picture, 8 bits RGB, and the lines over it.
+/// A picture (RGB, 8 bits) with lines to be drawn over it.
 pub struct Overlay {
     width: u32,
     height: u32,
     rgb: Vec<u8>,
-    /// Coverage 0..1 of the line at each pixel, and of its seam.
+    /// Coverage of the line at each pixel, 0 to 1.
     ink: Vec<f32>,
+    /// Coverage of the line's seam at each pixel, 0 to 1.
     seam: Vec<f32>,
     colors: Vec<[u8; 3]>,
     /// Pixels of the picture per pixel of the photo, along x and y.
@@ -49,7 +52,7 @@ pub struct Overlay {
 }
 
 impl Overlay {
-    /// The photo with at most `longest_side` pixels a side; never larger than it is.
+    /// Reduces the photo to at most `longest_side` pixels on its longer side; it is never enlarged.
     pub fn new(photo: &PhotoPixels, longest_side: u32) -> Self {
         let longest = photo.width.max(photo.height);
         let side = |px: u32| (u64::from(px) * u64::from(longest_side) / u64::from(longest)).max(1) as u32;
@@ -71,8 +74,8 @@ impl Overlay {
         }
     }
 
-    /// Draws a line between two points of the photo (in its pixels), `strength` 0..1. Lines that
-    /// meet do not add up.
+    /// Draws a line between two points (in photo pixels) with opacity `strength`, 0 to 1. Lines that overlap
+    /// do not add up.
     pub fn line(&mut self, from_px: DVec2, to_px: DVec2, color: [u8; 3], strength: f32) {
         let (a, b) = (from_px * self.scale, to_px * self.scale);
         let reach = HALF_WIDTH + SEAM + 1.0;
@@ -82,16 +85,16 @@ impl Overlay {
             for x in self.columns(a, b, y, reach) {
                 let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
                 let distance = distance_to_segment(centre, a, b);
-                self.touch(x, y, distance, color, strength);
+                self.blend(x, y, distance, color, strength);
             }
         }
     }
 
-    /// Writes a number at a point of the photo, its top left corner, so many pixels of the photo high.
+    /// Draws a number with its top-left corner at `at_px`, `height_px` high, both in photo pixels.
     pub fn number(&mut self, at_px: DVec2, height_px: f64, number: u32, color: [u8; 3]) {
         let (half, step) = (height_px / 2.0, height_px * 0.75);
-        for (digit, place) in number.to_string().bytes().zip(0..) {
-            let corner = at_px + DVec2::new(f64::from(place) * step, 0.0);
+        for (digit, index) in number.to_string().bytes().zip(0..) {
+            let corner = at_px + DVec2::new(f64::from(index) * step, 0.0);
             for (segment, [from, to]) in SEGMENTS.iter().enumerate() {
                 if DIGITS[usize::from(digit - b'0')] >> segment & 1 == 1 {
                     let [a, b] = [from, to].map(|[x, y]| corner + DVec2::new(*x, *y) * half);
@@ -101,13 +104,13 @@ impl Overlay {
         }
     }
 
-    /// The columns of row `y` that a line could reach.
+    /// Returns the columns of row `y` that a line could cover.
     fn columns(&self, a: DVec2, b: DVec2, y: u32, reach: f64) -> std::ops::Range<u32> {
         let (top, bottom) = if a.y <= b.y { (a, b) } else { (b, a) };
         let (mut from, mut to) = (top.x.min(bottom.x), top.x.max(bottom.x));
         let along = bottom - top;
         if along.y > 1e-9 {
-            // Where the line passes the row, give or take its width.
+            // Where the line crosses the row, with its width as a margin.
             let at = |row: f64| top.x + along.x * ((row - top.y) / along.y).clamp(0.0, 1.0);
             let (first, last) = (at(f64::from(y) - reach), at(f64::from(y) + 1.0 + reach));
             (from, to) = (first.min(last), first.max(last));
@@ -116,7 +119,7 @@ impl Overlay {
         clamp((from - reach).floor())..clamp((to + reach).ceil())
     }
 
-    fn touch(&mut self, x: u32, y: u32, distance: f64, color: [u8; 3], strength: f32) {
+    fn blend(&mut self, x: u32, y: u32, distance: f64, color: [u8; 3], strength: f32) {
         let coverage = |half_width: f64| (half_width + 0.5 - distance).clamp(0.0, 1.0) as f32 * strength;
         let i = y as usize * self.width as usize + x as usize;
         let ink = coverage(HALF_WIDTH);
@@ -132,7 +135,8 @@ impl Overlay {
     /// [`Error::Io`].
     pub fn write(mut self, path: &Path) -> Result<()> {
         for i in 0..self.ink.len() {
-            let (ink, shade) = (f64::from(self.ink[i]), 1.0 - SEAM_STRENGTH * f64::from(self.seam[i]));
+            let ink = f64::from(self.ink[i]);
+            let shade = 1.0 - SEAM_STRENGTH * f64::from(self.seam[i]);
             for channel in 0..3 {
                 let under = f64::from(self.rgb[3 * i + channel]) * shade;
                 let over = f64::from(self.colors[i][channel]);
@@ -163,7 +167,7 @@ fn distance_to_segment(point: DVec2, a: DVec2, b: DVec2) -> f64 {
     point.distance(a + along * t)
 }
 
-/// Means over blocks of pixels, 8 bits RGB.
+/// Returns the photo reduced to `width` x `height` by averaging blocks of pixels: RGB, 8 bits.
 fn reduced(photo: &PhotoPixels, width: u32, height: u32) -> Vec<u8> {
     let sample = |i: usize| match &photo.samples {
         Samples::U8(samples) => u32::from(samples[i]),

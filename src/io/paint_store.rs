@@ -1,16 +1,16 @@
-//! The paint of a project on disk: authored, readable, never half there.
+//! The paint of a project on disk: authored, readable, and replaced as a whole.
 //!
 //! ```text
-//! paint/paint.json                                what is where, and the last ten imports
+//! paint/paint.json                                all entries of paint, and the last ten imports
 //! paint/<photo>/left wall-3-9c1f….png             what was painted on face 3 of "left wall"
 //! paint/<photo>/left wall-3.beyond-77ab….png      what was painted past its outline
 //! ```
 //!
-//! A file of paint is never changed: its name holds a hash of its content. An import writes new files,
-//! syncs them, and then puts a new `paint.json` in place, by one rename. Only then are files cleared away that
-//! the old one named and the new one does not. After a kill at any moment the old paint is there, or the new
-//! one, whole; what was left over is listed in `unfinished.txt`, and cleared by the next import. No other
-//! picture is ever removed.
+//! A file of paint is never changed: its name holds a hash of its content. An import writes and syncs new
+//! files and then replaces `paint.json` by one rename. Only after that are files removed that the old
+//! `paint.json` named and the new one does not. After a kill at any moment the old paint is there, or the new
+//! one, complete; leftovers are listed in `unfinished.txt` and removed by the next import. No other picture
+//! is ever removed.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -31,39 +31,41 @@ use crate::geometry::PixelRect;
 use crate::scene::Samples;
 
 const BOOK: &str = "paint.json";
-/// Files of an import that has not ended, a line each, as the book would name them.
+/// Name of the file that lists the files of an unfinished import, one per line, as the book would name them.
 pub(super) const UNFINISHED: &str = "unfinished.txt";
-/// Ten thousand entries with a history of as many take some tens of MB.
+/// Limit on the size of the book in bytes; ten thousand entries with a history of as many take some tens of
+/// MB.
 const LARGEST_BOOK: u64 = 1 << 30;
 const REMEDY: &str = "put the file back as the program wrote it (the pictures beside it hold the paint)";
-/// Digits of the hash in a file's name.
+/// Number of hexadecimal digits of the hash in a file's name.
 const DIGITS: usize = 12;
-/// Bytes of an object's name in a file's name, so that the whole stays below the 255 of file systems.
+/// Maximum length of the object's name in a file's name in bytes, so that the whole stays below the 255 of
+/// file systems.
 const LONGEST_READABLE: usize = 120;
 
-/// The paint of the project in one folder. Whoever writes holds the project's lock.
+/// The store of a project's paint. Writers must hold the project's lock.
 #[derive(Debug, Clone)]
 pub struct PaintStore {
     folder: PathBuf,
 }
 
 impl PaintStore {
-    /// Of the project in the folder `project`.
+    /// Returns the store of the project in the folder `project`.
     pub fn new(project: &Path) -> Self {
         Self { folder: project.join("paint") }
     }
 
-    /// When the book was written last; none where there is no paint. Whoever shows paint reads it again when this
-    /// changes.
+    /// Returns when the book was last written; `None` where there is no paint. Views of the paint reload it
+    /// when this changes.
     pub fn changed(&self) -> Option<SystemTime> {
         std::fs::metadata(self.folder.join(BOOK)).and_then(|metadata| metadata.modified()).ok()
     }
 
-    /// What was painted; nothing where there is no paint yet.
+    /// Reads the book of paint; it is empty where there is no paint yet.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Input`] when the book is damaged or of another version, or when it is gone and
-    /// pictures of paint are there.
+    /// [`Error::Io`]; [`Error::Input`] when the book is damaged or of another version, or when it is missing
+    /// although pictures of paint are there.
     pub fn read(&self) -> Result<PaintBook> {
         let file = self.folder.join(BOOK);
         if !file.exists() {
@@ -71,9 +73,11 @@ impl PaintStore {
             return match lost.first() {
                 None => Ok(PaintBook::default()),
                 Some(first) => {
-                    let found =
-                        format!("it is gone, and {} pictures of paint are there: {first}, ...", lost.len());
-                    let remedy = "put it back from a copy of the project; to begin without that paint, move the \
+                    let found = format!(
+                        "it is missing, but {} pictures of paint are there: {first}, ...",
+                        lost.len()
+                    );
+                    let remedy = "restore it from a copy of the project; to start without that paint, move the \
                                   folder away";
                     Err(Error::input(file, "the file", found, remedy))
                 }
@@ -87,7 +91,7 @@ impl PaintStore {
         Ok(book)
     }
 
-    /// The pixels of an entry.
+    /// Reads the pixels of an entry.
     ///
     /// # Errors
     /// As [`Self::check`].
@@ -100,40 +104,41 @@ impl PaintStore {
         ))
     }
 
-    /// Looks whether the picture of an entry is there and can be shown: as it was written, which its name tells, or
-    /// changed by somebody since, and whole.
+    /// Checks that the picture of an entry can be used: it is as the program wrote it (its name holds its
+    /// hash), or it was changed since and can be read.
     ///
     /// # Errors
-    /// [`Error::Input`] that says what paint is lost with it and how it comes back.
+    /// [`Error::Input`] that says which paint is lost and how to restore it.
     pub fn check(&self, entry: &PaintEntry) -> Result<()> {
         let file = self.folder.join(&entry.file);
         if !file.is_file() {
-            return Err(self.damaged(entry, "is gone"));
+            return Err(self.damaged(entry, "is missing"));
         }
         if is_ours(&file)? { Ok(()) } else { self.patch(entry).map(drop) }
     }
 
-    /// `what` of the picture of an entry.
+    /// Builds the error for an entry whose picture has the problem `what`.
     fn damaged(&self, entry: &PaintEntry, what: &str) -> Error {
         let (pixels, face, photo) = (entry.pixels, entry.face_name(), &entry.photo);
         let found = format!("the picture of {pixels} px of paint on {face} of photo {photo} {what}");
         let (_, source) = entry.document.split_once('@').unwrap_or(("", &entry.document));
         let source = below(self.folder.parent().unwrap_or(Path::new("")), source);
-        let remedy = "put it back from a copy of the project";
+        let remedy = "restore it from a copy of the project";
         let remedy = match source.exists() {
-            true => format!("{remedy}, or import {} again, where it came from", source.display()),
-            false => format!("{remedy} ({}, where it came from, is gone)", source.display()),
+            true => format!("{remedy}, or import {} again, which it came from", source.display()),
+            false => format!("{remedy} ({}, which it came from, no longer exists)", source.display()),
         };
         Error::input(self.folder.join(&entry.file), "", found, remedy)
     }
 
-    /// Keeps the pixels of an entry and gives it the file's name, its rectangle and its count. The paint is not
-    /// part of the project before a book that names the entry is committed.
+    /// Stores the pixels of an entry and sets the entry's file name, rectangle and count. The paint becomes
+    /// part of the project when a book that names the entry is committed.
     ///
     /// # Errors
     /// [`Error::Io`], for instance on a full disk.
     pub fn add(&self, entry: &mut PaintEntry, patch: &Patch) -> Result<()> {
-        (entry.rect, entry.pixels) = (patch.rect(), patch.count());
+        entry.rect = patch.rect();
+        entry.pixels = patch.count();
         let mut bytes = Vec::new();
         let encoded = write_rgba(&mut bytes, &raster_of(patch), None);
         let photo = self.folder.join(file_name_of_photo(&entry.photo));
@@ -148,29 +153,32 @@ impl PaintStore {
         write_atomically_with(target, |out| std::io::Write::write_all(out, &bytes))
     }
 
-    /// Makes `book` the project's, by one rename, and clears away what it no longer names.
+    /// Makes `book` the project's book by one rename and removes the files that it no longer names.
     ///
     /// # Errors
-    /// [`Error::Io`]; when the rename did not take place the old book holds, with all its files.
+    /// [`Error::Io`]; when the rename failed, the old book still holds, with all its files.
     pub fn commit(&self, book: &PaintBook) -> Result<()> {
         let file = self.folder.join(BOOK);
-        let mut over = self.unfinished()?;
+        let mut superseded = self.unfinished()?;
         if file.exists() {
-            over.extend(self.read()?.files().into_iter().map(str::to_owned));
+            superseded.extend(self.read()?.files().into_iter().map(str::to_owned));
         }
-        // A kill after the rename leaves the list of what is to be cleared.
+        // After a kill behind the rename this list still says what is to be removed.
         let named = book.files();
-        over.iter().filter(|name| !named.contains(name.as_str())).try_for_each(|name| self.announce(name))?;
+        superseded
+            .iter()
+            .filter(|name| !named.contains(name.as_str()))
+            .try_for_each(|name| self.announce(name))?;
         if book.is_empty() {
             remove_if_there(&file)?;
         } else {
             fs::create_dir_all(&self.folder).map_err(Error::io(&self.folder, "create the folder"))?;
             write_atomically(&file, &to_json(book))?;
         }
-        self.clear(book, &over)
+        self.clear(book, &superseded)
     }
 
-    /// Says before a file is written that it is not part of the project yet.
+    /// Records, before a file is written, that it is not part of the project yet.
     fn announce(&self, name: &str) -> Result<()> {
         let file = self.folder.join(UNFINISHED);
         let mut list = fs::File::options()
@@ -181,7 +189,7 @@ impl PaintStore {
         list.write_all(format!("{name}\n").as_bytes()).map_err(Error::io(&file, "write it"))
     }
 
-    /// What was announced and not committed.
+    /// Returns the files that were announced and not committed.
     fn unfinished(&self) -> Result<BTreeSet<String>> {
         let file = self.folder.join(UNFINISHED);
         match fs::read_to_string(&file) {
@@ -191,7 +199,7 @@ impl PaintStore {
         }
     }
 
-    /// The pictures of paint that are there, without those in `but`, as a book names them.
+    /// Returns the pictures of paint on disk that are not in `but`, by their names as a book has them.
     fn pictures_without(&self, but: &BTreeSet<String>) -> Result<Vec<String>> {
         let mut found = Vec::new();
         if !self.folder.is_dir() {
@@ -209,14 +217,14 @@ impl PaintStore {
         Ok(found)
     }
 
-    /// Of the files in `over` removes those of ours that the book does not name, and folders that are empty
-    /// then.
-    fn clear(&self, book: &PaintBook, over: &BTreeSet<String>) -> Result<()> {
+    /// Removes those files in `over` that this program wrote and the book does not name, and then empty
+    /// folders.
+    fn clear(&self, book: &PaintBook, superseded: &BTreeSet<String>) -> Result<()> {
         if !self.folder.is_dir() {
             return Ok(());
         }
         let named = book.files();
-        for name in over.iter().filter(|name| !named.contains(name.as_str())) {
+        for name in superseded.iter().filter(|name| !named.contains(name.as_str())) {
             let file = self.folder.join(name);
             if is_ours(&file)? {
                 remove_if_there(&file)?;
@@ -232,10 +240,10 @@ impl PaintStore {
     }
 }
 
-/// `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png`
+/// Returns the name `<photo>/<object>-<face>.t<triangle>.beyond-<hash>.png` of an entry's file.
 fn file_of(entry: &PaintEntry, hash: &str) -> String {
-    let harmless = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
-    let mut object: String = entry.object.chars().map(harmless).collect();
+    let replaced = |c: char| if c.is_control() || "/\\:*?\"<>|".contains(c) { '_' } else { c };
+    let mut object: String = entry.object.chars().map(replaced).collect();
     while object.len() > LONGEST_READABLE {
         object.pop();
     }
@@ -244,7 +252,7 @@ fn file_of(entry: &PaintEntry, hash: &str) -> String {
     format!("{}/{object}-{}{triangle}{beyond}-{hash}.png", file_name_of_photo(&entry.photo), entry.face)
 }
 
-/// The name says the content's hash, and the content agrees: nobody but us made such a file.
+/// Returns whether this program wrote the file unchanged: its name holds the hash of its content.
 fn is_ours(file: &Path) -> Result<bool> {
     let name = file.file_name().unwrap_or_default().to_string_lossy();
     let Some((_, hash)) = name.strip_suffix(".png").and_then(|stem| stem.rsplit_once('-')) else {
@@ -290,8 +298,7 @@ fn patch_of(raster: &Raster, rect: PixelRect) -> Patch {
 
 fn raster_of(patch: &Patch) -> Raster {
     let rect = patch.rect();
-    let pixels = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-    let samples = pixels.flat_map(|(x, y)| patch.at(x, y).unwrap_or_default());
+    let samples = patch.pixels().pixels().iter().flat_map(|pixel| pixel.unwrap_or_default());
     let samples = match patch.fits_8_bits() {
         true => Samples::U8(samples.map(|sample| (sample / 257) as u8).collect()),
         false => Samples::U16(samples.collect()),
@@ -317,7 +324,7 @@ mod tests {
             view: "v".into(),
             outline: vec![],
             file: String::new(),
-            rect: PixelRect { x: 0, y: 0, w: 0, h: 0 },
+            rect: PixelRect::EMPTY,
             pixels: 0,
         }
     }
@@ -365,7 +372,7 @@ mod tests {
         write_rgba(&mut other, &raster_of(&retouched), None).unwrap();
         fs::write(&file, other).unwrap();
         store.check(&entry).unwrap();
-        assert_eq!(store.patch(&entry).unwrap(), retouched, "somebody may have had a reason");
+        assert_eq!(store.patch(&entry).unwrap(), retouched, "a changed picture is used");
         for damage in [Some(&whole[..whole.len() / 2]), None] {
             match damage {
                 Some(bytes) => fs::write(&file, bytes).unwrap(),
@@ -390,7 +397,7 @@ mod tests {
     }
 
     #[test]
-    fn what_no_book_names_is_cleared_away_and_other_peoples_files_are_not() {
+    fn unnamed_pictures_are_removed_and_files_of_others_are_not() {
         let project = tempfile::tempdir().unwrap();
         let store = PaintStore::new(project.path());
         let (kept, _) = painted(&store, "kept", [257; 4]);
@@ -420,7 +427,7 @@ mod tests {
         );
         let (other, _) = painted(&store, "floor", [9 * 257; 4]);
         store.commit(&PaintBook { entries: vec![other], ..PaintBook::default() }).unwrap();
-        assert!(picture.is_file(), "nobody asked for it to be removed");
+        assert!(picture.is_file(), "it was not to be removed");
     }
 
     #[test]

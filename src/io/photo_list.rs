@@ -1,4 +1,4 @@
-//! A list of photos: a text file with one name a line.
+//! Reads a list of photos: a text file with one name per line.
 
 use std::path::Path;
 
@@ -6,16 +6,16 @@ use crate::error::{Error, Result};
 
 const LARGEST_LIST: u64 = 16 << 20;
 
-/// The names in `file` with their lines, counted from 1. Empty lines and those that begin with `#` are
-/// left out.
+/// Returns the names in `file` with their line numbers, counted from 1. Empty lines and lines that begin with
+/// `#` are skipped.
 ///
 /// # Errors
-/// [`Error::Io`]; [`Error::Input`] when it is no text, much too large, or names nothing.
+/// [`Error::Io`]; [`Error::Input`] when it is not text, is far too large, or has no names.
 pub fn read_photo_list(file: &Path) -> Result<Vec<(usize, String)>> {
-    let remedy = "write one photo's name a line";
+    let remedy = "write the name of one photo per line";
     let size = std::fs::metadata(file).map_err(Error::io(file, "read it"))?.len();
     if size > LARGEST_LIST {
-        return Err(Error::input(file, "", format!("{size} bytes, too many for a list of photos"), remedy));
+        return Err(Error::input(file, "", format!("{size} bytes, too large for a list of photos"), remedy));
     }
     let bytes = std::fs::read(file).map_err(Error::io(file, "read it"))?;
     let text =
@@ -25,7 +25,7 @@ pub fn read_photo_list(file: &Path) -> Result<Vec<(usize, String)>> {
         .filter(|(line, _)| !line.is_empty() && !line.starts_with('#'))
         .map(|(line, number)| (number, line.to_owned()))
         .collect();
-    if names.is_empty() { Err(Error::input(file, "", "it names no photo", remedy)) } else { Ok(names) }
+    if names.is_empty() { Err(Error::input(file, "", "it lists no photo", remedy)) } else { Ok(names) }
 }
 
 #[cfg(test)]
@@ -46,7 +46,7 @@ mod tests {
 
     #[test]
     fn an_empty_list_and_a_picture_are_refused() {
-        assert!(read(b"# nothing\n").unwrap_err().to_string().contains("names no photo"));
+        assert!(read(b"# nothing\n").unwrap_err().to_string().contains("lists no photo"));
         assert!(read(&[0xff, 0xd8, 0xff]).unwrap_err().to_string().contains("UTF-8"));
     }
 }

@@ -1,5 +1,5 @@
-//! Pictures that the program makes, as PNG files that say of themselves whether somebody changed
-//! them: a text chunk holds the hash of the pixels.
+//! Writes the program's pictures as PNG files that record their own hash: a text chunk holds the hash of the
+//! pixels, so that pictures that were changed are recognised and never overwritten.
 
 use std::fs::File;
 use std::io::{BufReader, Write};
@@ -14,25 +14,26 @@ use crate::error::{Error, Result};
 
 /// Keyword of the text chunk.
 const MADE_BY: &str = "quadratura";
-/// Larger ones are no pictures of ours.
+/// Limit on decoded bytes; larger pictures are not this program's.
 const MOST_BYTES: usize = 1 << 32;
 
-/// Where a picture was put.
+/// The result of writing a picture.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Placed {
-    /// The file.
+    /// The file that was written.
     pub path: PathBuf,
-    /// What stands where it would have gone, and is no unchanged picture of ours.
+    /// Files that have the picture's name, were changed or made by others, and were therefore not
+    /// overwritten.
     pub spared: Vec<PathBuf>,
 }
 
-/// Writes a picture of 8 bits a channel, RGB or RGBA (not premultiplied), as `folder/STEM.png`; where
-/// that is a file that somebody made or changed, as `STEM-2.png` and so on.
+/// Writes a picture of 8 bits per channel, RGB or RGBA (not premultiplied), as `folder/STEM.png`; where that
+/// is a file that was changed or made by others, as `STEM-2.png` and so on.
 ///
 /// `pixels` has `width * height * channels` bytes, rows from the top, channels interleaved, sRGB.
 ///
 /// # Errors
-/// [`Error::Io`]; an old file stays.
+/// [`Error::Io`]; an existing file stays.
 pub fn write_picture(folder: &Path, stem: &str, size_px: [u32; 2], pixels: &[u8]) -> Result<Placed> {
     let channels = pixels.len() / (size_px[0] as usize * size_px[1] as usize);
     let color = if channels == 4 { ColorType::Rgba } else { ColorType::Rgb };
@@ -57,6 +58,7 @@ fn encode(
     writer.finish().map_err(io_error)
 }
 
+/// Chooses the first name that is free or belongs to an unchanged picture of this program.
 fn place(folder: &Path, stem: &str) -> Placed {
     let mut spared = Vec::new();
     let mut number = 1u64;
@@ -71,7 +73,8 @@ fn place(folder: &Path, stem: &str) -> Placed {
     }
 }
 
-/// Whether a file is a picture that this program wrote, pixel for pixel. `None`: it can't be told.
+/// Returns whether this program wrote the picture in the file, pixel for pixel; `None` if that cannot be
+/// determined.
 fn is_unchanged(path: &Path) -> Option<bool> {
     let file = BufReader::with_capacity(1 << 16, File::open(path).ok()?);
     let mut reader = Decoder::new(file).read_info().ok()?;

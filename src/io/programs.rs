@@ -1,5 +1,4 @@
-//! Other programs of the system: which image editors are installed, and how they and the file manager are started
-//! beside this one.
+//! Finds and starts other programs of the system: installed image editors and the file manager.
 
 use std::env;
 use std::ffi::OsStr;
@@ -13,7 +12,7 @@ use serde::{Deserialize, Serialize};
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
-/// An image editor that is looked for by itself.
+/// An image editor whose installation is found automatically.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub enum ImageEditor {
     /// GIMP.
@@ -25,10 +24,10 @@ pub enum ImageEditor {
 }
 
 impl ImageEditor {
-    /// All of them.
+    /// All supported image editors.
     pub const ALL: [Self; 3] = [Self::Gimp, Self::Krita, Self::Photoshop];
 
-    /// As people call it.
+    /// Returns the editor's usual name.
     pub fn name(self) -> &'static str {
         match self {
             Self::Gimp => "GIMP",
@@ -37,7 +36,8 @@ impl ImageEditor {
         }
     }
 
-    /// The format that it gives back as it was: its own, or where we do not write that, the one it reads best.
+    /// Returns the export format that the editor saves without loss: its own, or the one that it reads best
+    /// where this program does not write its own.
     pub fn format(self) -> ExportFormat {
         match self {
             Self::Gimp => ExportFormat::Xcf,
@@ -46,7 +46,7 @@ impl ImageEditor {
         }
     }
 
-    /// Names on the search path, those of wrappers that Flatpak and Snap put there too.
+    /// Returns the editor's commands on the search path, including those of Flatpak's and Snap's wrappers.
     fn commands(self) -> &'static [&'static str] {
         match self {
             Self::Gimp => &["gimp", "gimp-3.0", "gimp-3", "gimp-2.10", "org.gimp.GIMP"],
@@ -55,7 +55,7 @@ impl ImageEditor {
         }
     }
 
-    /// Where installers put it outside the search path.
+    /// Returns where installers put the editor outside the search path.
     fn installed(self, system: System) -> &'static [Installed] {
         match (system, self) {
             (System::Linux, _) => &[],
@@ -87,13 +87,13 @@ impl ImageEditor {
     }
 }
 
-/// A program in one of several folders that differ by their versions.
+/// A program in one of several folders that differ by version number.
 #[derive(Debug, Clone, Copy)]
 struct Installed {
     root: &'static str,
-    /// How the folder's name begins.
+    /// The beginning of the folder's name.
     folder: &'static str,
-    /// Below it; empty for a bundle that the system opens itself.
+    /// The path of the program below the folder; empty for a bundle that the system opens itself.
     program: &'static str,
 }
 
@@ -102,7 +102,7 @@ impl Installed {
         Self { root, folder, program }
     }
 
-    /// The newest one.
+    /// Returns the newest installed version.
     fn find(&self) -> Option<PathBuf> {
         let mut found: Vec<PathBuf> = fs::read_dir(self.root).ok()?.flatten().map(|e| e.path()).collect();
         found.retain(|path| {
@@ -114,7 +114,7 @@ impl Installed {
     }
 }
 
-/// What is usual where programs are installed.
+/// The kinds of systems, which differ in where programs are installed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum System {
     Linux,
@@ -130,7 +130,7 @@ const HERE: System = if cfg!(target_os = "macos") {
     System::Linux
 };
 
-/// The editors that are installed, with their programs, in the order of [`ImageEditor::ALL`].
+/// Returns the installed editors with the paths of their programs, in the order of [`ImageEditor::ALL`].
 pub fn image_editors() -> Vec<(ImageEditor, PathBuf)> {
     let folders = search_path();
     let find = |editor: ImageEditor| {
@@ -140,7 +140,7 @@ pub fn image_editors() -> Vec<(ImageEditor, PathBuf)> {
     ImageEditor::ALL.into_iter().filter_map(find).collect()
 }
 
-/// The folders of `PATH`, then those where Flatpak and Snap put their wrappers.
+/// Returns the folders of `PATH`, followed by those of Flatpak's and Snap's wrappers.
 fn search_path() -> Vec<PathBuf> {
     let path = env::var_os("PATH").unwrap_or_default();
     let mut folders: Vec<PathBuf> = env::split_paths(&path).collect();
@@ -151,18 +151,18 @@ fn search_path() -> Vec<PathBuf> {
     folders
 }
 
-/// The first of these commands that is in one of the folders; a command earlier in the list counts more than a folder.
+/// Returns the first of `commands` that exists in one of `folders`; the order of the commands takes
+/// precedence over the order of the folders.
 fn on_path(commands: &[&str], folders: &[PathBuf]) -> Option<PathBuf> {
     let names = commands.iter().map(|command| format!("{command}{}", env::consts::EXE_SUFFIX));
     let mut files = names.flat_map(|name| folders.iter().map(move |folder| folder.join(&name)));
     files.find(|file| file.is_file())
 }
 
-/// Whether something that can be started is where a user says that an image editor is: a path, or a name on the search
-/// path.
+/// Checks that `program`, a path or a name on the search path, can be started.
 ///
 /// # Errors
-/// [`Error::Input`] that says what is there instead.
+/// [`Error::Input`] that says what was found instead.
 pub fn check_program(program: &Path) -> Result<()> {
     let remedy = "choose another one with `Choose image editor…`";
     let is_name = program.components().count() == 1;
@@ -171,11 +171,13 @@ pub fn check_program(program: &Path) -> Result<()> {
     }
     let is_bundle = HERE == System::Mac && program.extension() == Some(OsStr::new("app"));
     match fs::metadata(program) {
-        Err(_) => Err(Error::input(program, "", "there is no such program", remedy)),
+        Err(_) => Err(Error::input(program, "", "this program does not exist", remedy)),
         Ok(found) if found.is_dir() && !is_bundle => {
-            Err(Error::input(program, "", "a folder, not a program", remedy))
+            Err(Error::input(program, "", "this is a folder, not a program", remedy))
         }
-        Ok(found) if !may_run(&found) => Err(Error::input(program, "", "a file that is no program", remedy)),
+        Ok(found) if !may_run(&found) => {
+            Err(Error::input(program, "", "this file is not an executable program", remedy))
+        }
         Ok(_) => Ok(()),
     }
 }
@@ -190,8 +192,9 @@ fn may_run(_: &fs::Metadata) -> bool {
     true
 }
 
-/// Starts a program with a file, and does not wait for it: it goes on when this program ends. `failed` hears how it
-/// ended when it did so at once and not well, as one that lacks a display.
+/// Starts a program with a file and does not wait for it: it keeps running when this program ends. `failed`
+/// receives the exit status if the program fails within the first seconds, for example because it has no
+/// display.
 ///
 /// # Errors
 /// [`Error::Io`] when it cannot be started.
@@ -204,10 +207,10 @@ pub fn start_with(program: &Path, file: &Path, failed: impl FnOnce(String) + Sen
     spawn(command.arg(file), program, failed)
 }
 
-/// Shows a folder in the system's file manager.
+/// Opens a folder in the system's file manager.
 ///
 /// # Errors
-/// [`Error::Io`] when there is none.
+/// [`Error::Io`] when the file manager cannot be started.
 pub fn show_folder(folder: &Path) -> Result<()> {
     let program = match HERE {
         System::Linux => "xdg-open",
@@ -217,22 +220,22 @@ pub fn show_folder(folder: &Path) -> Result<()> {
     spawn(Command::new(program).arg(folder), Path::new(program), |_| ())
 }
 
-/// Who has ended within so long was not used.
-const AT_ONCE: Duration = Duration::from_secs(10);
+/// A program that fails within this time failed to start; later failures are not reported.
+const START_UP: Duration = Duration::from_secs(10);
 
 fn spawn(command: &mut Command, program: &Path, failed: impl FnOnce(String) + Send + 'static) -> Result<()> {
     command.stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
-    // Ctrl-C in the terminal that this program was started from is not meant for it.
+    // Ctrl-C in the terminal that started this program should not reach the other one.
     #[cfg(unix)]
     std::os::unix::process::CommandExt::process_group(command, 0);
     let mut child = command.spawn().map_err(Error::io(program, "start the program"))?;
-    // Whoever has ended is listed until somebody has asked how.
+    // An ended process stays in the process table until its status is read.
     let since = Instant::now();
     let reap = move || match child.wait() {
-        Ok(status) if !status.success() && since.elapsed() < AT_ONCE => failed(status.to_string()),
+        Ok(status) if !status.success() && since.elapsed() < START_UP => failed(status.to_string()),
         _ => (),
     };
-    // Without a thread for it that is a line in a list, no more.
+    // Without the thread the process stays in the process table, which is harmless.
     drop(std::thread::Builder::new().name("started program".into()).spawn(reap));
     Ok(())
 }
@@ -290,14 +293,16 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn what_is_no_program_is_told_as_what_it_is() {
+    fn files_that_are_no_programs_are_refused_with_what_they_are() {
         let folder = tempfile::tempdir().unwrap();
         let file = folder.path().join("wall.psd");
         fs::write(&file, "x").unwrap();
         let told = |program: &Path| check_program(program).unwrap_err().to_string();
-        assert!(told(&folder.path().join("gimp")).contains("no such program"));
+        assert!(told(&folder.path().join("gimp")).contains("this program does not exist"));
         assert!(told(folder.path()).contains("a folder"));
-        assert!(told(&file).contains("no program") && told(&file).contains("Choose image editor"));
+        assert!(
+            told(&file).contains("not an executable program") && told(&file).contains("Choose image editor")
+        );
         assert!(check_program(Path::new("sh")).is_ok() && check_program(Path::new("/bin/sh")).is_ok());
     }
 }

@@ -1,4 +1,4 @@
-//! `project.json` on disk: found, read, judged, written.
+//! Finds, reads, validates and writes `project.json`.
 
 use std::path::{Component, Path, PathBuf};
 use std::sync::{Mutex, PoisonError};
@@ -12,43 +12,43 @@ use crate::document::project::PROJECT_VERSION;
 use crate::document::{Bookmark, CameraPath, Project};
 use crate::error::{Error, Result};
 
-/// The name of the authored file in the project's folder.
+/// The name of the project's file in the project folder.
 pub const PROJECT_FILE: &str = "project.json";
-/// The name of the file beside it that holds what is not saved.
+/// The name of the file beside it that holds unsaved changes.
 pub const UNSAVED_FILE: &str = "project.unsaved.json";
 
 const LARGEST_PROJECT: u64 = 16 << 20;
-/// For a file that cannot be read: nothing that it advises destroys what is there.
+/// Returns the advice for a file that cannot be read. Nothing in it destroys data.
 fn remedy(file: &Path) -> String {
     let unsaved = file.with_file_name(UNSAVED_FILE);
     let unsaved = match unsaved.is_file() && !file.ends_with(UNSAVED_FILE) {
         true => {
-            format!("; {UNSAVED_FILE} beside it holds the whole project with what a window had not saved")
+            format!("; {UNSAVED_FILE} beside it holds the whole project with the unsaved changes of a window")
         }
         false => String::new(),
     };
     format!(
-        "correct it (docs/formats.md describes it), or bring it back from a backup: layers, masks and paint are in \
-         files of their own and whole{unsaved}"
+        r"correct it (docs/formats.md describes it), or restore it from a backup: layers, masks and paint are in \
+        files of their own and not affected{unsaved}"
     )
 }
 
 /// Reads the project in `folder`.
 ///
 /// # Errors
-/// [`Error::Input`] when there is no project, when it comes from a newer program, or when a field is
-/// misspelt, missing or out of range; [`Error::Io`].
+/// [`Error::Input`] when there is no project, when a newer program wrote it, or when a field is misspelt,
+/// missing or out of range; [`Error::Io`].
 pub fn read_project(folder: &Path) -> Result<Project> {
     let file = folder.join(PROJECT_FILE);
     if !file.is_file() {
-        let found = "there is no project here: this file is missing";
-        return Err(Error::input(file, "", found, "give the folder that `quadratura new` made"));
+        let found = "there is no project in this folder: the file does not exist";
+        return Err(Error::input(file, "", found, "give the folder that `quadratura new` created"));
     }
     refuse_other_versions(&file)?;
     judged(&file, read_json(&file, LARGEST_PROJECT, &remedy(&file))?)
 }
 
-/// A project that was read from `file`, if all it says can be.
+/// Checks the values of a project that was read from `file`, and returns it if all are valid.
 ///
 /// # Errors
 /// [`Error::Input`] as for [`read_project`].
@@ -68,8 +68,8 @@ pub fn judged(file: &Path, project: Project) -> Result<Project> {
     }
 }
 
-/// Held by whoever writes `project.json`, and by whoever reads it to write it: a program may save what was decided while
-/// an import of its own puts masks there.
+/// Serialises writers of `project.json` within this program: saving a decision and an import that adds masks
+/// may happen at the same time.
 static WRITING: Mutex<()> = Mutex::new(());
 
 /// Writes the project into `folder`, whole or not at all.
@@ -80,19 +80,20 @@ pub fn write_project(folder: &Path, project: &Project) -> Result<()> {
     change_project(folder, |_| Ok(project.clone()))
 }
 
-/// Writes what `change` makes of the project in `folder` as it is by now, or of the reason why it cannot be read; nobody
-/// else of this program writes it in between.
+/// Writes the project that `change` makes of the current one in `folder`, or of the error with which it was
+/// read. No other thread of this program writes the file in between.
 ///
 /// # Errors
-/// What `change` says, [`Error::Io`]; the old file stays.
+/// The error of `change`; [`Error::Io`]. The old file stays.
 pub fn change_project(folder: &Path, change: impl FnOnce(Result<Project>) -> Result<Project>) -> Result<()> {
-    // Whoever panicked has left the file whole: it changes by one rename.
+    // A writer that panicked has left the file whole: it changes by one rename.
     let _writing = WRITING.lock().unwrap_or_else(PoisonError::into_inner);
     let project = change(read_project(folder))?;
     write_atomically(folder.join(PROJECT_FILE), &to_json(&project))
 }
 
-/// A newer file may have fields that we would call misspelt, so its version is looked at first.
+/// Refuses files of other versions. This is checked first, because a newer file may have fields that would
+/// count as misspelt.
 fn refuse_other_versions(file: &Path) -> Result<()> {
     #[derive(Deserialize)]
     struct Versioned {
@@ -108,48 +109,48 @@ fn refuse_version(file: &Path, version: u32) -> Result<()> {
     }
     if version == 0 {
         let found = format!("version 0, expected 1 to {PROJECT_VERSION}");
-        return Err(Error::input(file, "version", found, "put it back as the program wrote it"));
+        return Err(Error::input(file, "version", found, "restore the version that the program wrote"));
     }
-    let found = format!("version {version}, this program knows versions up to {PROJECT_VERSION}");
+    let found = format!("version {version}; this program reads versions up to {PROJECT_VERSION}");
     Err(Error::input(file, "version", found, "open it with the newer program that wrote it"))
 }
 
-/// Makes sure that a new project may be put into `folder`: it does not exist, or holds nothing but a
+/// Checks that a new project may be created in `folder`: the folder does not exist, or holds nothing but a
 /// lock file.
 ///
 /// # Errors
-/// [`Error::Request`] when something is there; [`Error::Io`].
-pub fn refuse_content(folder: &Path) -> Result<()> {
-    let shown = folder.display();
+/// [`Error::Request`] when the folder is not empty; [`Error::Io`].
+pub fn check_is_empty(folder: &Path) -> Result<()> {
+    let path = folder.display();
     if !folder.exists() {
         return Ok(());
     }
     if !folder.is_dir() {
-        return Err(Error::Request(format!("{shown}: this is a file; name a new folder for the project")));
+        return Err(Error::Request(format!("{path}: this is a file; give a new folder for the project")));
     }
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
         let name = entry.map_err(Error::io(folder, "read the folder"))?.file_name();
         if name != LOCK_FILE {
             let name = name.display();
             return Err(Error::Request(format!(
-                "{shown}: the folder is not empty (it holds {name}); a new project needs a new or empty folder"
+                "{path}: the folder is not empty (it contains {name}); a new project needs a new or empty folder"
             )));
         }
     }
     Ok(())
 }
 
-/// Where a path of `project.json` leads; without detours where something is there.
+/// Returns the absolute path of a path in `project.json`, without `..` and links where it exists.
 pub fn resolved(folder: &Path, path: &str) -> PathBuf {
     let joined = folder.join(path);
     joined.canonicalize().unwrap_or(joined)
 }
 
-/// `target` as `project.json` writes it: relative to `folder`, with `/`. Both must exist.
+/// Returns `target` as `project.json` stores it: relative to `folder`, with `/`. Both must exist.
 ///
 /// # Errors
-/// [`Error::Io`] when one does not exist; [`Error::Input`] when the path is not Unicode, which JSON
-/// cannot hold.
+/// [`Error::Io`] when one does not exist; [`Error::Input`] when the path is not Unicode, which JSON cannot
+/// hold.
 pub fn relative_to(folder: &Path, target: &Path) -> Result<String> {
     let from = folder.canonicalize().map_err(Error::io(folder, "find it"))?;
     let to = target.canonicalize().map_err(Error::io(target, "find it"))?;
@@ -160,8 +161,8 @@ pub fn relative_to(folder: &Path, target: &Path) -> Result<String> {
     Ok(if cfg!(windows) { text.replace('\\', "/") } else { text.to_owned() })
 }
 
-/// A path that is kept relative to the project's folder, as seen from here: without the detour through the project
-/// where it has one.
+/// Joins a path that is stored relative to the project folder to `folder`, and removes `..` and `.` from it
+/// where possible.
 pub fn below(folder: &Path, relative: &str) -> PathBuf {
     let mut path = PathBuf::new();
     for part in folder.join(relative).components() {
@@ -174,7 +175,7 @@ pub fn below(folder: &Path, relative: &str) -> PathBuf {
     path
 }
 
-/// From one absolute path to another; `None` when they share no root.
+/// Returns the path from one absolute path to another; `None` when they share no root.
 fn relative_path(from: &Path, to: &Path) -> Option<PathBuf> {
     let same = from.components().zip(to.components()).take_while(|(a, b)| a == b).count();
     let shares_drive = |path: &Path| {
@@ -308,11 +309,11 @@ mod tests {
     fn a_folder_that_is_not_empty_is_refused_by_what_it_holds() {
         let folder = tempfile::tempdir().unwrap();
         let empty = folder.path().join("a/new/one");
-        refuse_content(&empty).unwrap();
+        check_is_empty(&empty).unwrap();
         std::fs::create_dir_all(&empty).unwrap();
         std::fs::write(empty.join(LOCK_FILE), "").unwrap();
-        refuse_content(&empty).unwrap();
-        let message = refuse_content(folder.path()).unwrap_err().to_string();
-        assert!(message.contains("not empty (it holds a)"), "{message}");
+        check_is_empty(&empty).unwrap();
+        let message = check_is_empty(folder.path()).unwrap_err().to_string();
+        assert!(message.contains("not empty (it contains a)"), "{message}");
     }
 }

@@ -1,5 +1,5 @@
-//! What is not saved yet, kept for the case of a crash: `project.unsaved.json` beside `project.json`, which
-//! it never touches. It is no derived file: nobody could make it again.
+//! Keeps unsaved changes for the case of a crash, in `project.unsaved.json` beside `project.json`, which
+//! stays as it is. The file is authored data: it cannot be derived again.
 
 use std::fs;
 use std::io::ErrorKind;
@@ -17,44 +17,45 @@ use crate::document::Project;
 use crate::error::{Error, Result};
 
 const LARGEST: u64 = 16 << 20;
-const REMEDY: &str = "remove the file if you do not want back what was not saved";
+const REMEDY: &str = "remove the file if you do not need the unsaved changes";
 
-/// The file.
+/// The content of the file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Unsaved {
-    /// Hash of the `project.json` that the changes were made to.
+    /// BLAKE3 of the `project.json` that the changes were made to.
     of: String,
     /// The project with the changes.
     project: Project,
 }
 
-/// What a program that ended too soon left behind.
+/// Unsaved changes that a program left behind when it ended.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Recovered {
+pub struct UnsavedChanges {
     /// The project with the changes that were not saved.
     pub project: Project,
-    /// When they were kept.
+    /// The time at which they were kept.
     pub time: SystemTime,
-    /// Since then `project.json` was changed by somebody else: taking the changes takes that back.
+    /// Whether `project.json` was changed by another program since; accepting the changes would undo that.
     pub saved_since: bool,
 }
 
-/// Keeps a project that is not saved. Whoever calls it holds the project's lock.
+/// Stores a project with unsaved changes. The caller must hold the project's lock.
 ///
 /// # Errors
-/// [`Error::Io`]; what was kept before stays, and `project.json` in any case.
-pub fn keep_unsaved(folder: &Path, project: &Project) -> Result<()> {
+/// [`Error::Io`]; the changes that were stored before stay, and so does `project.json`.
+pub fn write_unsaved(folder: &Path, project: &Project) -> Result<()> {
     let unsaved = Unsaved { of: hash_file(folder.join(PROJECT_FILE))?, project: project.clone() };
     write_atomically(path(folder), &to_json(&unsaved))
 }
 
-/// What was kept and not saved; none where nothing was, or where it says the same as `saved`, which is
-/// `project.json` as it is.
+/// Reads the unsaved changes; `None` where there are none, or where they are equal to `saved`, the current
+/// content of `project.json`.
 ///
 /// # Errors
-/// [`Error::Input`] for a file that is broken or of a newer program, [`Error::Io`]. It stays where it is.
-pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>> {
+/// [`Error::Input`] for a file that is damaged or from a newer program; [`Error::Io`]. The file stays in
+/// place.
+pub fn read_unsaved(folder: &Path, saved: &Project) -> Result<Option<UnsavedChanges>> {
     let file = path(folder);
     let time = match fs::metadata(&file).and_then(|data| data.modified()) {
         Err(error) if error.kind() == ErrorKind::NotFound => return Ok(None),
@@ -66,13 +67,13 @@ pub fn find_unsaved(folder: &Path, saved: &Project) -> Result<Option<Recovered>>
         return Ok(None);
     }
     let saved_since = of != hash_file(folder.join(PROJECT_FILE))?;
-    Ok(Some(Recovered { project, time, saved_since }))
+    Ok(Some(UnsavedChanges { project, time, saved_since }))
 }
 
-/// Forgets what was kept: after a save, or when nobody wants it.
+/// Removes the stored changes, after a save or when they are not wanted.
 ///
 /// # Errors
-/// [`Error::Io`] when it is there and cannot be removed.
+/// [`Error::Io`] when the file exists and cannot be removed.
 pub fn forget_unsaved(folder: &Path) -> Result<()> {
     let file = path(folder);
     match fs::remove_file(&file) {
@@ -104,13 +105,13 @@ mod tests {
     }
 
     #[test]
-    fn what_was_not_saved_is_found_again_and_project_json_is_as_it_was() {
+    fn unsaved_changes_are_found_and_project_json_is_unchanged() {
         let folder = folder();
         let before = fs::read(folder.path().join(PROJECT_FILE)).unwrap();
-        assert_eq!(find_unsaved(folder.path(), &project(1)).unwrap(), None);
-        keep_unsaved(folder.path(), &project(2)).unwrap();
-        keep_unsaved(folder.path(), &project(3)).unwrap();
-        let found = find_unsaved(folder.path(), &project(1)).unwrap().unwrap();
+        assert_eq!(read_unsaved(folder.path(), &project(1)).unwrap(), None);
+        write_unsaved(folder.path(), &project(2)).unwrap();
+        write_unsaved(folder.path(), &project(3)).unwrap();
+        let found = read_unsaved(folder.path(), &project(1)).unwrap().unwrap();
         assert_eq!((found.project, found.saved_since), (project(3), false));
         assert_eq!(fs::read(folder.path().join(PROJECT_FILE)).unwrap(), before);
     }
@@ -118,9 +119,9 @@ mod tests {
     #[test]
     fn after_a_save_there_is_nothing_to_recover_even_if_the_program_ended_before_it_could_forget() {
         let folder = folder();
-        keep_unsaved(folder.path(), &project(2)).unwrap();
+        write_unsaved(folder.path(), &project(2)).unwrap();
         write_project(folder.path(), &project(2)).unwrap();
-        assert_eq!(find_unsaved(folder.path(), &read_project(folder.path()).unwrap()).unwrap(), None);
+        assert_eq!(read_unsaved(folder.path(), &read_project(folder.path()).unwrap()).unwrap(), None);
         forget_unsaved(folder.path()).unwrap();
         forget_unsaved(folder.path()).unwrap();
         assert!(!folder.path().join(UNSAVED_FILE).exists());
@@ -129,14 +130,14 @@ mod tests {
     #[test]
     fn a_project_that_was_changed_elsewhere_since_is_told() {
         let folder = folder();
-        keep_unsaved(folder.path(), &project(2)).unwrap();
+        write_unsaved(folder.path(), &project(2)).unwrap();
         write_project(folder.path(), &project(5)).unwrap();
-        let found = find_unsaved(folder.path(), &project(5)).unwrap().unwrap();
+        let found = read_unsaved(folder.path(), &project(5)).unwrap().unwrap();
         assert!(found.saved_since && found.project == project(2));
     }
 
     #[test]
-    fn what_is_broken_is_told_with_its_file_and_stays() {
+    fn a_damaged_file_is_reported_and_stays() {
         let folder = folder();
         let file = folder.path().join(UNSAVED_FILE);
         for text in [
@@ -144,7 +145,7 @@ mod tests {
             r#"{"of": "x", "project": {"version": 99, "photos": "p", "cameras": "c", "model": "m"}}"#,
         ] {
             fs::write(&file, text).unwrap();
-            let told = find_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
+            let told = read_unsaved(folder.path(), &project(1)).unwrap_err().to_string();
             assert!(told.contains(UNSAVED_FILE), "{told}");
             assert_eq!(fs::read_to_string(&file).unwrap(), text);
         }

@@ -1,35 +1,34 @@
-//! A photo made as small as the picture that is compared with it.
+//! Reduces a photo to the size of the picture that is compared with it.
 
 use image::imageops::{FilterType, resize};
 use image::{ImageBuffer, Luma, Rgb};
 
+use crate::raster::in_8_bits;
 use crate::scene::{PhotoPixels, Samples};
 
-/// What a picture should be: the photo at its size, 8 bits in gamma.
+/// A photo at the size of a picture: the expected result, 8 bits, gamma-encoded.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Reference {
-    /// Pixels.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// `width * height * 3`, rows from the top.
+    /// RGB, `width * height * 3` samples, rows from the top.
     pub rgb: Vec<u8>,
-    /// For each pixel: every pixel of the photo that had a share in it is valid.
+    /// For each pixel, whether all photo pixels that contribute to it are valid.
     pub valid: Vec<bool>,
 }
 
-/// A valid pixel of the mask; half the range, so that an overshoot is seen, too.
+/// The value of a valid pixel in the mask: half the range, so that overshoot is visible, too.
 const VALID: u16 = 1 << 15;
 
-/// `photo` at `width` x `height` pixels by Lanczos filtering with three lobes, widened where it is
-/// made smaller, on the samples as they are (in gamma); bit for bit where the size stays.
+/// Resamples `photo` to `width` x `height` pixels with a Lanczos filter of three lobes, widened when
+/// reducing, on the gamma-encoded samples. A photo of that size is returned bit for bit.
 pub fn reference(photo: &PhotoPixels, width: u32, height: u32) -> Reference {
     let rgb = match &photo.samples {
         Samples::U8(samples) => resized::<u8>(photo, samples, width, height),
         Samples::U16(samples) => {
-            let samples = resized::<u16>(photo, samples, width, height);
-            // To the nearest of 256 shades.
-            samples.into_iter().map(|sample| ((u32::from(sample) * 255 + 32_767) / 65_535) as u8).collect()
+            resized::<u16>(photo, samples, width, height).into_iter().map(in_8_bits).collect()
         }
     };
     Reference { width, height, rgb, valid: valid(photo, width, height) }
@@ -57,7 +56,7 @@ fn valid(photo: &PhotoPixels, width: u32, height: u32) -> Vec<bool> {
         Luma([if photo.is_valid(x, y) { VALID } else { 0 }])
     });
     let small = resize(&mask, width, height, FilterType::Lanczos3).into_raw();
-    // One invalid pixel moves the sum by its weight; less than a thousandth does not show in 8 bits.
+    // One invalid pixel changes the sum by its weight; less than a thousandth is not visible in 8 bits.
     small.into_iter().map(|v| v.abs_diff(VALID) <= VALID / 1000).collect()
 }
 
@@ -96,7 +95,7 @@ mod tests {
     }
 
     #[test]
-    fn what_an_invalid_pixel_has_a_share_in_is_not_valid() {
+    fn a_pixel_with_an_invalid_contribution_is_not_valid() {
         let half = reference(&photo(40, 8, 4, |_, _| 9), 20, 4);
         let row = &half.valid[20..40];
         assert!(!row[0] && !row[1] && row[3..].iter().all(|valid| *valid), "{row:?}");

@@ -1,6 +1,6 @@
-//! `cache/relief.bin`: the relief of a site's faces, derived (see `docs/formats.md`).
+//! Reads and writes `cache/relief.bin`: the relief of a site's faces, derived (see `docs/formats.md`).
 //!
-//! One line of JSON that says what follows, a line feed, then the heights of all faces as 32-bit floats,
+//! One line of JSON describes the file; after a line feed follow the heights of all faces as 32-bit floats,
 //! little-endian, face after face.
 
 use std::path::Path;
@@ -13,16 +13,16 @@ use crate::error::{Error, Result};
 use crate::geometry::polygon::PlaneFrame;
 use crate::projection::relief::{FaceRelief, Relief};
 
-/// The version this program writes; it reads no other.
+/// The version that this program writes; it reads no other.
 const VERSION: u32 = 1;
 
-/// The first line.
+/// The first line of the file.
 #[derive(Debug, Serialize, Deserialize)]
 struct Header {
     version: u32,
-    /// Hash of all that it was made of.
+    /// Hash of everything that the relief was computed from.
     inputs: String,
-    /// Faces of the model.
+    /// Number of faces in the model.
     faces: u32,
     reliefs: Vec<Entry>,
 }
@@ -38,18 +38,18 @@ struct Entry {
     size: [u32; 2],
 }
 
-/// Writes the relief; `inputs` is the hash of what it was made of.
+/// Writes the relief; `inputs` is the hash of everything that it was computed from.
 ///
 /// # Errors
 /// [`Error::Io`].
 pub fn write_relief(file: &Path, relief: &Relief, inputs: &str) -> Result<()> {
-    let kept = || (0..).zip(&relief.of_face).filter_map(|(face, r)| Some((face, r.as_ref()?)));
-    let reliefs = kept().map(|(face, r)| entry(face, r)).collect();
+    let reliefs_of_faces = || (0..).zip(&relief.of_face).filter_map(|(face, r)| Some((face, r.as_ref()?)));
+    let reliefs = reliefs_of_faces().map(|(face, r)| entry(face, r)).collect();
     let faces = relief.of_face.len() as u32;
     let header = Header { version: VERSION, inputs: inputs.to_owned(), faces, reliefs };
     let mut bytes = serde_json::to_vec(&header).expect("plain data is JSON");
     bytes.push(b'\n');
-    for (_, relief) in kept() {
+    for (_, relief) in reliefs_of_faces() {
         bytes.extend(relief.heights.iter().flat_map(|h| h.to_le_bytes()));
     }
     let folder = file.parent().unwrap_or(Path::new("."));
@@ -57,8 +57,8 @@ pub fn write_relief(file: &Path, relief: &Relief, inputs: &str) -> Result<()> {
     write_atomically(file, &bytes)
 }
 
-/// The relief of the file, if it was made of `inputs`. One that is missing, broken or of something else
-/// is none: it is made again.
+/// Reads the relief from a file if it was computed from `inputs`. A file that is missing, damaged or of other
+/// inputs gives `None`, and the relief is computed again.
 pub fn read_relief(file: &Path, inputs: &str) -> Option<Relief> {
     let bytes = std::fs::read(file).ok()?;
     let line = bytes.iter().position(|&b| b == b'\n')?;

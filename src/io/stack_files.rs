@@ -1,4 +1,4 @@
-//! What the files of one version of a stack were when we wrote them.
+//! Records the files of one version of a stack as they were written, and finds out which have changed.
 
 use std::collections::BTreeMap;
 use std::fs::{self, File};
@@ -12,10 +12,10 @@ use super::hash::{hash_bytes, hash_file};
 use super::json::{read_json, to_json};
 use crate::error::{Error, Result};
 
-/// The record's own name in the folder that it describes.
+/// The name of the record in the folder that it describes.
 pub const RECORD: &str = "files.json";
 
-/// A record has about 100 bytes a file, and a stack has thousands of files at most.
+/// Limit in bytes; a record has about 100 bytes per file, and a stack has thousands of files at most.
 const LARGEST_RECORD: u64 = 64 << 20;
 
 /// The record of one version's files.
@@ -23,32 +23,32 @@ const LARGEST_RECORD: u64 = 64 << 20;
 pub struct StackFiles {
     /// BLAKE3 of the `stack.json` that names them.
     pub stack: String,
-    /// By name.
-    pub files: BTreeMap<String, Written>,
+    /// The files by name.
+    pub files: BTreeMap<String, FileRecord>,
 }
 
-/// A file as we wrote it.
+/// Size and hash of a file as it was written.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
-pub struct Written {
-    /// Its size.
+pub struct FileRecord {
+    /// Size in bytes.
     pub bytes: u64,
     /// BLAKE3 of its content.
     pub blake3: String,
 }
 
-/// What became of a file since.
+/// The state of a file compared with the record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum State {
-    /// As we wrote it.
+    /// The file is as it was written.
     Intact,
-    /// Other content, or not ours at all.
+    /// The file has other content, or is not in the record.
     Changed,
-    /// Gone.
+    /// The file no longer exists.
     Missing,
 }
 
 impl StackFiles {
-    /// Sends every file in `folder` to the disk, in parallel, and records it.
+    /// Flushes every file in `folder` to disk, in parallel, and records it.
     ///
     /// # Errors
     /// [`Error::Io`], for instance on a full disk.
@@ -60,32 +60,32 @@ impl StackFiles {
                 let file = File::open(&path).map_err(Error::io(&path, "open it"))?;
                 file.sync_all().map_err(Error::io(&path, "write it to disk"))?;
                 let bytes = file.metadata().map_err(Error::io(&path, "read its size"))?.len();
-                Ok((name, Written { bytes, blake3: hash_file(&path)? }))
+                Ok((name, FileRecord { bytes, blake3: hash_file(&path)? }))
             })
             .collect::<Result<_>>()?;
         Ok(Self { stack: String::new(), files })
     }
 
-    /// The record in `folder`; `None` where there is none that can be read.
+    /// Reads the record in `folder`; `None` where there is no readable one.
     pub fn read(folder: &Path) -> Option<Self> {
         read_json(&folder.join(RECORD), LARGEST_RECORD, "").ok()
     }
 
-    /// A short name for these files together with the stack that `stack` describes: the same for
-    /// the same content, whenever and wherever it is built.
+    /// Returns a short name for these files together with the content `stack` of `stack.json`: the same
+    /// content always gives the same name.
     pub fn version(&self, stack: &[u8]) -> String {
         let mut text = to_json(self);
         text.extend_from_slice(stack);
         hash_bytes(&text)[..VERSION_DIGITS].to_owned()
     }
 
-    /// What became of the file `name` in `folder`. Size and time of change are looked at first, the
-    /// content only where the time is not the one in `stamps`: a file that was changed to the same
-    /// size and given its old time back, to the nanosecond, passes as intact.
+    /// Compares the file `name` in `folder` with the record. Its size and modification time are checked
+    /// first, its content only if the time is not the one in `stamps`. A file that was changed without
+    /// changing its size and whose old time was restored to the nanosecond therefore counts as intact.
     ///
     /// # Errors
     /// [`Error::Io`] when it exists and cannot be read.
-    pub fn state(&self, folder: &Path, name: &str, stamps: &Stamps) -> Result<State> {
+    pub fn state(&self, folder: &Path, name: &str, stamps: &FileTimes) -> Result<State> {
         let path = folder.join(name);
         let Ok(metadata) = fs::symlink_metadata(&path) else { return Ok(State::Missing) };
         let Some(written) = self.files.get(name) else { return Ok(State::Changed) };
@@ -98,11 +98,11 @@ impl StackFiles {
         Ok(if hash_file(&path)? == written.blake3 { State::Intact } else { State::Changed })
     }
 
-    /// True when every file is as we wrote it.
+    /// Returns whether every file is as it was written.
     ///
     /// # Errors
     /// [`Error::Io`] when one cannot be read.
-    pub fn all_intact(&self, folder: &Path, stamps: &Stamps) -> Result<bool> {
+    pub fn all_intact(&self, folder: &Path, stamps: &FileTimes) -> Result<bool> {
         for name in self.files.keys() {
             if self.state(folder, name, stamps)? != State::Intact {
                 return Ok(false);
@@ -114,33 +114,33 @@ impl StackFiles {
 
 const VERSION_DIGITS: usize = 12;
 
-/// True for the name of a folder that holds one version of a stack.
+/// Returns whether `name` is that of a folder with one version of a stack.
 pub fn is_version(name: &str) -> bool {
     name.len() == VERSION_DIGITS && name.bytes().all(|b| b.is_ascii_hexdigit() && !b.is_ascii_uppercase())
 }
 
-/// When files were last written, in nanoseconds since 1970, by the hash of their content. It lives
-/// in the cache and only saves time: without it every file's content is read. (Two files with the
-/// same content share one entry; the other one is then hashed each time.)
+/// Modification times of files in nanoseconds since 1970, by the hash of their content. They are kept in the
+/// cache and only save time: without them the content of every file is read. (Two files with the same content
+/// share one entry; one of them is then hashed each time.)
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
-pub struct Stamps(BTreeMap<String, u64>);
+pub struct FileTimes(BTreeMap<String, u64>);
 
-impl Stamps {
-    /// The times of the files of `record`, which lie in `folder`.
+impl FileTimes {
+    /// Reads the times of the files in `record`, which are in `folder`.
     pub fn of(record: &StackFiles, folder: &Path) -> Self {
-        let stamp = |(name, written): (&String, &Written)| {
+        let stamp = |(name, written): (&String, &FileRecord)| {
             let metadata = fs::symlink_metadata(folder.join(name)).ok()?;
             Some((written.blake3.clone(), modified_ns(&metadata)?))
         };
         Self(record.files.iter().filter_map(stamp).collect())
     }
 
-    /// Those in `file`; none where it cannot be read.
+    /// Reads the times from `file`; none where it cannot be read.
     pub fn read(file: &Path) -> Self {
         read_json(file, LARGEST_RECORD, "").unwrap_or_default()
     }
 
-    /// Keeps them in `file`. Failing costs nothing but time, so it is not reported.
+    /// Writes the times to `file`. A failure only costs time, so it is not reported.
     pub fn write(&self, file: &Path) {
         if let Some(folder) = file.parent() {
             let _ = fs::create_dir_all(folder).and_then(|()| fs::write(file, to_json(self)));
@@ -153,10 +153,10 @@ fn modified_ns(metadata: &fs::Metadata) -> Option<u64> {
     u64::try_from(since_1970.as_nanos()).ok()
 }
 
-/// The names of everything in `folder` but the record, sorted.
+/// Returns the names of everything in `folder` except the record, sorted.
 ///
 /// # Errors
-/// [`Error::Io`] when it cannot be read.
+/// [`Error::Io`] when the folder cannot be read.
 pub fn names_in(folder: &Path) -> Result<Vec<String>> {
     let mut names = Vec::new();
     for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {

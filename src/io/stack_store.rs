@@ -1,21 +1,20 @@
-//! The stacks of a project on disk: written whole, replaced by one rename, never over a file that
-//! somebody changed.
+//! The stacks of a project on disk: written as a whole, replaced by one rename, never over a file that was
+//! changed by the user.
 //!
 //! ```text
 //! stacks/<photo>/stack.json            names its files as 3fa9c1d20b7e/left.png
 //! stacks/<photo>/3fa9c1d20b7e/         one version: the files, and files.json with their hashes
 //! stacks/+new-…/                       a version that is being written
-//! inbox/<photo>/                       what was changed by hand and stood in the way
-//! cache/stamps/<photo>.json            times of files; saves hashing them
+//! inbox/<photo>/                       files that were changed by hand and stood in the way
+//! cache/stamps/<photo>.json            modification times of files; saves hashing them
 //! ```
 //!
-//! A version is written and synced under `stacks/+new-…`, gets its name, a hash of its content, and
-//! becomes current by the rename of `stack.json`: the one rename that also replaces, on every
-//! system (a folder that is not empty cannot be replaced by one). Only then is the old version
-//! cleared away: files that are as we wrote them are removed, all others go to `inbox/`. After a
-//! kill at any moment `stack.json` names whole files, old or new; what is left over here is
-//! cleared by the next [`StackStore::clean`]. A reader that had read the old `stack.json` finds its files gone,
-//! never mixed with new ones, and reads again.
+//! A version is written and synced under `stacks/+new-…`, then named after a hash of its content, and becomes
+//! current by the rename of `stack.json`: the one kind of rename that also replaces on every system (a folder
+//! that is not empty cannot be replaced by one). Only then is the old version removed: unchanged files are
+//! deleted, all others go to `inbox/`. After a kill at any moment `stack.json` names complete files, old or
+//! new; the next [`StackStore::clean`] removes leftovers. A reader with the old `stack.json` finds its files
+//! missing, never mixed with new ones, and reads again.
 
 use std::fs;
 use std::io::{ErrorKind, Read, Seek, SeekFrom};
@@ -25,9 +24,9 @@ use tempfile::TempDir;
 
 use super::atomic::{remove_leftovers, sync_folder, write_atomically};
 use super::hash::{hash_bytes, hash_file};
-use super::inbox::{keep_in_inbox, move_to_inbox};
+use super::inbox::{copy_to_inbox, move_to_inbox};
 use super::json::{read_json, to_json};
-use super::stack_files::{RECORD, StackFiles, Stamps, State, is_version, names_in};
+use super::stack_files::{FileTimes, RECORD, StackFiles, State, is_version, names_in};
 use crate::document::names::{file_name_of_photo, photo_of_file_name};
 use crate::document::stack::LayerFill;
 use crate::document::stack::STACK_VERSION;
@@ -38,47 +37,47 @@ const STACK_FILE: &str = "stack.json";
 const UNFINISHED: &str = "+new-";
 const LARGEST_STACK: u64 = 1 << 30;
 const REMEDY: &str = "run `quadratura build` to make it again";
-/// Files that desktops strew into folders; nobody's work.
-pub const LITTER: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
+/// Files that desktop environments create in folders; they are no user data.
+pub const DESKTOP_FILES: [&str; 3] = [".DS_Store", "Thumbs.db", "desktop.ini"];
 
-/// The stacks of the project in one folder. Reading needs no lock; whoever writes holds the
-/// project's ([`super::lock::ProjectLock`]).
+/// The stacks of a project on disk. Reading needs no lock; writers must hold the project's lock
+/// ([`super::lock::ProjectLock`]).
 #[derive(Debug, Clone)]
 pub struct StackStore {
     project: PathBuf,
     keeps_former: bool,
 }
 
-/// What became of a commit.
+/// The result of a commit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Committed {
-    /// The stack as it is on disk, its files named relative to [`StackStore::folder`].
+    /// The stack as it is on disk, with the paths of its files relative to [`StackStore::folder`].
     pub stack: Stack,
-    /// Where in `inbox/` files are now that somebody had changed.
+    /// Paths in `inbox/` of files that were changed by the user.
     pub kept: Vec<PathBuf>,
 }
 
 impl StackStore {
-    /// The stacks of the project in the folder `project`.
+    /// Returns the store of the project in the folder `project`.
     pub fn new(project: impl Into<PathBuf>) -> Self {
         Self { project: project.into(), keeps_former: false }
     }
 
-    /// Former versions of stacks stay until somebody says [`Self::clear_former`]: a view shows them, and
-    /// reads their files as it needs them.
+    /// Keeps former versions of stacks until [`Self::clear_former`] is called, because a view shows them and
+    /// reads their files as needed.
     pub fn keeping_former(self) -> Self {
         Self { keeps_former: true, ..self }
     }
 
-    /// The folder of a photo's stack; the files that the stack names are relative to it.
+    /// Returns the folder of a photo's stack; the paths in the stack are relative to it.
     pub fn folder(&self, photo: &str) -> PathBuf {
         self.stacks().join(file_name_of_photo(photo))
     }
 
-    /// The current stack of `photo`, if it has one.
+    /// Reads the current stack of `photo`; `None` if it has none.
     ///
     /// # Errors
-    /// [`Error::Input`] when `stack.json` is broken or of another version, [`Error::Io`].
+    /// [`Error::Input`] when `stack.json` is damaged or of another version; [`Error::Io`].
     pub fn current(&self, photo: &str) -> Result<Option<Stack>> {
         let file = self.folder(photo).join(STACK_FILE);
         let stack: Stack = match read_json(&file, LARGEST_STACK, REMEDY) {
@@ -95,8 +94,8 @@ impl StackStore {
         Ok(Some(stack))
     }
 
-    /// The current stack of `photo` if it was made of `inputs` and all its files are as they were
-    /// written; else it has to be built.
+    /// Reads the current stack of `photo` if it was built from `inputs` and all its files are as they were
+    /// written; `None` means that it has to be built.
     ///
     /// # Errors
     /// [`Error::Io`] when a file exists and cannot be read.
@@ -108,18 +107,18 @@ impl StackStore {
         }
         let folder = self.folder(photo).join(version);
         let record = StackFiles::read(&folder).unwrap_or_default();
-        let stamps = Stamps::read(&self.stamps_file(photo));
+        let stamps = FileTimes::read(&self.stamps_file(photo));
         if !record.all_intact(&folder, &stamps)? {
             return Ok(None);
         }
-        let fresh = Stamps::of(&record, &folder);
+        let fresh = FileTimes::of(&record, &folder);
         if fresh != stamps {
             fresh.write(&self.stamps_file(photo));
         }
         Ok(Some(stack))
     }
 
-    /// The photos that have a stack, sorted, whether they still belong to the project or not.
+    /// Returns the photos that have a stack, sorted, including those that no longer belong to the project.
     ///
     /// # Errors
     /// [`Error::Io`] when `stacks/` cannot be read.
@@ -134,28 +133,29 @@ impl StackStore {
         Ok(photos)
     }
 
-    /// Starts a new version of the stack of `photo`.
+    /// Starts writing a new version of the stack of `photo`.
     ///
     /// # Errors
-    /// [`Error::Io`] when the project cannot be written to.
+    /// [`Error::Io`] when the project is not writable.
     pub fn begin(&self, photo: &str) -> Result<StackWriter> {
         let stacks = self.stacks();
         fs::create_dir_all(&stacks).map_err(Error::io(&stacks, "create the folder"))?;
         let mut builder = tempfile::Builder::new();
         builder.prefix(UNFINISHED);
-        // A temporary folder is private by default, but this one becomes an ordinary one.
+        // Temporary folders are private by default, but this one becomes an ordinary folder.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
         let folder = builder.tempdir_in(&stacks).map_err(Error::io(&stacks, "create a folder in it"))?;
         Ok(StackWriter { store: self.clone(), photo: photo.to_owned(), folder })
     }
 
-    /// Starts a new version of a current stack, with all files that it names but those of a filling, and
-    /// the stack as [`StackWriter::commit`] takes it: without a filling, its files by their bare names.
+    /// Starts a new version of a current stack with all its files except those of a filling. Returns the
+    /// writer, and the stack as [`StackWriter::commit`] takes it: without a filling, its files by their bare
+    /// names.
     ///
     /// # Errors
-    /// [`Error::Io`] when a file is gone or the project cannot be written to.
-    pub fn amend(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
+    /// [`Error::Io`] when a file is missing or the project is not writable.
+    pub fn begin_from(&self, stack: &Stack) -> Result<(StackWriter, Stack)> {
         let mut bare = stack.clone();
         bare.bytes -= bare.fill.take().map_or(0, |fill| fill.bytes.min(stack.bytes));
         bare.image_layers.iter_mut().for_each(|layer| layer.fill = None);
@@ -163,62 +163,65 @@ impl StackStore {
         Ok((writer, bare))
     }
 
-    /// Makes what a stack says of the current one, such as names, true on disk: all its files stay as they
-    /// are.
+    /// Replaces the `stack.json` of a current stack, for example with other names of layers; all its files
+    /// stay as they are.
     ///
     /// # Errors
     /// [`Error::Io`]; the old stack stays as it was.
-    pub fn restate(&self, stack: &Stack) -> Result<Committed> {
+    pub fn replace_stack_json(&self, stack: &Stack) -> Result<Committed> {
         let mut bare = stack.clone();
         let writer = self.begin_with(&mut bare)?;
         writer.commit(bare)
     }
 
-    /// Starts a new version with the files that a current stack names, which then names them barely.
+    /// Starts a new version with the files of a current stack, and changes `stack` to name them by their bare
+    /// names.
     fn begin_with(&self, stack: &mut Stack) -> Result<StackWriter> {
-        let (writer, home) = (self.begin(&stack.photo.name)?, self.folder(&stack.photo.name));
+        let writer = self.begin(&stack.photo.name)?;
+        let current = self.folder(&stack.photo.name);
         for file in stack.image_layers.iter_mut().flat_map(files_of) {
             let name = file.rsplit('/').next().unwrap_or_default().to_owned();
-            link(&home.join(&*file), &writer.folder().join(&name))?;
+            link(&current.join(&*file), &writer.folder().join(&name))?;
             *file = name;
         }
         Ok(writer)
     }
 
-    /// What went wrong while the stack of `photo` was written, told of the place where it was to be: nobody knows the
-    /// folder in which it is made.
-    pub fn at_home(&self, photo: &str, error: Error) -> Error {
+    /// Rewrites an error that happened while writing the stack of `photo`, so that it names the stack's own
+    /// folder instead of the temporary one, which users do not know.
+    pub fn with_final_path(&self, photo: &str, error: Error) -> Error {
         let Error::Io { path, doing, source } = error else { return error };
         let is_new =
             |path: &Path| path.file_name().is_some_and(|name| name.to_string_lossy().starts_with(UNFINISHED));
         let within = path.parent().is_some_and(is_new);
-        let home = self.folder(photo);
+        let target = self.folder(photo);
         let path = match path.file_name() {
-            Some(name) if within => home.join(name),
-            Some(_) if is_new(&path) => home,
+            Some(name) if within => target.join(name),
+            Some(_) if is_new(&path) => target,
             _ => path,
         };
         Error::Io { path, doing, source }
     }
 
-    /// What somebody cut or took away of the files of a photo's current stack; none where they are whole. Told by their
-    /// sizes, and by how a PNG ends: one that somebody painted on is whole.
+    /// Returns an error for a file of a photo's current stack that is missing or cut short; `None` where all
+    /// are complete. Files are judged by their sizes and by how a PNG ends, so one that was painted on counts
+    /// as complete.
     pub fn damage(&self, photo: &str) -> Option<Error> {
         let folder = self.folder(photo).join(self.current_version(photo)?);
         let record = StackFiles::read(&folder)?;
         record.files.iter().find_map(|(name, written)| {
             let path = folder.join(name);
             let found = match fs::metadata(&path) {
-                Err(_) => "it is gone".to_owned(),
+                Err(_) => "the file is missing".to_owned(),
                 Ok(data) if data.len() == written.bytes || ends_as_png(&path) => return None,
-                Ok(data) => format!("{} bytes, {} were written: it is cut short", data.len(), written.bytes),
+                Ok(data) => format!("{} bytes of {}: the file is cut short", data.len(), written.bytes),
             };
             Some(Error::input(path, "", found, REMEDY))
         })
     }
 
-    /// Clears away what killed builds left over, and former versions where they are not kept. Returns where in `inbox/` files are now that
-    /// somebody had changed.
+    /// Removes what killed builds left over, and former versions unless they are kept. Returns the paths in
+    /// `inbox/` of files that were changed by the user.
     ///
     /// # Errors
     /// [`Error::Io`] when something cannot be removed.
@@ -231,7 +234,7 @@ impl StackStore {
             let path = self.stacks().join(name);
             fs::remove_dir_all(&path).map_err(Error::io(&path, "remove it"))?;
         }
-        // Also where a build was killed before the photo had its first stack.
+        // This includes builds that were killed before the photo had its first stack.
         for folder in names_in(&self.stacks())?.iter().map(|name| self.stacks().join(name)) {
             if folder.is_dir() {
                 remove_leftovers(&folder)?;
@@ -240,8 +243,8 @@ impl StackStore {
         if self.keeps_former { Ok(Vec::new()) } else { self.clear_former() }
     }
 
-    /// Clears versions of stacks away that are no longer current; nobody may write a stack meanwhile. Returns where in
-    /// `inbox/` files are now that somebody had changed.
+    /// Removes versions of stacks that are no longer current; no stack may be written meanwhile. Returns the
+    /// paths in `inbox/` of files that were changed by the user.
     ///
     /// # Errors
     /// [`Error::Io`] when something cannot be removed.
@@ -255,7 +258,7 @@ impl StackStore {
         Ok(kept)
     }
 
-    /// The project's folder.
+    /// Returns the project's folder.
     pub fn project(&self) -> &Path {
         &self.project
     }
@@ -272,7 +275,8 @@ impl StackStore {
         self.project.join("cache/stamps").join(format!("{}.json", file_name_of_photo(photo)))
     }
 
-    /// The version whose record knows `stack.json` as it is; `None` when that was changed by hand.
+    /// Returns the version whose record has the hash of the present `stack.json`; `None` when that was
+    /// changed by hand.
     fn current_version(&self, photo: &str) -> Option<String> {
         let folder = self.folder(photo);
         let stack = hash_file(folder.join(STACK_FILE)).ok()?;
@@ -283,16 +287,16 @@ impl StackStore {
     }
 
     fn clear_versions_but(&self, photo: &str, current: &str) -> Result<Vec<PathBuf>> {
-        let stamps = Stamps::read(&self.stamps_file(photo));
+        let stamps = FileTimes::read(&self.stamps_file(photo));
         let mut kept = Vec::new();
         for version in versions_in(&self.folder(photo))?.iter().filter(|version| *version != current) {
-            kept.extend(clear(&self.folder(photo).join(version), &self.inbox(photo), &stamps)?);
+            kept.extend(remove_version(&self.folder(photo).join(version), &self.inbox(photo), &stamps)?);
         }
         Ok(kept)
     }
 }
 
-/// A new version of a stack. Dropped without a commit, it vanishes.
+/// A new version of a stack that is being written. Dropped without a commit, it is removed.
 #[derive(Debug)]
 pub struct StackWriter {
     store: StackStore,
@@ -301,13 +305,13 @@ pub struct StackWriter {
 }
 
 impl StackWriter {
-    /// Where to put the files; no folders in it.
+    /// Returns the folder to write the files to, without sub-folders.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Makes the files in the folder, together with `stack`, the photo's current stack. `stack`
-    /// names each by its bare name. What somebody changed in the old version goes to `inbox/`.
+    /// Makes the files in the folder, together with `stack`, the photo's current stack. `stack` names each
+    /// file by its bare name. Files of the old version that were changed by the user go to `inbox/`.
     ///
     /// # Errors
     /// [`Error::Io`], for instance on a full disk; the old stack stays as it was.
@@ -320,65 +324,68 @@ impl StackWriter {
         record.stack = hash_bytes(&text);
         write_atomically(self.folder().join(RECORD), &to_json(&record))?;
 
-        let mut kept = self.put_in_place(&version, &record)?;
+        let mut kept = self.move_to_version(&version, &record)?;
         kept.extend(self.replace_stack_file(&text)?);
         if !self.store.keeps_former {
             kept.extend(self.store.clear_versions_but(&self.photo, &version)?);
         }
-        let place = self.home().join(version);
-        Stamps::of(&record, &place).write(&self.store.stamps_file(&self.photo));
+        let target = self.stack_folder().join(version);
+        FileTimes::of(&record, &target).write(&self.store.stamps_file(&self.photo));
         Ok(Committed { stack, kept })
     }
 
-    fn home(&self) -> PathBuf {
+    fn stack_folder(&self) -> PathBuf {
         self.store.folder(&self.photo)
     }
 
-    /// Gives the new version its name. Nobody reads it yet, unless the same was there already.
-    fn put_in_place(&self, version: &str, record: &StackFiles) -> Result<Vec<PathBuf>> {
-        let place = self.home().join(version);
-        fs::create_dir_all(self.home()).map_err(Error::io(self.home(), "create the folder"))?;
+    /// Renames the folder to the version's name. No reader uses it yet, unless the same version existed
+    /// before.
+    fn move_to_version(&self, version: &str, record: &StackFiles) -> Result<Vec<PathBuf>> {
+        let target = self.stack_folder().join(version);
+        fs::create_dir_all(self.stack_folder())
+            .map_err(Error::io(self.stack_folder(), "create the folder"))?;
         sync_folder(self.store.stacks())?;
-        let kept = if place.exists() {
-            self.mend(&place, record)?
+        let kept = if target.exists() {
+            self.repair(&target, record)?
         } else {
-            fs::rename(self.folder(), &place).map_err(Error::io(&place, "put the stack in place"))?;
+            fs::rename(self.folder(), &target).map_err(Error::io(&target, "put the stack in target"))?;
             Vec::new()
         };
-        sync_folder(self.home())?;
+        sync_folder(self.stack_folder())?;
         Ok(kept)
     }
 
-    /// The same version is there already: puts right, file by file, what was changed or lost.
-    fn mend(&self, place: &Path, record: &StackFiles) -> Result<Vec<PathBuf>> {
-        let stamps = Stamps::read(&self.store.stamps_file(&self.photo));
+    /// Replaces the changed or missing files of an existing folder of the same version.
+    fn repair(&self, target: &Path, record: &StackFiles) -> Result<Vec<PathBuf>> {
+        let stamps = FileTimes::read(&self.store.stamps_file(&self.photo));
         let mut kept = Vec::new();
         for name in record.files.keys().map(String::as_str).chain([RECORD]) {
-            let state = if name == RECORD { State::Missing } else { record.state(place, name, &stamps)? };
+            let state = if name == RECORD { State::Missing } else { record.state(target, name, &stamps)? };
             if state == State::Changed {
-                kept.push(keep_in_inbox(&place.join(name), &self.store.inbox(&self.photo))?);
+                kept.push(copy_to_inbox(&target.join(name), &self.store.inbox(&self.photo))?);
             }
             if state != State::Intact {
-                let target = place.join(name);
-                fs::rename(self.folder().join(name), &target).map_err(Error::io(&target, "replace it"))?;
+                let path = target.join(name);
+                fs::rename(self.folder().join(name), &path).map_err(Error::io(&path, "replace it"))?;
             }
         }
-        sync_folder(place)?;
+        sync_folder(target)?;
         Ok(kept)
     }
 
-    /// The rename that makes the new version current.
+    /// Replaces `stack.json` by one rename, which makes the new version current. Returns the path in `inbox/`
+    /// of a `stack.json` that was changed by the user.
     fn replace_stack_file(&self, text: &[u8]) -> Result<Option<PathBuf>> {
-        let file = self.home().join(STACK_FILE);
+        let file = self.stack_folder().join(STACK_FILE);
         let changed = file.is_file() && self.store.current_version(&self.photo).is_none();
         let inbox = self.store.inbox(&self.photo);
-        let kept = changed.then(|| keep_in_inbox(&file, &inbox)).transpose()?;
+        let kept = changed.then(|| copy_to_inbox(&file, &inbox)).transpose()?;
         write_atomically(&file, text)?;
         Ok(kept)
     }
 }
 
-/// The last chunk of a PNG: without it, it was not written to its end.
+/// Returns whether the file ends with the last chunk of a PNG, that is, was written completely.
 fn ends_as_png(path: &Path) -> bool {
     let end = || {
         let mut file = fs::File::open(path)?;
@@ -390,14 +397,14 @@ fn ends_as_png(path: &Path) -> bool {
     end().is_ok_and(|end| end == *b"IEND")
 }
 
-/// The names of all files of an image layer.
+/// Yields the names of all files of an image layer.
 fn files_of(layer: &mut ImageLayer) -> impl Iterator<Item = &mut String> {
     let ImageLayer { file, needed_file, fill, .. } = layer;
     let of_fill = fill.iter_mut().flat_map(LayerFill::files_mut);
     [file, needed_file].into_iter().chain(of_fill)
 }
 
-/// The same file under another name: at no cost where the file system can, else as a copy.
+/// Gives a file a second name, by a hard link where the file system has them, else by a copy.
 fn link(file: &Path, name: &Path) -> Result<()> {
     if fs::hard_link(file, name).is_err() {
         fs::copy(file, name).map_err(Error::io(file, "copy it"))?;
@@ -411,14 +418,14 @@ fn versions_in(folder: &Path) -> Result<Vec<String>> {
     Ok(names)
 }
 
-/// Removes the folder of a version that is no longer current. Its record goes last, so that a kill
-/// never turns a file of ours into one of unknown origin.
-fn clear(version: &Path, inbox: &Path, stamps: &Stamps) -> Result<Vec<PathBuf>> {
+/// Removes the folder of a version that is no longer current. The record goes last, so that after a kill the
+/// program's own files are still recognised.
+fn remove_version(version: &Path, inbox: &Path, stamps: &FileTimes) -> Result<Vec<PathBuf>> {
     let record = StackFiles::read(version).unwrap_or_default();
     let mut kept = Vec::new();
     for name in names_in(version)? {
         let path = version.join(&name);
-        if LITTER.contains(&name.as_str()) || record.state(version, &name, stamps)? == State::Intact {
+        if DESKTOP_FILES.contains(&name.as_str()) || record.state(version, &name, stamps)? == State::Intact {
             fs::remove_file(&path).map_err(Error::io(&path, "remove it"))?;
         } else {
             kept.push(move_to_inbox(&path, inbox)?);
@@ -426,7 +433,7 @@ fn clear(version: &Path, inbox: &Path, stamps: &Stamps) -> Result<Vec<PathBuf>> 
     }
     let _ = fs::remove_file(version.join(RECORD));
     match fs::remove_dir(version) {
-        // Somebody saved a file there just now: the next `clean` takes it to the inbox.
+        // A file was saved there just now: the next `clean` moves it to the inbox.
         Err(error) if error.kind() == ErrorKind::DirectoryNotEmpty => Ok(kept),
         removed => removed.map(|()| kept).map_err(Error::io(version, "remove it")),
     }

@@ -1,4 +1,4 @@
-//! Whether a file, or a folder with all that is in it, is as it was: told without reading it.
+//! Detects whether a file or folder has changed, without reading its content.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -7,17 +7,18 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use super::hash::{Hashing, hash_file};
 use crate::error::Result;
 
-/// How deep sub-folders are followed: links may go in circles.
+/// Sub-folders are searched down to this depth, because links may form circles.
 const DEEPEST: usize = 16;
-/// So many files of a folder are looked at: a large survey, and still a moment.
+/// At most this many files of a folder are looked at; enough for a large survey, and still fast.
 const MOST_FILES: usize = 100_000;
 
-/// Lengths and times of a file, or of all files of a folder.
+/// Paths, lengths in bytes and modification times of a file, or of all files of a folder.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Stamp(Vec<(PathBuf, u64, Option<SystemTime>)>);
 
 impl Stamp {
-    /// Of what is there now: empty where nothing is, or where it cannot be looked at.
+    /// Takes the stamp of a file or folder as it is now; it is empty where nothing exists or nothing can be
+    /// read.
     pub fn of(path: &Path) -> Self {
         let mut files = Vec::new();
         match path.is_dir() {
@@ -25,22 +26,22 @@ impl Stamp {
             false => files.push(path.to_path_buf()),
         }
         files.sort();
-        Self(files.into_iter().filter_map(looked_at).collect())
+        Self(files.into_iter().filter_map(file_state).collect())
     }
 
-    /// Nothing is there.
+    /// Returns whether no file was found.
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// This and another one.
+    /// Returns the union of two stamps.
     pub fn and(mut self, other: Self) -> Self {
         self.0.extend(other.0);
         self
     }
 
-    /// A hash of it that is the same wherever the document lies: names from `document` on, lengths, and times in
-    /// nanoseconds since 1970.
+    /// Returns a hash of the stamp that does not depend on where the document is: names relative to
+    /// `document`, lengths, and times in nanoseconds since 1970.
     pub fn token(&self, document: &Path) -> String {
         let mut hashing = Hashing::default();
         for (file, bytes, changed) in &self.0 {
@@ -52,10 +53,10 @@ impl Stamp {
         hashing.hash()
     }
 
-    /// A hash of what is in its files, which must be read for it.
+    /// Returns a hash of the content of the stamp's files, which are read for it.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] when one of them cannot be read, or is gone meanwhile.
+    /// [`crate::Error::Io`] when one of them cannot be read or no longer exists.
     pub fn content(&self, document: &Path) -> Result<String> {
         let mut hashing = Hashing::default();
         for (file, _, _) in &self.0 {
@@ -66,7 +67,8 @@ impl Stamp {
     }
 }
 
-/// The name of a document's file from the document on: empty for a document that is one file.
+/// Returns the path of a document's file relative to the document; empty for a document that is a single
+/// file.
 fn below(document: &Path, file: &Path) -> String {
     file.strip_prefix(document).unwrap_or(file).to_string_lossy().replace('\\', "/")
 }
@@ -84,7 +86,7 @@ fn gather(folder: &Path, depth: usize, files: &mut Vec<PathBuf>) {
     }
 }
 
-fn looked_at(file: PathBuf) -> Option<(PathBuf, u64, Option<SystemTime>)> {
+fn file_state(file: PathBuf) -> Option<(PathBuf, u64, Option<SystemTime>)> {
     let metadata = fs::metadata(&file).ok()?;
     Some((file, metadata.len(), metadata.modified().ok()))
 }

@@ -1,7 +1,8 @@
-//! Which documents were taken home already: `paint/taken.json`, for whoever watches a folder.
+//! Records which documents were already imported: `paint/taken.json`, for programs that watch a folder.
 //!
-//! It says how a document was when it was last imported. One that is still so is not imported again at the next opening:
-//! so an import that was taken back stays taken back, while a save that nobody saw comes home, whenever it was made.
+//! The record holds the state of each document at its last import. A document that is still in that state is
+//! not imported again when the project is opened: an import that was undone stays undone, while a save that
+//! no program noticed is imported, whenever it was made.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -18,37 +19,37 @@ use crate::error::{Error, Result};
 
 /// The version that this program writes; it reads no other.
 const VERSION: u32 = 1;
-/// A thousand documents take some hundred KB.
+/// Limit on the size of the file in bytes; a thousand documents take some hundred KB.
 const LARGEST: u64 = 1 << 24;
-const REMEDY: &str = "remove the file: what lies in the folder that is watched is then imported once more";
+const REMEDY: &str = "remove the file; the documents in the watched folder are then imported once more";
 
-/// The list of a project, in memory and on disk. Whoever writes it holds the project's lock.
+/// The record of a project in memory. Writers must hold the project's lock.
 #[derive(Debug)]
-pub struct TakenDocuments {
+pub struct ImportLedger {
     project: PathBuf,
-    list: BTreeMap<String, TakenDocument>,
+    list: BTreeMap<String, LedgerEntry>,
 }
 
-/// The file.
+/// The content of the file.
 #[derive(Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct File {
     version: u32,
-    documents: BTreeMap<String, TakenDocument>,
+    documents: BTreeMap<String, LedgerEntry>,
 }
 
-/// A document as it was.
+/// The state of a document when it was imported.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct TakenDocument {
-    /// [`Stamp::token`].
+struct LedgerEntry {
+    /// [`Stamp::token`] of the document.
     stamp: String,
-    /// [`Stamp::content`]: a copy of a project has other times.
+    /// [`Stamp::content`] of the document; it also recognises a copy of a project, whose times differ.
     content: String,
 }
 
-impl TakenDocuments {
-    /// As the project in the folder `project` has it; empty where there is none yet.
+impl ImportLedger {
+    /// Reads the record of the project in the folder `project`; it is empty where there is none yet.
     ///
     /// # Errors
     /// [`Error::Io`]; [`Error::Input`] when the file is damaged or of another version.
@@ -58,20 +59,21 @@ impl TakenDocuments {
         if file.exists() {
             let found: File = read_json(&file, LARGEST, REMEDY)?;
             if found.version != VERSION {
-                let told = format!("version {}, this program reads version {VERSION}", found.version);
-                return Err(Error::input(file, "version", told, REMEDY));
+                let found_version =
+                    format!("version {}, this program reads version {VERSION}", found.version);
+                return Err(Error::input(file, "version", found_version, REMEDY));
             }
             taken.list = found.documents;
         }
         Ok(taken)
     }
 
-    /// An empty list.
+    /// Returns an empty record.
     pub fn none(project: &Path) -> Self {
         Self { project: project.to_path_buf(), list: BTreeMap::new() }
     }
 
-    /// Whether a document is as it was when it was taken.
+    /// Returns whether a document is in the state in which it was imported.
     pub fn knows(&self, document: &Path, stamp: &Stamp) -> bool {
         self.list.get(&self.name_of(document)).is_some_and(|taken| {
             taken.stamp == stamp.token(document)
@@ -79,44 +81,44 @@ impl TakenDocuments {
         })
     }
 
-    /// Whether a document was taken before, as it is or otherwise.
+    /// Returns whether a document was imported before, in whatever state.
     pub fn has(&self, document: &Path) -> bool {
         self.list.contains_key(&self.name_of(document))
     }
 
-    /// A document was taken as it was by then. One that has changed meanwhile stays unknown: what it holds now was not
-    /// taken.
+    /// Adds a document that was imported in the state `stamp`. If it has changed meanwhile, it is left out,
+    /// because its present content was not imported.
     ///
     /// # Errors
-    /// [`Error::Io`] when it cannot be read any more: it stays unknown, too.
+    /// [`Error::Io`] when the document can no longer be read; it is then left out, too.
     pub fn take(&mut self, document: &Path, stamp: &Stamp) -> Result<()> {
-        let taken = TakenDocument { stamp: stamp.token(document), content: stamp.content(document)? };
+        let taken = LedgerEntry { stamp: stamp.token(document), content: stamp.content(document)? };
         if Stamp::of(document) == *stamp {
             self.list.insert(self.name_of(document), taken);
         }
         Ok(())
     }
 
-    /// Adds documents, as they were when they were taken, to the list of the project in the folder `project`, and gives
-    /// it as it is then. A damaged list begins anew.
+    /// Adds documents with the states in which they were imported to the record of the project in the folder
+    /// `project`, writes it, and returns it. A damaged record is replaced by a new one.
     ///
     /// # Errors
-    /// [`Error::Io`]; the old list then stays.
+    /// [`Error::Io`]; the old file then stays.
     pub fn note(project: &Path, documents: &[(PathBuf, Stamp)]) -> Result<Self> {
-        clean_up(project)?;
+        remove_leftovers_of_import(project)?;
         let mut taken = Self::read(project).unwrap_or_else(|_| Self::none(project));
         for (document, stamp) in documents {
-            // Gone or changed meanwhile: that is another save.
+            // A document that is gone or has changed will be imported by another save.
             let _ = taken.take(document, stamp);
         }
         taken.write()?;
         Ok(taken)
     }
 
-    /// Writes the list, without documents that are gone.
+    /// Writes the record, without documents that no longer exist.
     ///
     /// # Errors
-    /// [`Error::Io`]; the old list then stays.
+    /// [`Error::Io`]; the old file then stays.
     pub fn write(&mut self) -> Result<()> {
         let project = &self.project;
         self.list.retain(|name, _| below(project, name).exists());
@@ -126,17 +128,17 @@ impl TakenDocuments {
         write_atomically(&file, &to_json(&File { version: VERSION, documents: self.list.clone() }))
     }
 
-    /// The document's path from the project on, as far as there is one.
+    /// Returns the document's path relative to the project, where there is one.
     fn name_of(&self, document: &Path) -> String {
         relative_to(&self.project, document).unwrap_or_else(|_| document.display().to_string())
     }
 }
 
-/// Clears away what a program left there that was killed. Whoever calls holds the project's lock.
+/// Removes what a killed program left behind. The caller must hold the project's lock.
 ///
 /// # Errors
 /// [`Error::Io`].
-pub fn clean_up(project: &Path) -> Result<()> {
+pub fn remove_leftovers_of_import(project: &Path) -> Result<()> {
     let paint = project.join("paint");
     if !paint.is_dir() {
         return Ok(());
@@ -162,7 +164,7 @@ mod tests {
     fn knows(project: &Path, name: &str) -> bool {
         let document = project.join(name);
         let stamp = documents(project).unwrap().remove(&document).unwrap();
-        TakenDocuments::read(project).unwrap().knows(&document, &stamp)
+        ImportLedger::read(project).unwrap().knows(&document, &stamp)
     }
 
     fn set_time(file: &Path, time: SystemTime) {
@@ -176,7 +178,7 @@ mod tests {
         fs::write(&file, "wall").unwrap();
         fs::write(project.join("b.psd"), "wall").unwrap();
         assert!(!knows(project, "a.psd"), "nothing is written yet");
-        let mut taken = TakenDocuments::read(project).unwrap();
+        let mut taken = ImportLedger::read(project).unwrap();
         taken.take(&file, &documents(project).unwrap()[&file]).unwrap();
         taken.write().unwrap();
         assert!(knows(project, "a.psd") && !knows(project, "b.psd"));
@@ -195,13 +197,13 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let (project, file) = (folder.path(), folder.path().join("a.psd"));
         fs::write(&file, "wall").unwrap();
-        let mut taken = TakenDocuments::read(project).unwrap();
+        let mut taken = ImportLedger::read(project).unwrap();
         taken.take(&file, &documents(project).unwrap()[&file]).unwrap();
         fs::remove_file(&file).unwrap();
         taken.write().unwrap();
-        assert!(TakenDocuments::read(project).unwrap().list.is_empty());
+        assert!(ImportLedger::read(project).unwrap().list.is_empty());
         fs::write(file_of(project), r#"{"version": 7, "documents": {}}"#).unwrap();
-        let told = TakenDocuments::read(project).unwrap_err().to_string();
+        let told = ImportLedger::read(project).unwrap_err().to_string();
         assert!(told.contains("taken.json") && told.contains("version 7"), "{told}");
     }
 }

@@ -1,5 +1,5 @@
-//! `cache/thumbnails/`: small pictures of photos, kept so that they need not be made at every start. Derived: a file
-//! that is gone, broken, or of another state of its photo is no error, it is made again.
+//! Caches thumbnails of photos in `cache/thumbnails/`. They are derived: a file that is missing, damaged, or
+//! of an older state of its photo is no error; it is made again.
 
 use std::fs::{File, Metadata};
 use std::io::BufReader;
@@ -13,42 +13,44 @@ use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::projection::Picture;
 
-/// Keyword of the text chunk that holds what the picture was made of.
+/// Keyword of the text chunk that holds the photo's stamp.
 const MADE_OF: &str = "quadratura-photo";
-/// Larger ones are no thumbnails of ours: 2048 x 2048 pixels.
+/// Limit on decoded bytes (2048 x 2048 pixels); larger files are not thumbnails of this program.
 const MOST_BYTES: usize = 1 << 24;
 
-/// The small pictures of a project.
+/// The thumbnails of a project.
 #[derive(Debug, Clone)]
 pub struct Thumbnails {
     folder: PathBuf,
 }
 
-/// The state of a photo's file, and how large its small picture is: what a kept one must agree with.
+/// The state of a photo's file and the size of its thumbnail. A cached thumbnail is used only if its stamp is
+/// equal.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Stamp(String);
 
 impl Stamp {
-    /// Of a photo's file as it is now, by length and time of the last change; `longest_px` is the longer side of the
-    /// small picture.
+    /// Takes the stamp of a photo's file by its length and modification time; `longest_px` is the longer side
+    /// of the thumbnail in pixels.
     ///
     /// # Errors
-    /// [`Error::Io`] when there is no such file.
+    /// [`Error::Io`] when the file does not exist.
     pub fn of(photo: &Path, longest_px: u32) -> Result<Self> {
-        let metadata = std::fs::metadata(photo).map_err(Error::io(photo, "look at it"))?;
-        let (length, changed) = (metadata.len(), changed_ns(&metadata));
+        let metadata = std::fs::metadata(photo).map_err(Error::io(photo, "read its size"))?;
+        let length = metadata.len();
+        let changed = changed_ns(&metadata);
         Ok(Self(format!("{length} bytes, {changed} ns, {longest_px} px")))
     }
 }
 
-/// Since 1970; 0 where the system does not tell.
+/// Returns the modification time in nanoseconds since 1970; 0 where the system does not say.
 fn changed_ns(metadata: &Metadata) -> u128 {
     let changed = metadata.modified().ok();
     changed.and_then(|at| at.duration_since(UNIX_EPOCH).ok()).map_or(0, |since| since.as_nanos())
 }
 
 impl Thumbnails {
-    /// Of the project in the folder `project`.
+    /// Returns the cache of the project in the folder `project`.
     pub fn new(project: &Path) -> Self {
         Self { folder: project.join("cache").join("thumbnails") }
     }
@@ -57,7 +59,7 @@ impl Thumbnails {
         self.folder.join(format!("{}.png", file_name_of_photo(photo)))
     }
 
-    /// The small picture of `photo`, if one is kept that was made of the file as it is.
+    /// Reads the thumbnail of `photo` if one is cached for this stamp.
     pub fn kept(&self, photo: &str, stamp: &Stamp) -> Option<Picture> {
         let file = BufReader::new(File::open(self.file(photo)).ok()?);
         let mut reader = Decoder::new(file).read_info().ok()?;
@@ -73,7 +75,7 @@ impl Thumbnails {
         Some(Picture { width, height, rgba })
     }
 
-    /// Keeps the small picture of `photo`.
+    /// Stores the thumbnail of `photo`.
     ///
     /// # Errors
     /// [`Error::Io`].

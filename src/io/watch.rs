@@ -1,7 +1,8 @@
-//! When image editors save in a folder.
+//! Reports when image editors save files in a folder.
 //!
-//! Editors save in three ways: over the file, into a temporary file that is renamed, or by moving the old file away
-//! first. So an event only says *when* to look; what is looked at is the state of the folder.
+//! Editors save in three ways: over the file, into a temporary file that is renamed, or by moving the old
+//! file away first. An event therefore only says *when* to look; the state of the folder says what has
+//! changed.
 
 use std::path::Path;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -12,27 +13,28 @@ use notify_debouncer_full::{Debouncer, RecommendedCache, new_debouncer};
 
 use crate::error::{Error, Result};
 
-/// Events within so long of each other are one: what a save writes comes in a row, and who waits looks again anyway.
+/// Events within this time of each other count as one: a save causes several in a row, and the waiting
+/// program looks again anyway.
 const TOGETHER: Duration = Duration::from_millis(20);
 
-/// A folder that is being watched.
+/// A watched folder.
 pub struct FolderWatch {
     events: Receiver<()>,
     _debouncer: Debouncer<RecommendedWatcher, RecommendedCache>,
 }
 
 impl FolderWatch {
-    /// Watches a folder and those in it.
+    /// Starts watching a folder and its sub-folders.
     ///
     /// # Errors
-    /// [`Error::Request`] when the system cannot tell what happens there.
+    /// [`Error::Request`] when the system does not support watching there.
     pub fn new(folder: &Path) -> Result<Self> {
         let refused = |error: notify_debouncer_full::notify::Error| {
             Error::Request(format!("{}: this folder cannot be watched: {error}", folder.display()))
         };
         let (send, events) = channel();
         let mut debouncer = new_debouncer(TOGETHER, None, move |_| {
-            // Nobody listens any more: the watch is being dropped.
+            // Sending fails only while the watch is being dropped.
             let _ = send.send(());
         })
         .map_err(refused)?;
@@ -40,11 +42,11 @@ impl FolderWatch {
         Ok(Self { events, _debouncer: debouncer })
     }
 
-    /// Waits until something happens, at most so long.
+    /// Waits until something happens in the folder, at most for the given time.
     pub fn wait(&self, at_most: Duration) {
         match self.events.recv_timeout(at_most) {
             Ok(()) => while self.events.try_recv().is_ok() {},
-            // Nobody will tell any more: still look now and then.
+            // No more events will come; the caller still looks again from time to time.
             Err(RecvTimeoutError::Disconnected) => std::thread::sleep(at_most),
             Err(RecvTimeoutError::Timeout) => (),
         }

@@ -1,4 +1,4 @@
-//! Image layers: elements share a rectangle of the photo where that costs no texels.
+//! Image layers: rectangles of the photo that elements share where this costs no additional texels.
 
 use std::cmp::Reverse;
 
@@ -6,56 +6,57 @@ use super::graph::Graph;
 use super::options::{BoxShape, Options};
 use super::parts::Layers;
 use super::quotient::Quotient;
-use super::together::{Obstacle, Together, Unmet, bring_together};
-use super::wishes::Grouping;
+use super::together::{MergeResult, Obstacle, Unsatisfied, bring_together};
+use super::wishes::ElementConstraints;
 use crate::geometry::PixelRect;
 use crate::scene::Model;
 
-/// The part of an element that lies in one image layer: all of it, unless the element is larger
-/// than the largest side allowed.
+/// The part of an element that lies in one image layer: the whole element, unless it is larger than the
+/// largest side allowed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Patch {
-    /// The element, in reading order of the visibility layers.
+    /// Index of the element, in reading order of the visibility layers.
     pub element: u32,
-    /// Whole pixels of the photo; patches of one element do not overlap.
+    /// Bounds in whole pixels of the photo; patches of one element do not overlap.
     pub bounds: PixelRect,
 }
 
-/// A rectangle of the photo with the patches it textures.
+/// An image layer: a rectangle of the photo with the patches that it textures.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Cluster {
-    /// Its place in the stack: the longest path of occlusions that leads to it, 0 nearest.
+    /// The position in the stack: the length of the longest path of occlusions that leads to it, 0 nearest.
     pub order: u32,
-    /// May reach outside the photo.
+    /// The rectangle in photo pixels; it may reach outside the photo.
     pub rect: PixelRect,
-    /// By element.
+    /// The patches, by element.
     pub patches: Vec<Patch>,
 }
 
-/// The image layers of a photo, by order, then by first element.
+/// The image layers of a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Clusters {
-    /// By order, then by first element.
+    /// The image layers, by order, then by first element.
     pub list: Vec<Cluster>,
-    /// Merges that were asked for and could not be made, between elements.
-    pub unmet: Vec<Unmet>,
+    /// The merges that the user requested and that could not be made, between elements.
+    pub unmet: Vec<Unsatisfied>,
 }
 
-/// Merges the elements' boxes. `bounds` are the elements' outlines in whole pixels.
+/// Groups elements into image layers by merging their boxes. `bounds` are the bounding boxes of the elements'
+/// outlines in whole pixels.
 ///
-/// What was asked to be together comes first, whatever it costs. Then such groups and all other patches
-/// come by falling box area (ties: object name, first node). Each joins the cluster whose
-/// box holds the union and whose bounding box grows least, if no path of occlusions leads between
-/// the two either way, no forgiven pair is shared and none was asked to be apart; else it starts a
-/// cluster. With powers of two that is the rule A12 < A1 + A2 of 2003; `published` restricts it to one
-/// visibility layer.
+/// Merges that the user requested are made first, whatever they cost in texels. Then these groups and all
+/// other patches are processed by falling box area (ties: object name, first node). Each joins the cluster
+/// whose box holds the union and whose bounding box grows least, provided that no path of occlusions leads
+/// between the two in either direction, that they share no forgiven pair, and that no split keeps them apart;
+/// otherwise it starts a new cluster. With sides that are powers of two this is the rule A12 < A1 + A2 of
+/// 2003; the option `published` restricts it to one visibility layer.
 pub fn cluster(
     model: &Model,
     layers: &Layers,
     bounds: &[PixelRect],
     photo: PixelRect,
     options: &Options,
-    grouping: &Grouping,
+    grouping: &ElementConstraints,
 ) -> Clusters {
     let rules = Rules::new(layers, split_into_patches(bounds, options), options, grouping);
     let (together, unmet) = rules.bring_together();
@@ -67,14 +68,14 @@ pub fn cluster(
         (Reverse(area), name(p), layers.elements[p.element as usize].nodes[0], p.bounds.y, p.bounds.x)
     });
     let mut merging = Merging { rules: &rules, quotient: together.quotient, clusters: Vec::new() };
-    units.into_iter().for_each(|unit| merging.place(unit));
+    units.into_iter().for_each(|unit| merging.add(unit));
     Clusters { list: merging.finish(photo), unmet }
 }
 
-/// Smaller tiles would be nothing but margin.
+/// The smallest side of a tile, in pixels; smaller tiles would consist of little but margin.
 pub const SMALLEST_TILE: u32 = 64;
 
-/// The longest side of a box.
+/// Returns the longest side that a box may have under these options, in pixels.
 pub fn longest_side(options: &Options) -> u32 {
     let most = options.largest_side.max(SMALLEST_TILE);
     match options.boxes {
@@ -83,7 +84,8 @@ pub fn longest_side(options: &Options) -> u32 {
     }
 }
 
-/// Elements whose bounds exceed the largest side are tiled.
+/// Builds one patch per element, or several for elements whose bounds exceed the longest side: these are
+/// tiled.
 fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
     let most = longest_side(options);
     let side = most.saturating_sub(2 * options.margin).max(SMALLEST_TILE / 2) as usize;
@@ -99,59 +101,63 @@ fn split_into_patches(bounds: &[PixelRect], options: &Options) -> Vec<Patch> {
     patches
 }
 
-/// The box of some bounds, at the origin: with the margin, and powers of two if so wished.
+/// Computes the size of the box for some bounds, placed at the origin: the bounds with their margin, rounded
+/// up to powers of two where the options ask for it.
 pub fn box_size(bounds: PixelRect, options: &Options) -> PixelRect {
     let grown = bounds.grown(options.margin);
     match options.boxes {
         BoxShape::Exact => PixelRect { x: 0, y: 0, ..grown },
-        BoxShape::PowerOfTwo => {
-            PixelRect { x: 0, y: 0, w: grown.w.next_power_of_two(), h: grown.h.next_power_of_two() }
-        }
+        BoxShape::PowerOfTwo => PixelRect::of_size(grown.w.next_power_of_two(), grown.h.next_power_of_two()),
     }
 }
 
-/// Puts the box of some bounds around them: centred, but within the photo where it fits.
+/// Positions a box of the given size around some bounds: centred, but within the photo where it fits.
 fn place_box(bounds: PixelRect, size: PixelRect, photo: PixelRect) -> PixelRect {
-    let place = |low: i32, len: u32, size: u32, end: u32| {
+    let position = |low: i32, len: u32, size: u32, end: u32| {
         let centred = low - ((size - len) / 2) as i32;
         if size <= end { centred.clamp(0, (end - size) as i32) } else { centred }
     };
-    let x = place(bounds.x, bounds.w, size.w, photo.w);
-    let y = place(bounds.y, bounds.h, size.h, photo.h);
-    // At the photo's edge there is no margin where the box fits into the photo; the bounds never leave
-    // the box.
+    let x = position(bounds.x, bounds.w, size.w, photo.w);
+    let y = position(bounds.y, bounds.h, size.h, photo.h);
+    // At the photo's edge, a box that fits into the photo loses its margin there; the bounds always remain
+    // inside the box.
     PixelRect { x, y, w: size.w, h: size.h }
 }
 
-/// Patches that stay together: one, or those that were asked to.
+/// A group of patches that stay together: a single patch, or those that the user merged.
 struct Unit {
-    /// The patch whose node names it in the quotient.
+    /// The patch whose index identifies the unit in the quotient.
     root: u32,
     bounds: PixelRect,
-    /// Its visibility layer, where it has one only.
+    /// The visibility layer, when all members are in the same one.
     layer: Option<u32>,
-    /// Rising.
+    /// Indices of the patches, rising.
     members: Vec<u32>,
 }
 
-/// A cluster while it grows.
+/// A cluster under construction, with the size of its box.
 struct Growing {
-    of: Unit,
+    unit: Unit,
     size: PixelRect,
 }
 
-/// What may share an image layer.
+/// The rules that decide which patches may share an image layer.
 struct Rules<'a> {
     layers: &'a Layers,
     options: &'a Options,
-    grouping: &'a Grouping,
+    grouping: &'a ElementConstraints,
     patches: Vec<Patch>,
     order: Graph,
     against: Vec<(u32, u32)>,
 }
 
 impl<'a> Rules<'a> {
-    fn new(layers: &'a Layers, patches: Vec<Patch>, options: &'a Options, grouping: &'a Grouping) -> Self {
+    fn new(
+        layers: &'a Layers,
+        patches: Vec<Patch>,
+        options: &'a Options,
+        grouping: &'a ElementConstraints,
+    ) -> Self {
         let order = graph_of_patches(layers, &patches);
         let mut against: Vec<(u32, u32)> =
             layers.against.iter().flat_map(|&(f, b, _)| [(f, b), (b, f)]).collect();
@@ -159,9 +165,9 @@ impl<'a> Rules<'a> {
         Self { layers, options, grouping, patches, order, against }
     }
 
-    /// The merges that were asked for, and which of them were not possible, between elements. An element
-    /// of several patches is larger than image layers may be.
-    fn bring_together(&self) -> (Together, Vec<Unmet>) {
+    /// Makes the merges that the user requested; also returns those that were not possible, between elements.
+    /// An element of several patches is larger than image layers may be, so it is never merged.
+    fn bring_together(&self) -> (MergeResult, Vec<Unsatisfied>) {
         let of_element = |element: u32| {
             let begin = self.patches.partition_point(|p| p.element < element);
             begin..self.patches.partition_point(|p| p.element <= element)
@@ -171,8 +177,9 @@ impl<'a> Rules<'a> {
         for (merge, elements) in (0u32..).zip(&self.grouping.merges) {
             let (small, large): (Vec<u32>, Vec<u32>) =
                 elements.iter().partition(|e| of_element(**e).len() == 1);
-            let told = |item: u32| Unmet { merge, item, with: elements[0], why: Obstacle::TooLarge };
-            unmet.extend(large.into_iter().map(told));
+            let left_out =
+                |item: u32| Unsatisfied { merge, item, with: elements[0], why: Obstacle::TooLarge };
+            unmet.extend(large.into_iter().map(left_out));
             merges.push(small.into_iter().map(|element| of_element(element).start as u32).collect());
         }
         let together = bring_together(&self.order, &merges, |joining, group| {
@@ -181,12 +188,13 @@ impl<'a> Rules<'a> {
         });
         let element = |patch: u32| self.patches[patch as usize].element;
         let of_patches = together.unmet.iter();
-        unmet.extend(of_patches.map(|u| Unmet { item: element(u.item), with: element(u.with), ..*u }));
+        unmet.extend(of_patches.map(|u| Unsatisfied { item: element(u.item), with: element(u.with), ..*u }));
         unmet.sort_by_key(|unmet| (unmet.merge, unmet.item));
         (together, unmet)
     }
 
-    /// What keeps patches out of a group besides paths of occlusions, and which one of the group.
+    /// Returns what keeps patches out of a group, other than paths of occlusions, and the member of the group
+    /// concerned.
     fn obstacle(&self, joining: &[u32], group: &[u32]) -> Option<(u32, Obstacle)> {
         let element = |patch: u32| self.patches[patch as usize].element;
         let find = |keeps: &dyn Fn(u32, u32) -> bool, why| {
@@ -228,39 +236,39 @@ struct Merging<'a> {
 }
 
 impl Merging<'_> {
-    fn place(&mut self, unit: Unit) {
+    fn add(&mut self, unit: Unit) {
         let options = self.rules.options;
         let mut by_growth: Vec<(u64, usize)> = self
             .clusters
             .iter()
             .enumerate()
-            .filter(|(_, c)| !options.published || (unit.layer.is_some() && c.of.layer == unit.layer))
+            .filter(|(_, c)| !options.published || (unit.layer.is_some() && c.unit.layer == unit.layer))
             .filter(|(_, c)| self.holds(c, unit.bounds))
-            .map(|(i, c)| (c.of.bounds.union(&unit.bounds).area() - c.of.bounds.area(), i))
+            .map(|(i, c)| (c.unit.bounds.union(&unit.bounds).area() - c.unit.bounds.area(), i))
             .collect();
         by_growth.sort_unstable();
         match by_growth.into_iter().map(|(_, i)| i).find(|&i| self.may_join(&unit, i)) {
             Some(i) => {
-                self.quotient.merge(self.clusters[i].of.root, unit.root);
+                self.quotient.merge(self.clusters[i].unit.root, unit.root);
                 let cluster = &mut self.clusters[i];
-                cluster.of.bounds = cluster.of.bounds.union(&unit.bounds);
+                cluster.unit.bounds = cluster.unit.bounds.union(&unit.bounds);
                 cluster.size = match options.boxes {
                     BoxShape::PowerOfTwo => cluster.size,
-                    BoxShape::Exact => box_size(cluster.of.bounds, options),
+                    BoxShape::Exact => box_size(cluster.unit.bounds, options),
                 };
-                cluster.of.members.extend(unit.members);
+                cluster.unit.members.extend(unit.members);
             }
             None => {
                 let size = box_size(unit.bounds, options);
-                self.clusters.push(Growing { of: unit, size });
+                self.clusters.push(Growing { unit, size });
             }
         }
     }
 
-    /// The union costs no more texels than the two apart.
+    /// Returns true when the union costs no more texels than the two separately.
     fn holds(&self, cluster: &Growing, bounds: PixelRect) -> bool {
         let options = self.rules.options;
-        let union = box_size(cluster.of.bounds.union(&bounds), options);
+        let union = box_size(cluster.unit.bounds.union(&bounds), options);
         match options.boxes {
             BoxShape::PowerOfTwo => union.w <= cluster.size.w && union.h <= cluster.size.h,
             BoxShape::Exact => {
@@ -271,7 +279,7 @@ impl Merging<'_> {
     }
 
     fn may_join(&self, unit: &Unit, cluster: usize) -> bool {
-        let cluster = &self.clusters[cluster].of;
+        let cluster = &self.clusters[cluster].unit;
         self.rules.obstacle(&unit.members, &cluster.members).is_none()
             && !self.quotient.connected(cluster.root, unit.root)
     }
@@ -281,7 +289,7 @@ impl Merging<'_> {
         let count = self.clusters.len() as u32;
         let mut cluster_of = vec![0u32; patches.len()];
         for (i, cluster) in self.clusters.iter().enumerate() {
-            cluster.of.members.iter().for_each(|&m| cluster_of[m as usize] = i as u32);
+            cluster.unit.members.iter().for_each(|&m| cluster_of[m as usize] = i as u32);
         }
         let edges = order.edges.iter();
         let between = edges.map(|&(f, b, px)| (cluster_of[f as usize], cluster_of[b as usize], px));
@@ -291,9 +299,9 @@ impl Merging<'_> {
             .iter()
             .zip(order)
             .map(|(c, order)| {
-                let mut of: Vec<Patch> = c.of.members.iter().map(|&m| patches[m as usize]).collect();
-                of.sort_by_key(|p| (p.element, p.bounds.y, p.bounds.x));
-                Cluster { order, rect: place_box(c.of.bounds, c.size, photo), patches: of }
+                let mut members: Vec<Patch> = c.unit.members.iter().map(|&m| patches[m as usize]).collect();
+                members.sort_by_key(|p| (p.element, p.bounds.y, p.bounds.x));
+                Cluster { order, rect: place_box(c.unit.bounds, c.size, photo), patches: members }
             })
             .collect();
         list.sort_by_key(|c| {
@@ -304,7 +312,8 @@ impl Merging<'_> {
     }
 }
 
-/// Occlusions between patches: those of their elements, wherever both reach.
+/// Builds the graph of occlusions between patches: those of their elements, for patches whose bounds
+/// intersect.
 fn graph_of_patches(layers: &Layers, patches: &[Patch]) -> Graph {
     let mut patches_of: Vec<Vec<u32>> = vec![Vec::new(); layers.elements.len()];
     for (i, patch) in patches.iter().enumerate() {

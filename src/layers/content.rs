@@ -1,5 +1,6 @@
-//! What each image layer holds: which of its texels some element covers, and which of these the
-//! photo shows. Spans of pixels, not pictures: colour comes from the photo when files are written.
+//! The content of each image layer: which of its texels some element covers, and which of these the photo
+//! shows. Content is stored as spans of pixels, not as images; colours are read from the photo when files are
+//! written.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,12 +14,12 @@ use super::runs::{Run, Runs, is_visible, item_of};
 use super::view::View;
 use crate::geometry::{PixelRect, Spans};
 
-/// Pixels `x0..x1` of row `y` of the photo.
+/// A span of pixels: columns `x0..x1` of row `y` of the photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct PixelSpan {
-    /// Row.
+    /// The row.
     pub y: u32,
-    /// First column.
+    /// The first column.
     pub x0: u32,
     /// One past the last column.
     pub x1: u32,
@@ -27,30 +28,31 @@ pub struct PixelSpan {
 /// The content of one image layer, in photo pixels.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Content {
-    /// Covered by some element of the layer: disjoint, rising.
+    /// The pixels covered by some element of the layer: disjoint spans, rising.
     pub needed: Vec<PixelSpan>,
-    /// Visible there: disjoint, rising, within `needed`.
+    /// The covered pixels that are visible: disjoint spans, rising, within `needed`.
     pub visible: Vec<PixelSpan>,
-    /// By element of the layer, how many texels it covers, and how many of these the photo shows.
+    /// Per element of the layer, the number of texels that it covers and the number of these that the photo
+    /// shows.
     pub texels_of: BTreeMap<u32, [u64; 2]>,
 }
 
 impl Content {
-    /// Texels covered.
+    /// Returns the number of covered texels.
     pub fn texels_used(&self) -> u64 {
         count(&self.needed)
     }
 
-    /// Texels covered and visible.
+    /// Returns the number of covered texels that are visible.
     pub fn texels_visible(&self) -> u64 {
         count(&self.visible)
     }
 
-    /// The pixels of a photo of this width and height that lie one pixel beyond what is visible, or beyond
-    /// what is covered: rising, possibly twice, and visible ones among them. What the photo shows there is of
-    /// another surface, and of use where colour is carried past outlines.
+    /// Returns the bleed pixels: those of a photo of this width and height that lie one pixel outside the
+    /// visible part, or one pixel outside the covered part. They show other surfaces, and serve to extend
+    /// colours past outlines. The spans rise; they may overlap, and may include visible pixels.
     pub fn beside(&self, [width, height]: [u32; 2]) -> Vec<PixelSpan> {
-        let photo = PixelRect { x: 0, y: 0, w: width, h: height };
+        let photo = PixelRect::of_size(width, height);
         let ring = |spans: &[PixelSpan]| {
             let inside = as_set(spans);
             inside.grown(1).minus(&inside)
@@ -59,21 +61,21 @@ impl Content {
         rings.iter().flat_map(|ring| ring.iter()).filter_map(|(y, run)| span_within(y, run, photo)).collect()
     }
 
-    /// Bounding box of `needed`; empty where nothing is.
+    /// Returns the bounding box of `needed`; empty where nothing is covered.
     pub fn needed_rect(&self) -> PixelRect {
         let boxes = self
             .needed
             .iter()
             .map(|s| PixelRect::from_edges(s.x0 as i32, s.y as i32, s.x1 as i32, s.y as i32 + 1));
-        boxes.reduce(|a, b| a.union(&b)).unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
+        boxes.reduce(|a, b| a.union(&b)).unwrap_or(PixelRect::EMPTY)
     }
 }
 
-/// Spans that rise, as a set.
+/// Converts rising spans to a set.
 fn as_set(spans: &[PixelSpan]) -> Spans {
     let Some((first, last)) = spans.first().zip(spans.last()) else { return Spans::default() };
     let mut rest = spans.iter().peekable();
-    Spans::of_rows(first.y as i32..last.y as i32 + 1, |y, out| {
+    Spans::from_rows(first.y as i32..last.y as i32 + 1, |y, out| {
         while let Some(span) = rest.next_if(|span| span.y as i32 == y) {
             out.push(span.x0 as i32..span.x1 as i32);
         }
@@ -90,7 +92,7 @@ fn count(spans: &[PixelSpan]) -> u64 {
     spans.iter().map(|s| u64::from(s.x1 - s.x0)).sum()
 }
 
-/// The content of every image layer, in the clusters' order.
+/// Computes the content of every image layer, in the order of the clusters.
 pub fn contents(
     view: &View,
     runs: &Runs,
@@ -100,8 +102,8 @@ pub fn contents(
 ) -> Vec<Content> {
     let patches_of = patches_by_element(layers, clusters);
     let sorter = Sorter { view, nodes, layers, patches_of: &patches_of };
-    // Rows in parallel, then put together from the top: the result is the same for any number of
-    // threads.
+    // Chunks of rows are processed in parallel and joined from the top, so that the result is the same for
+    // any number of threads.
     let per_chunk: Vec<Vec<Content>> = runs
         .rows
         .par_chunks(64)
@@ -133,7 +135,7 @@ pub fn contents(
     all
 }
 
-/// For every element its patches: bounds and cluster.
+/// Lists the patches of every element: their bounds and the index of their cluster.
 fn patches_by_element(layers: &Layers, clusters: &Clusters) -> Vec<Vec<(PixelRect, u32)>> {
     let mut patches_of = vec![Vec::new(); layers.elements.len()];
     for (c, cluster) in clusters.list.iter().enumerate() {
@@ -164,7 +166,7 @@ impl Sorter<'_> {
         }
     }
 
-    /// A cut item's run falls apart where its node changes.
+    /// Sorts a run of a cut item: it is divided where the node changes.
     fn sort_cut(&self, contents: &mut [Content], y: u32, run: &Run, entry: u32) {
         let node_at = |x: u32| self.nodes.at(self.view, item_of(entry), x, y);
         let mut x0 = run.x0;
@@ -197,16 +199,16 @@ impl Sorter<'_> {
 
 fn push(content: &mut Content, element: u32, span: PixelSpan, visible: bool) {
     let length = u64::from(span.x1 - span.x0);
-    let [covered, seen] = content.texels_of.entry(element).or_default();
+    let [covered, visible_texels] = content.texels_of.entry(element).or_default();
     *covered += length;
-    *seen += if visible { length } else { 0 };
+    *visible_texels += if visible { length } else { 0 };
     content.needed.push(span);
     if visible {
         content.visible.push(span);
     }
 }
 
-/// Makes spans disjoint and rising, touching ones one.
+/// Sorts spans and joins overlapping and adjacent ones, so that they are disjoint and rising.
 fn unite(spans: &mut Vec<PixelSpan>) {
     spans.sort_unstable();
     let mut united: Vec<PixelSpan> = Vec::with_capacity(spans.len());

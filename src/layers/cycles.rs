@@ -1,5 +1,5 @@
-//! Cycles of the occlusion graph: contact noise is forgiven, real cycles are cut (Newell, Newell
-//! & Sancha 1972, decided on pixels instead of extents).
+//! Resolution of cycles in the occlusion graph: contact noise is forgiven, real cycles are cut (after Newell,
+//! Newell & Sancha 1972, but decided on pixels instead of extents).
 
 use rayon::prelude::*;
 use rustc_hash::{FxHashMap, FxHashSet};
@@ -12,22 +12,22 @@ use super::runs::{Runs, item_of};
 use super::tangle_pixels::{Meeting, Pixels, Span, count_in, gather_tangles, split_span};
 use super::view::View;
 
-/// The nodes after cutting, and the relation between them.
+/// The nodes after cutting, and the occlusion relation between them.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Resolved {
-    /// Items of the working set, cut where it was needed.
+    /// The items of the working set, cut into pieces where that was needed.
     pub nodes: Nodes,
-    /// The full relation between nodes.
+    /// The complete occlusion relation between nodes.
     pub relation: Graph,
-    /// What stands of it, acyclic, and what was refused.
+    /// The acyclic part of the relation that was kept, and the edges that were refused.
     pub kept: Kept,
-    /// Cuts that were made.
+    /// The number of cuts made.
     pub cuts: u32,
-    /// Cuts of which one piece was nowhere visible and left the working set.
+    /// The number of cuts of which one piece is visible nowhere and left the working set.
     pub free_cuts: u32,
 }
 
-/// Orders the working set: finds the cycles of the table, forgives or cuts them.
+/// Finds the cycles in the table of occlusions, forgives or cuts them, and so makes the working set sortable.
 pub fn resolve_cycles(
     view: &View,
     runs: &Runs,
@@ -56,7 +56,8 @@ pub fn resolve_cycles(
     }
 }
 
-/// The table between nodes: counted by the rasteriser for whole items, anew for cut ones.
+/// Builds the relation between nodes: pairs of whole items keep the rasteriser's counts, pairs with a cut
+/// item are counted anew.
 fn relation_of_nodes(
     view: &View,
     runs: &Runs,
@@ -113,7 +114,8 @@ fn count_cut_pairs(
     }
 }
 
-/// (front, back) where one of two items is nearer by more than the tolerance.
+/// Returns (front, back) where one of two items is nearer by more than the tolerance; `None` where neither
+/// is.
 fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option<(u32, u32)> {
     let inverse = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
     let (inverse_a, inverse_b) = (inverse(a), inverse(b));
@@ -126,7 +128,7 @@ fn nearer(view: &View, a: u32, b: u32, x: u32, y: u32, tolerance: f32) -> Option
     }
 }
 
-/// A node of a component while it is being cut.
+/// A node of a component while the component is being cut, with the pixels that it covers.
 #[derive(Debug, Clone)]
 struct Part {
     node: Node,
@@ -143,8 +145,8 @@ struct CutComponent {
 
 type Edges = FxHashMap<(u32, u32), u32>;
 
-/// One component while it is being cut. Parts are named by their place in `parts`; those that were
-/// cut or left the working set stay there, empty.
+/// One strongly connected component while it is being cut. Parts are identified by their index in `parts`;
+/// those that were cut or left the working set remain there as `None`.
 struct Tangle<'a> {
     view: &'a View,
     runs: &'a Runs,
@@ -158,7 +160,7 @@ struct Tangle<'a> {
     result: CutComponent,
 }
 
-/// A cut that could be made.
+/// A cut that could be made, with the graph that it would lead to.
 struct Candidate {
     part: u32,
     plane: u32,
@@ -208,7 +210,7 @@ impl<'a> Tangle<'a> {
         tangle.result
     }
 
-    /// Cuts until no refused edge is stronger than contact noise, or nothing can be cut.
+    /// Cuts until no refused edge is stronger than contact noise, or until nothing can be cut.
     fn run(&mut self) {
         let mut hopeless: FxHashSet<(u32, u32)> = FxHashSet::default();
         loop {
@@ -226,7 +228,8 @@ impl<'a> Tangle<'a> {
         }
     }
 
-    /// The component's graph over all parts; `grown` is the number of parts to reckon with.
+    /// Builds the component's graph over all parts. `grown` is the number of parts to assume, if it is not
+    /// the present one.
     fn graph(&self, edges: &Edges, grown: Option<u32>) -> Graph {
         let len = grown.unwrap_or(self.parts.len() as u32);
         Graph::new(len, edges.iter().map(|(&(f, b), &px)| (f, b, px)))
@@ -247,7 +250,8 @@ impl<'a> Tangle<'a> {
         best
     }
 
-    /// `part` cut by the plane of `other`, when it has enough pixels clearly on both sides.
+    /// Tries the cut of `part` by the plane of `other`; `None` unless the part has enough pixels clearly on
+    /// both sides.
     fn candidate(&self, part: u32, other: u32) -> Option<Candidate> {
         let cut = self.parts[part as usize].as_ref()?;
         let plane = self.parts[other as usize].as_ref()?.node.item;
@@ -271,7 +275,8 @@ impl<'a> Tangle<'a> {
         Some(Candidate { part, plane, near, far, edges, drop_near, drop_far, refused_px })
     }
 
-    /// More than half of `min_support` pixels clearly nearer than the plane, and as many farther.
+    /// Returns true when more than half of `min_support` pixels are clearly nearer than the plane, and as
+    /// many clearly farther.
     fn straddles(&self, part: &Part, plane: u32) -> bool {
         let half = self.options.tolerance / 2.0;
         let (item, plane) = (self.inverse(part.node.item), self.inverse(plane));
@@ -293,8 +298,9 @@ impl<'a> Tangle<'a> {
         Part { node, spans }
     }
 
-    /// The part is nearest at some pixel. Only this decides that a piece leaves the working set, so
-    /// where its spans show none every visible pixel of the whole item is asked.
+    /// Returns true when the part is nearest at some pixel. This alone decides whether a piece leaves the
+    /// working set, so where the part's own spans show no such pixel, every visible pixel of the whole item
+    /// is tested.
     fn is_nearest_somewhere(&self, part: &Part) -> bool {
         let nearest_in = |s: &Span| s.visible && (s.x0..s.x1).any(|x| self.is_nearest(part, s, x));
         part.spans.iter().any(nearest_in) || self.spans_of[&part.node.item].iter().any(nearest_in)
@@ -311,8 +317,8 @@ impl<'a> Tangle<'a> {
                 .all(|&other| !is_behind(own, inverse(item_of(other)), TIE))
     }
 
-    /// Counts the pairs of `part` anew where its component's items meet it, its two sides named
-    /// `names` (near, far).
+    /// Counts the pairs of `part` anew at the pixels where other items of its component meet it. `names` are
+    /// the numbers of its two sides (near, far).
     fn recount(&self, part: u32, plane: u32, names: [u32; 2]) -> Edges {
         let Some(cut) = &self.parts[part as usize] else { return Edges::default() };
         let item = cut.node.item;
@@ -356,7 +362,7 @@ impl<'a> Tangle<'a> {
         }
     }
 
-    /// The item's fragment at this pixel belongs to the node.
+    /// Returns true when the item's fragment at this pixel belongs to the node.
     fn holds(&self, node: &Node, x: u32, y: u32) -> bool {
         node.sides.iter().all(|s| is_near(self.view, node.item, s.plane, x, y) == s.near)
     }
@@ -374,7 +380,8 @@ impl<'a> Tangle<'a> {
     fn apply(&mut self, cut: Candidate) {
         self.parts[cut.part as usize] = None;
         let first = self.parts.len() as u32;
-        // A face is cut by a plane once: neither piece is offered it again, nor their pieces.
+        // A face is cut by the same plane once only: neither piece, nor any piece of these, is offered that
+        // plane again.
         let planes: Vec<u32> =
             self.tried.iter().filter(|t| t.0 == cut.part).map(|t| t.1).chain([cut.plane]).collect();
         for plane in planes {
@@ -390,7 +397,8 @@ impl<'a> Tangle<'a> {
 }
 
 impl Candidate {
-    /// Less is better: refused support, a free cut first, then the order of part and plane.
+    /// Returns the sort key of a candidate, the least being best: refused support, then free cuts first, then
+    /// the order of part and plane.
     fn rank(&self) -> (u64, bool, u32, u32) {
         (self.refused_px, !(self.drop_near || self.drop_far), self.part, self.plane)
     }

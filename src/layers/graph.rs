@@ -1,5 +1,5 @@
-//! The occlusion graph: nodes, weighted edges "front is nearer than back at px pixels", and the
-//! order that decides which edges stand.
+//! The occlusion graph: nodes, weighted edges "front is nearer than back at px pixels", and the order that
+//! decides which edges are kept.
 
 use petgraph::algo::tarjan_scc;
 use petgraph::graph::{DiGraph, NodeIndex};
@@ -8,14 +8,15 @@ use rustc_hash::FxHashMap;
 /// A directed graph over nodes `0..len`, its edges sorted by (front, back).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Graph {
-    /// Number of nodes.
+    /// The number of nodes.
     pub len: u32,
-    /// `(front, back, px)`, sorted, without repeats.
+    /// Edges `(front, back, px)`, sorted, without duplicates.
     pub edges: Vec<(u32, u32, u32)>,
 }
 
 impl Graph {
-    /// Adds up the supports of equal pairs; pairs of a node with itself are left out.
+    /// Builds a graph from edges. The supports of equal pairs are added up; edges from a node to itself are
+    /// dropped.
     pub fn new(len: u32, edges: impl IntoIterator<Item = (u32, u32, u32)>) -> Self {
         let mut sums: FxHashMap<(u32, u32), u32> = FxHashMap::default();
         for (front, back, px) in edges {
@@ -28,7 +29,8 @@ impl Graph {
         Self { len, edges }
     }
 
-    /// Strongly connected components of more than one node, each sorted, by their first node.
+    /// Returns the strongly connected components of more than one node, each sorted, ordered by their first
+    /// node.
     pub fn cyclic_components(&self) -> Vec<Vec<u32>> {
         let mut graph = DiGraph::<(), (), u32>::with_capacity(self.len as usize, self.edges.len());
         for _ in 0..self.len {
@@ -47,26 +49,27 @@ impl Graph {
         components
     }
 
-    /// The edges inside `nodes` (sorted), renumbered by their place in it.
+    /// Returns the subgraph of the edges inside `nodes` (sorted), its nodes renumbered by their index in
+    /// `nodes`.
     pub fn within(&self, nodes: &[u32]) -> Self {
-        let place = |n: u32| nodes.binary_search(&n).ok().map(|i| i as u32);
+        let index = |n: u32| nodes.binary_search(&n).ok().map(|i| i as u32);
         let edges = nodes
             .iter()
             .flat_map(|&front| self.edges_of(front))
-            .filter_map(|&(f, b, px)| Some((place(f)?, place(b)?, px)))
+            .filter_map(|&(f, b, px)| Some((index(f)?, index(b)?, px)))
             .collect();
         Self { len: nodes.len() as u32, edges }
     }
 
-    /// The edges that leave `front`.
+    /// Returns the edges that leave `front`.
     pub fn edges_of(&self, front: u32) -> &[(u32, u32, u32)] {
         let begin = self.edges.partition_point(|e| e.0 < front);
         let end = self.edges.partition_point(|e| e.0 <= front);
         &self.edges[begin..end]
     }
 
-    /// By falling support (ties: front, back), keeps each edge that closes no cycle with those
-    /// kept. Refused edges come strongest first.
+    /// Keeps an acyclic subset of the edges: by falling support (ties: front, back), each edge is kept that
+    /// closes no cycle with those already kept. The refused edges are returned strongest first.
     pub fn keep_acyclic(&self) -> Kept {
         let mut by_support = self.edges.clone();
         by_support.sort_by_key(|&(front, back, px)| (std::cmp::Reverse(px), front, back));
@@ -77,7 +80,7 @@ impl Graph {
         Kept { graph: Self { len: self.len, edges: kept }, refused }
     }
 
-    /// The longest path to each node, in edges; the graph must be acyclic.
+    /// Computes the length of the longest path to each node, in edges. The graph must be acyclic.
     pub fn longest_paths(&self) -> Vec<u32> {
         let mut incoming = vec![0u32; self.len as usize];
         for &(_, back, _) in &self.edges {
@@ -99,8 +102,8 @@ impl Graph {
         level
     }
 
-    /// The shortest path from `from` to `to` (both included), ties by smaller node; `None` where
-    /// there is none.
+    /// Finds the shortest path from `from` to `to` (both included), preferring smaller node numbers; `None`
+    /// where there is no path.
     pub fn shortest_path(&self, from: u32, to: u32) -> Option<Vec<u32>> {
         let mut before: FxHashMap<u32, u32> = FxHashMap::default();
         let mut queue = std::collections::VecDeque::from([from]);
@@ -124,25 +127,24 @@ impl Graph {
     }
 }
 
-/// What [`Graph::keep_acyclic`] decided.
+/// The result of [`Graph::keep_acyclic`].
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Kept {
-    /// The acyclic graph of the edges that stand.
+    /// The acyclic graph of the edges that were kept.
     pub graph: Graph,
     /// The edges that would have closed a cycle, strongest first.
     pub refused: Vec<(u32, u32, u32)>,
 }
 
 impl Kept {
-    /// Support of all refused edges.
+    /// Returns the total support of all refused edges, in pixels.
     pub fn refused_px(&self) -> u64 {
         self.refused.iter().map(|e| u64::from(e.2)).sum()
     }
 }
 
-/// A topological order that grows with its edges (Pearce & Kelly, *A Dynamic Topological Sort
-/// Algorithm for Directed Acyclic Graphs*, 2006): an insertion looks only at the nodes between the
-/// edge's two ends.
+/// An incremental topological order (Pearce & Kelly, *A Dynamic Topological Sort Algorithm for Directed
+/// Acyclic Graphs*, 2006): an insertion visits only the nodes between the two ends of the new edge.
 struct IncrementalOrder {
     position: Vec<u32>,
     successors: Vec<Vec<u32>>,
@@ -161,7 +163,7 @@ impl IncrementalOrder {
         }
     }
 
-    /// Adds `front -> back` unless it closes a cycle; says whether it did.
+    /// Adds `front -> back` unless it closes a cycle; returns whether it was added.
     fn insert(&mut self, front: u32, back: u32) -> bool {
         let (low, high) = (self.position[back as usize], self.position[front as usize]);
         if low < high {
@@ -174,7 +176,8 @@ impl IncrementalOrder {
         true
     }
 
-    /// Nodes reachable from `start` at positions below `high`; `None` when `forbidden` is one.
+    /// Returns the nodes reachable from `start` at positions below `high`; `None` when `forbidden` is one of
+    /// them.
     fn reach_forward(&mut self, start: u32, forbidden: u32, high: u32) -> Option<Vec<u32>> {
         let mut found = vec![start];
         self.seen[start as usize] = true;
@@ -211,7 +214,7 @@ impl IncrementalOrder {
         found
     }
 
-    /// Gives the positions that both sets hold to `before` first, then to `after`.
+    /// Assigns the positions that both sets occupy to `before` first, then to `after`.
     fn reorder(&mut self, mut before: Vec<u32>, mut after: Vec<u32>) {
         before.sort_unstable_by_key(|&n| self.position[n as usize]);
         after.sort_unstable_by_key(|&n| self.position[n as usize]);

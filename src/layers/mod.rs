@@ -1,6 +1,6 @@
-//! The method, one file per step in reading order: what a photo sees, its fragments and the table
-//! of occlusions, cycles, elements and visibility layers, image layers, their content, what fills
-//! what the photo did not show of them, and what it shows that is not theirs.
+//! The layering method, one file per step in reading order: the model as one photo sees it, its fragments and
+//! the table of occlusions, cycles, elements and visibility layers, image layers and their content, the
+//! filling of occluded texels, and the detection of transient objects (`strangers`).
 
 pub mod options;
 pub mod view;
@@ -37,4 +37,4 @@ pub use rasteriser::{FragmentLists, Fragments, Occlusion, Rasteriser, is_behind}
 pub use software::SoftwareRasteriser;
 pub use sort::{Sorted, sort_photo};
 pub use view::{InverseDepth, Item, ItemId, View};
-pub use wishes::{Faces, Wishes};
+pub use wishes::{Faces, LayerConstraints};

@@ -1,49 +1,50 @@
-//! What the sort orders: the items of the working set, and the pieces of those that were cut.
+//! Nodes, the units that the sort orders: the items of the working set, and the pieces of those that were
+//! cut.
 
 use rustc_hash::FxHashMap;
 
 use super::view::View;
 
-/// A node's place in [`Nodes::list`].
+/// The index of a node in [`Nodes::list`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct NodeId(pub u32);
 
-/// A cut by the plane of another item.
+/// One side of a cut by the plane of another item.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Side {
-    /// The item whose plane cuts.
+    /// Index of the item whose plane cuts.
     pub plane: u32,
-    /// Nearer to the camera than that plane (its side that holds the camera).
+    /// True for the side nearer to the camera, which is the side of the plane that holds the camera.
     pub near: bool,
 }
 
-/// An item, or what is left of it on the given sides of other items' planes.
+/// A whole item, or the piece of it that lies on the given sides of other items' planes.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Node {
-    /// The item.
+    /// Index of the item.
     pub item: u32,
-    /// The cuts that made it, first cut first; empty for a whole item.
+    /// The sides of the cuts that made the piece, first cut first; empty for a whole item.
     pub sides: Vec<Side>,
 }
 
-/// Which node a fragment belongs to.
+/// The tree of cuts of an item, which finds the node that a fragment belongs to.
 #[derive(Debug, Clone, PartialEq, Eq)]
 enum Tree {
     Leaf(Option<NodeId>),
     Split { plane: u32, near: Box<Tree>, far: Box<Tree> },
 }
 
-/// All nodes of a photo, and the way from a fragment to its node.
+/// The nodes of a photo, and the lookup from a fragment to its node.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Nodes {
-    /// By item, near pieces before far ones.
+    /// The nodes by item, near pieces before far ones.
     pub list: Vec<Node>,
     whole: Vec<Option<NodeId>>,
     cut: FxHashMap<u32, Tree>,
 }
 
 impl Nodes {
-    /// Every item flagged in `working` whole.
+    /// Builds one node for each item flagged in `working`, uncut.
     pub fn whole(working: &[bool]) -> Self {
         let mut nodes = Self { whole: vec![None; working.len()], ..Self::default() };
         for (item, _) in working.iter().enumerate().filter(|(_, w)| **w) {
@@ -53,8 +54,8 @@ impl Nodes {
         nodes
     }
 
-    /// The items of `working`, those named in `pieces` in pieces. Pieces that left the working set
-    /// are not listed; their fragments belong to no node.
+    /// Builds the nodes of the items flagged in `working`; items named in `pieces` are in pieces. Pieces that
+    /// left the working set are not listed, and their fragments belong to no node.
     pub fn with_pieces(working: &[bool], pieces: &[Node]) -> Self {
         let mut list: Vec<Node> = pieces.to_vec();
         let is_cut = |item: u32| pieces.iter().any(|p| p.item == item);
@@ -63,7 +64,8 @@ impl Nodes {
                 .filter(|&i| working[i as usize] && !is_cut(i))
                 .map(|item| Node { item, sides: Vec::new() }),
         );
-        // `near` sorts before `far` and whole items stand alone: model order, near pieces first.
+        // Near sorts before far, and whole items have one node only: the result is in model order, near
+        // pieces first.
         list.sort_by(|a, b| {
             let key = |n: &Node| n.sides.iter().map(|s| (s.plane, !s.near)).collect::<Vec<_>>();
             (a.item, key(a)).cmp(&(b.item, key(b)))
@@ -82,27 +84,28 @@ impl Nodes {
         nodes
     }
 
-    /// Number of nodes.
+    /// Returns the number of nodes.
     pub fn len(&self) -> u32 {
         self.list.len() as u32
     }
 
-    /// No node at all.
+    /// Returns true when there is no node at all.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// True where the item was cut.
+    /// Returns true where the item was cut.
     pub fn is_cut(&self, item: u32) -> bool {
         self.cut.contains_key(&item)
     }
 
-    /// The node of a whole item.
+    /// Returns the node of a whole item; `None` for an item that was cut or is not in the working set.
     pub fn of_whole(&self, item: u32) -> Option<NodeId> {
         self.whole[item as usize]
     }
 
-    /// The node of the item's fragment at the pixel in column `x`, row `y`.
+    /// Returns the node that the item's fragment at the pixel in column `x`, row `y` belongs to; `None` where
+    /// its piece left the working set.
     pub fn at(&self, view: &View, item: u32, x: u32, y: u32) -> Option<NodeId> {
         let Some(mut tree) = self.cut.get(&item) else { return self.whole[item as usize] };
         loop {
@@ -131,7 +134,8 @@ impl Tree {
     }
 }
 
-/// The fragment of `item` at this pixel lies on the camera's side of the plane of item `plane`.
+/// Returns true when the fragment of `item` at this pixel lies on the camera's side of the plane of item
+/// `plane`.
 pub fn is_near(view: &View, item: u32, plane: u32, x: u32, y: u32) -> bool {
     let depth = |i: u32| view.items[i as usize].inverse_depth.at(x, y);
     depth(item) >= depth(plane)

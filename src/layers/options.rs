@@ -1,20 +1,21 @@
-//! What the user may decide about the method: the command line's, the project's and the editor's.
+//! Options of the method, shared by the command line, the project file and the editor.
 
 use serde::{Deserialize, Serialize};
 
 use super::cluster::SMALLEST_TILE;
 
-/// Five times the tie of depths: depths in f32 tell no finer tolerance from rounding.
+/// The smallest tolerance allowed: five times [`super::rasteriser::TIE`], because depths in f32 cannot
+/// separate a finer tolerance from rounding.
 const LEAST_TOLERANCE: f32 = 1e-5;
 
-/// How the visibility layers are found.
+/// The algorithm that finds the visibility layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Method {
-    /// The occlusion graph: every pair of fragments counted, cycles forgiven or cut.
+    /// The occlusion graph: every pair of fragments is counted, cycles are forgiven or cut.
     #[default]
     Graph,
-    /// Stencil peeling as published in 2003; its order may be wrong, and it says where.
+    /// Stencil peeling as published in 2003; its order may be wrong, and the contradictions are reported.
     Stencil,
 }
 
@@ -25,7 +26,7 @@ pub enum BoxShape {
     /// Width and height are powers of two.
     #[default]
     PowerOfTwo,
-    /// The bounding box with its margin.
+    /// Width and height are the bounding box's with its margin.
     Exact,
 }
 
@@ -33,20 +34,21 @@ pub enum BoxShape {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct Options {
-    /// How the visibility layers are found.
+    /// The algorithm that finds the visibility layers.
     pub method: Method,
-    /// a occludes b where depth_a (1 + tolerance) < depth_b. Relative; 1e-5 <= tolerance < 0.1:
-    /// below, rounding decides ([`super::rasteriser::TIE`]).
+    /// Relative depth tolerance: a occludes b where depth_a (1 + tolerance) < depth_b. Range: 1e-5 <=
+    /// tolerance < 0.1; below that, rounding decides ([`super::rasteriser::TIE`]).
     pub tolerance: f32,
-    /// A refused edge of at most so many pixels is contact noise.
+    /// The largest support, in pixels, at which a refused edge counts as contact noise.
     pub min_support: u32,
-    /// Pixels added around an element's bounding box on every side.
+    /// Pixels added on every side of an element's bounding box.
     pub margin: u32,
-    /// Powers of two, or the exact box.
+    /// The shape of rectangles: sides that are powers of two, or the exact box.
     pub boxes: BoxShape,
-    /// Merge image layers within one visibility layer only, the rule of 2003.
+    /// Merges image layers within one visibility layer only, as published in 2003.
     pub published: bool,
-    /// No image layer has a longer side, in pixels: larger elements get several, side by side.
+    /// The longest side that an image layer may have, in pixels; larger elements are split into several side
+    /// by side.
     pub largest_side: u32,
 }
 
@@ -65,9 +67,10 @@ impl Default for Options {
 }
 
 impl Options {
-    /// What is wrong with them, named as in `project.json`; `None` when they can be used.
+    /// Describes the first option that is out of range, named as in `project.json`; `None` when all options
+    /// are valid.
     pub fn problem(&self) -> Option<String> {
-        // Written so that NaN is out of range too.
+        // The condition is negated so that NaN counts as out of range too.
         if !(self.tolerance >= LEAST_TOLERANCE && self.tolerance < 0.1) {
             return Some(format!(
                 "tolerance is {}, expected {LEAST_TOLERANCE} at least and less than 0.1",
@@ -83,7 +86,8 @@ impl Options {
                 self.largest_side
             ));
         }
-        // A tile keeps half of the smallest one beside its margins, within a power of two.
+        // After subtracting its margins, a tile has to keep half of the smallest tile's side, within a power
+        // of two.
         if SMALLEST_TILE / 2 + 2 * self.margin > 1 << self.largest_side.ilog2() {
             return Some(format!(
                 "largest_side is {}, too small for a margin of {} pixels on every side",
@@ -94,9 +98,10 @@ impl Options {
     }
 }
 
-/// A wider margin than this is a slip of the keyboard.
+/// The largest margin allowed, in pixels; a wider one is taken for a typing error.
 const LARGEST_MARGIN: u32 = 4096;
-/// The largest power of two that a rectangle's coordinates hold with room to add.
+/// The largest side allowed, in pixels: the largest power of two that leaves rectangle coordinates in i32
+/// room for additions.
 const LARGEST_SIDE: u32 = 1 << 20;
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The table of occlusions, counted from fragment lists.
+//! The table of occlusions, counted from the fragment lists.
 
 use std::ops::Range;
 
@@ -8,13 +8,14 @@ use rustc_hash::FxHashMap;
 use super::rasteriser::{Band, FragmentLists, Occlusion, VISIBLE, is_behind};
 use super::view::{InverseDepth, View};
 
-/// Rows that one job counts: a band may be the whole photo.
+/// Rows that one parallel job counts; a band may be the whole photo.
 const JOB_ROWS: u32 = 64;
 
-/// Pass *pairs*: every ordered pair of items of which the first is nearer by more than the
-/// tolerance at one pixel or more, with the number of those pixels; sorted by (front, back).
+/// Counts the table of occlusions (pass *pairs*): every ordered pair of items of which the first is nearer by
+/// more than the tolerance at one pixel or more, with the number of those pixels, sorted by (front, back).
 ///
-/// A function of the lists alone: a rasteriser's own table of the same lists is equal to it.
+/// The result depends on the lists alone: a rasteriser that counts its own table from the same lists has to
+/// produce an equal one.
 pub fn count_pairs(view: &View, lists: &FragmentLists, tolerance: f32) -> Vec<Occlusion> {
     let jobs: Vec<(&Band, u32)> = lists
         .bands
@@ -31,7 +32,7 @@ pub fn count_pairs(view: &View, lists: &FragmentLists, tolerance: f32) -> Vec<Oc
     occlusions
 }
 
-/// Every pixel of a band in row order: column, row, entries.
+/// Iterates over the pixels of a band in row order: column, row, entries.
 pub fn pixels<'a>(
     lists: &'a FragmentLists,
     band: &'a Band,
@@ -39,10 +40,11 @@ pub fn pixels<'a>(
     (band.y0..band.y1).flat_map(move |y| (0..lists.width).map(move |x| (x, y, lists.pixel(band, x, y))))
 }
 
-/// Pixels per (front, back).
+/// The number of pixels per pair (front, back).
 type Table = FxHashMap<(u32, u32), u32>;
 
-/// Neighbours mostly hold the same entries: a run of such pixels is counted as one.
+/// Counts the pairs of [`JOB_ROWS`] rows from `y0` on. Neighbouring pixels mostly hold the same entries, so a
+/// run of such pixels is counted at once.
 fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, tolerance: f32) -> Table {
     let mut table = Table::default();
     for y in y0..(y0 + JOB_ROWS).min(band.y1) {
@@ -59,7 +61,7 @@ fn pairs_of_rows(view: &View, lists: &FragmentLists, band: &Band, y0: u32, toler
     table
 }
 
-/// Every pair of the `entries`, which all pixels of a run hold.
+/// Counts every pair of the `entries` that all pixels of a run hold.
 fn count_run(view: &View, entries: &[u32], run: Range<u32>, y: u32, tolerance: f32, table: &mut Table) {
     for (i, one) in entries.iter().map(|entry| entry & !VISIBLE).enumerate() {
         for other in entries[i + 1..].iter().map(|entry| entry & !VISIBLE) {
@@ -75,18 +77,19 @@ fn count_run(view: &View, entries: &[u32], run: Range<u32>, y: u32, tolerance: f
     }
 }
 
-/// At how many pixels of a run `p` is nearer than `q` by more than the tolerance, and `q` than `p`.
+/// Counts the pixels of a run at which `p` is nearer than `q` by more than the tolerance, and those at which
+/// `q` is nearer than `p`.
 fn nearer_px(p: &InverseDepth, q: &InverseDepth, run: Range<u32>, y: u32, tolerance: f32) -> [u32; 2] {
-    // How far each is from being behind the other; negative where it is.
-    let room = |x: u32| {
+    // The margin by which each is not behind the other; negative where it is behind.
+    let margin = |x: u32| {
         let (p, q) = (p.at(x, y), q.at(x, y));
         [p * (1.0 + tolerance) - q, q * (1.0 + tolerance) - p]
     };
-    let (left, right) = (room(run.start), room(run.end - 1));
-    let doubt = uncertainty(p, &run, y) + uncertainty(q, &run, y);
-    // The room is linear along the row. What holds at both ends, by more than rounding could
-    // change, holds between them.
-    let certain = |i: usize| left[i].min(right[i]) > doubt || left[i].max(right[i]) < -doubt;
+    let (left, right) = (margin(run.start), margin(run.end - 1));
+    let rounding = uncertainty(p, &run, y) + uncertainty(q, &run, y);
+    // The margin is linear along the row. A sign that holds at both ends, by more than rounding could change,
+    // holds between them.
+    let certain = |i: usize| left[i].min(right[i]) > rounding || left[i].max(right[i]) < -rounding;
     if certain(0) && certain(1) {
         let px = run.len() as u32;
         return [if left[1] < 0.0 { px } else { 0 }, if left[0] < 0.0 { px } else { 0 }];
@@ -97,8 +100,8 @@ fn nearer_px(p: &InverseDepth, q: &InverseDepth, run: Range<u32>, y: u32, tolera
     })
 }
 
-/// More than the rounding errors of inverse depths along a run can be: four times the sum of half
-/// a unit in the last place of every term.
+/// Bounds the rounding errors of inverse depths along a run from above: four times the sum of half a unit in
+/// the last place of every term.
 fn uncertainty(plane: &InverseDepth, run: &Range<u32>, y: u32) -> f32 {
     let dx = (run.start as f32 - plane.u0).abs().max((run.end as f32 - plane.u0).abs());
     let dy = (y as f32 - plane.v0).abs() + 1.0;
@@ -119,9 +122,9 @@ fn sum(mut larger: Table, mut smaller: Table) -> Table {
 mod tests {
     use super::*;
 
-    /// Coefficients of planes that nearly touch somewhere on a row, from a seed.
+    /// Returns coefficients of two planes that nearly touch somewhere on a row, from a seed.
     fn planes(seed: u64) -> [InverseDepth; 2] {
-        let mut dice = crate::scene::synthetic::Dice::new(seed);
+        let mut dice = crate::scene::synthetic::Rng::new(seed);
         let c = dice.between(0.01, 1.0) as f32;
         let mut plane = |near: f32| InverseDepth {
             a: dice.between(-1e-5, 1e-5) as f32,

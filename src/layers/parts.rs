@@ -1,5 +1,5 @@
-//! Elements: each object's faces and pieces, gathered into as few parts as possible, and the
-//! visibility layers that follow.
+//! Elements: each object's faces and pieces, gathered into as few parts as possible, and the visibility
+//! layers that follow from them.
 
 use std::cmp::Reverse;
 
@@ -13,37 +13,38 @@ use super::view::View;
 use super::wishes::Wanted;
 use crate::scene::{Model, ObjectId};
 
-/// Faces and pieces of one object that do not occlude each other.
+/// A part of an object: faces and pieces that hardly occlude each other and are sorted as one.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Element {
-    /// The object.
+    /// The object that the element belongs to.
     pub object: ObjectId,
-    /// Rising.
+    /// The nodes, in rising order.
     pub nodes: Vec<NodeId>,
-    /// Its visibility layer, 0 nearest.
+    /// The visibility layer, 0 nearest.
     pub layer: u32,
 }
 
-/// The visibility layers of a photo. Elements are in reading order: by layer, then by first node.
+/// The visibility layers of a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Layers {
-    /// By layer, then by first node.
+    /// The elements in reading order: by layer, then by first node.
     pub elements: Vec<Element>,
-    /// The element of each node.
+    /// The element index of each node.
     pub element_of: Vec<u32>,
-    /// Who occludes whom, in the order of the layers: acyclic.
+    /// The occlusions between elements that agree with the order of the layers: an acyclic graph.
     pub occlusions: Graph,
-    /// Occlusions against the order, forgiven or left: `(front, back, px)`, sorted.
+    /// The occlusions that contradict the order of the layers, forgiven or left over: `(front, back, px)`,
+    /// sorted.
     pub against: Vec<(u32, u32, u32)>,
 }
 
-/// Gathers the nodes of every object into elements and orders these.
+/// Gathers the nodes of every object into elements and sorts these into visibility layers.
 ///
-/// Objects come by falling number of nodes, then name; nodes by layer, then model order. A node
-/// joins the first part of its object that it overlaps in at most `min_support` pixels, to which no
-/// path of occlusions leads through others (the quotient stays acyclic), with which it has at
-/// most `min_support` forgiven pixels towards any other, and from no face of which it was asked to be
-/// apart.
+/// Objects are processed by falling number of nodes, then by name; nodes by layer, then in model order. A
+/// node joins the first part of its object that meets four conditions: the two overlap in at most
+/// `min_support` pixels; no path of occlusions leads from one to the other through other groups (so the
+/// quotient stays acyclic); the two together have at most `min_support` forgiven pixels towards any other
+/// group; and no constraint splits the node from a face of the part.
 pub fn gather_parts(
     model: &Model,
     view: &View,
@@ -92,18 +93,18 @@ impl Gathering {
     }
 
     fn gather(&mut self, nodes: &[u32], apart: impl Fn(u32, u32) -> bool) {
-        // Each begins with the node that names it.
+        // Each part is identified by its first node.
         let mut parts: Vec<Vec<u32>> = Vec::new();
         for &node in nodes {
             let fits = |part: &Vec<u32>| {
                 self.may_join(node, part[0]) && !part.iter().any(|&member| apart(member, node))
             };
             match parts.iter().position(fits) {
-                Some(place) => {
-                    let part = parts[place][0];
+                Some(index) => {
+                    let part = parts[index][0];
                     self.merge_forgiven(part, node);
                     self.quotient.merge(part, node);
-                    parts[place].push(node);
+                    parts[index].push(node);
                 }
                 None => parts.push(vec![node]),
             }
@@ -121,7 +122,7 @@ impl Gathering {
             && !self.quotient.path_through_others(node, part)
     }
 
-    /// Forgiven supports add up when nodes merge, but must stay noise.
+    /// Returns true when the forgiven supports that the merge would add up remain contact noise.
     fn forgives_little(&self, node: u32, part: u32) -> bool {
         let (Some(a), Some(b)) = (self.forgiven.get(&node), self.forgiven.get(&part)) else { return true };
         let (small, large) = if a.len() < b.len() { (a, b) } else { (b, a) };
@@ -146,8 +147,9 @@ impl Gathering {
     }
 }
 
-/// The layers of given groups of nodes. `order` is an acyclic part of `relation` whose quotient by
-/// the groups is acyclic too; the rest of the relation either agrees with it or is `against` it.
+/// Computes the layers of given groups of nodes. `order` is an acyclic part of `relation` whose quotient by
+/// the groups is acyclic too; the other edges of the relation either agree with the order or contradict it
+/// ([`Layers::against`]).
 fn layers_of_groups(
     groups: &[u32],
     relation: &Graph,
@@ -163,7 +165,7 @@ fn layers_of_groups(
     from_layers(&compact, &layer, &between(relation), object_of)
 }
 
-/// Elements in reading order from groups of nodes with their layers.
+/// Builds the elements, in reading order, from groups of nodes with their layers.
 pub(super) fn from_layers(
     group_of: &[u32],
     layer_of_group: &[u32],
@@ -176,8 +178,8 @@ pub(super) fn from_layers(
     }
     let mut reading: Vec<u32> = (0..layer_of_group.len() as u32).collect();
     reading.sort_by_key(|&g| (layer_of_group[g as usize], nodes[g as usize][0]));
-    let mut place = vec![0u32; reading.len()];
-    reading.iter().enumerate().for_each(|(i, &g)| place[g as usize] = i as u32);
+    let mut index = vec![0u32; reading.len()];
+    reading.iter().enumerate().for_each(|(i, &g)| index[g as usize] = i as u32);
 
     let elements: Vec<Element> = reading
         .iter()
@@ -187,19 +189,19 @@ pub(super) fn from_layers(
             layer: layer_of_group[g as usize],
         })
         .collect();
-    let renamed = relation.edges.iter().map(|&(f, b, px)| (place[f as usize], place[b as usize], px));
+    let renamed = relation.edges.iter().map(|&(f, b, px)| (index[f as usize], index[b as usize], px));
     let (along, mut against): (Vec<_>, Vec<_>) =
         renamed.partition(|&(f, b, _)| elements[f as usize].layer < elements[b as usize].layer);
     against.sort_unstable();
     Layers {
-        element_of: group_of.iter().map(|&g| place[g as usize]).collect(),
+        element_of: group_of.iter().map(|&g| index[g as usize]).collect(),
         occlusions: Graph::new(elements.len() as u32, along),
         elements,
         against,
     }
 }
 
-/// Renumbers groups `0..count` in order of first appearance.
+/// Renumbers groups to `0..count` in order of first appearance; returns the new numbers and `count`.
 pub(super) fn compact_groups(groups: &[u32]) -> (Vec<u32>, u32) {
     let mut names: FxHashMap<u32, u32> = FxHashMap::default();
     let compact = groups
@@ -213,7 +215,7 @@ pub(super) fn compact_groups(groups: &[u32]) -> (Vec<u32>, u32) {
 }
 
 impl Layers {
-    /// Number of visibility layers.
+    /// Returns the number of visibility layers.
     pub fn count(&self) -> u32 {
         self.elements.iter().map(|e| e.layer + 1).max().unwrap_or(0)
     }

@@ -1,4 +1,4 @@
-//! The polygons of pieces: what the cuts of the sort mean in space.
+//! The polygons in space of the pieces into which the sort cut faces.
 
 use glam::DVec3;
 
@@ -8,18 +8,19 @@ use crate::geometry::polygon::{fit_plane, split_by_plane};
 use crate::geometry::{Plane, Pose};
 use crate::scene::{FaceId, Model};
 
-/// The pieces of one node: several where a cut takes a face apart.
+/// The polygons of one node that is not a whole face: several where a cut takes the face apart.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NodePieces {
-    /// The face.
+    /// The face that the pieces belong to.
     pub face: FaceId,
-    /// Index of the first ring among the face's pieces.
+    /// The index of the first ring among all pieces of the face.
     pub first: u32,
-    /// Simple rings in world coordinates, wound like the face, holes bridged.
+    /// Simple rings in world coordinates, wound like the face; holes are bridged.
     pub rings: Vec<Vec<DVec3>>,
 }
 
-/// For every node that is no whole face its pieces, numbered through each face in node order.
+/// Computes the pieces of every node that is not a whole face, numbered consecutively through each face in
+/// node order; `None` for whole faces.
 pub fn pieces_of_nodes(model: &Model, view: &View, nodes: &Nodes, pose: &Pose) -> Vec<Option<NodePieces>> {
     let eye = pose.center_in_world();
     let mut last: Option<(FaceId, u32)> = None;
@@ -52,7 +53,7 @@ fn side_of(ring: &[DVec3], plane: &Plane, side: &Side, eye: DVec3) -> Vec<Vec<DV
     if (plane.signed_distance(eye) > 0.0) == side.near { positive } else { negative }
 }
 
-/// The outline of an item, in world coordinates.
+/// Returns the outline of an item, in world coordinates.
 pub fn outline(model: &Model, view: &View, item: u32) -> Vec<DVec3> {
     let item = &view.items[item as usize];
     match item.triangle {

@@ -1,21 +1,21 @@
-//! An acyclic graph whose nodes are merged step by step and that stays acyclic.
+//! The quotient of an acyclic graph: its nodes are merged into groups step by step while it stays acyclic.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::graph::Graph;
 
-/// Groups of nodes; an edge between groups is the sum of the edges between their nodes. Groups are
-/// named by one of their nodes, see [`Quotient::group`].
+/// A graph of groups of nodes; an edge between groups has the summed support of the edges between their
+/// nodes. Each group is identified by one of its nodes, see [`Quotient::group`].
 pub struct Quotient {
     group_of: Vec<u32>,
     successors: Vec<FxHashMap<u32, u32>>,
     predecessors: Vec<FxHashMap<u32, u32>>,
-    /// Rises along every edge; prunes searches.
+    /// A number per group that rises along every edge; it prunes searches.
     level: Vec<u32>,
 }
 
 impl Quotient {
-    /// Every node its own group. The graph must be acyclic.
+    /// Builds the quotient in which every node is its own group. The graph must be acyclic.
     pub fn new(graph: &Graph) -> Self {
         let n = graph.len as usize;
         let mut quotient = Self {
@@ -31,7 +31,7 @@ impl Quotient {
         quotient
     }
 
-    /// The group that holds a node.
+    /// Returns the group that holds a node.
     pub fn group(&self, node: u32) -> u32 {
         let mut group = node;
         while self.group_of[group as usize] != group {
@@ -40,20 +40,20 @@ impl Quotient {
         group
     }
 
-    /// Some path leads from one of two groups to the other through a third one.
+    /// Returns true when some path leads from one of two groups to the other through a third one.
     pub fn path_through_others(&self, a: u32, b: u32) -> bool {
-        self.leads(a, b) || self.leads(b, a)
+        self.leads_through_others(a, b) || self.leads_through_others(b, a)
     }
 
-    /// Some path leads from one of two groups to the other, directly or through others.
+    /// Returns true when some path leads from one of two groups to the other, directly or through others.
     pub fn connected(&self, a: u32, b: u32) -> bool {
         self.successors[a as usize].contains_key(&b)
             || self.successors[b as usize].contains_key(&a)
             || self.path_through_others(a, b)
     }
 
-    /// A path of two edges or more from `a` to `b`.
-    fn leads(&self, a: u32, b: u32) -> bool {
+    /// Returns true when a path of two edges or more leads from `a` to `b`.
+    fn leads_through_others(&self, a: u32, b: u32) -> bool {
         let goal = self.level[b as usize];
         if self.level[a as usize] + 1 >= goal {
             return false;
@@ -74,8 +74,8 @@ impl Quotient {
         false
     }
 
-    /// Merges group `b` into group `a`; edges between the two vanish. The caller has made sure
-    /// that no path leads through others.
+    /// Merges group `b` into group `a`; edges between the two vanish. The caller makes sure that no path
+    /// between them leads through other groups, otherwise the quotient would become cyclic.
     pub fn merge(&mut self, a: u32, b: u32) {
         self.group_of[b as usize] = a;
         for (next, px) in std::mem::take(&mut self.successors[b as usize]) {

@@ -1,127 +1,132 @@
-//! What the method needs of a rasteriser. `gpu` implements it; `software` is its plain twin.
+//! The interface that the method needs of a rasteriser. `gpu` implements it; `software` is its CPU reference.
 
 use super::view::View;
 use crate::error::Result;
 use crate::task::Task;
 
-/// True where a fragment lies behind another by more than the tolerance, both given as inverse
-/// depth. In f32 and in this form, so that every rasteriser decides alike.
+/// Returns true where a fragment lies behind another by more than the tolerance, both given as inverse depth.
+/// The comparison is in f32 and in exactly this form, so that every rasteriser decides alike.
 #[inline]
 pub fn is_behind(inverse_depth: f32, inverse_depth_of_other: f32, tolerance: f32) -> bool {
     inverse_depth * (1.0 + tolerance) < inverse_depth_of_other
 }
 
-/// `front` is nearer than `back` by more than the tolerance at `px` pixels that both cover.
+/// An occlusion: `front` is nearer than `back` by more than the tolerance at `px` pixels that both cover.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Occlusion {
     /// Index of the nearer item in [`View::items`].
     pub front: u32,
-    /// Index of the farther item.
+    /// Index of the farther item in [`View::items`].
     pub back: u32,
-    /// Support: number of pixels.
+    /// Support: the number of pixels.
     pub px: u32,
 }
 
-/// The tolerance within which fragments are nearest together, relative. Rounding of depths in f32
-/// and of models written with four decimals (0.05 mm at 25 m) stays below; the strip along which
-/// two faces that meet are within it is far narrower than a pixel.
+/// The relative tolerance within which fragments count as equally near. Rounding of depths in f32 and of
+/// models written with four decimals (0.05 mm at 25 m) stays below it; the strip along which two adjoining
+/// faces are within it is far narrower than a pixel.
 pub const TIE: f32 = 2e-6;
 
-/// The bit of a list entry that says: no item is nearer here by more than the tolerance.
+/// The bit of a list entry that marks the item as visible: no item at this pixel is nearer by more than the
+/// tolerance.
 pub const VISIBLE: u32 = 1 << 31;
 
-/// The fragments of some rows of the photo.
+/// The fragment lists of a band of rows of the photo.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Band {
-    /// First row.
+    /// The first row.
     pub y0: u32,
     /// One past the last row.
     pub y1: u32,
-    /// Where each pixel's entries begin, row by row from `y0`; one more than there are pixels.
+    /// The index in `entries` of each pixel's first entry, row by row from `y0`; one more value than there
+    /// are pixels.
     pub offsets: Vec<u32>,
-    /// Item index, with [`VISIBLE`] where it is visible. The order within a pixel means nothing.
+    /// Item indices, with [`VISIBLE`] set where the item is visible. The order within a pixel carries no
+    /// meaning.
     pub entries: Vec<u32>,
 }
 
-/// Per pixel, the fragments of the working set.
+/// The fragments of the working set, as one list per pixel.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct FragmentLists {
     /// Width of the photo in pixels.
     pub width: u32,
-    /// Whole rows, from the top, without gaps.
+    /// Bands of whole rows, from the top, without gaps.
     pub bands: Vec<Band>,
 }
 
 impl FragmentLists {
-    /// The entries of the pixel in column `x`, row `y` of `band`.
+    /// Returns the entries of the pixel in column `x`, row `y` of `band`.
     pub fn pixel<'a>(&self, band: &'a Band, x: u32, y: u32) -> &'a [u32] {
         let i = ((y - band.y0) * self.width + x) as usize;
         &band.entries[band.offsets[i] as usize..band.offsets[i + 1] as usize]
     }
 
-    /// The owner of a pixel: of the items visible there the last in model order.
+    /// Returns the item that owns a pixel: the last one in model order among those visible there; `None`
+    /// where no item is.
     pub fn owner(&self, x: u32, y: u32) -> Option<u32> {
         let band = self.bands.iter().find(|band| (band.y0..band.y1).contains(&y))?;
         let visible = self.pixel(band, x, y).iter().filter(|&&entry| entry & VISIBLE != 0);
         visible.max().map(|entry| entry & !VISIBLE)
     }
 
-    /// Number of fragments.
+    /// Returns the number of fragments.
     pub fn len(&self) -> u64 {
         self.bands.iter().map(|b| b.entries.len() as u64).sum()
     }
 
-    /// No fragment at all.
+    /// Returns true when there is no fragment at all.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// What became of an item of the view.
+/// The state of one item of the view after rasterisation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Presence {
-    /// In the working set: nearest (within [`TIE`]) at one pixel at least.
+    /// The item is in the working set: it is nearest (within [`TIE`]) at one pixel at least.
     Working,
-    /// Covers pixels, nearest nowhere; at the first of them (in row order), `x`, `y`, the
-    /// owner is `by`.
+    /// The item covers pixels but is nearest at none of them. The first of these pixels, in row order, is
+    /// (`x`, `y`); its owner is the item `by`.
     Hidden { x: u32, y: u32, by: u32 },
-    /// Covers no pixel centre.
+    /// The item covers no pixel centre.
     Nowhere,
 }
 
 /// The result of [`Rasteriser::fragments`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fragments {
-    /// One per item of the view.
+    /// The state of each item of the view.
     pub presence: Vec<Presence>,
-    /// The lists of the working set.
+    /// The fragment lists of the working set.
     pub lists: FragmentLists,
-    /// Every pair of the working set, sorted by (front, back), px > 0.
+    /// All pairs of the working set in which one item occludes the other, sorted by (front, back), px > 0.
     pub occlusions: Vec<Occlusion>,
 }
 
 /// The result of [`Rasteriser::stencil_peeling`].
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StencilLayers {
-    /// The layer of each item that took part; `None` for the others.
+    /// The layer of each item that took part, 0 nearest; `None` for the others.
     pub layer: Vec<Option<u32>>,
-    /// Rounds of drawing the geometry.
+    /// The number of rounds in which the geometry was drawn.
     pub passes: u32,
-    /// Items that were left when a round emptied the set, put into one last layer.
+    /// The number of items left when a round emptied the set; they are put into one last layer.
     pub locked: u32,
 }
 
-/// Draws views. Depths are compared through [`super::InverseDepth::at`] and [`is_behind`] only.
+/// A rasteriser of views. Implementations compare depths only through [`super::InverseDepth::at`] and
+/// [`is_behind`].
 pub trait Rasteriser: Sync {
-    /// The working set, its fragment lists, and the table of all pairs.
+    /// Finds the working set, its fragment lists, and the table of all occluding pairs.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`] when the device fails, [`crate::Error::Cancelled`] on request.
     fn fragments(&self, view: &View, tolerance: f32, task: &Task) -> Result<Fragments>;
 
-    /// Exact peeling of the items flagged in `alive`: one round. Returns, per item, whether some
-    /// fragment of it lies behind a fragment of another alive item by more than the tolerance.
-    /// `forgiven` pairs (front, back), sorted, are left out.
+    /// Does one round of exact peeling on the items flagged in `alive`. Returns, per item, whether some
+    /// fragment of it lies behind a fragment of another alive item by more than the tolerance. The `forgiven`
+    /// pairs (front, back), sorted, are ignored.
     ///
     /// # Errors
     /// As [`Rasteriser::fragments`].
@@ -133,7 +138,7 @@ pub trait Rasteriser: Sync {
         forgiven: &[(u32, u32)],
     ) -> Result<Vec<bool>>;
 
-    /// Stencil peeling as published, of the items flagged in `working`.
+    /// Does stencil peeling as published, on the items flagged in `working`.
     ///
     /// # Errors
     /// As [`Rasteriser::fragments`].

@@ -1,15 +1,15 @@
-//! Fragment lists as runs: neighbouring pixels of a row that hold the same items in the same
-//! states become one run. A photo of six million pixels has a few hundred thousand runs, and all
-//! that follows the sort walks runs.
+//! Fragment lists as runs: neighbouring pixels of a row that hold the same items in the same states are one
+//! run. A photo of six million pixels has a few hundred thousand runs, and all steps after the rasterisation
+//! work on runs.
 
 use rayon::prelude::*;
 
 use super::rasteriser::{Band, FragmentLists, VISIBLE};
 
-/// Pixels `x0..x1` of one row, all with the same entries.
+/// A run: pixels `x0..x1` of one row, all with the same entries.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Run {
-    /// First column.
+    /// The first column.
     pub x0: u32,
     /// One past the last column.
     pub x1: u32,
@@ -18,68 +18,70 @@ pub struct Run {
 }
 
 impl Run {
-    /// Number of pixels.
+    /// Returns the number of pixels.
     pub fn len(&self) -> u32 {
         self.x1 - self.x0
     }
 
-    /// Runs always hold a pixel.
+    /// Returns true when the run holds no pixel, which never happens for runs of a [`Row`].
     pub fn is_empty(&self) -> bool {
         self.x1 <= self.x0
     }
 }
 
-/// The runs of one row, from left to right; pixels without fragments are in none.
+/// The runs of one row; pixels without fragments are in none.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Row {
-    /// From left to right.
+    /// The runs, from left to right.
     pub runs: Vec<Run>,
     entries: Vec<u32>,
 }
 
 impl Row {
-    /// The entries of a run: item index, with [`VISIBLE`] where it is visible; rising by item.
+    /// Returns the entries of a run in rising order of items: item indices, with [`VISIBLE`] set where the
+    /// item is visible.
     pub fn entries(&self, run: &Run) -> &[u32] {
         &self.entries[run.first as usize..(run.first + run.count) as usize]
     }
 }
 
-/// Fragments of a photo as runs, one [`Row`] per pixel row.
+/// The fragments of a photo as runs.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Runs {
-    /// From the top.
+    /// The rows of pixels, from the top.
     pub rows: Vec<Row>,
 }
 
-/// The item of an entry.
+/// Returns the item index of an entry.
 pub fn item_of(entry: u32) -> u32 {
     entry & !VISIBLE
 }
 
-/// True where the entry's item is visible.
+/// Returns true where the entry's item is visible.
 pub fn is_visible(entry: u32) -> bool {
     entry & VISIBLE != 0
 }
 
 impl Runs {
-    /// Takes the lists apart, band by band, so that they are not held twice.
+    /// Converts fragment lists to runs. The lists are consumed band by band, so that not all data is held
+    /// twice.
     pub fn new(lists: FragmentLists) -> Self {
         let width = lists.width as usize;
         let mut rows = Vec::new();
         for band in lists.bands {
             let height = (band.y1 - band.y0) as usize;
-            rows.par_extend((0..height).into_par_iter().map(|y| Row::of(&band, y * width, width)));
+            rows.par_extend((0..height).into_par_iter().map(|y| Row::from_band(&band, y * width, width)));
         }
         Self { rows }
     }
 
-    /// Number of fragments.
+    /// Returns the number of fragments.
     pub fn fragments(&self) -> u64 {
         let of_row = |row: &Row| row.runs.iter().map(|r| u64::from(r.len() * r.count)).sum::<u64>();
         self.rows.iter().map(of_row).sum()
     }
 
-    /// All runs with their row and entries.
+    /// Iterates over all runs with their row and entries.
     pub fn iter(&self) -> impl Iterator<Item = (u32, Run, &[u32])> {
         self.rows
             .iter()
@@ -89,15 +91,15 @@ impl Runs {
 }
 
 impl Row {
-    /// The row of `width` pixels that begins at pixel `begin` of the band.
-    fn of(band: &Band, begin: usize, width: usize) -> Self {
+    /// Builds the row of `width` pixels that begins at pixel `begin` of the band.
+    fn from_band(band: &Band, begin: usize, width: usize) -> Self {
         let mut row = Self::default();
         let mut sorted: Vec<u32> = Vec::new();
         let offsets = &band.offsets[begin..=begin + width];
         let mut last: &[u32] = &[];
         for x in 0..width {
             let raw = &band.entries[offsets[x] as usize..offsets[x + 1] as usize];
-            // Most pixels repeat their neighbour's list word for word.
+            // Most pixels repeat their left neighbour's list exactly.
             if raw.is_empty() || (x > 0 && raw == last && row.extend_to(x)) {
                 last = raw;
                 continue;
@@ -113,7 +115,7 @@ impl Row {
         row
     }
 
-    /// Adds column `x` to the last run, if that ends there.
+    /// Adds column `x` to the last run if that run ends there; returns whether it did.
     fn extend_to(&mut self, x: usize) -> bool {
         match self.runs.last_mut() {
             Some(run) if run.x1 as usize == x => {

@@ -1,4 +1,4 @@
-//! The recipe of one photo: view, fragments, cycles, elements, layers, image layers, content.
+//! The steps of sorting one photo: view, fragments, cycles, elements, layers, image layers, content.
 
 use rayon::prelude::*;
 
@@ -12,53 +12,53 @@ use super::rasteriser::{Fragments, Presence, Rasteriser};
 use super::runs::{Runs, item_of};
 use super::stencil::layers_of_stencil;
 use super::view::View;
-use super::wishes::{Wanted, Wishes};
+use super::wishes::{LayerConstraints, Wanted};
 use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// Everything the sort finds out about one photo.
+/// The complete result of sorting one photo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sorted {
     /// The model as this photo sees it.
     pub view: View,
-    /// What became of each item of the view.
+    /// The state of each item of the view.
     pub presence: Vec<Presence>,
     /// The fragments of the working set.
     pub runs: Runs,
     /// Items and pieces of the working set.
     pub nodes: Nodes,
-    /// Elements in their visibility layers.
+    /// The elements in their visibility layers.
     pub layers: Layers,
-    /// Image layers.
+    /// The image layers.
     pub clusters: Clusters,
-    /// What each image layer holds.
+    /// The content of each image layer, in the order of `clusters`.
     pub contents: Vec<Content>,
-    /// Texels if every face and piece had a rectangle of its own.
+    /// The number of texels that would be needed if every face and piece had a rectangle of its own.
     pub texels_unmerged: u64,
-    /// Cuts that were made.
+    /// The number of cuts made.
     pub cuts: u32,
-    /// Cuts of which one piece was nowhere visible.
+    /// The number of cuts of which one piece is visible nowhere.
     pub free_cuts: u32,
     /// Pairs of nodes whose occlusion was refused and contradicts the layers: `(front, back, px)`.
     pub refused: Vec<(u32, u32, u32)>,
-    /// Items that stencil peeling could not take apart and put into one last layer.
+    /// The number of items that stencil peeling could not separate and put into one last layer.
     pub locked: u32,
 }
 
-/// Sorts what one photo sees of the model (in world coordinates) into image layers, as it was wished for
-/// where that can be.
+/// Sorts the faces of the model (in world coordinates) that one photo sees into image layers, and honours the
+/// user's constraints (`wishes`) as far as the order of occlusions allows.
 ///
 /// # Errors
-/// Those of the rasteriser, and [`crate::Error::Cancelled`].
+/// The errors of the rasteriser, and [`crate::Error::Cancelled`].
 pub fn sort_photo(
     model: &Model,
     camera: &Pinhole,
     pose: &Pose,
     rasteriser: &dyn Rasteriser,
     options: &Options,
-    wishes: &Wishes,
+    wishes: &LayerConstraints,
     task: &Task,
 ) -> Result<Sorted> {
     let wanted = Wanted::new(wishes, model);
@@ -90,11 +90,11 @@ pub fn sort_photo(
     };
     task.go_on()?;
 
-    let of_nodes = node_bounds(&view, &runs, &resolved.nodes);
-    let texels_unmerged = of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
-    let bounds = element_bounds(&of_nodes, &layers);
-    let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
-    let grouping = wanted.of_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
+    let bounds_of_nodes = node_bounds(&view, &runs, &resolved.nodes);
+    let texels_unmerged = bounds_of_nodes.iter().map(|b| box_size(*b, options).area()).sum();
+    let bounds = element_bounds(&bounds_of_nodes, &layers);
+    let photo = camera.rect();
+    let grouping = wanted.to_elements(&faces_of_elements(&view, &resolved.nodes, &layers));
     let clusters = task.timed("cluster", || cluster(model, &layers, &bounds, photo, options, &grouping));
     let contents = task.timed("content", || contents(&view, &runs, &resolved.nodes, &layers, &clusters));
     let refused = contradicting(&resolved, &layers);
@@ -115,7 +115,7 @@ pub fn sort_photo(
     })
 }
 
-/// By element its faces, rising.
+/// Returns the faces of each element, in rising order.
 fn faces_of_elements(view: &View, nodes: &Nodes, layers: &Layers) -> Vec<Vec<FaceId>> {
     let face = |node: u32| view.items[nodes.list[node as usize].item as usize].face;
     let of_element = |element: &super::parts::Element| {
@@ -126,7 +126,8 @@ fn faces_of_elements(view: &View, nodes: &Nodes, layers: &Layers) -> Vec<Vec<Fac
     layers.elements.iter().map(of_element).collect()
 }
 
-/// The refused edges that the layers contradict; others turned out to agree with them.
+/// Returns the refused edges that the layers contradict; other refused edges turned out to agree with the
+/// layers.
 fn contradicting(resolved: &Resolved, layers: &Layers) -> Vec<(u32, u32, u32)> {
     let layer = |node: u32| layers.elements[layers.element_of[node as usize] as usize].layer;
     let same = |f: u32, b: u32| layers.element_of[f as usize] == layers.element_of[b as usize];
@@ -134,20 +135,21 @@ fn contradicting(resolved: &Resolved, layers: &Layers) -> Vec<(u32, u32, u32)> {
     refused.filter(|&(f, b, _)| !same(f, b) && layer(f) >= layer(b)).collect()
 }
 
-/// The bounding box of every element.
-fn element_bounds(of_nodes: &[PixelRect], layers: &Layers) -> Vec<PixelRect> {
+/// Computes the bounding box of every element, in photo pixels.
+fn element_bounds(bounds_of_nodes: &[PixelRect], layers: &Layers) -> Vec<PixelRect> {
     layers
         .elements
         .iter()
         .map(|element| {
-            let bounds = element.nodes.iter().map(|node| of_nodes[node.0 as usize]);
+            let bounds = element.nodes.iter().map(|node| bounds_of_nodes[node.0 as usize]);
             let union = bounds.reduce(|a, b| if a.is_empty() { b } else { a.union(&b) });
             union.expect("an element holds a node at least")
         })
         .collect()
 }
 
-/// The bounding box of every node: of its outline for a whole item, of its pixels for a piece.
+/// Computes the bounding box of every node, in photo pixels: of its outline for a whole item, of its pixels
+/// for a piece.
 fn node_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
     let mut bounds = piece_bounds(view, runs, nodes);
     for (bounds, node) in bounds.iter_mut().zip(&nodes.list) {
@@ -158,9 +160,9 @@ fn node_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
     bounds
 }
 
-/// Bounding boxes of the pixels of cut items' nodes; empty for the others.
+/// Computes the bounding boxes of the pixels of cut items' nodes; the boxes of all other nodes are empty.
 fn piece_bounds(view: &View, runs: &Runs, nodes: &Nodes) -> Vec<PixelRect> {
-    const EMPTY: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+    const EMPTY: PixelRect = PixelRect::EMPTY;
     let unite = |mut a: Vec<PixelRect>, b: Vec<PixelRect>| {
         for (a, b) in a.iter_mut().zip(b) {
             *a = if a.is_empty() {

@@ -1,6 +1,6 @@
 //! The sort on invented scenes whose answer is known.
 
-use crate::layers::{Options, SoftwareRasteriser, Sorted, Wishes, sort_photo};
+use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, Sorted, sort_photo};
 use crate::scene::synthetic::{Scene, Truth, closed_form};
 use crate::task::Task;
 
@@ -12,7 +12,7 @@ fn sorted(scene: &Scene) -> Sorted {
         &scene.pose,
         &SoftwareRasteriser,
         &Options::default(),
-        &Wishes::default(),
+        &LayerConstraints::default(),
         &task,
     )
     .expect("nobody stops it")

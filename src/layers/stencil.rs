@@ -1,5 +1,5 @@
-//! Layers as stencil peeling gives them: the method of 2003, kept as it was published, with its
-//! mistakes counted.
+//! Visibility layers from stencil peeling: the method of 2003 as it was published, with its contradictions
+//! counted.
 
 use rustc_hash::FxHashMap;
 
@@ -10,9 +10,10 @@ use super::view::View;
 use super::wishes::Wanted;
 use crate::scene::Model;
 
-/// The faces of each object that share a layer and overlap in at most `min_support` pixels make an
-/// element, if none was asked to be apart; nothing is cut and nothing forgiven. Occlusions that contradict the layers are in
-/// [`Layers::against`]. Nodes are the items of the working set, in model order.
+/// Builds the layers that stencil peeling leads to. Faces of an object that share a layer and overlap in at
+/// most `min_support` pixels make one element, unless a split keeps them apart; nothing is cut and nothing
+/// forgiven. Occlusions that contradict the layers are in [`Layers::against`]. Nodes are the items of the
+/// working set, in model order.
 pub fn layers_of_stencil(
     model: &Model,
     view: &View,

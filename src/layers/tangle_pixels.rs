@@ -1,47 +1,48 @@
-//! Where the items of a component lie and meet: what the fragment lists say about a cycle, row by row.
+//! The pixels of a cyclic component: where its items lie and where they meet, row by row, from the fragment
+//! lists.
 
 use rustc_hash::FxHashMap;
 
 use super::runs::{Row, Run, Runs, is_visible, item_of};
 
-/// Pixels of a row where several items of one component meet.
+/// A span of pixels of a row where several items of one component meet.
 #[derive(Debug, Clone)]
 pub struct Meeting {
-    /// Row.
+    /// The row.
     pub y: u32,
-    /// First column.
+    /// The first column.
     pub x0: u32,
     /// One past the last column.
     pub x1: u32,
-    /// At least two.
+    /// The items; two at least.
     pub items: Vec<u32>,
 }
 
-/// Pixels of a row that a node covers.
+/// A span of pixels of a row that a node covers.
 #[derive(Debug, Clone, Copy)]
 pub struct Span {
-    /// Row.
+    /// The row.
     pub y: u32,
-    /// First column.
+    /// The first column.
     pub x0: u32,
     /// One past the last column.
     pub x1: u32,
-    /// Nothing is nearer there.
+    /// True where nothing is nearer.
     pub visible: bool,
-    /// The run of row `y` that it is part of.
+    /// Index of the run of row `y` that the span is part of.
     pub run: u32,
 }
 
-/// What the fragment lists say about one component.
+/// The pixels of one component.
 #[derive(Debug, Clone, Default)]
 pub struct Pixels {
-    /// Row by row.
+    /// The spans where items meet, row by row.
     pub meetings: Vec<Meeting>,
-    /// By item, row by row.
+    /// The spans that each item covers, row by row.
     pub spans: FxHashMap<u32, Vec<Span>>,
 }
 
-/// What `runs` say about each of `components`, lists of items out of `items` in all.
+/// Gathers the pixels of each of `components`, which are lists of item indices below `items`.
 pub fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec<Pixels> {
     const NONE: u32 = u32::MAX;
     let mut component_of = vec![NONE; items];
@@ -73,13 +74,13 @@ pub fn gather_tangles(runs: &Runs, components: &[Vec<u32>], items: usize) -> Vec
     pixels
 }
 
-/// Row, index within the row, run and entries of every run of a row.
+/// Iterates over the runs of a row: row, index within the row, run and entries.
 fn numbered_runs((y, row): (usize, &Row)) -> impl Iterator<Item = (u32, u32, &Run, &[u32])> {
     (0..).zip(&row.runs).map(move |(i, run)| (y as u32, i, run, row.entries(run)))
 }
 
-/// Number of pixels of the spans where `holds`; depths are linear along a row, so it changes at
-/// most once per span but for rounding at the crossing.
+/// Counts the pixels of the spans where `holds` is true. Depths are linear along a row, so the result of
+/// `holds` changes at most once per span, apart from rounding at the crossing.
 pub fn count_in(spans: &[Span], holds: impl Fn(u32, u32) -> bool) -> u64 {
     spans
         .iter()
@@ -97,7 +98,7 @@ pub fn count_in(spans: &[Span], holds: impl Fn(u32, u32) -> bool) -> u64 {
         .sum()
 }
 
-/// The first column of the span where `like_first` no longer holds.
+/// Finds the first column of the span where `like_first` no longer holds.
 fn crossing(span: &Span, like_first: impl Fn(u32) -> bool) -> u32 {
     let (mut low, mut high) = (span.x0, span.x1);
     while low < high {
@@ -107,8 +108,8 @@ fn crossing(span: &Span, like_first: impl Fn(u32) -> bool) -> u32 {
     low
 }
 
-/// The part of a span where `on_side` holds. Rounding may put a pixel at the crossing on the wrong
-/// side: spans serve to count, not to decide.
+/// Returns the part of a span where `on_side` holds. Rounding may put a pixel at the crossing on the wrong
+/// side, so these spans serve to estimate counts, never for decisions.
 pub fn split_span(span: &Span, on_side: impl Fn(u32, u32) -> bool) -> Option<Span> {
     let (first, last) = (on_side(span.x0, span.y), on_side(span.x1 - 1, span.y));
     let crossing = crossing(span, |x| on_side(x, span.y) == first);

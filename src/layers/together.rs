@@ -1,53 +1,55 @@
-//! Brings together what shall share an image layer, as far as the order of the stack allows.
+//! Merging of items that the user wants in one image layer, as far as the order of the stack allows.
 
 use super::graph::Graph;
 use super::quotient::Quotient;
 
-/// Why two things share no image layer.
+/// The reason why two items cannot share an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Obstacle {
-    /// A path of occlusions leads from one to the other: what lies between them hides the one, and is
-    /// hidden by the other, or they hide each other themselves.
+    /// A path of occlusions leads from one item to the other: something between them hides one and is hidden
+    /// by the other, or they occlude each other directly.
     Occluded,
-    /// Their occlusion contradicts the order and was forgiven.
+    /// The occlusion between the items contradicts the order and was forgiven.
     Forgiven,
-    /// A split keeps them apart.
+    /// A split keeps the items apart.
     Split,
-    /// The rectangle around both is larger than image layers may be.
+    /// The rectangle around both items is larger than image layers may be.
     TooLarge,
 }
 
-/// A wish that was not met.
+/// An item that could not be merged as requested.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Unmet {
-    /// Its place among the merges.
+pub struct Unsatisfied {
+    /// Index of the merge.
     pub merge: u32,
-    /// The thing that stayed out of it.
+    /// The item that was left out of the merge.
     pub item: u32,
-    /// One of those that it should have joined.
+    /// One of the items that it should have joined.
     pub with: u32,
-    /// Why.
+    /// The reason why it was left out.
     pub why: Obstacle,
 }
 
-/// Things after the merges that were possible.
-pub struct Together {
-    /// Things with those brought together merged.
+/// The result of [`bring_together`]: the items after all merges that were possible.
+pub struct MergeResult {
+    /// The graph of items, in which merged items form one group.
     pub quotient: Quotient,
-    /// By thing that names a group of [`Self::quotient`] its members, rising; empty for all others.
+    /// The members of each group of [`Self::quotient`], rising, at the index of the item that identifies the
+    /// group; empty at all other indices.
     pub members: Vec<Vec<u32>>,
-    /// What was not possible, by merge.
-    pub unmet: Vec<Unmet>,
+    /// The items that could not be merged, by merge.
+    pub unmet: Vec<Unsatisfied>,
 }
 
-/// Merges one list after the other, of each from its first thing on: what may not join is left out and
-/// told. `order` is acyclic and stays so. `obstacle` says what else keeps the members of a group out of
-/// another one, and which of the latter it lies before.
+/// Carries out the merges one after the other, each beginning with its first item; items that may not join
+/// are left out and reported in [`MergeResult::unmet`]. `order` is acyclic, and the quotient stays so.
+/// `obstacle` returns what else keeps the members of a group (first argument) out of another group (second),
+/// and the member of the latter that is concerned.
 pub fn bring_together(
     order: &Graph,
     merges: &[Vec<u32>],
     obstacle: impl Fn(&[u32], &[u32]) -> Option<(u32, Obstacle)>,
-) -> Together {
+) -> MergeResult {
     let mut quotient = Quotient::new(order);
     let mut members: Vec<Vec<u32>> = (0..order.len).map(|item| vec![item]).collect();
     let mut unmet = Vec::new();
@@ -59,10 +61,11 @@ pub fn bring_together(
                 continue;
             }
             let (group, joining) = (&members[a as usize], &members[b as usize]);
-            let occluded =
-                || quotient.connected(a, b).then(|| (tied(order, item, group), Obstacle::Occluded));
+            let occluded = || {
+                quotient.connected(a, b).then(|| (connected_member(order, item, group), Obstacle::Occluded))
+            };
             if let Some((with, why)) = obstacle(joining, group).or_else(occluded) {
-                unmet.push(Unmet { merge, item, with, why });
+                unmet.push(Unsatisfied { merge, item, with, why });
                 continue;
             }
             quotient.merge(a, b);
@@ -71,11 +74,12 @@ pub fn bring_together(
             members[a as usize].sort_unstable();
         }
     }
-    Together { quotient, members, unmet }
+    MergeResult { quotient, members, unmet }
 }
 
-/// One of a group that a path of occlusions ties to `item`; the first where merges of others tie them.
-fn tied(order: &Graph, item: u32, group: &[u32]) -> u32 {
+/// Returns the first member of a group that a path of occlusions connects with `item`, or simply the first
+/// member where only earlier merges connect them.
+fn connected_member(order: &Graph, item: u32, group: &[u32]) -> u32 {
     let leads = |a: u32, b: u32| order.shortest_path(a, b).is_some();
     group.iter().copied().find(|&member| leads(item, member) || leads(member, item)).unwrap_or(group[0])
 }
@@ -94,7 +98,7 @@ mod tests {
         let order = Graph::new(4, [(0, 1, 9), (1, 2, 9)]);
         let together = bring_together(&order, &[vec![0, 2, 3]], free);
         assert_eq!(together.members, [vec![0, 3], vec![1], vec![2], vec![]]);
-        assert_eq!(together.unmet, [Unmet { merge: 0, item: 2, with: 0, why: Obstacle::Occluded }]);
+        assert_eq!(together.unmet, [Unsatisfied { merge: 0, item: 2, with: 0, why: Obstacle::Occluded }]);
     }
 
     #[test]
@@ -103,7 +107,7 @@ mod tests {
         let order = Graph::new(4, [(0, 1, 9), (2, 3, 9)]);
         let together = bring_together(&order, &[vec![0, 3], vec![1, 2]], free);
         assert_eq!(together.members[0], [0, 3]);
-        assert_eq!(together.unmet, [Unmet { merge: 1, item: 2, with: 1, why: Obstacle::Occluded }]);
+        assert_eq!(together.unmet, [Unsatisfied { merge: 1, item: 2, with: 1, why: Obstacle::Occluded }]);
     }
 
     #[test]
@@ -122,6 +126,6 @@ mod tests {
         };
         let together = bring_together(&order, &[vec![2, 3], vec![0, 1, 3]], keeps);
         assert_eq!(together.members[0], [0, 1]);
-        assert_eq!(together.unmet, [Unmet { merge: 1, item: 3, with: 1, why: Obstacle::Split }]);
+        assert_eq!(together.unmet, [Unsatisfied { merge: 1, item: 3, with: 1, why: Obstacle::Split }]);
     }
 }

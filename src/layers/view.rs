@@ -1,4 +1,4 @@
-//! One photo's view of the model, ready for a rasteriser: planar items with their triangles in
+//! The model as one photo sees it, prepared for a rasteriser: planar items with their triangles in
 //! homogeneous clip coordinates and their planes as inverse depth over the image.
 
 use glam::{DVec2, DVec3};
@@ -8,42 +8,42 @@ use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::{FaceId, Model};
 
-/// An item's place in [`View::items`].
+/// The index of an item in [`View::items`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ItemId(pub u32);
 
-/// What the visibility sort orders: a planar face, or one triangle of a face that is not planar.
+/// The unit that the visibility sort orders: a planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Item {
-    /// The face.
+    /// The face that the item belongs to.
     pub face: FaceId,
-    /// Which of its triangles, when the face is not planar.
+    /// The index of the triangle within the face when the face is not planar; `None` for a planar face.
     pub triangle: Option<u32>,
     /// The item's plane.
     pub inverse_depth: InverseDepth,
-    /// The photo sees it from behind.
+    /// True when the photo sees the item from behind.
     pub back: bool,
     /// Bounding box of the outline, clipped to the photo, in whole pixels.
     pub bounds: PixelRect,
 }
 
-/// Why a face is not in the view at all.
+/// The reason why a face is absent from the view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Absence {
-    /// In front of the camera, outside the photo.
+    /// The face lies in front of the camera but outside the photo.
     Outside,
-    /// Behind the camera.
+    /// The face lies behind the camera.
     Behind,
-    /// Its plane passes through the camera.
+    /// The face's plane passes through the camera.
     EdgeOn,
-    /// No area.
+    /// The face has no area.
     Degenerate,
 }
 
-/// The inverse depth 1/z of a plane over the image, in f32, such that every implementation computes
-/// the same bits: `(a * (x + 0.5 - u0) + b * (y + 0.5 - v0)) + c`, each operation rounded by
-/// itself (never fused), for the pixel in column x and row y. `u0`, `v0` are multiples of 0.5, so
-/// the differences are exact. Units: 1 / world unit.
+/// The inverse depth 1/z of a plane over the image, in f32, such that every implementation computes the same
+/// bits: `(a * (x + 0.5 - u0) + b * (y + 0.5 - v0)) + c`, each operation rounded separately (never fused),
+/// for the pixel in column x and row y. `u0` and `v0` are multiples of 0.5, so that the differences are
+/// exact. Unit: 1 / world unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[repr(C)]
 pub struct InverseDepth {
@@ -51,17 +51,17 @@ pub struct InverseDepth {
     pub a: f32,
     /// Change per pixel down.
     pub b: f32,
-    /// The value at (`u0`, `v0`), the farthest point of the item within the photo, where the
+    /// The value at (`u0`, `v0`), which is the farthest point of the item within the photo, where the
     /// relative error would be largest.
     pub c: f32,
-    /// Image position in pixels where `c` holds.
+    /// Column coordinate in pixels of the point where `c` holds.
     pub u0: f32,
-    /// Image position in pixels where `c` holds.
+    /// Row coordinate in pixels of the point where `c` holds.
     pub v0: f32,
 }
 
 impl InverseDepth {
-    /// The value at the centre of the pixel in column `x`, row `y`.
+    /// Evaluates the inverse depth at the centre of the pixel in column `x`, row `y`.
     #[inline]
     pub fn at(&self, x: u32, y: u32) -> f32 {
         let du = (x as f32 + 0.5) - self.u0;
@@ -70,40 +70,40 @@ impl InverseDepth {
     }
 }
 
-/// One photo's view of the model.
+/// The model as one photo sees it.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct View {
-    /// Size of the photo in pixels.
+    /// Width of the photo in pixels.
     pub width: u32,
-    /// Size of the photo in pixels.
+    /// Height of the photo in pixels.
     pub height: u32,
-    /// In model order: of items visible at one pixel, the later one owns it.
+    /// The items in model order: of the items visible at one pixel, the last one owns it.
     pub items: Vec<Item>,
-    /// Triangles in item order, corners in homogeneous clip coordinates (x, y, w): the image
-    /// position in pixels is ((x/w + 1) width/2, (1 - y/w) height/2), w is the depth in world
-    /// units; corners behind the camera have w <= 0 and are clipped by the rasteriser.
+    /// Triangles in item order, with corners in homogeneous clip coordinates (x, y, w): the image position in
+    /// pixels is ((x/w + 1) width/2, (1 - y/w) height/2), and w is the depth in world units. Corners behind
+    /// the camera have w <= 0; the rasteriser clips them.
     pub corners: Vec<[[f32; 3]; 3]>,
-    /// The item of each triangle; never decreases.
+    /// The item index of each triangle; never decreases.
     pub triangle_items: Vec<u32>,
-    /// An upper bound of the inverse depth of anything in the photo; a power of two.
+    /// An upper bound of the inverse depth of any fragment in the photo; a power of two.
     pub largest_inverse_depth: f32,
-    /// Faces that cannot cover a pixel, in model order.
+    /// Faces that cannot cover a pixel, in model order, with the reason.
     pub absent: Vec<(FaceId, Absence)>,
 }
 
-/// A plane is edge-on when the camera lies nearer to it than this share of the distance to the
-/// polygon: it then covers less than a millionth of a pixel in any photo of fewer than 10^5 pixels
-/// a side.
+/// The edge-on limit: a plane is edge-on when its distance from the camera is less than this share of the
+/// distance to the polygon. The polygon then covers less than a millionth of a pixel in any photo of fewer
+/// than 10^5 pixels a side.
 const EDGE_ON: f64 = 1e-12;
 
 impl View {
-    /// The view of `model` (in world coordinates) from a photo's camera. All sums are made in f64
-    /// in the camera's frame; only their results become f32.
+    /// Builds the view of `model` (in world coordinates) from a photo's camera. All computations are in f64
+    /// in the camera's frame; only their results are rounded to f32.
     pub fn new(model: &Model, camera: &Pinhole, pose: &Pose) -> Self {
         let points: Vec<DVec3> = model.vertices.par_iter().map(|&p| pose.camera_from_world(p)).collect();
         let seen: Vec<_> = (0..model.faces.len() as u32)
             .into_par_iter()
-            .map(|f| see_face(model, FaceId(f), &points, camera, pose))
+            .map(|f| items_of_face(model, FaceId(f), &points, camera, pose))
             .collect();
         let mut view = Self { width: camera.width, height: camera.height, ..Self::default() };
         let mut largest = f64::MIN_POSITIVE;
@@ -118,7 +118,7 @@ impl View {
                 }
             }
         }
-        // Twice, because a fragment's centre may lie a sub-pixel step outside of its outline.
+        // The factor 2 allows for a fragment's centre lying a sub-pixel step outside of its outline.
         view.largest_inverse_depth = (2.0 * largest).log2().ceil().clamp(-60.0, 60.0).exp2() as f32;
         view
     }
@@ -133,7 +133,7 @@ impl View {
     }
 }
 
-/// Homogeneous clip coordinates (x, y, w) of a point in the camera frame, see [`View::corners`].
+/// Converts a point in the camera frame to homogeneous clip coordinates (x, y, w), see [`View::corners`].
 pub fn clip_from_camera(p: DVec3, camera: &Pinhole) -> [f32; 3] {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let x = 2.0 * (camera.fx * p.x + camera.cx * p.z) / width - p.z;
@@ -141,17 +141,17 @@ pub fn clip_from_camera(p: DVec3, camera: &Pinhole) -> [f32; 3] {
     [x as f32, y as f32, p.z as f32]
 }
 
-type Seen = (Item, Vec<[DVec3; 3]>, f64);
+type VisibleItem = (Item, Vec<[DVec3; 3]>, f64);
 
-/// The items of one face: itself, or its triangles when it is not planar. With each item its
-/// triangles in the camera frame and the depth of its nearest point within the photo.
-fn see_face(
+/// Builds the items of one face: the face itself, or its triangles when it is not planar. Each item comes
+/// with its triangles in the camera frame and the depth of its nearest point within the photo.
+fn items_of_face(
     model: &Model,
     face: FaceId,
     points: &[DVec3],
     camera: &Pinhole,
     pose: &Pose,
-) -> Result<Vec<Seen>, Absence> {
+) -> Result<Vec<VisibleItem>, Absence> {
     let triangles: Vec<(u32, [DVec3; 3])> = (0..)
         .zip(model.face_triangles(face))
         .map(|(i, t)| (i, t.map(|v| points[v as usize])))
@@ -161,30 +161,30 @@ fn see_face(
         return Err(Absence::Degenerate);
     }
     if model.face(face).planar {
-        // The modeller's own plane, so that pieces and depths are cut by the same one.
+        // The modeller's own plane is used, so that pieces and depths are cut by the same plane.
         let plane = &model.face(face).plane;
         let plane_in_camera = (pose.rotation * plane.normal, pose.camera_from_world(plane.point));
-        return see_item(face, None, triangles, plane_in_camera, camera).map(|seen| vec![seen]);
+        return item_of_triangles(face, None, triangles, plane_in_camera, camera).map(|seen| vec![seen]);
     }
     let items: Vec<_> = triangles
         .into_iter()
         .map(|(i, t)| {
             let plane_in_camera = (normal(&t).normalize(), t[0]);
-            see_item(face, Some(i), vec![(i, t)], plane_in_camera, camera)
+            item_of_triangles(face, Some(i), vec![(i, t)], plane_in_camera, camera)
         })
         .collect();
     let first_absence = items.iter().find_map(|i| i.as_ref().err().copied());
-    let seen: Vec<Seen> = items.into_iter().flatten().collect();
+    let seen: Vec<VisibleItem> = items.into_iter().flatten().collect();
     if seen.is_empty() { Err(first_absence.unwrap_or(Absence::Degenerate)) } else { Ok(seen) }
 }
 
-fn see_item(
+fn item_of_triangles(
     face: FaceId,
     triangle: Option<u32>,
     triangles: Vec<(u32, [DVec3; 3])>,
     (normal, point): (DVec3, DVec3),
     camera: &Pinhole,
-) -> Result<Seen, Absence> {
+) -> Result<VisibleItem, Absence> {
     let triangles: Vec<[DVec3; 3]> = triangles.into_iter().map(|(_, t)| t).collect();
     if triangles.iter().flatten().all(|p| p.z <= 0.0) {
         return Err(Absence::Behind);
@@ -203,7 +203,7 @@ fn see_item(
     }
     let inverse_depth = inverse_depth(normal, distance, extent.farthest_px(camera), camera);
     let bounds = extent.bounds(camera);
-    // The normal points to the side that sees the outline counter-clockwise; the camera is at 0.
+    // The normal points to the side from which the outline is counter-clockwise; the camera is at the origin.
     let back = distance > 0.0;
     Ok((Item { face, triangle, inverse_depth, back, bounds }, triangles, extent.nearest))
 }
@@ -212,7 +212,8 @@ fn normal(t: &[DVec3; 3]) -> DVec3 {
     (t[1] - t[0]).cross(t[2] - t[0])
 }
 
-/// The plane n . x = d as inverse depth over the image, developed around `around` (pixels).
+/// Expresses the plane n . x = d (camera frame) as inverse depth over the image, expanded around `around`
+/// (pixels).
 pub fn inverse_depth(n: DVec3, d: f64, around: DVec2, camera: &Pinhole) -> InverseDepth {
     let around = (around * 2.0).round() / 2.0;
     InverseDepth {
@@ -224,7 +225,8 @@ pub fn inverse_depth(n: DVec3, d: f64, around: DVec2, camera: &Pinhole) -> Inver
     }
 }
 
-/// What a clipped outline spans in the photo.
+/// The extent of a clipped outline in the photo: its bounding box in pixels and its nearest and farthest
+/// points.
 pub struct Extent {
     low_px: DVec2,
     high_px: DVec2,
@@ -244,7 +246,7 @@ impl Default for Extent {
 }
 
 impl Extent {
-    /// Adds a polygon that was clipped to the photo (camera frame).
+    /// Adds a polygon (camera frame) that was clipped to the photo.
     pub fn add(&mut self, clipped: &[DVec3], camera: &Pinhole) {
         for p in clipped {
             let Some(px) = camera.image_from_camera(*p) else { continue };
@@ -257,12 +259,12 @@ impl Extent {
         }
     }
 
-    /// Nothing of it is within the photo.
+    /// Returns true when no part of the outline lies within the photo.
     pub fn is_empty(&self) -> bool {
         self.low_px.x > self.high_px.x
     }
 
-    /// Bounding box in whole pixels, within the photo; holds one pixel at least.
+    /// Returns the bounding box in whole pixels, within the photo; it holds one pixel at least.
     pub fn bounds(&self, camera: &Pinhole) -> PixelRect {
         let (w, h) = (camera.width as i32, camera.height as i32);
         let x0 = (self.low_px.x.floor() as i32).clamp(0, w - 1);

@@ -1,5 +1,6 @@
-//! What somebody wants of a photo's image layers, against the method's own choice: faces that shall
-//! share one, and faces that shall not. Faces are named, so that wishes outlive stacks and models.
+//! The user's constraints on a photo's image layers, which override the method's own choice: faces that shall
+//! share an image layer, and faces that shall not. Faces are given by name, so that constraints remain valid
+//! when stacks are rebuilt or the model is replaced.
 
 use std::fmt;
 
@@ -8,29 +9,29 @@ use serde::{Deserialize, Serialize};
 
 use crate::scene::{FaceId, Model};
 
-/// Faces of one object by name: all of them where none is listed.
+/// A selection of faces of one object, by name; all faces of the object where none is listed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Faces {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Indices within the object as in the model file, rising; empty for the whole object.
+    /// Indices of faces within the object as in the model file, rising; empty for the whole object.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub faces: Vec<u32>,
 }
 
 impl Faces {
-    /// A whole object.
+    /// Selects a whole object.
     pub fn whole(object: impl Into<String>) -> Self {
         Self { object: object.into(), faces: Vec::new() }
     }
 
-    /// Whether the face `index` of `object` is one of them.
+    /// Returns true when face `index` of `object` is one of these faces.
     pub fn holds(&self, object: &str, index: u32) -> bool {
         self.object == object && (self.faces.is_empty() || self.faces.contains(&index))
     }
 
-    /// Those of them that the model has, rising.
+    /// Returns those of these faces that the model has, in rising order.
     pub fn in_model(&self, model: &Model) -> Vec<FaceId> {
         let Some(object) = model.objects.iter().find(|o| o.name == self.object) else { return Vec::new() };
         if self.faces.is_empty() {
@@ -44,7 +45,7 @@ impl Faces {
     }
 }
 
-/// `tower`, or `tower[0-2, 5]`.
+/// Formats the faces as `tower` (a whole object) or `tower[0-2, 5]`.
 impl fmt::Display for Faces {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         f.write_str(&self.object)?;
@@ -60,17 +61,18 @@ impl fmt::Display for Faces {
     }
 }
 
-/// The wishes about one photo's image layers.
+/// The user's constraints on one photo's image layers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
-pub struct Wishes {
-    /// Each: faces whose elements shall share one image layer, as far as the method allows.
+pub struct LayerConstraints {
+    /// Merges. Each is a list of faces whose elements shall share one image layer, as far as the method
+    /// allows.
     pub merge: Vec<Vec<Faces>>,
-    /// Each: groups of faces that share no image layer with one another; of one group alone: with no
-    /// other face at all.
+    /// Splits. Each is a list of groups of faces that shall not share an image layer with one another; a
+    /// split of one group keeps that group apart from all other faces.
     pub split: Vec<Vec<Vec<Faces>>>,
 }
 
-/// Wishes about the faces of a model.
+/// The constraints, resolved to the faces of a model.
 #[derive(Debug, Clone, Default)]
 pub struct Wanted {
     merges: Vec<Vec<FaceId>>,
@@ -78,32 +80,32 @@ pub struct Wanted {
 }
 
 impl Wanted {
-    /// What the model does not have is left out.
-    pub fn new(wishes: &Wishes, model: &Model) -> Self {
+    /// Resolves constraints to the faces of a model; faces that the model does not have are dropped.
+    pub fn new(wishes: &LayerConstraints, model: &Model) -> Self {
         let all = |list: &Vec<Faces>| list.iter().flat_map(|faces| faces.in_model(model)).collect::<Vec<_>>();
         let merges = wishes.merge.iter().map(all).collect();
-        let division = |groups: &Vec<Vec<Faces>>| {
+        let resolve_split = |groups: &Vec<Vec<Faces>>| {
             let numbered = (0u32..).zip(groups);
             let group_of =
                 numbered.flat_map(|(number, group)| all(group).into_iter().map(move |f| (f, vec![number])));
             Division { group_of: group_of.collect(), alone: groups.len() == 1 }
         };
-        Self { merges, splits: wishes.split.iter().map(division).collect() }
+        Self { merges, splits: wishes.split.iter().map(resolve_split).collect() }
     }
 
-    /// Two faces shall share no image layer.
+    /// Returns true when a split forbids that two faces share an image layer.
     pub fn apart(&self, a: FaceId, b: FaceId) -> bool {
-        self.splits.iter().any(|split| split.parts(&a, &b))
+        self.splits.iter().any(|split| split.separates(&a, &b))
     }
 
-    /// The same in terms of elements, of which each is given by its faces.
-    pub fn of_elements(&self, faces_of: &[Vec<FaceId>]) -> Grouping {
+    /// Converts the constraints to elements, each of which is given by its faces.
+    pub fn to_elements(&self, faces_of: &[Vec<FaceId>]) -> ElementConstraints {
         let elements = || (0u32..).zip(faces_of);
         let holding = |faces: &Vec<FaceId>| {
             let holds = |of: &Vec<FaceId>| of.iter().any(|face| faces.contains(face));
             elements().filter(|(_, of)| holds(of)).map(|(element, _)| element).collect()
         };
-        let division = |split: &Division<FaceId>| Division {
+        let resolve_split = |split: &Division<FaceId>| Division {
             group_of: elements()
                 .map(|(element, of)| {
                     let mut groups: Vec<u32> = of.iter().map(|face| split.group(face)).collect();
@@ -114,49 +116,49 @@ impl Wanted {
                 .collect(),
             alone: split.alone,
         };
-        Grouping {
+        ElementConstraints {
             merges: self.merges.iter().map(holding).collect(),
-            splits: self.splits.iter().map(division).collect(),
+            splits: self.splits.iter().map(resolve_split).collect(),
         }
     }
 }
 
-/// Wishes in terms of one photo's elements.
+/// The constraints, resolved to one photo's elements.
 #[derive(Debug, Clone, Default)]
-pub struct Grouping {
-    /// By merge, the elements that hold a face of it, in reading order.
+pub struct ElementConstraints {
+    /// Per merge, the elements that hold a face of it, in reading order.
     pub merges: Vec<Vec<u32>>,
     splits: Vec<Division<u32>>,
 }
 
-impl Grouping {
-    /// Two elements shall share no image layer.
+impl ElementConstraints {
+    /// Returns true when a split forbids that two elements share an image layer.
     pub fn apart(&self, a: u32, b: u32) -> bool {
-        self.splits.iter().any(|split| split.parts(&a, &b))
+        self.splits.iter().any(|split| split.separates(&a, &b))
     }
 }
 
-/// In no group of a split.
+/// The group number of faces or elements that are in no group of a split.
 const REST: u32 = u32::MAX;
 
-/// One split: the groups that things belong to; what is not listed is the rest.
+/// One split: the groups that each face or element belongs to; those not listed belong to [`REST`].
 #[derive(Debug, Clone)]
 struct Division<T> {
     group_of: FxHashMap<T, Vec<u32>>,
-    /// The rest shares with no group either.
+    /// True when [`REST`] shares no image layer with the groups either.
     alone: bool,
 }
 
 impl<T: Eq + std::hash::Hash> Division<T> {
-    fn groups(&self, thing: &T) -> &[u32] {
-        self.group_of.get(thing).map_or(&[REST], |groups| groups)
+    fn groups(&self, key: &T) -> &[u32] {
+        self.group_of.get(key).map_or(&[REST], |groups| groups)
     }
 
-    fn group(&self, thing: &T) -> u32 {
-        self.groups(thing)[0]
+    fn group(&self, key: &T) -> u32 {
+        self.groups(key)[0]
     }
 
-    fn parts(&self, a: &T, b: &T) -> bool {
+    fn separates(&self, a: &T, b: &T) -> bool {
         let apart = |a: u32, b: u32| a != b && (self.alone || (a != REST && b != REST));
         self.groups(a).iter().any(|&a| self.groups(b).iter().any(|&b| apart(a, b)))
     }
@@ -186,7 +188,7 @@ mod tests {
         let object = |i: usize| Faces::whole(model.objects[i].name.clone());
         let face = |i: usize| model.objects[i].faces[0];
         let split = |groups: Vec<Vec<Faces>>| {
-            Wanted::new(&Wishes { split: vec![groups], ..Wishes::default() }, &model)
+            Wanted::new(&LayerConstraints { split: vec![groups], ..LayerConstraints::default() }, &model)
         };
         let alone = split(vec![vec![object(0), object(1)]]);
         assert!(
@@ -194,7 +196,7 @@ mod tests {
         );
         let two = split(vec![vec![object(0)], vec![object(1)]]);
         assert!(two.apart(face(0), face(1)) && !two.apart(face(0), face(2)) && !two.apart(face(1), face(2)));
-        let elements = alone.of_elements(&[vec![face(0)], vec![face(1)], vec![face(1), face(2)]]);
+        let elements = alone.to_elements(&[vec![face(0)], vec![face(1)], vec![face(1), face(2)]]);
         assert!(
             !elements.apart(0, 1) && elements.apart(0, 2) && elements.apart(1, 2),
             "a mixed element is apart"
@@ -206,8 +208,8 @@ mod tests {
         let model = closed_form::stairs().model;
         let name = &model.objects[1].name;
         let merge = vec![vec![Faces::whole("gone"), named(name, &[0, 99])]];
-        let wanted = Wanted::new(&Wishes { merge, ..Wishes::default() }, &model);
+        let wanted = Wanted::new(&LayerConstraints { merge, ..LayerConstraints::default() }, &model);
         let elements: Vec<Vec<FaceId>> = model.objects.iter().map(|object| object.faces.clone()).collect();
-        assert_eq!(wanted.of_elements(&elements).merges, [[1]]);
+        assert_eq!(wanted.to_elements(&elements).merges, [[1]]);
     }
 }

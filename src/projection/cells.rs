@@ -1,7 +1,7 @@
-//! Which photos can matter where: the view's pixels in square cells, and for every face in a cell the
-//! servers that may be among the k best (or be the (k+1)-th) at any of its points, by rising least
-//! penalty. Bounds are proven over a ball around what the cell shows of the face, so that a shader that
-//! stops where the next least penalty exceeds its worst has left out none.
+//! Shortlists of photos. The view's pixels are divided into square cells, and for every face in a cell this
+//! lists the servers that may be among the k best (or be the (k+1)-th) at any of its points, by rising lower
+//! bound of their penalty. Bounds are proven over a ball around the part of the face in the cell, so that a
+//! shader that stops where the next lower bound exceeds its worst penalty has missed none.
 
 mod bounds;
 
@@ -19,18 +19,18 @@ use crate::geometry::clip::clipped_to_box;
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
 use crate::scene::{Face, FaceId, Model};
 
-/// Sides of the blocks that are looked at before a cell, in cells, from coarse to fine: a server that
-/// cannot matter in a block is not asked again in its cells.
+/// Sides of the blocks that are examined before single cells, in cells, from coarse to fine: a server that
+/// cannot contribute in a block is not examined again in its cells.
 const BLOCKS: [u32; 2] = [8, 2];
 
-/// What is known of confidence without looking at texels.
+/// A source of lower bounds of confidence that needs no access to texels.
 pub trait Confidence: Sync {
-    /// A lower bound of the confidence of a server's sheet within `low_px..high_px` (photo pixels, what a
-    /// filter reaches included); 0 where nothing is known.
+    /// Returns a lower bound of the confidence of a server's sheet within `low_px..high_px` (photo pixels,
+    /// including the reach of filters); 0 where none is known.
     fn least(&self, server: &Server, low_px: DVec2, high_px: DVec2) -> f64;
 }
 
-/// Nothing is known.
+/// A source of bounds that knows none.
 #[derive(Debug, Clone, Copy)]
 pub struct Unknown;
 
@@ -40,16 +40,16 @@ impl Confidence for Unknown {
     }
 }
 
-/// One server in one cell.
+/// A server that may contribute in one cell.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Candidate {
-    /// Its place in [`Sources::servers`].
+    /// The index of the server in [`Sources::servers`].
     pub server: u32,
-    /// No point of the cell has a smaller penalty, in radians; 0 for a pinned photo.
+    /// The lower bound of the penalty over all points of the cell, in radians; 0 for a pinned photo.
     pub least: f64,
-    /// Photo pixels that the cell may look up there, within the sheet's rectangle.
+    /// The photo pixels that lookups from the cell may reach, within the sheet's rectangle.
     pub rect: PixelRect,
-    /// The finest level that it may look up: texels of 2^-level per pixel at most.
+    /// The finest level that lookups may use: at most 2^-level texels per pixel.
     pub finest: u32,
 }
 
@@ -58,41 +58,41 @@ pub struct Candidate {
 pub struct FaceCells {
     /// The face.
     pub face: FaceId,
-    /// Column and row of the first cell, in cells.
+    /// Column and row of the first cell, in cells of the view.
     pub corner: [u32; 2],
-    /// Columns and rows.
+    /// The number of columns and rows.
     pub size: [u32; 2],
-    /// Of its first cell, in [`Cells::ranges`].
+    /// The index of the first cell in [`Cells::ranges`].
     pub first: u32,
 }
 
-/// All cells of a view.
+/// The cells of a view with their candidates.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cells {
     /// Side of a cell in pixels of the view.
     pub side_px: u32,
     /// The faces that the view may show, in model order.
     pub faces: Vec<FaceCells>,
-    /// For every cell its range in `candidates`.
+    /// The range of every cell in `candidates`.
     pub ranges: Vec<Range<u32>>,
-    /// By cell, then rising least penalty.
+    /// The candidates, by cell, then by rising lower bound.
     pub candidates: Vec<Candidate>,
-    /// Depths of the nearest and the farthest point that the view shows; 0 where it shows none.
+    /// The depths of the nearest and the farthest visible point, in world units; 0 where none is visible.
     pub depths: [f64; 2],
 }
 
-/// The near plane is nearer than anything seen by this share, and by this share of the farthest depth
-/// not nearer: depths are f32, whose exponent has room.
+/// The position of the near plane: at this share of the nearest visible depth, and at least this share of the
+/// farthest depth. Depths are f32, whose exponent leaves ample room.
 const NEAR: [f64; 2] = [0.5, 1e-9];
 
 impl Cells {
-    /// A near plane's depth that cuts nothing off, in world units.
+    /// Returns the depth of a near plane that clips nothing visible, in world units.
     pub fn near(&self) -> f64 {
         let [nearest, farthest] = self.depths;
         (NEAR[0] * nearest).max(NEAR[1] * farthest).max(f64::from(f32::MIN_POSITIVE) * 1e6)
     }
 
-    /// The candidates of a face in the cell with this column and row.
+    /// Returns the candidates of a face in the cell with this column and row of the view.
     pub fn of(&self, face: &FaceCells, column: u32, row: u32) -> &[Candidate] {
         let (x, y) = (column.wrapping_sub(face.corner[0]), row.wrapping_sub(face.corner[1]));
         if x >= face.size[0] || y >= face.size[1] {
@@ -103,8 +103,8 @@ impl Cells {
     }
 }
 
-/// The cells of a shot. `side_px` is a cell's side; `heights` says by face how far, in world units, its
-/// relief stands off its plane at most (faces beyond the list: not at all).
+/// Computes the cells of a view. `side_px` is a cell's side; `heights` holds for each face the largest height
+/// of its relief in world units (0 for faces beyond the list).
 pub fn cells(
     model: &Model,
     sources: &Sources,
@@ -130,7 +130,7 @@ pub fn cells(
     cells
 }
 
-/// The cells of one face, before they are put together.
+/// The cells of one face, before all faces' cells are joined.
 struct Found {
     face: FaceId,
     corner: [u32; 2],
@@ -148,40 +148,41 @@ struct Finder<'a, C> {
     confidence: &'a C,
 }
 
-/// What a face is to all its cells.
+/// The properties of a face that are common to all its cells.
 struct Subject<'a> {
     face: &'a Face,
     billboard: bool,
-    /// The view sees it from behind.
+    /// True when the view sees the face from behind.
     back: bool,
-    /// Its relief's largest height.
+    /// The largest height of the face's relief, in world units.
     height: f64,
-    /// Distance of the viewpoint from its plane.
+    /// The distance of the viewpoint from the face's plane, in world units.
     clearance: f64,
-    /// Column and row of its first cell, in the view's cells.
+    /// Column and row of the face's first cell, in cells of the view.
     corner: [u32; 2],
 }
 
-/// A rectangle of a face's cells, to be looked at block by block.
+/// A rectangle of a face's cells, examined block by block.
 struct Block<'a> {
-    /// What it shows of the face, in the view's camera frame.
+    /// The part of the face in the rectangle, in the view's camera frame.
     polygon: &'a [DVec3],
-    /// Those that may matter in it.
+    /// The servers that may contribute in the rectangle.
     servers: &'a [u32],
-    /// From column and row to column and row, in the face's cells.
+    /// Columns and rows from (first two) and to (last two, exclusive), in the face's cells.
     cells: [u32; 4],
-    /// Sides of the blocks in it, in cells, from coarse to fine; none: single cells.
+    /// Sides of the blocks within, in cells, from coarse to fine; empty for single cells.
     steps: &'a [u32],
 }
 
-/// What a block of cells shows of a face.
+/// The part of a face within a block of cells.
 struct Patch {
-    /// Corners of the part of the outline that the block shows, in the view's camera frame.
+    /// Corners of the part of the outline in the block, in the view's camera frame.
     polygon: Vec<DVec3>,
-    /// Middle of a ball that holds it, in the view's camera frame and in the world.
+    /// The centre of a ball that contains the part: here in the view's camera frame, below in world
+    /// coordinates.
     middle: DVec3,
     middle_in_world: DVec3,
-    /// The ball's radius, with what the relief adds.
+    /// The ball's radius, in world units, including the movement by relief.
     radius: f64,
 }
 
@@ -192,7 +193,7 @@ impl<C: Confidence> Finder<'_, C> {
             self.model.ring_points(id).map(|p| self.shot.pose.camera_from_world(p)).collect();
         let camera = &self.shot.camera;
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
-        // Of a concave outline all that is used is what it spans.
+        // A concave outline is only used for the extent that it spans.
         let polygon = clipped_to_box(&outline, camera, DVec2::ZERO, DVec2::new(width, height));
         let (low, high) = extent(&polygon, camera)?;
         let cell = |px: f64, limit: f64| (px.clamp(0.0, limit - 0.5) / self.side) as u32;
@@ -220,19 +221,20 @@ impl<C: Confidence> Finder<'_, C> {
 
     fn may_serve(&self, subject: &Subject, server: u32) -> bool {
         let server = &self.sources.servers[server as usize];
-        // The triangles of a face that is not planar have sides of their own.
+        // The triangles of a face that is not planar may be seen from different sides.
         let side = server.back == subject.back || subject.billboard || !subject.face.planar;
         side && !self.shot.without.contains(&server.photo)
     }
 
-    /// Gives `put` the candidates of every single cell of a block, at its column and row in the face.
+    /// Calls `put` with the candidates of every single cell of a block, and its column and row in the face.
     fn descend(&self, subject: &Subject, block: &Block, put: &mut impl FnMut(u32, u32, Vec<Candidate>)) {
         let [x0, y0, x1, y1] = block.cells;
         let step = block.steps.first().copied().unwrap_or(1);
         for y in (y0..y1).step_by(step as usize) {
             for x in (x0..x1).step_by(step as usize) {
                 let cells = [x, y, (x + step).min(x1), (y + step).min(y1)];
-                let Some(patch) = self.patch(subject, self.shown_of(subject, block.polygon, cells)) else {
+                let Some(patch) = self.patch(subject, self.clipped_to_cells(subject, block.polygon, cells))
+                else {
                     continue;
                 };
                 let list = self.candidates(subject, &patch, block.servers);
@@ -248,8 +250,13 @@ impl<C: Confidence> Finder<'_, C> {
         }
     }
 
-    /// The part of a polygon that these cells show.
-    fn shown_of(&self, subject: &Subject, polygon: &[DVec3], [x0, y0, x1, y1]: [u32; 4]) -> Vec<DVec3> {
+    /// Clips a polygon to these cells.
+    fn clipped_to_cells(
+        &self,
+        subject: &Subject,
+        polygon: &[DVec3],
+        [x0, y0, x1, y1]: [u32; 4],
+    ) -> Vec<DVec3> {
         let [column, row] = subject.corner;
         let px = |x: u32, y: u32| DVec2::new(f64::from(column + x), f64::from(row + y)) * self.side;
         clipped_to_box(polygon, &self.shot.camera, px(x0, y0), px(x1, y1))
@@ -264,13 +271,13 @@ impl<C: Confidence> Finder<'_, C> {
             .fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), p| (low.min(*p), high.max(*p)));
         let middle = (low + high) / 2.0;
         let radius = polygon.iter().map(|p| p.distance(middle)).fold(0.0, f64::max);
-        // The relief moves a point along its ray, by height / cosine at most.
+        // Relief moves a point along its ray, by height / cosine at most.
         let facing = (subject.clearance / (middle.length() + radius)).max(LEAST_FACING);
         let radius = radius + subject.height / facing;
         Some(Patch { middle_in_world: self.shot.pose.world_from_camera(middle), polygon, middle, radius })
     }
 
-    /// Those of `servers` that may matter in the patch, by rising least penalty.
+    /// Returns those of `servers` that may contribute in the patch, by rising lower bound of the penalty.
     fn candidates(&self, subject: &Subject, patch: &Patch, servers: &[u32]) -> Vec<Candidate> {
         let mut list = Vec::with_capacity(servers.len());
         let mut worst = Vec::with_capacity(servers.len());
@@ -280,7 +287,7 @@ impl<C: Confidence> Finder<'_, C> {
                 worst.push(most);
             }
         }
-        // The (k+1)-th smallest of the upper bounds: T is nowhere larger.
+        // The (k+1)-th smallest of the upper bounds; the threshold T is nowhere larger.
         let most = if self.shot.blend.mode == Mode::Best { 1 } else { self.shot.blend.photos.max(1) };
         if worst.len() > most as usize {
             let (_, limit, _) = worst.select_nth_unstable_by(most as usize, f64::total_cmp);
@@ -291,7 +298,8 @@ impl<C: Confidence> Finder<'_, C> {
         list
     }
 
-    /// One server in a patch, with the upper bound of its penalty; `None` where it serves no point of it.
+    /// Bounds one server in a patch: returns the candidate and the upper bound of its penalty; `None` where
+    /// it textures no point of the patch.
     fn bounds(&self, subject: &Subject, patch: &Patch, id: u32) -> Option<(Candidate, f64)> {
         let server = &self.sources.servers[id as usize];
         let photo = self.sources.photo(server.photo);
@@ -299,31 +307,32 @@ impl<C: Confidence> Finder<'_, C> {
         let angle =
             angles(patch.middle_in_world, patch.radius, self.shot.viewpoint(), photo.pose.center_in_world());
         let density = self.octaves(subject, patch, &photo.camera, &photo.pose);
-        let seen = self.footprint(patch, server, photo, density.start)?;
+        let footprint = self.footprint(patch, server, photo, density.start)?;
         let octaves = match blend.mode {
             Mode::Debevec => 0.0..0.0,
-            _ => density.start.max(0.0)..density.end.max(0.0),
+            Mode::Best | Mode::Lumigraph | Mode::Smooth => density.start.max(0.0)..density.end.max(0.0),
         };
         let other_side = subject.billboard && server.back != subject.back;
         let apart = if other_side { OTHER_SIDE } else { 0.0 };
         let sum = |angle: f64, octaves: f64| angle + apart + blend.lambda * octaves + LEAST_ANGLE;
         let trust = match blend.mode {
-            Mode::Debevec if seen.trust.start > 0.0 => 1.0..1.0,
+            Mode::Debevec if footprint.trust.start > 0.0 => 1.0..1.0,
             Mode::Debevec => 0.0..1.0,
-            _ => seen.trust,
+            Mode::Best | Mode::Lumigraph | Mode::Smooth => footprint.trust,
         };
-        let most = if seen.whole { sum(angle.end, octaves.end) / trust.start } else { f64::INFINITY };
+        let most = if footprint.whole { sum(angle.end, octaves.end) / trust.start } else { f64::INFINITY };
         let least = sum(angle.start, octaves.start) / trust.end;
-        // Anisotropic lookups take the shorter axis of the footprint: at most so much finer than the
-        // mean of the two.
+        // Anisotropic lookups use the shorter axis of the footprint, which is at most this much shorter than
+        // the mean of both.
         let finer = if self.shot.quality == Quality::Final { MOST_TAPS.log2() / 2.0 } else { 0.0 };
         let finest = (-density.end - finer).max(0.0) as u32;
-        // A pinned photo comes before all others, and takes no one's place.
+        // A pinned photo comes before all others, and does not count among the k best.
         let (least, most) = if server.pinned { (0.0, f64::INFINITY) } else { (least, most) };
-        Some((Candidate { server: id, least, rect: seen.rect, finest }, most))
+        Some((Candidate { server: id, least, rect: footprint.rect, finest }, most))
     }
 
-    /// Where the photo has the patch, if at all; `octaves`: the least that it lacks.
+    /// Bounds the position of the patch in the photo; `None` outside of it. `octaves` is the lower bound of
+    /// the octaves that it lacks.
     fn footprint(
         &self,
         patch: &Patch,
@@ -338,7 +347,7 @@ impl<C: Confidence> Finder<'_, C> {
         }
         let (low, high) = projected_ball(middle, patch.radius, camera);
         let rect = self.sources.sheet(server.sheet).rect;
-        // A texel's filter reaches half a texel further.
+        // The filter of a texel reaches half a texel further.
         let edge = DVec2::new(f64::from(rect.x), f64::from(rect.y)) - 1.0;
         let far_edge = DVec2::new(f64::from(rect.right()), f64::from(rect.bottom())) + 1.0;
         if high.cmplt(edge).any() || low.cmpgt(far_edge).any() {
@@ -355,19 +364,19 @@ impl<C: Confidence> Finder<'_, C> {
             return None;
         }
         let least = match self.shot.quality {
-            // A filter of level l reaches 2^l texels, a share of the level above twice that.
+            // A filter of level l reaches 2^l texels, and the share of the next level twice as far.
             Quality::Preview if border.start > 0.0 => {
                 let reach = 2.0 * (-octaves).max(0.0).ceil().exp2();
                 self.confidence.least(server, low - reach, high + reach)
             }
-            // Anisotropic footprints have no bound that is worth anything.
+            // Anisotropic footprints have no useful bound.
             _ => 0.0,
         };
         let whole = server.domain.is_whole() && middle.z > patch.radius;
         Some(Footprint { trust: border.start * least..border.end, whole, rect: pixels.intersection(&rect) })
     }
 
-    /// Bounds of the octaves that the photo lacks; below 0, of those that it has to spare.
+    /// Bounds the octaves that the photo lacks; negative values are octaves to spare.
     fn octaves(&self, subject: &Subject, patch: &Patch, camera: &Pinhole, pose: &Pose) -> Range<f64> {
         let photo_depth = pose.camera_from_world(patch.middle_in_world).z;
         let depths = (photo_depth - patch.radius, photo_depth + patch.radius);
@@ -388,13 +397,13 @@ impl<C: Confidence> Finder<'_, C> {
     }
 }
 
-/// Where a photo has a patch.
+/// The extent of a patch in a photo.
 struct Footprint {
     /// Bounds of border times confidence.
     trust: Range<f64>,
-    /// The server serves all of it.
+    /// True when the server textures the whole patch.
     whole: bool,
-    /// In photo pixels, within the sheet.
+    /// The extent in photo pixels, within the sheet.
     rect: PixelRect,
 }
 
@@ -402,7 +411,7 @@ fn distance(plane: &Plane, point: DVec3) -> f64 {
     plane.normal.dot(point - plane.point).abs()
 }
 
-/// The box of a clipped polygon, in pixels; `None` where nothing is left.
+/// Returns the bounding box of a clipped polygon, in pixels; `None` where nothing is left.
 fn extent(polygon: &[DVec3], camera: &Pinhole) -> Option<(DVec2, DVec2)> {
     let mut px = polygon.iter().filter_map(|p| camera.image_from_camera(*p)).filter(|p| p.is_finite());
     let first = px.next()?;

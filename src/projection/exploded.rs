@@ -1,6 +1,6 @@
-//! A photo's image layers pulled apart: sheets that stand in the photo's view, one behind the other by their place in
-//! the stack. On the rays through the photo's pixels they stay where they are, so that from its camera the sheets are
-//! the photo however far they are apart.
+//! The exploded view of a photo's image layers: sheets at different depths in the photo's view, ordered as in
+//! the stack. Points move along the rays of the photo's pixels, so that from the photo's camera the sheets
+//! look like the photo however far apart they are.
 
 use glam::{DVec2, DVec3};
 
@@ -8,39 +8,41 @@ use super::flight::FrameLens;
 use super::navigation::Viewpoint;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 
-/// Where the sheets of a photo stand.
+/// The arrangement of a photo's sheets in space.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Stand {
-    /// Of the photo, in pixels.
+    /// The photo's intrinsics, in pixels.
     pub camera: Pinhole,
-    /// World to camera, of the photo.
+    /// The photo's pose, world to camera.
     pub pose: Pose,
-    /// Depth of the nearest sheets, in world units.
+    /// The depth of the nearest sheets, in world units.
     pub first: f64,
-    /// From one order to the next, as a share of `first`.
+    /// The spacing from one order to the next, as a share of `first`.
     pub apart: f64,
 }
 
-/// Seen from the side: to the right of the photo's camera and above it, in its frame.
+/// The direction of the side view, in the photo's camera frame: from the right of the camera and above it.
 const ASIDE: DVec3 = DVec3::new(1.0, -0.42, -0.86);
 
 impl Stand {
-    /// Sheets as high as `height` world units, at the nearest.
-    pub fn of_height(camera: Pinhole, pose: Pose, height: f64, apart: f64) -> Self {
+    /// Arranges the sheets so that the nearest one is `height` world units high.
+    pub fn with_height(camera: Pinhole, pose: Pose, height: f64, apart: f64) -> Self {
         Self { camera, pose, first: height * camera.fy / f64::from(camera.height), apart }
     }
 
-    /// Depth of the sheets of an order (0: nearest), in world units before the photo's camera.
+    /// Returns the depth of the sheets of an order (0 nearest), in world units in front of the photo's
+    /// camera.
     pub fn depth(&self, order: u32) -> f64 {
         self.first * (1.0 + self.apart * f64::from(order))
     }
 
-    /// A photo pixel's place on a sheet, in the world.
+    /// Returns the position of a photo pixel on a sheet, in world coordinates.
     pub fn point(&self, order: u32, px: DVec2) -> DVec3 {
         self.pose.world_from_camera(self.camera.ray_in_camera(px) * self.depth(order))
     }
 
-    /// The corners of a rectangle (photo pixels) on a sheet, in the world, from its top left with the clock.
+    /// Returns the corners of a rectangle (photo pixels) on a sheet, in world coordinates, clockwise from its
+    /// top left.
     pub fn corners(&self, order: u32, rect: PixelRect) -> [DVec3; 4] {
         let (left, top) = (f64::from(rect.x), f64::from(rect.y));
         let (right, bottom) = (f64::from(rect.right()), f64::from(rect.bottom()));
@@ -48,7 +50,8 @@ impl Stand {
             .map(|(x, y)| self.point(order, DVec2::new(x, y)))
     }
 
-    /// Where a ray meets the sheet of an order: how far along `direction`, and the photo pixel.
+    /// Intersects a ray with the sheet of an order: returns the ray parameter along `direction`, and the
+    /// photo pixel; `None` where the ray does not hit the sheet's plane.
     pub fn meet(&self, order: u32, origin: DVec3, direction: DVec3) -> Option<(f64, DVec2)> {
         let (from, along) = (self.pose.camera_from_world(origin), self.pose.rotation * direction);
         let t = (self.depth(order) - from.z) / along.z;
@@ -56,19 +59,21 @@ impl Stand {
         (t.is_finite() && t > 0.0).then(|| Some((t, self.camera.image_from_camera(point)?)))?
     }
 
-    /// Sheets of these orders in the order of drawing them for an eye: what is farther first, and where they stand in one
-    /// plane, what is behind in the stack. Parallel planes hide each other by their distance alone.
+    /// Returns the indices of sheets of these orders in drawing order for an eye: farther ones first, and of
+    /// sheets in one plane those deeper in the stack. Parallel planes occlude each other by their distance
+    /// alone.
     pub fn from_behind(&self, orders: &[u32], eye: DVec3) -> Vec<usize> {
         let eye = self.pose.camera_from_world(eye).z;
-        let mut places: Vec<usize> = (0..orders.len()).collect();
-        let away = |place: usize| (self.depth(orders[place]) - eye).abs();
-        places.sort_by(|a, b| away(*b).total_cmp(&away(*a)).then(orders[*b].cmp(&orders[*a])).then(b.cmp(a)));
-        places
+        let mut indices: Vec<usize> = (0..orders.len()).collect();
+        let away = |index: usize| (self.depth(orders[index]) - eye).abs();
+        indices
+            .sort_by(|a, b| away(*b).total_cmp(&away(*a)).then(orders[*b].cmp(&orders[*a])).then(b.cmp(a)));
+        indices
     }
 
-    /// Looks at all sheets up to an order from the side, with `up` of the world upwards.
-    pub fn from_aside(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
-        let whole = PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height };
+    /// Returns a viewpoint that sees all sheets up to an order from the side, with `up` of the world upwards.
+    pub fn side_view(&self, last: u32, lens: FrameLens, up: DVec3) -> Viewpoint {
+        let whole = self.camera.rect();
         let marks = [self.corners(0, whole), self.corners(last, whole)].concat();
         let center = marks.iter().sum::<DVec3>() / marks.len() as f64;
         let radius = marks.iter().map(|mark| mark.distance(center)).fold(0.0, f64::max);
@@ -86,7 +91,7 @@ mod tests {
 
     fn stand() -> Stand {
         let pose = look_at(DVec3::new(3.0, -8.0, 2.0), DVec3::new(0.0, 0.0, 1.0));
-        Stand::of_height(centred(640, 480, 500.0), pose, 4.0, 0.25)
+        Stand::with_height(centred(640, 480, 500.0), pose, 4.0, 0.25)
     }
 
     #[test]
@@ -98,7 +103,7 @@ mod tests {
             assert!((stand.camera.image_from_camera(seen).unwrap() - px).length() < 1e-9);
             assert!((seen.z - stand.depth(order)).abs() < 1e-9);
         }
-        let whole = PixelRect { x: 0, y: 0, w: 640, h: 480 };
+        let whole = PixelRect::of_size(640, 480);
         let [top, _, _, bottom] = stand.corners(0, whole);
         assert!((top.distance(bottom) - 4.0).abs() < 1e-9);
     }
@@ -126,8 +131,8 @@ mod tests {
     #[test]
     fn from_aside_all_sheets_are_in_the_picture() {
         let stand = stand();
-        let view = stand.from_aside(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
-        let whole = PixelRect { x: 0, y: 0, w: 640, h: 480 };
+        let view = stand.side_view(4, FrameLens::with_field_of_view(0.8), DVec3::Z);
+        let whole = PixelRect::of_size(640, 480);
         let mut widest = 0.0f64;
         for corner in [stand.corners(0, whole), stand.corners(4, whole)].concat() {
             let place = view.place(corner).unwrap();

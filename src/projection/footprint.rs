@@ -1,5 +1,6 @@
-//! Which pixels of a photo a flat surface covers: those whose centres lie within its projected outline.
-//! On the processor, for a few surfaces at a time; the sort's own passes do it for all of them.
+//! The pixels of a photo that a flat surface covers: those whose centres lie within its projected outline.
+//! This runs on the CPU, for a few surfaces at a time; the passes of the visibility sort do the same for all
+//! of them.
 
 use glam::{DVec2, DVec3};
 
@@ -7,9 +8,10 @@ use crate::geometry::clip::clipped_to_box;
 use crate::geometry::spans::{Run, Spans};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 
-/// The pixels within `area` (photo pixels; it may reach outside the photo) that a polygon covers. `outline` is
-/// one ring in world coordinates, weakly simple at most: holes are bridged by doubled edges, which cancel out
-/// under the even-odd rule. Of two polygons that share an edge, a centre on it belongs to one.
+/// Computes the pixels within `area` (photo pixels; it may reach outside the photo) that a polygon covers.
+/// `outline` is one ring in world coordinates, simple or weakly simple: holes are bridged by doubled edges,
+/// which cancel out under the even-odd rule. A pixel centre on the common edge of two polygons belongs to one
+/// of them only.
 pub fn footprint(outline: &[DVec3], camera: &Pinhole, pose: &Pose, area: PixelRect) -> Spans {
     let in_camera: Vec<DVec3> = outline.iter().map(|&p| pose.camera_from_world(p)).collect();
     let low = DVec2::new(f64::from(area.x), f64::from(area.y));
@@ -19,7 +21,7 @@ pub fn footprint(outline: &[DVec3], camera: &Pinhole, pose: &Pose, area: PixelRe
     covered(&ring, area)
 }
 
-/// The pixels of `area` whose centres lie within a ring, in pixels, by the even-odd rule.
+/// Computes the pixels of `area` whose centres lie within a ring (pixel coordinates), by the even-odd rule.
 fn covered(ring: &[DVec2], area: PixelRect) -> Spans {
     let edges: Vec<(DVec2, DVec2)> = ring
         .iter()
@@ -29,10 +31,10 @@ fn covered(ring: &[DVec2], area: PixelRect) -> Spans {
         .collect();
     let Some(rows) = rows_of(&edges, area) else { return Spans::default() };
     let mut crossings: Vec<f64> = Vec::new();
-    Spans::of_rows(rows, |y, out| {
+    Spans::from_rows(rows, |y, out| {
         let centre = f64::from(y) + 0.5;
         crossings.clear();
-        // Half open: a corner on the line counts with the edge below it.
+        // Edges are half open: a corner exactly on the line counts with the edge below it.
         let crossed = edges.iter().filter(|(a, b)| a.y <= centre && centre < b.y);
         crossings.extend(crossed.map(|(a, b)| a.x + (centre - a.y) * ((b.x - a.x) / (b.y - a.y))));
         crossings.sort_by(f64::total_cmp);
@@ -49,7 +51,7 @@ fn rows_of(edges: &[(DVec2, DVec2)], area: PixelRect) -> Option<std::ops::Range<
     (top < bottom).then_some(top..bottom)
 }
 
-/// The first pixel whose centre is not before `edge`.
+/// Returns the first pixel whose centre is at or after `edge`.
 fn first_at(edge: f64) -> i32 {
     (edge - 0.5).ceil() as i32
 }
@@ -73,7 +75,7 @@ mod tests {
         (camera, Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO })
     }
 
-    /// A ring of image positions, one metre away.
+    /// Converts a ring of image positions to points one metre away.
     fn at_one_metre(ring: &[(f64, f64)]) -> Vec<DVec3> {
         ring.iter().map(|(x, y)| DVec3::new((x - 16.0) / 10.0, (y - 12.0) / 10.0, 1.0)).collect()
     }

@@ -1,14 +1,14 @@
-//! The same view at another size.
+//! Cameras of the same view at another image size.
 
 use crate::geometry::Pinhole;
 
-/// `camera` with pictures of `width` x `height` pixels. Where the sides keep their proportion, to the
-/// pixel, K is scaled by their ratios exactly, so the picture shows the same. Else the vertical field
-/// of view stays, and the picture is cut or widened evenly left and right.
+/// Returns `camera` for images of `width` x `height` pixels. Where the proportion of the sides is kept, to
+/// within a pixel, the intrinsics are scaled exactly, so the image shows the same. Otherwise the vertical
+/// field of view is kept, and the image is cropped or widened evenly left and right.
 pub fn resized(camera: &Pinhole, width: u32, height: u32) -> Pinhole {
     let (old_width, old_height) = (f64::from(camera.width), f64::from(camera.height));
     let (x, y) = (f64::from(width) / old_width, f64::from(height) / old_height);
-    // A size that was rounded to whole pixels keeps the proportion as well as it can.
+    // A size that was rounded to whole pixels counts as keeping the proportion.
     let keeps_proportion =
         (f64::from(width) - y * old_width).abs() < 1.0 || (f64::from(height) - x * old_height).abs() < 1.0;
     let across = if keeps_proportion { x } else { y };
@@ -23,7 +23,7 @@ pub fn resized(camera: &Pinhole, width: u32, height: u32) -> Pinhole {
     }
 }
 
-/// `camera` with so many times its pixels along each side, one at least.
+/// Returns `camera` with `scale` times its pixels along each side, at least one.
 pub fn scaled(camera: &Pinhole, scale: f64) -> Pinhole {
     let side = |px: u32| (f64::from(px) * scale).round().clamp(1.0, f64::from(u32::MAX)) as u32;
     resized(camera, side(camera.width), side(camera.height))

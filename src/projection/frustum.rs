@@ -1,16 +1,16 @@
-//! The sheared sub-frustum of an image layer (Reche & Drettakis 2003, section 5): a rectangle of the
-//! photo, wherever it lies, has a projection of its own.
+//! The sheared sub-frustum of an image layer (Reche & Drettakis 2003, section 5): a projection for any
+//! rectangle of the photo.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
 use crate::geometry::{Pinhole, PixelRect, Pose};
 
-/// Rows ((fx r1 + (cx - x) r3) / w, (fy r2 + (cy - y) r3) / h, r3) of [R|t]: the sub-frustum of the
-/// rectangle and its bias in one, without the detour through a near plane ([`texture_matrix`]).
+/// Computes the rows ((fx r1 + (cx - x) r3) / w, (fy r2 + (cy - y) r3) / h, r3) of [R|t]: the projection of
+/// the rectangle's sub-frustum and its bias in one, without a near plane (see [`texture_matrix`]).
 ///
-/// 3 rows x 4: `(u q, v q, q) = rows * (x, y, z, 1)` of a world point, u and v in 0..1 of the
-/// rectangle, v down; q is the depth in the photo's camera, in world units: the photo shows nothing
-/// where it is not positive.
+/// The result has 3 rows x 4: `(u q, v q, q) = rows * (x, y, z, 1)` of a world point, with u and v in 0..1 of
+/// the rectangle, v down, and q the depth in the photo's camera in world units. The photo does not show
+/// points where q is not positive.
 pub fn uv_from_world(camera: &Pinhole, pose: &Pose, rect: PixelRect) -> [[f64; 4]; 3] {
     let t = pose.translation;
     let [x, y, z] = uv_from_direction(camera, pose, rect);
@@ -20,15 +20,15 @@ pub fn uv_from_world(camera: &Pinhole, pose: &Pose, rect: PixelRect) -> [[f64; 4
     [[x.x, x.y, x.z, u], [y.x, y.y, y.z, v], [z.x, z.y, z.z, t.z]]
 }
 
-/// The same for points relative to `origin` (a world point near the cameras). The sums are made here,
-/// in f64, so that coordinates of millions of metres lose nothing when the result becomes f32.
+/// Computes [`uv_from_world`] for points relative to `origin` (a world point near the cameras). The sums are
+/// made here in f64, so that coordinates of millions of metres lose nothing when the result becomes f32.
 pub fn uv_from_rebased(camera: &Pinhole, pose: &Pose, rect: PixelRect, origin: DVec3) -> [[f64; 4]; 3] {
-    // R p + t = R (p - C): the difference is small wherever the site lies.
+    // R p + t = R (p - C): the difference is small wherever the site lies in the world.
     let from_center = origin - pose.center_in_world();
     uv_from_direction(camera, pose, rect).map(|row| [row.x, row.y, row.z, row.dot(from_center)])
 }
 
-/// The first three columns of [`uv_from_world`], as rows.
+/// Computes the first three columns of [`uv_from_world`]; the vectors are its rows.
 fn uv_from_direction(camera: &Pinhole, pose: &Pose, rect: PixelRect) -> [DVec3; 3] {
     let rows = pose.rotation.transpose();
     let (x, y) = (f64::from(rect.x), f64::from(rect.y));
@@ -39,9 +39,9 @@ fn uv_from_direction(camera: &Pinhole, pose: &Pose, rect: PixelRect) -> [DVec3; 
     ]
 }
 
-/// The same by the way of OpenGL: `bias * frustum(x'min, x'max, y'min, y'max) * view` (design of the
-/// published system), rows for u q, v q and q. `near` is the near distance of the frustum and drops
-/// out. Kept as the definition that the short form is tested against.
+/// Computes the texture matrix as in OpenGL: `bias * frustum(x'min, x'max, y'min, y'max) * view` (design of
+/// the published system), rows for u q, v q and q. The near distance of the frustum, `near`, cancels out.
+/// This is the definition that the short form is tested against.
 pub fn texture_matrix(camera: &Pinhole, pose: &Pose, rect: PixelRect, near: f64) -> DMat4 {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let (x_min, x_max) = (-camera.cx * near / camera.fx, (width - camera.cx) * near / camera.fx);
@@ -63,7 +63,7 @@ pub fn texture_matrix(camera: &Pinhole, pose: &Pose, rect: PixelRect, near: f64)
         (flip * pose.rotation.z_axis).extend(0.0),
         (flip * pose.translation).extend(1.0),
     );
-    // x to (x + 1) / 2, y to (1 - y) / 2, w stays.
+    // Maps x to (x + 1) / 2 and y to (1 - y) / 2; w is unchanged.
     let bias = DMat4::from_cols(
         DVec4::new(0.5, 0.0, 0.0, 0.0),
         DVec4::new(0.0, -0.5, 0.0, 0.0),
@@ -76,10 +76,10 @@ pub fn texture_matrix(camera: &Pinhole, pose: &Pose, rect: PixelRect, near: f64)
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
-    /// A camera with its principal point anywhere, looking anywhere, `away` from the origin.
-    fn random_camera(dice: &mut Dice, away: f64) -> (Pinhole, Pose) {
+    /// Returns a camera with any principal point and direction, at the distance `away` from the origin.
+    fn random_camera(dice: &mut Rng, away: f64) -> (Pinhole, Pose) {
         let camera = Pinhole {
             width: 3072,
             height: 2048,
@@ -99,8 +99,8 @@ mod tests {
         (camera, Pose { rotation, translation: -(rotation * center) })
     }
 
-    fn random_rect(dice: &mut Dice) -> PixelRect {
-        let side = |dice: &mut Dice| 1u32 << (dice.between(0.0, 12.9) as u32);
+    fn random_rect(dice: &mut Rng) -> PixelRect {
+        let side = |dice: &mut Rng| 1u32 << (dice.between(0.0, 12.9) as u32);
         PixelRect {
             x: dice.between(-5000.0, 5000.0) as i32,
             y: dice.between(-5000.0, 5000.0) as i32,
@@ -114,15 +114,15 @@ mod tests {
         (dot(&rows[0]) / dot(&rows[2]), dot(&rows[1]) / dot(&rows[2]))
     }
 
-    /// A point in front of the camera, up to the photo's own size outside of it.
-    fn point_before(dice: &mut Dice, camera: &Pinhole) -> DVec3 {
+    /// Returns a point in front of the camera, at most the photo's own size outside of it.
+    fn point_before(dice: &mut Rng, camera: &Pinhole) -> DVec3 {
         let px = glam::DVec2::new(dice.between(-3072.0, 6144.0), dice.between(-2048.0, 4096.0));
         camera.ray_in_camera(px) * dice.between(0.5, 200.0)
     }
 
     #[test]
     fn a_sheared_sub_frustum_gives_the_photos_own_pixels_wherever_its_rectangle_lies() {
-        let mut dice = Dice::new(3);
+        let mut dice = Rng::new(3);
         for case in 0..2000 {
             let away = if case % 2 == 0 { 0.0 } else { 5e6 };
             let (camera, pose) = random_camera(&mut dice, away);
@@ -141,7 +141,7 @@ mod tests {
 
     #[test]
     fn the_short_form_is_the_published_texture_matrix() {
-        let mut dice = Dice::new(4);
+        let mut dice = Rng::new(4);
         for _ in 0..500 {
             let (camera, pose) = random_camera(&mut dice, 20.0);
             let rect = random_rect(&mut dice);

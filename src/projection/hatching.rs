@@ -1,55 +1,16 @@
-//! Stripes over what a photo does not show, as draughtsmen hatch: lines at 45 degrees, laid in the photo's frame, so
-//! that those of neighbouring areas meet.
+//! Hatching of areas that a photo does not show: lines at 45 degrees, aligned to the photo's frame, so that
+//! those of adjoining areas meet.
 
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
+use crate::raster::Image;
 
-/// A set of pixels within a rectangle of the photo.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mask {
-    rect: PixelRect,
-    /// Rows of `rect` from the top.
-    set: Vec<bool>,
-}
+/// A pixel mask within a rectangle of the photo, in photo pixels; the rectangle may reach outside the photo.
+pub type Mask = Image<bool>;
 
-impl Mask {
-    /// No pixel of `rect`, which is in photo pixels and may reach outside the photo.
-    pub fn none_of(rect: PixelRect) -> Self {
-        Self { rect, set: vec![false; rect.area() as usize] }
-    }
-
-    /// Where there may be pixels.
-    pub fn rect(&self) -> PixelRect {
-        self.rect
-    }
-
-    /// Whether a pixel is in it; none outside the rectangle is.
-    pub fn has(&self, x: i32, y: i32) -> bool {
-        self.index(x, y).is_some_and(|index| self.set[index])
-    }
-
-    /// Puts a pixel in or takes it out; nothing happens outside the rectangle.
-    pub fn put(&mut self, x: i32, y: i32, within: bool) {
-        if let Some(index) = self.index(x, y) {
-            self.set[index] = within;
-        }
-    }
-
-    /// Pixels in it.
-    pub fn count(&self) -> u64 {
-        self.set.iter().filter(|within| **within).count() as u64
-    }
-
-    fn index(&self, x: i32, y: i32) -> Option<usize> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| (y - top) as usize * w as usize + (x - left) as usize)
-    }
-}
-
-/// The stripes over a mask within `window`, as segments in photo pixels that fall to the left, `pitch_px` pixels
-/// apart along a row. The work is that of the pixels they pass.
+/// Computes the hatching lines of a mask within `window`, as segments in photo pixels that fall to the left,
+/// `pitch_px` pixels apart along a row. The running time is proportional to the pixels that the lines cross.
 pub fn stripes(mask: &Mask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]> {
     let window = window.intersection(&mask.rect());
     let mut segments = Vec::new();
@@ -66,13 +27,13 @@ pub fn stripes(mask: &Mask, window: PixelRect, pitch_px: u32) -> Vec<[DVec2; 2]>
     segments
 }
 
-/// The runs of one diagonal, whose columns and rows add up to `sum`.
+/// Computes the segments of one diagonal, whose columns and rows add up to `sum`.
 fn stripe(mask: &Mask, window: PixelRect, sum: i32, segments: &mut Vec<[DVec2; 2]>) {
     let rows = window.y.max(sum - window.right() + 1)..window.bottom().min(sum - window.x + 1);
     let corner = |y: i32| DVec2::new(f64::from(sum - y + 1), f64::from(y));
     let mut begun: Option<i32> = None;
     for y in rows.clone() {
-        match (mask.has(sum - y, y), begun) {
+        match (mask.holds(sum - y, y), begun) {
             (true, None) => begun = Some(y),
             (false, Some(from)) => {
                 segments.push([corner(from), corner(y)]);
@@ -89,9 +50,8 @@ mod tests {
     use super::*;
 
     fn box_of(rect: PixelRect, within: PixelRect) -> Mask {
-        let mut mask = Mask::none_of(rect);
-        (within.y..within.bottom())
-            .for_each(|y| (within.x..within.right()).for_each(|x| mask.put(x, y, true)));
+        let mut mask = Mask::filled(rect, false);
+        within.pixels().for_each(|(x, y)| mask.put(x, y, true));
         mask
     }
 
@@ -101,7 +61,7 @@ mod tests {
         let mask = box_of(rect, PixelRect { x: 2, y: 4, w: 6, h: 5 });
         assert_eq!(mask.count(), 30);
         let all = stripes(&mask, rect, 4);
-        // Of the sums 6 to 15 those that are multiples of 4.
+        // Of the sums 6 to 15, those that are multiples of 4.
         let expected = [[(5.0, 4.0), (2.0, 7.0)], [(9.0 - 1.0, 5.0), (4.0, 9.0)]];
         let expected = expected.map(|ends| ends.map(|(x, y)| DVec2::new(x, y)));
         assert_eq!(all, expected);
@@ -111,7 +71,7 @@ mod tests {
 
     #[test]
     fn a_window_shows_the_same_stripes_cut_off() {
-        let rect = PixelRect { x: 0, y: 0, w: 32, h: 32 };
+        let rect = PixelRect::of_size(32, 32);
         let mask = box_of(rect, rect);
         let window = PixelRect { x: 9, y: 3, w: 7, h: 11 };
         let within = stripes(&mask, window, 1).iter().map(|[from, to]| to.y - from.y).sum::<f64>();

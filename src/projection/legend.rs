@@ -1,32 +1,32 @@
-//! What the colours of understanding views mean. Pictures and legends are made of the same numbers: the shader's text
-//! is written from these (`gpu/renderer/program.rs`).
+//! The meaning of the colours of diagnostic views. Images and legends use the same numbers: the shader's
+//! constants are generated from these (`gpu/renderer/program.rs`).
 
 use super::Shown;
-use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
-/// Where a texel's colour comes from.
+/// The source of a texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
     /// The photo itself.
     Photo,
-    /// An artist's hand.
+    /// Paint on the photo.
     Paint,
-    /// An artist's hand in another photo.
+    /// Paint on another photo, propagated.
     Propagated,
-    /// Filled from another photo.
+    /// Another photo.
     OtherPhoto,
-    /// Invented by example.
+    /// Patch-based inpainting.
     Example,
-    /// Invented by diffusion.
+    /// Smooth inpainting.
     Diffused,
 }
 
 impl Origin {
-    /// All of them, the most trusted first.
+    /// All sources, the most reliable first.
     pub const ALL: [Self; 6] =
         [Self::Photo, Self::Paint, Self::Propagated, Self::OtherPhoto, Self::Example, Self::Diffused];
 
-    /// For people.
+    /// Returns the name shown to users.
     pub fn name(self) -> &'static str {
         match self {
             Self::Photo => "the photo itself",
@@ -38,7 +38,7 @@ impl Origin {
         }
     }
 
-    /// Its colour, sRGB.
+    /// Returns the colour, sRGB.
     pub fn colour(self) -> [u8; 3] {
         match self {
             Self::Photo => [0x5b, 0x8d, 0xb8],
@@ -51,36 +51,38 @@ impl Origin {
     }
 }
 
-/// Colours between which a value runs, sRGB, equally far apart; mixed in linear light.
+/// A colour ramp: sRGB colours at equal distances, interpolated in linear light.
 pub type Ramp = &'static [[u8; 3]];
 
-/// How far a texel is trusted, from not at all to fully.
+/// The ramp of confidence, from 0 to 1.
 pub const CONFIDENCE: Ramp =
     &[[0x7a, 0x1f, 0x2e], [0xd8, 0x74, 0x3a], [0xe9, 0xd2, 0x6a], [0x4f, 0xa3, 0x6b]];
 
-/// How many photos serve: 1, 2, 4, 8 and more.
+/// The ramp of coverage, the number of photos that show a point: 1, 2, 4, 8 and more.
 pub const COVERAGE: Ramp = &[[0x6e, 0x14, 0x24], [0xd9, 0x66, 0x2e], [0xf0, 0xd0, 0x64], [0xf7, 0xf7, 0xf0]];
 
-/// Octaves of the photo's resolution around that of the view, from [`DENSITY_OCTAVES`] too few to as many more.
+/// The ramp of resolution, in octaves of the photo's resolution over the view's, from -[`DENSITY_OCTAVES`] to
+/// +[`DENSITY_OCTAVES`].
 pub const DENSITY: Ramp = &[[0xe4, 0x33, 0x28], [0xf0, 0xf0, 0xf0], [0x2a, 0x5c, 0xe4]];
-/// See [`DENSITY`].
+/// The half width of [`DENSITY`] in octaves.
 pub const DENSITY_OCTAVES: u32 = 3;
-/// Doublings of the number of photos that [`COVERAGE`] runs over.
+/// The number of doublings of the number of photos that [`COVERAGE`] covers.
 pub const COVERAGE_DOUBLINGS: u32 = 3;
 
-/// The colour at a share (0 to 1) of a ramp, sRGB.
+/// Interpolates a ramp at a share (0 to 1) of its length; sRGB.
 pub fn colour_at(ramp: Ramp, share: f32) -> [u8; 3] {
-    let place = share.clamp(0.0, 1.0) * (ramp.len() - 1) as f32;
+    let position = share.clamp(0.0, 1.0) * (ramp.len() - 1) as f32;
     let mut mixed = linear(ramp[0]);
     for (before, stop) in ramp[1..].iter().enumerate() {
-        let part = f64::from((place - before as f32).clamp(0.0, 1.0));
+        let part = f64::from((position - before as f32).clamp(0.0, 1.0));
         let stop = linear(*stop);
         mixed = [0, 1, 2].map(|i| mixed[i] + (stop[i] - mixed[i]) * part);
     }
     stored(mixed)
 }
 
-/// The colour that stands for a number, such as a photo's: hues a golden angle apart, sRGB.
+/// Returns the colour that identifies a number, such as a photo's index: sRGB, with hues a golden angle
+/// apart.
 pub fn colour_of_number(number: u32) -> [u8; 3] {
     let number = number as f32;
     let hue = (number * 0.618_034).fract();
@@ -91,49 +93,50 @@ pub fn colour_of_number(number: u32) -> [u8; 3] {
     }))
 }
 
-/// The linear light of a colour.
+/// Converts an sRGB colour to linear light.
 pub fn linear(colour: [u8; 3]) -> [f64; 3] {
     colour.map(|byte| linear_of_srgb(f64::from(byte) / 255.0))
 }
 
 fn stored(light: [f64; 3]) -> [u8; 3] {
-    light.map(|light| (srgb_of_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8)
+    light.map(|light| (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8)
 }
 
-/// What colours mean, for people.
+/// The legend of a view, for users.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Legend {
-    /// Each colour stands for something.
+    /// A list of colours, each with its meaning.
     Entries {
-        /// What they are.
+        /// The heading.
         title: &'static str,
-        /// Each with its colour, sRGB.
+        /// The meanings with their colours, sRGB.
         entries: Vec<(String, [u8; 3])>,
     },
-    /// Colours run from value to value.
+    /// A scale along which colours vary with a value.
     Scale {
-        /// What is measured, with its unit.
+        /// The quantity, with its unit.
         title: &'static str,
-        /// From left to right.
+        /// The colours, from left to right.
         ramp: Ramp,
-        /// At equal distances along it.
+        /// Labels at equal distances along the scale.
         marks: &'static [&'static str],
     },
-    /// There are too many colours to be told one by one.
+    /// An explanation, where there are too many colours to list.
     Words(&'static str),
 }
 
-/// The legend of what is shown; none for colours that are what they are. `photos` are their names in the site's order.
+/// Returns the legend of a display mode; `None` where colours are those of the photos. `photos` are the
+/// photos' names in the site's order.
 pub fn legend(shown: Shown, photos: &[&str]) -> Option<Legend> {
     let scale = |title, ramp, marks| Some(Legend::Scale { title, ramp, marks });
-    let of_photos = |title| {
+    let photo_entries = |title| {
         let entry = |(number, name): (u32, &&str)| ((*name).to_owned(), colour_of_number(number));
         Some(Legend::Entries { title, entries: (0..).zip(photos).map(entry).collect() })
     };
     match shown {
         Shown::Colour => None,
-        Shown::Weights => of_photos("Photos, mixed by their weight"),
-        Shown::BestPhoto => of_photos("The photo that counts most"),
+        Shown::Weights => photo_entries("Photos, mixed by their weight"),
+        Shown::BestPhoto => photo_entries("The photo that counts most"),
         Shown::Coverage => scale("Photos that serve a place", COVERAGE, &["1", "2", "4", "8 and more"]),
         Shown::Density => {
             scale("Texels of the best photo for a pixel, along a side", DENSITY, &["1/8", "1", "8"])
@@ -155,8 +158,8 @@ mod tests {
     #[test]
     fn a_ramp_goes_through_its_colours_and_does_not_leave_them() {
         for ramp in [CONFIDENCE, COVERAGE, DENSITY] {
-            for (place, stop) in ramp.iter().enumerate() {
-                assert_eq!(colour_at(ramp, place as f32 / (ramp.len() - 1) as f32), *stop);
+            for (index, stop) in ramp.iter().enumerate() {
+                assert_eq!(colour_at(ramp, index as f32 / (ramp.len() - 1) as f32), *stop);
             }
             assert_eq!([colour_at(ramp, -1.0), colour_at(ramp, 2.0)], [ramp[0], ramp[ramp.len() - 1]]);
         }

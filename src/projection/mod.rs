@@ -1,5 +1,5 @@
-//! Novel views: the edited layers projected back onto the model. What a shot is, which image layers
-//! may serve a face, and how photos are weighed; `gpu` draws it.
+//! Novel views, for which the edited layers are projected back onto the model: the description of a view, the
+//! image layers that may texture a face, and the weighting of photos. `gpu` draws the views.
 
 pub mod cells;
 pub mod exploded;
@@ -14,8 +14,10 @@ pub mod likeness;
 pub mod navigation;
 pub mod reduced;
 pub mod relief;
+mod renders;
 pub mod shot;
 pub mod sides;
+mod sliced;
 pub mod sources;
 pub mod surface;
 mod texels;
@@ -23,8 +25,10 @@ pub mod twin;
 pub mod weights;
 
 pub use exposure::Gains;
-pub use shot::{Blend, Exposure, Mode, Picture, Quality, Renders, Shot, Shown};
+pub use renders::{Renders, SiteContent, SiteRenderer};
+pub use shot::{Blend, Exposure, Mode, Picture, Quality, Shot, Shown};
+pub use sliced::Sliced;
 pub use sources::{
-    Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, SheetPixels, Sources, Texels,
+    Domain, HalfPlane, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Server, Sheet, Sources, Texels,
 };
 pub use texels::{confidence, halving, least_confidence, pyramid, residency, srgb, tiles};

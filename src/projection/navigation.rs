@@ -1,54 +1,57 @@
-//! A camera that a person moves: around a point, through space, from photo to photo.
+//! An interactive camera: it orbits around a point, flies through space, and moves from photo to photo.
 
 use glam::{DMat3, DQuat, DVec2, DVec3};
 
 use super::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 use crate::geometry::{Pinhole, Pose};
 
-/// A turntable's axis of view stays at least so far from straight up and down (1 degree): there its
-/// turn would be open.
+/// The steepest elevation of a turntable camera's axis, in radians (1 degree from vertical); at the poles its
+/// heading would be undefined.
 const STEEPEST_RAD: f64 = 89.0 * std::f64::consts::PI / 180.0;
 
-/// Nearer to its pivot than this share of the site's radius a camera is not pulled by zooming: each
-/// further step would be too small to be noticed.
+/// The least distance from its target that zooming leads to, as a share of the site's radius; each further
+/// step would be imperceptible.
 const NEAREST_SHARE: f64 = 1e-4;
 
-/// Flying is no slower than with surfaces at this share of the site's radius: else one would never pass a wall.
+/// The least distance of surfaces assumed for the speed of flying, as a share of the site's radius; otherwise
+/// a camera would slow down in front of a wall and never pass it.
 const SLOWEST_SHARE: f64 = 0.01;
 
-/// Half the side of a picture's inner square, in heights: what fits into it does not touch the picture's border.
+/// Half the side of an image's inner square, in image heights: what fits into it does not touch the image's
+/// border.
 const INNER: f64 = 0.45;
 
-/// A pivot farther away than this many radii of the site belongs to nothing that is seen of it.
+/// The farthest a pivot may be from the camera, in radii of the site; a farther one is outside of all that is
+/// visible of it.
 const FARTHEST_SHARE: f64 = 4.0;
-/// One that is chosen for want of anything under the pointer is not nearer than this share of the site's radius: turning
-/// would be as fast as looking around.
+/// The least distance of a default pivot, as a share of the site's radius; orbiting around a nearer one would
+/// be as fast as looking around.
 const NEAREST_PIVOT_SHARE: f64 = 0.1;
 
-/// Where somebody looks from, and the point that they turn around.
+/// An interactive camera: pose, lens, and the point that it orbits around.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Viewpoint {
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// The field of view.
+    /// The field of view and the principal point.
     pub lens: FrameLens,
-    /// The point that orbiting turns around, in the world.
+    /// The point that orbiting turns around, in world coordinates.
     pub pivot: DVec3,
 }
 
-/// What a viewpoint moves in: what is up, and how large the site is.
+/// The frame of a site in which a viewpoint moves: its up direction and its size.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ground {
-    /// A unit direction of the world.
+    /// The up direction, a unit vector in world coordinates.
     pub up: DVec3,
-    /// The middle of the model, in the world.
+    /// The centre of the model, in world coordinates.
     pub center: DVec3,
-    /// Of a ball around `center` that holds the model, in world units.
+    /// The radius of a ball around `center` that holds the model, in world units.
     pub radius: f64,
 }
 
 impl Ground {
-    /// Of the points of a model; one unit around the origin where there are none.
+    /// Computes the frame of a model's points; a ball of one unit around the origin where there are none.
     pub fn of(points: &[DVec3], up: DVec3) -> Self {
         let (low, high) = points.iter().fold((DVec3::INFINITY, DVec3::NEG_INFINITY), |(low, high), point| {
             (low.min(*point), high.max(*point))
@@ -63,7 +66,7 @@ impl Ground {
 }
 
 impl Viewpoint {
-    /// A photo's own camera; `pivot` is the point of its axis at the depth of `near`.
+    /// Starts at a photo's camera; the pivot is the point of its axis at the depth of `near`.
     pub fn of_camera(camera: &Pinhole, pose: &Pose, near: DVec3) -> Self {
         let depth = pose.camera_from_world(near).z;
         let depth = if depth > 0.0 { depth } else { pose.center_in_world().distance(near).max(1e-9) };
@@ -71,56 +74,60 @@ impl Viewpoint {
         Self { pose: *pose, lens: FrameLens::of(camera), pivot }
     }
 
-    /// Looks along `forward` at a ball in the world, which fills a square picture; its middle is the pivot.
+    /// Looks along `forward` at a ball (world coordinates) that fills a square image; its centre is the
+    /// pivot.
     pub fn towards(center: DVec3, radius: f64, forward: DVec3, up: DVec3, lens: FrameLens) -> Self {
         let mut view = Self { pose: facing(center, forward, up), lens, pivot: center };
         view.show(center, radius);
         view
     }
 
-    /// From obliquely above, far enough to have all of the ground's ball in a square picture.
+    /// Looks obliquely down from a distance at which the whole ball of the site fits into a square image.
     pub fn overview(ground: &Ground, lens: FrameLens) -> Self {
         let level = ground.up.any_orthonormal_vector();
         let forward = (level - 0.5 * ground.up).normalize();
         Self::towards(ground.center, ground.radius, forward, ground.up, lens)
     }
 
-    /// Where it stands, in the world.
+    /// Returns the camera's position, in world coordinates.
     pub fn position(&self) -> DVec3 {
         self.pose.center_in_world()
     }
 
-    /// The camera with pictures of this size, in pixels.
+    /// Returns the intrinsics for images of this size, in pixels.
     pub fn camera(&self, width: u32, height: u32) -> Pinhole {
         self.lens.camera(width, height)
     }
 
-    /// The direction, in the world, of the ray through a point of a picture of `size_px`; not of unit length.
+    /// Returns the direction, in world coordinates and not of unit length, of the ray through a point of an
+    /// image of `size_px`.
     pub fn ray(&self, point_px: DVec2, size_px: [u32; 2]) -> DVec3 {
         let camera = self.camera(size_px[0], size_px[1]);
         self.pose.rotation.transpose() * camera.ray_in_camera(point_px)
     }
 
-    /// Where a point of the world is in the picture, in heights of the picture from its middle; none behind the camera.
+    /// Projects a world point to the image, in image heights from its centre; `None` behind the camera.
     pub fn place(&self, point: DVec3) -> Option<DVec2> {
         let point = self.pose.camera_from_world(point);
         (point.z > 0.0).then(|| self.flat(point))
     }
 
-    /// The part of a segment that is before the camera, as [`Self::place`] has it.
+    /// Projects the part of a world segment that is in front of the camera, as [`Self::place`] does; `None`
+    /// where it is behind.
     pub fn segment(&self, from: DVec3, to: DVec3) -> Option<[DVec2; 2]> {
         let [mut from, mut to] = [from, to].map(|point| self.pose.camera_from_world(point));
-        // Lines through the camera's plane leave the picture long before this share of their own length.
+        // The depth limit, as a share of the segment's length: lines through the camera's plane leave the
+        // image long before.
         let least = 1e-6 * from.distance(to);
         if from.z.max(to.z) <= least {
             return None;
         }
-        let cut =
+        let clip =
             |inside: DVec3, outside: DVec3| inside.lerp(outside, (inside.z - least) / (inside.z - outside.z));
         if from.z < least {
-            from = cut(to, from);
+            from = clip(to, from);
         } else if to.z < least {
-            to = cut(from, to);
+            to = clip(from, to);
         }
         Some([self.flat(from), self.flat(to)])
     }
@@ -131,24 +138,24 @@ impl Viewpoint {
         DVec2::new(focal[0] * x / z + shift[0], focal[1] * y / z + shift[1])
     }
 
-    /// How many world units a pixel of a picture of this height spans at the pivot.
+    /// Returns the world units that a pixel of an image of this height spans at the pivot.
     pub fn units_per_px(&self, height_px: f64) -> f64 {
         self.distance() / (self.lens.focal[1] * height_px)
     }
 
-    /// Of the pivot, in world units.
+    /// Returns the distance of the pivot, in world units.
     pub fn distance(&self) -> f64 {
         self.position().distance(self.pivot)
     }
 
-    /// Turns around the pivot: `yaw_rad` around `up`, `pitch_rad` around the camera's x axis; a positive pitch
-    /// goes up and over. It stops short of the poles.
+    /// Orbits around the pivot: `yaw_rad` around `up`, `pitch_rad` around the camera's x axis, where positive
+    /// pitch moves the camera up and over. It stops short of the poles.
     pub fn orbit(&mut self, yaw_rad: f64, pitch_rad: f64, up: DVec3) {
         self.turn_around(self.pivot, yaw_rad, pitch_rad, up);
     }
 
-    /// Makes sure that the pivot is something one looks at: one behind the camera, beside the picture, or farther than the
-    /// site is large gives way to a point in the middle of the picture, as far as the site's middle.
+    /// Moves an unsuitable pivot: one that is behind the camera, outside the image, or farther away than the
+    /// site is large is replaced by a point on the camera's axis, at the distance of the site's centre.
     pub fn settle_pivot(&mut self, ground: &Ground) {
         let depth = self.pose.camera_from_world(self.pivot).z;
         let in_picture = self.place(self.pivot).is_some_and(|place| place.abs().max_element() <= 1.0);
@@ -160,7 +167,7 @@ impl Viewpoint {
         self.pivot = self.pose.world_from_camera(DVec3::Z * depth);
     }
 
-    /// Looks around from where it stands: `yaw_rad` to the left, `pitch_rad` up.
+    /// Looks around from the same position: `yaw_rad` to the left, `pitch_rad` up.
     pub fn look(&mut self, yaw_rad: f64, pitch_rad: f64, up: DVec3) {
         let distance = self.distance();
         self.turn_around(self.position(), yaw_rad, -pitch_rad, up);
@@ -171,7 +178,8 @@ impl Viewpoint {
         let forward = self.forward();
         let elevation = forward.dot(up).clamp(-1.0, 1.0).asin();
         let pitch = (elevation - pitch_rad).clamp(-STEEPEST_RAD, STEEPEST_RAD);
-        // A photo may look more steeply than a turntable does: it is left as it is, never pulled back.
+        // A photo may look more steeply than the turntable's limit; its pitch is then kept, never pulled
+        // back.
         let pitch = if elevation.abs() > STEEPEST_RAD { elevation } else { pitch };
         let right = forward.cross(up).try_normalize().unwrap_or_else(|| self.right());
         let turn = DQuat::from_axis_angle(up, yaw_rad) * DQuat::from_axis_angle(right, pitch - elevation);
@@ -181,25 +189,27 @@ impl Viewpoint {
         self.pose = Pose { rotation, translation: -(rotation * position) };
     }
 
-    /// Moves camera and pivot along the picture's x and y, so that what is at the pivot's distance follows the
-    /// pointer; in pixels of a picture of this height.
+    /// Pans camera and pivot along the image's x and y, so that points at the pivot's distance follow the
+    /// pointer; `by_px` is in pixels of an image of this height.
     pub fn pan(&mut self, by_px: DVec2, height_px: f64) {
         let units = self.units_per_px(height_px);
-        // Across and along the picture: the lens may have pixels that are not square.
+        // Across and along the image, because the lens may have pixels that are not square.
         let across = units * self.lens.focal[1] / self.lens.focal[0];
         self.fly(DVec3::new(-by_px.x * across, -by_px.y * units, 0.0));
     }
 
-    /// Flies by a step in its own frame (x right, y down, z forward), in world units, and takes the pivot along.
+    /// Moves by a step in the camera's frame (x right, y down, z forward), in world units, together with the
+    /// pivot.
     pub fn fly(&mut self, step_in_camera: DVec3) {
         self.pivot += self.pose.rotation.transpose() * step_in_camera;
         self.pose.translation -= step_in_camera;
     }
 
-    /// How far what one looks at is, in world units, as the pace of a flight needs it: the geometric mean along nine rays
-    /// of the picture's inner half, so that one thin thing before the camera does not stop a flight. `first` is the
-    /// distance of the first surface along a ray of unit length; where there is none the site's radius counts, which is
-    /// also the most. At least a hundredth of the radius.
+    /// Estimates the distance of the visible surfaces, in world units, for the speed of flying: the geometric
+    /// mean along nine rays of the image's inner half, so that a thin object in front of the camera does not
+    /// stop a flight. `first` returns the distance of the first surface along a ray of unit length; where
+    /// there is none, the site's radius is used, which is also the maximum. The minimum is a hundredth of the
+    /// radius.
     pub fn ahead(&self, ground: &Ground, first: impl Fn(DVec3, DVec3) -> Option<f64>) -> f64 {
         const THIRDS: [f64; 3] = [0.25, 0.5, 0.75];
         let (position, side) = (self.position(), 1000);
@@ -212,8 +222,9 @@ impl Viewpoint {
         (logs.sum::<f64>() / 9.0).exp()
     }
 
-    /// Comes `factor` times nearer to `target` (a point in the world under the pointer), which stays where it is in the
-    /// picture. The pivot moves to the depth of the target, so that the next turn is about what one looks at.
+    /// Zooms `factor` times nearer to `target` (world coordinates, under the pointer), which keeps its
+    /// position in the image. The pivot moves to the depth of the target, so that the next orbit is around
+    /// it.
     pub fn zoom(&mut self, target: DVec3, factor: f64, ground: &Ground) {
         let position = self.position();
         let nearest = ground.radius * NEAREST_SHARE;
@@ -230,16 +241,18 @@ impl Viewpoint {
         }
     }
 
-    /// Goes back or forth, without turning, until a ball fills the picture; the ball's middle becomes the pivot.
+    /// Moves back or forth, without turning, until a ball fills the image; the ball's centre becomes the
+    /// pivot.
     pub fn show(&mut self, center: DVec3, radius: f64) {
-        // The narrower field decides; pictures are seldom narrower than half their height.
+        // The narrower field of view decides; images are seldom narrower than half their height.
         let half = (0.5 / self.lens.focal[0].max(self.lens.focal[1])).atan();
         let position = center - self.forward() * (radius / half.sin());
         self.pose.translation = -(self.pose.rotation * position);
         self.pivot = center;
     }
 
-    /// Goes back or forth, without turning, until points of the world just fit into the picture's inner square.
+    /// Moves back or forth, without turning, until points (world coordinates) just fit into the image's inner
+    /// square.
     pub fn hold(&mut self, points: &[DVec3]) {
         let [focal_x, focal_y] = self.lens.focal;
         let needed = |point: &DVec3| {
@@ -252,14 +265,14 @@ impl Viewpoint {
         }
     }
 
-    /// Turns about its axis until the horizon is level.
+    /// Rolls around its axis until the horizon is level.
     pub fn level(&mut self, up: DVec3) {
         let position = self.position();
         self.pose = facing(position, self.forward(), up);
     }
 
-    /// The way from here to there in `seconds`, starting and ending gently. Camera and lens change together, and so
-    /// does the pivot at the end.
+    /// Computes a smooth flight to another viewpoint in `seconds`, with gentle start and end; camera and lens
+    /// change together. The flight does not include the pivot. Returns `None` where no such flight exists.
     pub fn flight_to(&self, there: &Self, seconds: f64, up: DVec3) -> Option<Flight> {
         let frame = |view: &Self, time_s| Keyframe {
             time_s,
@@ -267,7 +280,7 @@ impl Viewpoint {
             aim: Aim::Rotation(DQuat::from_mat3(&view.pose.rotation.transpose())),
             lens: view.lens,
         };
-        // A flight has its size, of which only the proportion to itself is used again.
+        // A flight needs an image size, of which only the proportions relative to itself are used again.
         const ANY_SIZE: [u32; 2] = [1024, 1024];
         Flight::new(&[frame(self, 0.0), frame(there, seconds)], ANY_SIZE, Speed::Eased, up).ok()
     }
@@ -281,14 +294,15 @@ impl Viewpoint {
     }
 }
 
-/// A camera at `position` that looks along `forward`, with `up` upwards where they are not parallel.
+/// Returns the pose of a camera at `position` that looks along `forward`, with `up` upwards where the two are
+/// not parallel.
 fn facing(position: DVec3, forward: DVec3, up: DVec3) -> Pose {
     let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());
     let rotation = DMat3::from_cols(right, forward.cross(right), forward).transpose();
     Pose { rotation, translation: -(rotation * position) }
 }
 
-/// Rounding of many small turns must not add up to a shear.
+/// Makes a rotation orthonormal again, because the rounding of many small turns would add up to a shear.
 fn orthonormal(rotation: DMat3) -> DMat3 {
     DMat3::from_quat(DQuat::from_mat3(&rotation).normalize())
 }

@@ -1,12 +1,12 @@
-//! Pictures at half their size, again and again: what is looked at from afar.
-
-use rayon::prelude::*;
+//! Images halved repeatedly, for display at small sizes.
 
 use super::Picture;
 use super::texels::srgb::Srgb;
+use crate::raster::halving::{OddSide, halved};
 
-/// The halves of a picture, its half first, down to the first that fits into a square of `least_px`. A pixel is the
-/// mean, in linear light and by opacity, of the (at most) four that it stands for; sides of odd length round up.
+/// Halves an image repeatedly, the first half first, down to the first that fits into a square of `least_px`.
+/// A pixel is the mean, in linear light and weighted by alpha, of the (at most) four that it stands for; odd
+/// sides round up.
 pub fn halves(picture: &Picture, least_px: u32) -> Vec<Picture> {
     let mut halves: Vec<Picture> = Vec::new();
     loop {
@@ -19,33 +19,22 @@ pub fn halves(picture: &Picture, least_px: u32) -> Vec<Picture> {
 }
 
 fn half(picture: &Picture) -> Picture {
-    let (width, height) = (picture.width.div_ceil(2), picture.height.div_ceil(2));
-    let mut rgba = vec![0; 4 * width as usize * height as usize];
-    let rows = rgba.par_chunks_exact_mut(4 * width.max(1) as usize).enumerate();
-    rows.for_each(|(y, row)| {
-        for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
-            *pixel = mean(picture, x, y);
+    let (pixels, light) = (picture.pixels(), Srgb::tables());
+    let mean = |four: &[usize]| {
+        let (mut sum, mut opacity) = ([0.0f32; 3], 0.0f32);
+        for &at in four {
+            let [r, g, b, alpha] = pixels[at];
+            let alpha = f32::from(alpha);
+            sum.iter_mut().zip([r, g, b]).for_each(|(sum, value)| *sum += light.linear(value) * alpha);
+            opacity += alpha;
         }
-    });
+        let [r, g, b] = sum.map(|sum| light.encoded(if opacity > 0.0 { sum / opacity } else { 0.0 }));
+        [r, g, b, (opacity / four.len() as f32).round() as u8]
+    };
+    let [width, height] = [picture.width, picture.height].map(|side| side.div_ceil(2));
+    let size = [picture.width as usize, picture.height as usize];
+    let rgba = halved(size, OddSide::Alone, mean).into_flattened();
     Picture { width, height, rgba }
-}
-
-fn mean(picture: &Picture, x: usize, y: usize) -> [u8; 4] {
-    let light = Srgb::tables();
-    let (width, height) = (picture.width as usize, picture.height as usize);
-    let (mut sum, mut opacity, mut count) = ([0.0f32; 3], 0.0f32, 0.0f32);
-    for row in 2 * y..(2 * y + 2).min(height) {
-        for column in 2 * x..(2 * x + 2).min(width) {
-            let at = 4 * (row * width + column);
-            let alpha = f32::from(picture.rgba[at + 3]);
-            for (sum, value) in sum.iter_mut().zip(&picture.rgba[at..at + 3]) {
-                *sum += light.linear(*value) * alpha;
-            }
-            (opacity, count) = (opacity + alpha, count + 1.0);
-        }
-    }
-    let [r, g, b] = sum.map(|sum| light.encoded(if opacity > 0.0 { sum / opacity } else { 0.0 }));
-    [r, g, b, (opacity / count).round() as u8]
 }
 
 #[cfg(test)]
@@ -54,7 +43,7 @@ mod tests {
 
     #[test]
     fn halves_end_at_the_least_size_and_keep_light_and_opacity() {
-        // Columns black, white, black, white, and one of nothing.
+        // The columns are black, white, black, white, and one of alpha 0.
         let column =
             |x: usize| [[0, 0, 0, 255], [255, 255, 255, 255], [9, 9, 9, 0]][if x == 4 { 2 } else { x % 2 }];
         let rgba = (0..3).flat_map(|_| (0..5).flat_map(column)).collect();

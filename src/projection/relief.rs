@@ -1,11 +1,10 @@
-//! Relief: how far the true surface stands off a coarse face, as heights over its plane. It is derived
-//! from the photos and used for display alone: the model stays as it was drawn.
+//! Relief: the heights of the true surface over coarse faces of the model. It is estimated from the photos
+//! and used for display only; the model itself is not changed.
 //!
-//! Photos that are projected onto a coarse face disagree where the true surface stands off it. Floating
-//! Textures (Eisemann et al. 2008) warp them into register for each view; as the cameras are known far
-//! better than the surface, one height per surface point explains all these warps, and holds for any
-//! viewpoint. A point moves along its viewing ray, so that a photo's own camera sees its own pixels
-//! whatever the relief.
+//! Photos projected onto a coarse face disagree where the true surface deviates from it. Floating Textures
+//! (Eisemann et al. 2008) warp them into register for each view. Since the cameras are known far better than
+//! the surface, one height per surface point explains all these warps and holds for any viewpoint. A point
+//! moves along its viewing ray, so that a photo's own camera sees the photo's own pixels whatever the relief.
 
 mod detail;
 mod estimate;
@@ -19,31 +18,31 @@ mod witness;
 
 pub use estimate::{estimate_relief, relief_without};
 pub use options::ReliefOptions;
-pub use witness::Witness;
+pub use witness::SweepView;
 
 use glam::{DVec2, DVec3};
 
 use crate::geometry::polygon::PlaneFrame;
 
-/// The heights of one face: a grid in its plane.
+/// The heights of one face, on a grid in its plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaceRelief {
-    /// Flat coordinates in the face's plane, in world units.
+    /// The frame of flat coordinates in the face's plane, in world units.
     pub frame: PlaneFrame,
-    /// Flat coordinates of the grid's low corner.
+    /// The grid's low corner, in flat coordinates.
     pub low: DVec2,
     /// Side of a cell, in world units.
     pub cell: f64,
-    /// Columns and rows.
+    /// The number of columns and rows.
     pub size: [u32; 2],
     /// Heights over the plane, along the face's normal, in world units, at the cells' centres, row by row
-    /// from the low corner; `size[0] * size[1]` many.
+    /// from the low corner; `size[0] * size[1]` values.
     pub heights: Vec<f32>,
 }
 
 impl FaceRelief {
-    /// The height at a point of the plane: bilinear between cells' centres, constant beyond the outer
-    /// ones.
+    /// Interpolates the height at a point of the plane: bilinear between the cells' centres, constant beyond
+    /// the outer ones. Written out, not `raster::bilinear`: read it beside the shader (`height_at`), in doubles.
     pub fn height(&self, point_in_world: DVec3) -> f64 {
         let at = (self.frame.flat(point_in_world) - self.low) / self.cell - 0.5;
         let (x, y) = (at.x.max(0.0), at.y.max(0.0));
@@ -56,12 +55,12 @@ impl FaceRelief {
         row(y0) * (1.0 - sy) + row(y1) * sy
     }
 
-    /// The largest height, up or down.
+    /// Returns the largest absolute height, in world units.
     pub fn largest(&self) -> f64 {
         self.heights.iter().fold(0.0, |most, h| most.max(f64::from(h.abs())))
     }
 
-    /// Where the ray from `eye` through a point of the plane meets the relief, by the same two steps as
+    /// Intersects the ray from `eye` through a point of the plane with the relief, by the same two steps as
     /// the shader (`on_relief`).
     pub fn meet(&self, eye: DVec3, point_in_world: DVec3, normal: DVec3) -> DVec3 {
         let ray = (point_in_world - eye).normalize();
@@ -72,18 +71,19 @@ impl FaceRelief {
     }
 }
 
-/// A face seen more edge-on than this is not moved further: cosine of the angle between ray and normal.
+/// The least cosine of the angle between ray and normal that is used; points of faces seen more edge-on are
+/// not moved farther.
 pub const LEAST_FACING: f64 = 0.1;
 
-/// The heights of all faces that have any.
+/// The relief of all faces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Relief {
-    /// By face id; `None`, and all beyond the list: flat.
+    /// The relief of each face by id; faces with `None` and those beyond the list are flat.
     pub of_face: Vec<Option<FaceRelief>>,
 }
 
 impl Relief {
-    /// The heights of a face.
+    /// Returns the relief of a face; `None` where it is flat.
     pub fn of(&self, face: crate::scene::FaceId) -> Option<&FaceRelief> {
         self.of_face.get(face.0 as usize)?.as_ref()
     }

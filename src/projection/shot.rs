@@ -1,4 +1,4 @@
-//! One novel view: from where, how photos are blended for it, and what of it is shown.
+//! The description of one novel view: camera, blending of photos, and display mode.
 
 use std::fmt;
 use std::str::FromStr;
@@ -6,18 +6,17 @@ use std::str::FromStr;
 use glam::DVec3;
 
 use super::PhotoId;
-use crate::error::Result;
-use crate::geometry::{Pinhole, Pose};
-use crate::task::Task;
+use crate::geometry::{Pinhole, PixelRect, Pose};
+use crate::raster::over::on_opaque;
 
-/// How photos are chosen and weighed at a surface point.
+/// The formula by which photos are selected and weighted at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Mode {
-    /// The photo of least q alone.
+    /// The photo of least penalty alone.
     Best,
-    /// Angles alone: inverse angle, the nearest photos (Debevec, Yu & Borshukov 1998, section 3).
+    /// Weights by angles alone: inverse angle, the nearest photos (Debevec, Yu & Borshukov 1998, section 3).
     Debevec,
-    /// Unstructured lumigraph (Buehler et al. 2001): `w = max(0, 1 - q/T) / q`.
+    /// Unstructured lumigraph weights (Buehler et al. 2001): `w = max(0, 1 - q/T) / q`.
     Lumigraph,
     /// Franke-Little weights: `w = (max(0, T - q) / (T q))^2`, once continuously differentiable.
     #[default]
@@ -25,10 +24,10 @@ pub enum Mode {
 }
 
 impl Mode {
-    /// All of them, in the order of the command line's help.
+    /// All modes, in the order of the command line's help.
     pub const ALL: [Self; 4] = [Self::Best, Self::Debevec, Self::Lumigraph, Self::Smooth];
 
-    /// As the command line names it.
+    /// Returns the mode's name on the command line.
     pub fn name(self) -> &'static str {
         match self {
             Self::Best => "best",
@@ -50,24 +49,24 @@ impl FromStr for Mode {
 
     fn from_str(text: &str) -> std::result::Result<Self, String> {
         Self::ALL.into_iter().find(|mode| mode.name() == text).ok_or_else(|| {
-            format!("{text} is no blending mode; they are {}", Self::ALL.map(Self::name).join(", "))
+            format!("{text} is not a blending mode; the modes are {}", Self::ALL.map(Self::name).join(", "))
         })
     }
 }
 
-/// How photos are blended.
+/// Options of the blending of photos.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Blend {
-    /// The formula.
+    /// The formula of the weights.
     pub mode: Mode,
-    /// At most so many photos share a surface point; 1 to [`Blend::MOST`].
+    /// The largest number of photos blended per surface point; 1 to [`Blend::MOST`].
     pub photos: u32,
-    /// Weight of the resolution penalty, in radians per octave of missing resolution.
+    /// The weight of the resolution penalty, in radians per octave of missing resolution.
     pub lambda: f64,
 }
 
 impl Blend {
-    /// The most photos that may share a point.
+    /// The upper limit of [`Blend::photos`].
     pub const MOST: u32 = 8;
 }
 
@@ -77,83 +76,85 @@ impl Default for Blend {
     }
 }
 
-/// How well a picture is filtered.
+/// The quality of texture filtering.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Quality {
-    /// One sample a pixel, trilinear: for moving.
+    /// One sample per pixel, trilinear filtering; for interaction.
     Preview,
-    /// Four samples a pixel at edges, anisotropic: for keeping.
+    /// Four samples per pixel at edges, anisotropic filtering; for results.
     #[default]
     Final,
 }
 
-/// Lookups along the longer axis of a pixel's footprint, at most, in *final* quality.
+/// The largest number of lookups along the longer axis of a pixel's footprint, in *final* quality.
 pub const MOST_TAPS: f64 = 8.0;
 
-/// What a picture shows of the view.
+/// The display mode: the quantity that an image shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub enum Shown {
     /// The blended photos.
     #[default]
     Colour,
-    /// Each photo's own colour (by number), mixed by its weight.
+    /// An identifying colour per photo, mixed by the photos' weights.
     Weights,
-    /// The photo of the largest weight, as its colour.
+    /// The identifying colour of the photo of the largest weight.
     BestPhoto,
-    /// Texels of the best photo per pixel of the picture, in octaves around one.
+    /// The resolution: texels of the best photo per pixel of the image, in octaves around one.
     Density,
-    /// The largest confidence among the photos that serve.
+    /// The largest confidence among the contributing photos.
     Confidence,
-    /// The image layer of the best photo, as a colour.
+    /// An identifying colour per image layer, that of the best photo.
     Layer,
-    /// The face, as a colour.
+    /// An identifying colour per face.
     Item,
-    /// How many photos serve the point.
+    /// The number of photos that can contribute to the point.
     Coverage,
-    /// Where what is seen comes from: each origin in a colour of its own ([`super::legend::Origin`]), mixed as the
-    /// photos are blended.
+    /// The source of the texels: a colour for each origin ([`super::legend::Origin`]), mixed by the photos'
+    /// weights.
     Provenance,
 }
 
-/// Which exposure a picture has.
+/// The exposure of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Exposure {
-    /// The blend of the photos' gains by nearness of the viewpoint: a photo's own camera keeps its own.
+    /// The blend of the photos' gains by their part in the view; a photo's own camera has the photo's
+    /// exposure.
     #[default]
     Near,
-    /// The exposure that all photos are brought to.
+    /// The common exposure to which all photos are brought.
     Common,
-    /// That of one photo, wherever the picture is taken from.
+    /// The exposure of one photo, for any camera.
     Of(PhotoId),
-    /// Photos as they are, differences and all.
+    /// The photos unchanged, with their different exposures.
     Raw,
 }
 
-/// One novel view.
+/// The description of one novel view.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shot {
-    /// Size and K in pixels.
+    /// Image size and intrinsics in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// How photos are blended.
+    /// The blending of photos.
     pub blend: Blend,
-    /// How well it is filtered.
+    /// The quality of filtering.
     pub quality: Quality,
-    /// What is shown.
+    /// The display mode.
     pub shown: Shown,
-    /// Its exposure.
+    /// The exposure.
     pub exposure: Exposure,
-    /// Surfaces are shown with their relief, else flat as they were modelled.
+    /// True when surfaces are displayed with their relief, false when flat as modelled.
     pub relief: bool,
-    /// Backs of faces ([`super::sides`]) are surfaces like all others; else they are not there.
+    /// True when the back sides of faces ([`super::sides`]) are visible like all others, false when they are
+    /// culled.
     pub backs: bool,
-    /// Photos that must not take part (those that are to be predicted).
+    /// Photos that must not take part, such as those that are to be predicted.
     pub without: Vec<PhotoId>,
 }
 
 impl Shot {
-    /// The camera's view with everything else at its default.
+    /// Builds the view of a camera, with all options at their defaults.
     pub fn new(camera: Pinhole, pose: Pose) -> Self {
         Self {
             camera,
@@ -168,54 +169,42 @@ impl Shot {
         }
     }
 
-    /// Where it is taken from, in the world.
+    /// Returns the camera's position, in world coordinates.
     pub fn viewpoint(&self) -> DVec3 {
         self.pose.center_in_world()
     }
 }
 
-/// A picture: rows from the top.
+/// An image with alpha; rows from the top.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Picture {
-    /// Pixels.
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// sRGB and alpha, 8 bits each, `width * height * 4`; not premultiplied. Alpha: how much of the
-    /// pixel is textured.
+    /// sRGB and alpha, 8 bits each, `width * height * 4` values; not premultiplied. Alpha is the share of the
+    /// pixel that is textured.
     pub rgba: Vec<u8>,
 }
 
 impl Picture {
-    /// RGB, 8 bits, `width * height * 3`: laid over a plain colour, in gamma.
-    pub fn over(&self, background: [u8; 3]) -> Vec<u8> {
-        let laid = |pixel: &[u8; 4]| {
-            let alpha = u32::from(pixel[3]);
-            let mix = |above: u8, below: u8| {
-                ((u32::from(above) * alpha + u32::from(below) * (255 - alpha) + 127) / 255) as u8
-            };
-            std::array::from_fn::<u8, 3, _>(|channel| mix(pixel[channel], background[channel]))
-        };
-        let (pixels, _) = self.rgba.as_chunks::<4>();
-        pixels.iter().flat_map(laid).collect()
+    /// All of it.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.width, self.height)
     }
-}
 
-/// Who can draw a shot: the GPU, or its plain twin.
-pub trait Renders {
-    /// The picture of a shot.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
-    /// can't be read, [`crate::Error::Cancelled`].
-    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
+    /// R, G, B, A of every pixel, row by row.
+    pub fn pixels(&self) -> &[[u8; 4]] {
+        self.rgba.as_chunks().0
+    }
 
-    /// The nearest face at each pixel centre, in row order from the top: 1 + its id, 0 where there is
-    /// none. Faces within the visibility tolerance: the last in the model file.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
-    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
+    /// RGB, 8 bits, `width * height * 3` values.
+    pub fn over(&self, background: [u8; 3]) -> Vec<u8> {
+        let laid = |pixel: &[u8; 4]| -> [u8; 3] {
+            std::array::from_fn(|c| on_opaque(pixel[c], pixel[3], background[c]))
+        };
+        self.pixels().iter().flat_map(laid).collect()
+    }
 }
 
 #[cfg(test)]

@@ -1,29 +1,29 @@
-//! Which sides of faces are there to be looked at. Models of sites are open: a wall is modelled, and photographed, from
-//! one side, and looked at from the other it would only hide what stands behind it.
+//! The back sides of faces. Models of sites are open: a wall is modelled and photographed from one side only,
+//! and seen from the other side it would only hide what is behind it.
 
 use super::Sources;
 use crate::scene::{FaceId, Model};
 
-/// A side of a face by its plane's normal.
+/// A side of a face relative to its plane's normal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Side {
-    /// The one that the normal points away from it.
+    /// The side that the normal points towards.
     Front,
-    /// The other one.
+    /// The side that the normal points away from.
     Back,
 }
 
-/// For each face its sides that are *backs*: those that no photo serves. Of a face that no photo serves at all, what
-/// the normal points away from is the back, so that what nobody photographed can be seen to be missing. Billboards
-/// have none, as photos serve both sides of them.
+/// The back sides of faces: those that no photo textures. Where no photo textures a face at all, the side
+/// that the normal points away from is its back, so that missing coverage of the other side remains visible.
+/// Billboards have no backs, because photos texture both of their sides.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Sides {
-    /// By face: its front, its back.
+    /// Per face, whether its front and its back are back sides.
     backs: Vec<[bool; 2]>,
 }
 
 impl Sides {
-    /// Of the faces of a model, by what serves them.
+    /// Finds the back sides of a model's faces from the photos that texture them.
     pub fn of(model: &Model, sources: &Sources) -> Self {
         let backs = |face: FaceId| {
             if model.object(model.face(face).object).billboard {
@@ -38,7 +38,7 @@ impl Sides {
         Self { backs: model.face_ids().map(backs).collect() }
     }
 
-    /// Whether a side of a face is a back.
+    /// Returns true when a side of a face is a back side.
     pub fn is_back(&self, face: FaceId, side: Side) -> bool {
         let of_face = self.backs.get(face.0 as usize).copied().unwrap_or_default();
         of_face[usize::from(side == Side::Back)]
@@ -48,7 +48,7 @@ impl Sides {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::{Domain, PhotoId, Server, SheetId};
+    use crate::projection::{Domain, LayerTextureId, PhotoId, Server};
     use crate::scene::synthetic::Modeller;
 
     #[test]
@@ -59,7 +59,7 @@ mod tests {
         }
         let model = m.finish();
         let server = |back| Server {
-            sheet: SheetId(0),
+            sheet: LayerTextureId(0),
             photo: PhotoId(0),
             back,
             pinned: false,

@@ -1,6 +1,6 @@
-//! What serves a face: the photos' cameras, their image layers ("sheets" here, flat), and which sheet
-//! may texture which side of which face. A table made from the stacks once; it replaces every depth
-//! test against a photo.
+//! The photos' cameras, their image layers (here flat textures called *sheets*), and the table of which sheet
+//! may texture which side of which face. The table is made once from the stacks; it replaces depth tests
+//! against photos.
 
 use std::ops::Range;
 
@@ -11,71 +11,70 @@ use crate::error::Result;
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::scene::FaceId;
 
-/// A photo's place in [`Sources::photos`], which is the site's order.
+/// The index of a photo in [`Sources::photos`], which is in the site's order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 pub struct PhotoId(pub u32);
 
-/// An image layer's place in [`Sources::sheets`].
+/// The index of an image layer in [`Sources::sheets`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub struct SheetId(pub u32);
+pub struct LayerTextureId(pub u32);
 
-/// A photo as a projector.
+/// A photo as a projector: its name, camera and pose.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Projector {
-    /// Unique name.
+    /// The unique name of the photo.
     pub name: String,
-    /// Size and K in pixels.
+    /// Image size and intrinsics in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
 }
 
-/// An image layer.
+/// An image layer as a texture.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheet {
-    /// The photo it is a part of.
+    /// The photo that the layer belongs to.
     pub photo: PhotoId,
-    /// Its token in the stack.
+    /// The token that identifies the layer in the stack.
     pub id: String,
-    /// The layer's rectangle, moved to where it takes few tiles ([`super::tiles::in_few_tiles`]): photo pixels;
-    /// may reach outside the photo; sides are powers of two.
+    /// The layer's rectangle in photo pixels, moved so that its content takes few tiles
+    /// ([`super::tiles::in_few_tiles`]). It may reach outside the photo; its sides are powers of two.
     pub rect: PixelRect,
 }
 
-/// One sheet's service to one side of one face.
+/// A sheet that may texture one side of one face.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Server {
     /// The sheet.
-    pub sheet: SheetId,
-    /// Its photo.
+    pub sheet: LayerTextureId,
+    /// The photo of the sheet.
     pub photo: PhotoId,
-    /// The photo sees the face from behind and serves that side of it.
+    /// True when the photo sees the face from behind, and textures that side of it.
     pub back: bool,
-    /// The face is pinned to this photo: as far as it is trusted at a point, no other takes part there
-    /// ([`super::weights::shares`]).
+    /// True when the face is pinned to this photo: the photo takes precedence to the extent of its confidence
+    /// at each point ([`super::weights::shares`]).
     pub pinned: bool,
-    /// Where it serves.
+    /// The part of the face that the sheet textures.
     pub domain: Domain,
 }
 
-/// The part of a face that a server is for.
+/// The part of a face that a sheet textures.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Domain {
-    /// All of it: the face has one sheet in this photo.
+    /// The whole face, because it lies in one sheet of this photo.
     Whole,
-    /// A convex polygon in photo pixels: a piece of a cut face, one triangle of a face that is not
-    /// planar, or the share of one of several sheets. Counter-clockwise with y down reversed: the
-    /// inside is where every `normal . p >= offset`.
+    /// A convex polygon in photo pixels: a piece of a cut face, one triangle of a face that is not planar, or
+    /// the share of one of several sheets. The inside is where every `normal . p >= offset`.
     Inside(Vec<HalfPlane>),
 }
 
 impl Domain {
-    /// All of the face.
+    /// Returns true when the domain is the whole face.
     pub fn is_whole(&self) -> bool {
         matches!(self, Self::Whole)
     }
 
-    /// Whether a point, in photo pixels, is within.
+    /// Returns true when a point, in photo pixels, is within the domain.
     pub fn holds(&self, point_px: DVec2) -> bool {
         match self {
             Self::Whole => true,
@@ -84,74 +83,75 @@ impl Domain {
     }
 }
 
-/// `normal . p >= offset`, p in photo pixels, the normal of length 1.
+/// The half plane `normal . p >= offset`, with p in photo pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HalfPlane {
-    /// Points inwards.
+    /// The unit normal, which points inwards.
     pub normal: DVec2,
-    /// In pixels.
+    /// The offset along the normal, in pixels.
     pub offset: f64,
 }
 
-/// All of it. Faces by the model's ids.
+/// The photos, their sheets, and the sheets that may texture each face, with faces by the model's ids.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Sources {
-    /// In the site's order.
+    /// The photos, in the site's order.
     pub photos: Vec<Projector>,
-    /// By photo, then nearest first.
+    /// The sheets, by photo, then nearest first.
     pub sheets: Vec<Sheet>,
-    /// By face, then photo.
+    /// The servers, by face, then photo.
     pub servers: Vec<Server>,
-    /// For each face its range in `servers`.
+    /// The range of each face in `servers`.
     pub of_face: Vec<Range<u32>>,
 }
 
 impl Sources {
-    /// The servers of a face.
+    /// Returns the servers of a face.
     pub fn servers_of(&self, face: FaceId) -> &[Server] {
         let range = &self.of_face[face.0 as usize];
         &self.servers[range.start as usize..range.end as usize]
     }
 
-    /// The photo with this id.
+    /// Returns the photo with this id.
     pub fn photo(&self, id: PhotoId) -> &Projector {
         &self.photos[id.0 as usize]
     }
 
-    /// The sheet with this id.
-    pub fn sheet(&self, id: SheetId) -> &Sheet {
+    /// Returns the sheet with this id.
+    pub fn sheet(&self, id: LayerTextureId) -> &Sheet {
         &self.sheets[id.0 as usize]
     }
 }
 
-/// Some element of the layer covers the texel.
+/// The flag of a texel that some element of the layer covers.
 pub const COVERED: u8 = 1;
 
-/// The texel holds nothing, but its colour is what the photo shows there, of another surface. Beside an
-/// outline it is carried past it in place of a guess, because such pixels are mixtures of both.
+/// The flag of a bleed texel: it is outside the content, but its colour is the photo's own there, which is of
+/// another surface. Next to an outline such colours extend the content better than a guess, because they are
+/// mixtures of both surfaces.
 pub const BESIDE: u8 = 2;
 
-/// The texel is not the photo's: it was filled, and its alpha is how far it is trusted. Confidence falls
-/// beside it as beside an empty one.
+/// The flag of a texel that was filled; its alpha is its confidence. The confidence of the photo's own texels
+/// falls off towards filled texels as towards empty ones.
 pub const FILLED: u8 = 4;
 
-/// The texels of a sheet, as its files have them.
+/// The decoded texels of a sheet, as stored in its files.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SheetPixels {
-    /// The part of the sheet's rectangle that holds anything, in photo pixels; all else is empty.
+pub struct LayerTexturePixels {
+    /// The part of the sheet's rectangle that is not empty, in photo pixels.
     pub rect: PixelRect,
-    /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4`, rows from the top, not premultiplied. Alpha 0:
-    /// nothing there; else how far the texel is trusted.
+    /// sRGB and alpha, 8 bits, `rect.w * rect.h * 4` values, rows from the top, not premultiplied. Alpha is 0
+    /// where there is no content, else the confidence of the texel.
     pub rgba: Vec<u8>,
-    /// [`COVERED`], [`BESIDE`] and [`FILLED`], or 0; `rect.w * rect.h`.
+    /// The flags [`COVERED`], [`BESIDE`] and [`FILLED`] of each texel; `rect.w * rect.h` values.
     pub needed: Vec<u8>,
 }
 
-/// Where sheets' texels come from: files, or a test's own.
+/// A source of sheets' texels: files, or data made by a test.
 pub trait Texels: Send + Sync {
-    /// The texels of a sheet, decoded.
+    /// Decodes the texels of a sheet.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] and [`crate::Error::Io`] for its files.
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels>;
+    /// [`crate::Error::Input`] and [`crate::Error::Io`] for the sheet's files.
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels>;
 }

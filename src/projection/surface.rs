@@ -1,4 +1,4 @@
-//! The model as rays meet it: which face is nearest along a ray, exactly, in f64.
+//! Ray casting against the model, exact in f64.
 
 use glam::DVec3;
 
@@ -7,28 +7,28 @@ use super::sides::{Side, Sides};
 use crate::geometry::bvh::Bvh;
 use crate::scene::{FaceId, Model};
 
-/// The model's triangles in a tree, each with its face.
+/// The model's triangles in a bounding volume hierarchy, each with its face.
 #[derive(Debug)]
 pub struct Surface {
     tree: Bvh,
     face_of: Vec<FaceId>,
-    /// Where nothing is known of what serves faces, no side is a back.
+    /// The back sides of faces; none where it is not known which photos texture them.
     sides: Sides,
 }
 
-/// Where a ray meets the model.
+/// The intersection of a ray with the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// The point is `origin + t * direction`.
+    /// The ray parameter: the point is `origin + t * direction`.
     pub t: f64,
-    /// The face that is met.
+    /// The face that is hit.
     pub face: FaceId,
-    /// Which of the face's triangles, from 0.
+    /// The index of the triangle within the face.
     pub triangle: u32,
 }
 
 impl Surface {
-    /// Of a model in world coordinates.
+    /// Builds the hierarchy of a model in world coordinates.
     pub fn of(model: &Model) -> Self {
         let mut triangles = Vec::with_capacity(model.triangles.len());
         let mut face_of = Vec::with_capacity(model.triangles.len());
@@ -41,24 +41,25 @@ impl Surface {
         Self { tree: Bvh::new(triangles), face_of, sides: Sides::default() }
     }
 
-    /// The same, which knows backs of faces from what serves them.
+    /// Adds the back sides of faces, from the photos that texture them.
     pub fn with_backs(self, model: &Model, sources: &Sources) -> Self {
         Self { sides: Sides::of(model, sources), ..self }
     }
 
-    /// Which sides of faces are backs.
+    /// Returns the back sides of faces.
     pub fn sides(&self) -> &Sides {
         &self.sides
     }
 
-    /// The first face that the ray `origin + t direction`, t > 0, meets, from either side.
+    /// Finds the first face that the ray `origin + t direction`, t > 0, hits, from either side.
     pub fn nearest(&self, origin: DVec3, direction: DVec3) -> Option<Hit> {
         let (t, triangle) = self.tree.first_hit(origin, direction, f64::INFINITY)?;
         Some(self.hit(t, triangle))
     }
 
-    /// The first face that the ray meets and that is seen: with `backs` any, else not one whose back is met.
-    pub fn first_seen(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<Hit> {
+    /// Finds the first visible face that the ray hits: any face when `backs` is set, else only faces hit on a
+    /// side that is not a back.
+    pub fn first_visible(&self, origin: DVec3, direction: DVec3, backs: bool) -> Option<Hit> {
         let first = self.nearest(origin, direction)?;
         if backs || !self.is_back(&first, direction) {
             return Some(first);
@@ -73,10 +74,10 @@ impl Surface {
         found.map(|(t, triangle)| self.hit(t, triangle))
     }
 
-    /// The face that owns what is seen along a ray, as [`Self::first_seen`] has it: of those within the share
-    /// `tolerance` of the nearest depth, the last in the model file.
+    /// Finds the face that owns the visible point along a ray (see [`Self::first_visible`]): of the faces within
+    /// the share `tolerance` of the nearest depth, the last one in the model file.
     pub fn owner(&self, origin: DVec3, direction: DVec3, tolerance: f64, backs: bool) -> Option<Hit> {
-        let nearest = self.first_seen(origin, direction, backs)?.t;
+        let nearest = self.first_visible(origin, direction, backs)?.t;
         let mut last: Option<(u32, f64)> = None;
         self.tree.each_hit(origin, direction, nearest * (1.0 + tolerance), |t, triangle| {
             let is_seen = || backs || !self.is_back(&self.hit(t, triangle), direction);
@@ -84,11 +85,11 @@ impl Surface {
                 last = Some((triangle, t));
             }
         });
-        // Triangles lie in the order of faces.
+        // Triangles are in the order of faces.
         last.map(|(triangle, t)| self.hit(t, triangle))
     }
 
-    /// Whether a ray in this direction meets a back there. Triangles are wound as their faces are.
+    /// Returns true when a ray in this direction hits a back side. Triangles are wound like their faces.
     fn is_back(&self, hit: &Hit, direction: DVec3) -> bool {
         let first = self.face_of.partition_point(|other| *other < hit.face);
         let [a, b, c] = self.tree.triangles()[first + hit.triangle as usize];
@@ -98,7 +99,7 @@ impl Surface {
 
     fn hit(&self, t: f64, triangle: u32) -> Hit {
         let face = self.face_of[triangle as usize];
-        // Triangles were gathered face by face.
+        // Triangles were gathered face by face, so those of a face are consecutive.
         let first = self.face_of.partition_point(|other| *other < face);
         Hit { t, face, triangle: triangle - first as u32 }
     }

@@ -1,44 +1,45 @@
-//! How photos are weighed at a surface point: the plain twin of `shaders/weights.wgsl`.
+//! The weights of photos at a surface point; the CPU reference of `shaders/weights.wgsl`.
 //!
-//! Every photo that serves the point gets a penalty q; the k best share the point with weights that
-//! fall to zero where the (k+1)-th takes over, so that nothing pops (Buehler et al. 2001, section 4).
-//! Confidence and border are within q: nothing multiplies a weight after the choice.
+//! Every photo that shows the point gets a penalty q. The k photos of least penalty share the point, with
+//! weights that reach zero where the (k+1)-th photo takes over, so that nothing pops (Buehler et al. 2001,
+//! section 4). Confidence and border are part of q; no weight is multiplied by anything after the selection.
 
 use glam::DVec3;
 
 use super::shot::{Blend, Mode};
 use crate::geometry::{Pinhole, Plane};
 
-/// Keeps q of a photo's own camera above zero, in radians.
+/// The angle added to every penalty, in radians; it keeps q above zero at the photo's own camera.
 pub const LEAST_ANGLE: f64 = 1e-6;
 
-/// The border of a photo counts in full from this share of its shorter side inwards.
+/// The width of the ramp at a photo's border, as a share of the photo's shorter side; further inside the
+/// photo counts fully.
 pub const BORDER_SHARE: f64 = 0.05;
 
-/// Added to q, in radians, where a billboard is served by a photo of its other side: any photo of
-/// the right side comes first (angles are at most pi).
+/// The penalty, in radians, added where a billboard is textured by a photo of its other side: any photo of
+/// the right side comes first, because angles are at most pi.
 pub const OTHER_SIDE: f64 = 1000.0;
 
-/// One photo's claim to a surface point.
+/// The quantities that determine the penalty of one photo at a surface point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Claim {
-    /// Between the rays to the viewpoint and to the photo's camera, in radians.
+    /// The angle between the rays to the viewpoint and to the photo's camera, in radians.
     pub angle: f64,
-    /// Octaves of resolution that the photo lacks, see [`octaves_missing`].
+    /// The octaves of resolution that the photo lacks, 0 or more, see [`octaves_missing`].
     pub octaves: f64,
-    /// 0 at the photo's outer edge to 1, see [`border`].
+    /// The border factor, 0 at the photo's edge to 1 inside, see [`border`].
     pub border: f64,
-    /// Of the filtered texel, 0 to 1.
+    /// The confidence of the filtered texel, 0 to 1.
     pub confidence: f64,
 }
 
 impl Claim {
-    /// How far the photo is trusted at the point: 0 to 1.
+    /// Returns the trust in the photo at the point: border times confidence, 0 to 1.
     pub fn trust(&self) -> f64 {
         self.border * self.confidence
     }
 
-    /// The penalty; infinite where the photo does not serve. [`Mode::Debevec`] looks at angles alone.
+    /// Computes the penalty; infinite where the photo cannot contribute. [`Mode::Debevec`] uses angles alone.
     pub fn penalty(&self, blend: &Blend) -> f64 {
         let trust = self.trust();
         if trust <= 0.0 {
@@ -46,49 +47,53 @@ impl Claim {
         }
         match blend.mode {
             Mode::Debevec => self.angle + LEAST_ANGLE,
-            _ => (self.angle + blend.lambda * self.octaves + LEAST_ANGLE) / trust,
+            Mode::Best | Mode::Lumigraph | Mode::Smooth => {
+                (self.angle + blend.lambda * self.octaves + LEAST_ANGLE) / trust
+            }
         }
     }
 }
 
-/// The angle at `point` between the rays to `a` and `b`, in radians, as exact for nearly equal rays
-/// as for nearly opposite ones (Kahan's form: the chord against its complement).
+/// Computes the angle at `point` between the rays to `a` and `b`, in radians, as precisely for nearly equal
+/// rays as for nearly opposite ones (Kahan's form: the chord over its complement).
 pub fn angle_at(point: DVec3, a: DVec3, b: DVec3) -> f64 {
     let (a, b) = ((a - point).normalize(), (b - point).normalize());
     2.0 * (a - b).length().atan2((a + b).length())
 }
 
-/// Pixels per world unit on a plane at a point: the geometric mean over directions, f sqrt(h / z^3),
-/// with h the distance of the camera from the plane and z the depth of the point.
+/// Computes the pixels per world unit on a plane at a point: the geometric mean over directions, f sqrt(h /
+/// z^3), with h the distance of the camera from the plane and z the depth of the point.
 pub fn pixels_per_unit(camera: &Pinhole, plane: &Plane, center: DVec3, depth: f64) -> f64 {
     let height = plane.normal.dot(center - plane.point).abs();
     (camera.fx * camera.fy * height / (depth * depth * depth)).sqrt()
 }
 
-/// How many octaves of resolution a photo lacks, at a point, of what the view shows of it; 0 when it
-/// has enough. Both as [`pixels_per_unit`].
+/// Computes the octaves of resolution that a photo lacks at a point, compared with the view; 0 when it has
+/// enough. Both arguments as from [`pixels_per_unit`].
 pub fn octaves_missing(in_view: f64, in_photo: f64) -> f64 {
     (in_view / in_photo).log2().max(0.0)
 }
 
-/// 0 at the photo's edge to 1 from [`BORDER_SHARE`] of its shorter side inwards; `px` in photo pixels.
+/// Computes the border factor, 0 at the photo's edge to 1 from [`BORDER_SHARE`] of its shorter side inwards;
+/// `px` in photo pixels.
 pub fn border(camera: &Pinhole, px: glam::DVec2) -> f64 {
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
     let inside = px.x.min(width - px.x).min(px.y).min(height - px.y);
     border_ramp(inside / (BORDER_SHARE * width.min(height)))
 }
 
-/// From 0 at 0 to 1 from 1 on: `1 - (1 - share)^8`, which ends level, and begins so steeply that in a
-/// photo's own camera its outermost pixels are its own to less than a hundredth, too.
+/// Computes the ramp from 0 at 0 to 1 at 1 and above: `1 - (1 - share)^8`. It ends with slope 0, and begins
+/// so steeply that in a photo's own camera other photos contribute less than a hundredth even at the
+/// outermost pixels.
 pub fn border_ramp(share: f64) -> f64 {
     1.0 - (1.0 - share.clamp(0.0, 1.0)).powi(8)
 }
 
-/// The weights of photos with these penalties: at most `blend.photos` are above zero, they sum to 1.
-/// All are 0 where none serves.
+/// Computes the weights of photos with these penalties: at most `blend.photos` are above zero, and they sum
+/// to 1. All are 0 where no photo contributes.
 pub fn weights(penalties: &[f64], blend: &Blend) -> Vec<f64> {
     let mut rising: Vec<usize> = (0..penalties.len()).filter(|&i| penalties[i].is_finite()).collect();
-    // A stable sort: ties by position.
+    // The sort is stable, so ties are resolved by position.
     rising.sort_by(|&a, &b| penalties[a].total_cmp(&penalties[b]));
     let most = if blend.mode == Mode::Best { 1 } else { blend.photos.max(1) as usize };
     let next = rising.get(most).map_or(f64::INFINITY, |&i| penalties[i]);
@@ -105,14 +110,14 @@ pub fn weights(penalties: &[f64], blend: &Blend) -> Vec<f64> {
     weights
 }
 
-/// The shares of photos where a face may be pinned to one of them: `trusts` has its [`Claim::trust`], and
-/// none for the others.
+/// Computes the shares of photos at a face that may be pinned to one of them. `trusts` holds the
+/// [`Claim::trust`] of the pinned photo, and `None` for the others.
 ///
-/// The pinned photo takes as much of the point as it is trusted there, the others what is left, as if it
-/// were not there; all of it where no other serves. Trust does not depend on the viewpoint and ends in ramps at the photo's
-/// border and beside what it does not show: nothing pops, and no seam is to be seen. (To put its penalty
-/// before all others' would end it within a hair's breadth.) Servers of it that overlap share
-/// its part by their trust.
+/// The pinned photo takes a share of the point equal to its trust there, and the others share the rest as if
+/// it were absent; where no other photo contributes it takes everything. Trust does not depend on the
+/// viewpoint, and it ends in ramps at the photo's border and at the outline of what the photo shows, so that
+/// nothing pops and no seam appears. (If its penalty were merely put before all others', the transition would
+/// be abrupt.) Several overlapping servers of the pinned photo divide its share by their trust.
 pub fn shares(penalties: &[f64], trusts: &[Option<f64>], blend: &Blend) -> Vec<f64> {
     let pinned = |i: usize| trusts[i].is_some();
     let others = (0..penalties.len()).map(|i| if pinned(i) { f64::INFINITY } else { penalties[i] });
@@ -133,7 +138,7 @@ fn raw_weight(q: f64, next: f64, mode: Mode) -> f64 {
     match mode {
         Mode::Best => 1.0,
         Mode::Debevec | Mode::Lumigraph => (1.0 - q / next).max(0.0) / q,
-        // (T - q) / (T q) = 1/q - 1/T, which is also right for an infinite T.
+        // (T - q) / (T q) = 1/q - 1/T; the right-hand form also holds for an infinite T.
         Mode::Smooth => (1.0 / q - 1.0 / next).max(0.0).powi(2),
     }
 }
@@ -141,7 +146,7 @@ fn raw_weight(q: f64, next: f64, mode: Mode) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     const MODES: [Mode; 3] = [Mode::Debevec, Mode::Lumigraph, Mode::Smooth];
 
@@ -151,7 +156,7 @@ mod tests {
 
     #[test]
     fn weights_sum_to_one_and_at_most_k_are_above_zero() {
-        let mut dice = Dice::new(11);
+        let mut dice = Rng::new(11);
         for _ in 0..1000 {
             let penalties: Vec<f64> = (0..dice.whole(1, 20)).map(|_| dice.between(1e-6, 2.0)).collect();
             for mode in MODES {

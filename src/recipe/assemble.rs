@@ -1,31 +1,29 @@
-//! From what the sort found to what `stack.json` says.
+//! Conversion of the visibility sort's result to the contents of `stack.json`.
 
 use std::collections::BTreeMap;
 
 use super::unmet::unmet;
+use super::untextured;
 use crate::document::stack::{
-    Counts, Element, ImageLayer, Piece, Reason, STACK_VERSION, Stack, StackCamera, StackPhoto, Support,
-    Surface, Untextured,
+    Counts, Element, ImageLayer, Piece, STACK_VERSION, Stack, StackCamera, StackPhoto, Support, Surface,
 };
 use crate::geometry::{Pinhole, Pose};
 use crate::layers::cluster::Cluster;
 use crate::layers::content::Content;
 use crate::layers::nodes::Node;
 use crate::layers::pieces::{NodePieces, outline, pieces_of_nodes};
-use crate::layers::rasteriser::Presence;
-use crate::layers::view::Absence;
-use crate::layers::{Method, Options, Sorted, Wishes};
+use crate::layers::{LayerConstraints, Method, Options, Sorted};
 use crate::projection::frustum::uv_from_world;
-use crate::scene::{FaceId, Model, ObjectId, Photo};
+use crate::scene::{Model, ObjectId, Photo};
 
-/// The stack of a photo; `inputs` is the hash of all it was made of. Its layers have the names that they have
-/// by themselves, and `bytes` is still 0.
+/// Assembles the stack of a photo. `inputs` is the hash of everything it was made from. The layers have their
+/// automatic names, and `bytes` is still 0.
 pub fn assemble(
     model: &Model,
     photo: &Photo,
     sorted: &Sorted,
     options: &Options,
-    wishes: &Wishes,
+    wishes: &LayerConstraints,
     inputs: &str,
 ) -> Stack {
     let pieces = pieces_of_nodes(model, &sorted.view, &sorted.nodes, &photo.pose);
@@ -54,7 +52,7 @@ pub fn assemble(
         texels_unmerged: sorted.texels_unmerged,
         bytes: 0,
         fill: None,
-        untextured: untextured(model, sorted),
+        untextured: untextured::of_sort(model, sorted),
         notes: notes(model, sorted, options),
         unmet: unmet(wishes, sorted, &elements),
         counts: counts(sorted, options),
@@ -63,10 +61,12 @@ pub fn assemble(
     }
 }
 
+/// Converts camera and pose to their form in `stack.json`.
 fn camera(camera: &Pinhole, pose: &Pose) -> StackCamera {
     StackCamera { K: camera.matrix_rows(), R: pose.rotation_rows(), t: pose.translation.to_array() }
 }
 
+/// Converts the elements, in the sort's order.
 fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Element> {
     sorted
         .layers
@@ -99,6 +99,7 @@ fn elements(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Ve
         .collect()
 }
 
+/// Groups the elements by visibility layer.
 fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
     let mut layers = vec![Vec::new(); sorted.layers.count() as usize];
     for (sorted, element) in sorted.layers.elements.iter().zip(elements) {
@@ -107,7 +108,7 @@ fn by_layer(sorted: &Sorted, elements: Vec<Element>) -> Vec<Vec<Element>> {
     layers
 }
 
-/// What the working set is made of, in the model's order.
+/// Converts the surfaces of the working set, in the model's order.
 fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
     let mut items: Vec<u32> = sorted.nodes.list.iter().map(|node| node.item).collect();
     items.sort_unstable();
@@ -126,6 +127,7 @@ fn surfaces(model: &Model, sorted: &Sorted) -> Vec<Surface> {
     items.into_iter().map(surface).collect()
 }
 
+/// Converts the pieces of all cut faces.
 fn piece_list(model: &Model, sorted: &Sorted, pieces: &[Option<NodePieces>]) -> Vec<Piece> {
     let of_node = |(node, p): (&Node, &Option<NodePieces>)| {
         let Some(p) = p else { return Vec::new() };
@@ -150,6 +152,7 @@ fn supports(edges: &[(u32, u32, u32)]) -> Vec<Support> {
     edges.iter().map(|&(front, back, px)| Support { front, back, px }).collect()
 }
 
+/// Converts the clusters to image layers with distinct tokens.
 fn image_layers(model: &Model, photo: &Photo, sorted: &Sorted, elements: &[Element]) -> Vec<ImageLayer> {
     let mut taken = std::collections::BTreeSet::new();
     sorted
@@ -169,6 +172,7 @@ fn image_layers(model: &Model, photo: &Photo, sorted: &Sorted, elements: &[Eleme
         .collect()
 }
 
+/// Converts one cluster to an image layer.
 fn image_layer(
     model: &Model,
     photo: &Photo,
@@ -194,8 +198,8 @@ fn image_layer(
     }
 }
 
-/// The object of which most texels are seen in the layer names it (of which most are covered, where none is seen); how
-/// many more objects share it is added.
+/// Names a layer after the object with most visible texels in it (most covered ones, if none is visible), and
+/// appends the number of further objects.
 fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) -> String {
     let mut texels: BTreeMap<ObjectId, [u64; 2]> = BTreeMap::new();
     for patch in &cluster.patches {
@@ -206,7 +210,7 @@ fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) ->
         let sum = texels.entry(sorted.layers.elements[*element as usize].object).or_default();
         *sum = [sum[0] + seen, sum[1] + covered];
     }
-    // The first of the model where two have as many.
+    // The first one in the model wins a tie.
     let most = texels.iter().max_by_key(|(object, texels)| (**texels, std::cmp::Reverse(**object)));
     let name = most.map_or("", |(object, _)| &model.object(*object).name);
     match texels.len() {
@@ -215,8 +219,8 @@ fn name(model: &Model, sorted: &Sorted, cluster: &Cluster, content: &Content) ->
     }
 }
 
-/// Eight characters of 5 bits: short enough for a layer's name, and two layers of a project of
-/// ten thousand share one with a chance of 1 in 20,000 (within a stack never, see `salt`).
+/// Returns a token of eight characters of 5 bits each: short enough for a layer's name. Two layers of a project of
+/// ten thousand share one with a probability of 1 in 20,000; within a stack `salt` prevents that.
 fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> String {
     const DIGITS: &[u8; 32] = b"abcdefghijkmnpqrstuvwxyz23456789";
     let named: Vec<_> = cluster
@@ -232,47 +236,7 @@ fn token(photo: &str, cluster: &Cluster, elements: &[Element], salt: u32) -> Str
     hash.as_bytes()[..8].iter().map(|b| DIGITS[usize::from(b % 32)] as char).collect()
 }
 
-fn untextured(model: &Model, sorted: &Sorted) -> Vec<Untextured> {
-    let mut why: Vec<(FaceId, Untextured)> = Vec::new();
-    let mut add = |face: FaceId, reason: Reason, by: Option<String>, at: Option<[u32; 2]>| {
-        let f = model.face(face);
-        let object = model.object(f.object).name.clone();
-        why.push((face, Untextured { object, face: f.index, reason, by, at }));
-    };
-    for &(face, absence) in &sorted.view.absent {
-        let reason = match absence {
-            Absence::Outside => Reason::Outside,
-            Absence::Behind => Reason::Behind,
-            Absence::EdgeOn => Reason::TooSmall,
-            Absence::Degenerate => Reason::Degenerate,
-        };
-        add(face, reason, None, None);
-    }
-    let items = &sorted.view.items;
-    let mut first = 0;
-    // All triangles of a face that is not planar count as one.
-    for group in items.chunk_by(|a, b| a.face == b.face) {
-        let states = &sorted.presence[first..first + group.len()];
-        first += group.len();
-        if states.contains(&Presence::Working) {
-            continue;
-        }
-        let hidden = states.iter().find_map(|s| match *s {
-            Presence::Hidden { x, y, by } => Some((x, y, by)),
-            _ => None,
-        });
-        match hidden {
-            Some((x, y, by)) => {
-                let by = model.face_name(items[by as usize].face);
-                add(group[0].face, Reason::Hidden, Some(by), Some([x, y]));
-            }
-            None => add(group[0].face, Reason::TooSmall, None, None),
-        }
-    }
-    why.sort_by_key(|(face, _)| *face);
-    why.into_iter().map(|(_, u)| u).collect()
-}
-
+/// Writes the notes about violations of the order and about cycles that could not be cut.
 fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
     let name =
         |node: u32| model.face_name(sorted.view.items[sorted.nodes.list[node as usize].item as usize].face);
@@ -282,22 +246,22 @@ fn notes(model: &Model, sorted: &Sorted, options: &Options) -> Vec<String> {
         let px: u64 = against.iter().map(|a| u64::from(a.2)).sum();
         let (pairs, locked) = (against.len(), sorted.locked);
         notes.push(format!(
-            "made by stencil peeling as published in 2003: {pairs} pairs of elements are in the wrong order, \
-             at {px} pixels, and {locked} faces that hide each other share the last layer; \
-             `--method graph` sorts and cuts them"
+            "built by stencil peeling as published in 2003: {pairs} pairs of elements are in the wrong \
+             order, at {px} pixels, and {locked} faces that occlude each other share the last layer; `--method graph` sorts and cuts them"
         ));
     }
     let strong = sorted.refused.iter().filter(|r| r.2 > options.min_support);
     notes.extend(strong.map(|&(front, back, px)| {
         let (front, back) = (name(front), name(back));
         format!(
-            "{front} is in front of {back} at {px} pixels but lies behind it in the stack: \
-                 the two hide each other and could not be cut; they are in separate image layers"
+            "{front} is in front of {back} at {px} pixels but behind it in the stack: the two occlude each \
+             other and could not be cut; they are in separate image layers"
         )
     }));
     notes
 }
 
+/// Counts what reports need.
 fn counts(sorted: &Sorted, options: &Options) -> Counts {
     let stencil = options.method == Method::Stencil;
     let is_noise = |refused: &&(u32, u32, u32)| refused.2 <= options.min_support;
@@ -334,11 +298,13 @@ mod tests {
         let mut modeller = Modeller::new();
         modeller.object("beam").screen(10.0, [-6.0, -1.0, 6.0, 1.0]);
         modeller.object("panel").screen(10.0, [-2.0, 1.2, 2.0, 2.9]);
-        // Of the beam two ends are left.
+        // Two ends of the beam are left.
         modeller.object("front").screen(8.0, [-4.4, -1.0, 4.4, 0.9]);
-        let (model, camera, pose) = (modeller.finish(), centred(160, 120, 120.0), camera_is_world());
+        let model = modeller.finish();
+        let camera = centred(160, 120, 120.0);
+        let pose = camera_is_world();
         let together = ["beam", "panel"].map(Faces::whole).to_vec();
-        let wishes = Wishes { merge: vec![together], ..Wishes::default() };
+        let wishes = LayerConstraints { merge: vec![together], ..LayerConstraints::default() };
         let options = Options::default();
         let task = Task::silent();
         let sorted =

@@ -1,22 +1,22 @@
-//! Photos worked on at the same time share the memory.
+//! A memory budget that is shared by photos processed at the same time.
 
 use std::sync::{Condvar, Mutex};
 
 use sysinfo::System;
 
-/// What a machine that does not tell is taken to have.
+/// The memory that is assumed where the system does not report it, in bytes.
 const UNKNOWN_MACHINE: u64 = 8 << 30;
 
-/// A quarter of the memory that this process may have, in bytes.
+/// Returns a quarter of the memory that is available to this process, in bytes.
 pub fn default_memory() -> u64 {
     let Ok(mut system) = System::new() else { return UNKNOWN_MACHINE / 4 };
     system.refresh_memory();
-    // A container may be given less than the machine has.
+    // A container may be given less memory than the machine has.
     let limit = system.cgroup_limits().map_or(u64::MAX, |limits| limits.total_memory);
     system.total_memory().min(limit) / 4
 }
 
-/// Bytes that may be taken at the same time. A photo larger than all of it works alone.
+/// A budget of bytes that may be in use at the same time. A job that needs more than all of it runs alone.
 pub(super) struct Budget {
     total: u64,
     free: Mutex<u64>,
@@ -24,12 +24,12 @@ pub(super) struct Budget {
 }
 
 impl Budget {
-    /// Of `total` bytes.
+    /// Makes a budget of `total` bytes.
     pub fn new(total: u64) -> Self {
         Self { total, free: Mutex::new(total), changed: Condvar::new() }
     }
 
-    /// Waits until `bytes` are free, and takes them while `work` runs.
+    /// Waits until `bytes` are free and reserves them while `work` runs.
     pub fn with<T>(&self, bytes: u64, work: impl FnOnce() -> T) -> T {
         let bytes = bytes.min(self.total);
         let free = self.free.lock().expect("no holder of this lock panics");

@@ -1,6 +1,5 @@
-//! `build`: every photo sorted, cut into image layers and written as a stack.
+//! The command `build`: sorts every photo, cuts it into image layers and writes its stack.
 
-use std::collections::BTreeSet;
 use std::path::PathBuf;
 
 use rayon::prelude::*;
@@ -9,53 +8,53 @@ use super::assemble::assemble;
 use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::named::photos_named;
-use super::side_by_side::SideBySide;
-use crate::document::stack::{Reason, Stack, Untextured};
+use super::side_by_side::ParallelPhotos;
+use super::untextured;
+use crate::document::stack::Stack;
 use crate::document::{Decisions, PhotoDecisions};
 use crate::error::Result;
 use crate::io::layer_png::{LayerSpans, write_layer, write_mask};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::io::stack_store::{StackStore, StackWriter};
-use crate::layers::runs::{is_visible, item_of};
 use crate::layers::{Options, Rasteriser, Sorted, sort_photo};
-use crate::scene::{Face, FaceId, Model, Photo, PhotoPixels, Site};
+use crate::scene::{Photo, PhotoPixels, Site};
 use crate::task::Task;
 
-/// What `build` is asked to do.
+/// Options of [`build`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct BuildOptions {
-    /// The method.
+    /// The options of the method.
     pub layers: Options,
-    /// What was decided about single photos' layers.
+    /// Decisions about single photos' layers.
     pub decisions: Decisions,
-    /// Only these photos; empty for all.
+    /// The names of the photos to build; empty for all.
     pub photos: Vec<String>,
-    /// Bytes that photos worked on at the same time may take together.
+    /// The memory budget in bytes for photos processed at the same time.
     pub memory: u64,
-    /// Photos worked on at the same time at most.
+    /// The largest number of photos processed at the same time.
     pub threads: usize,
-    /// Also photos whose stack is up to date.
+    /// Whether photos with an up-to-date stack are built again.
     pub force: bool,
 }
 
-/// What became of one photo.
+/// The result for one photo.
 #[derive(Debug)]
 pub struct Built {
-    /// Its name.
+    /// The photo's name.
     pub photo: String,
-    /// Its stack, or why there is none (an older one may still be there).
+    /// The stack, or the reason why there is none (an older one may still exist).
     pub stack: Result<Stack>,
-    /// Nothing had changed, nothing was written.
+    /// Whether the stack was up to date, so that nothing was written.
     pub up_to_date: bool,
-    /// Files somebody had changed by hand, as they are now in `inbox/`.
+    /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
 }
 
-/// Builds the stacks of a site's photos, several at a time. A fault in one photo is in its
-/// [`Built`]; the others go on. Results come in the site's order.
+/// Builds the stacks of a site's photos, several at a time. An error in one photo is in its [`Built`] and does not
+/// stop the others. Results are in the site's order.
 ///
 /// # Errors
-/// [`crate::Error::Request`] for a photo name that the site does not have, [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Request`] for a photo name that the site does not have, or [`crate::Error::Cancelled`].
 pub fn build(
     site: &Site,
     store: &StackStore,
@@ -65,20 +64,21 @@ pub fn build(
 ) -> Result<Vec<Built>> {
     let photos = photos_named(site, &options.photos)?;
     let inputs = Inputs::new(&site.model, &options.layers, &options.decisions);
-    let job = Job { site, store, rasteriser, options, inputs };
-    let at_a_time = SideBySide { threads: options.threads, memory: options.memory, stage: "photos" };
+    let job = BuildJob { site, store, rasteriser, options, inputs };
+    let at_a_time = ParallelPhotos { threads: options.threads, memory: options.memory, stage: "photos" };
     let work = |photo: &&Photo| job.photo(photo, &task.of(&photo.name));
     at_a_time.run(&photos, |photo| bytes_for(photo), work, task)
 }
 
-/// What one photo takes at its peak: pixels, fragment lists and runs, layers being written.
-/// A second photo at a time took 28 bytes a pixel more on a site of mean depth 1.8; lists are
-/// longer where more surfaces lie behind each other.
+/// Returns the peak memory for one photo in bytes: pixels, fragment lists and runs, layers being written. A second
+/// photo at the same time took 28 bytes per pixel more on a site of mean depth 1.8; the lists are longer where more
+/// surfaces lie behind each other.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 48
 }
 
-struct Job<'a> {
+/// The inputs that all photos of a build share.
+struct BuildJob<'a> {
     site: &'a Site,
     store: &'a StackStore,
     rasteriser: &'a dyn Rasteriser,
@@ -86,26 +86,29 @@ struct Job<'a> {
     inputs: Inputs<'a>,
 }
 
-impl Job<'_> {
+impl BuildJob<'_> {
+    /// Builds one photo and moves any error into the result.
     fn photo(&self, photo: &Photo, task: &Task) -> Built {
         let built = |stack, up_to_date, kept| Built { photo: photo.name.clone(), stack, up_to_date, kept };
         match self.try_photo(photo, task) {
             Ok((stack, up_to_date, kept)) => built(Ok(stack), up_to_date, kept),
-            Err(error) => built(Err(self.store.at_home(&photo.name, error)), false, Vec::new()),
+            Err(error) => built(Err(self.store.with_final_path(&photo.name, error)), false, Vec::new()),
         }
     }
 
-    /// A stack that is up to date, with its layers named as was decided: nothing else of it is made again.
+    /// Returns an up-to-date stack with its layers renamed as decided; nothing else of it is made again.
     fn with_names(&self, mut stack: Stack, task: &Task) -> Result<(Stack, Vec<PathBuf>)> {
-        note_unmet(&stack, task);
+        note_unsatisfied(&stack, task);
         let decided = self.options.decisions.of(&stack.photo.name);
         if !give_names(&mut stack, &decided, task) {
             return Ok((stack, Vec::new()));
         }
-        let committed = self.store.restate(&stack)?;
+        let committed = self.store.replace_stack_json(&stack)?;
         Ok((committed.stack, committed.kept))
     }
 
+    /// Builds one photo unless its stack is up to date. Returns the stack, whether it was up to date, and the files
+    /// moved to the inbox.
     fn try_photo(&self, photo: &Photo, task: &Task) -> Result<(Stack, bool, Vec<PathBuf>)> {
         task.go_on()?;
         let inputs = self.inputs.hash(photo)?;
@@ -116,17 +119,19 @@ impl Job<'_> {
             return Ok((stack, true, kept));
         }
         let decided = self.options.decisions.of(&photo.name);
-        let (model, options) = (&self.site.model, &decided.options.applied_to(&self.options.layers));
-        let (camera, wishes) = (&photo.camera, decided.wishes());
+        let model = &self.site.model;
+        let options = &decided.options.applied_to(&self.options.layers);
+        let camera = &photo.camera;
+        let wishes = decided.wishes();
         let sorted = sort_photo(model, camera, &photo.pose, self.rasteriser, options, &wishes, task)?;
         let assembled = || assemble(model, photo, &sorted, options, &wishes, &inputs);
         let mut stack = task.timed("assemble", assembled);
-        note_unmet(&stack, task);
+        note_unsatisfied(&stack, task);
         give_names(&mut stack, &decided, task);
-        let pixels = task.timed("decode", || read_shown(photo))?;
+        let pixels = task.timed("decode", || read_unmasked(photo))?;
         if pixels.has_alpha() {
             count_valid(&mut stack, &sorted, &pixels);
-            add_masked(&mut stack, model, &sorted, &pixels);
+            stack.untextured.extend(untextured::of_mask(model, &sorted, &pixels));
         }
         let writer = self.store.begin(&photo.name)?;
         stack.bytes = task.timed("write", || write_files(&writer, &stack, &sorted, &pixels, task))?;
@@ -136,19 +141,19 @@ impl Job<'_> {
     }
 }
 
-/// Tells what was decided and could not be done.
-fn note_unmet(stack: &Stack, task: &Task) {
+/// Reports the decisions that could not be satisfied.
+fn note_unsatisfied(stack: &Stack, task: &Task) {
     stack.unmet.iter().for_each(|unmet| task.note(unmet));
 }
 
-/// Gives the layers the names that were decided, and tells of those that found none. Whether one changed.
+/// Renames the layers as decided and reports names for which no layer was found. Returns true when a name changed.
 fn give_names(stack: &mut Stack, decided: &PhotoDecisions, task: &Task) -> bool {
     let renamed = rename(stack, &decided.names);
     renamed.homeless.iter().for_each(|name| task.note(name));
     renamed.changed
 }
 
-/// Writes every image layer and its needed area; returns their bytes.
+/// Writes each image layer and its needed area; returns the size of the files in bytes.
 fn write_files(
     writer: &StackWriter,
     stack: &Stack,
@@ -171,29 +176,10 @@ fn write_files(
         .sum()
 }
 
-/// Where the photo is not valid it shows nothing: what covers it there is not visible after all.
+/// Counts visible texels again without those where the photo is invalid.
 fn count_valid(stack: &mut Stack, sorted: &Sorted, pixels: &PhotoPixels) {
     for (layer, content) in stack.image_layers.iter_mut().zip(&sorted.contents) {
         let valid = content.visible.iter().flat_map(|s| (s.x0..s.x1).filter(|&x| pixels.is_valid(x, s.y)));
         layer.texels_visible = valid.count() as u64;
     }
-}
-
-/// Faces of the working set that the photo shows only where it is not valid.
-fn add_masked(stack: &mut Stack, model: &Model, sorted: &Sorted, pixels: &PhotoPixels) {
-    let items = &sorted.view.items;
-    let mut shown: BTreeSet<FaceId> = BTreeSet::new();
-    for (y, run, entries) in sorted.runs.iter() {
-        let visible = entries.iter().filter(|&&e| is_visible(e)).map(|&e| items[item_of(e) as usize].face);
-        let fresh: Vec<FaceId> = visible.filter(|f| !shown.contains(f)).collect();
-        if !fresh.is_empty() && (run.x0..run.x1).any(|x| pixels.is_valid(x, y)) {
-            shown.extend(fresh);
-        }
-    }
-    let working: BTreeSet<FaceId> = sorted.nodes.list.iter().map(|n| items[n.item as usize].face).collect();
-    stack.untextured.extend(working.difference(&shown).map(|&face| {
-        let Face { object, index, .. } = *model.face(face);
-        let object = model.object(object).name.clone();
-        Untextured { object, face: index, reason: Reason::Masked, by: None, at: None }
-    }));
 }

@@ -1,5 +1,4 @@
-//! The photos' exposures as the user sees and decides them: a table, and edits of `colour` in
-//! `project.json`.
+//! Exposure matching as the user sees it: a table of the photos' gains, and edits of `colour` in `project.json`.
 
 use std::collections::BTreeMap;
 use std::f64::consts::LN_2;
@@ -19,31 +18,32 @@ use crate::projection::{Exposure, PhotoId};
 use crate::scene::Site;
 use crate::task::Task;
 
-/// One decision. Photos are named as people type them ([`place_of_photo`]).
+/// A decision about colour. Photos may be given by abbreviated names ([`place_of_photo`]).
 #[derive(Debug, Clone, PartialEq)]
 pub enum ColourEdit {
-    /// Nothing is decided any more.
+    /// Removes all decisions.
     Reset,
-    /// The photo's gain, in stops, R, G, B ([`Colour::fixed`]).
+    /// Fixes the photo's gain, in stops for R, G, B ([`Colour::fixed`]).
     Fix(String, [f64; 3]),
-    /// The photo is not asked when gains are estimated.
+    /// Excludes the photo from the estimation of gains.
     LeaveOut(String),
-    /// Nothing is decided about the photo's gain any more.
+    /// Removes the decisions about the photo's gain.
     Free(String),
-    /// The photo whose exposure pictures come out with; none: that of the photos near by.
+    /// Sets the photo whose exposure all views have; with `None` each view has that of the photos near it.
     Reference(Option<String>),
-    /// Exposures are evened out, or photos taken as they are.
+    /// Turns exposure matching on or off.
     Even(bool),
-    /// Falling off of light towards the corners is taken out, or not.
+    /// Turns the correction of vignetting on or off.
     Vignetting(bool),
-    /// Light that was added everywhere is taken out, or not.
+    /// Turns the subtraction of added light (haze) on or off.
     Offset(bool),
 }
 
-/// `colour` after the edits, one after the other.
+/// Returns `colour` after the edits, applied in order.
 ///
 /// # Errors
-/// [`Error::Request`] for photos that the site does not have, all at once, and for gains out of range.
+/// Returns [`Error::Request`] for photos that the site does not have, all of them together, and for gains out of
+/// range.
 pub fn edited(colour: &Colour, edits: &[ColourEdit], site: &Site) -> Result<Colour> {
     let mut edited = colour.clone();
     let errors = edits.iter().filter_map(|edit| apply(&mut edited, edit, site).err()).collect();
@@ -54,13 +54,14 @@ pub fn edited(colour: &Colour, edits: &[ColourEdit], site: &Site) -> Result<Colo
     }
 }
 
+/// Applies one edit.
 fn apply(colour: &mut Colour, edit: &ColourEdit, site: &Site) -> Result<()> {
     let full = |name: &str| Ok(site.photos[place_of_photo(site, name)?].name.clone());
     match edit {
         ColourEdit::Reset => *colour = Colour::default(),
         ColourEdit::Fix(photo, stops) => drop(colour.fixed.insert(full(photo)?, *stops)),
         ColourEdit::LeaveOut(photo) => drop(colour.left_out.insert(full(photo)?)),
-        // Decisions outlive their photos: what is written may be taken back by its whole name.
+        // Decisions may outlive their photos, so a full name that is written there is accepted as well.
         ColourEdit::Free(photo) if colour.named().contains(photo.as_str()) => colour.free(photo),
         ColourEdit::Free(photo) => colour.free(&full(photo)?),
         ColourEdit::Reference(photo) => colour.reference = photo.as_deref().map(full).transpose()?,
@@ -71,24 +72,24 @@ fn apply(colour: &mut Colour, edit: &ColourEdit, site: &Site) -> Result<()> {
     Ok(())
 }
 
-/// The exposure that pictures of the project come out with, if nothing else is asked for: the
-/// reference's, where there is one, else that of the photos near each view.
+/// Returns the exposure of the project's views unless another is requested: the reference photo's, if there is one,
+/// else that of the photos near each view.
 pub fn usual_exposure(opened: &Opened) -> Exposure {
     reference(&opened.project.colour, &opened.site).map_or(Exposure::Near, Exposure::Of)
 }
 
-/// The reference, if the site has it.
+/// Returns the reference photo, if the site has it.
 pub fn reference(colour: &Colour, site: &Site) -> Option<PhotoId> {
     let name = colour.reference.as_ref()?;
-    let place = site.photos.iter().position(|photo| photo.name == *name)?;
-    Some(PhotoId(place as u32))
+    let index = site.photos.iter().position(|photo| photo.name == *name)?;
+    Some(PhotoId(index as u32))
 }
 
-/// What the photos' linear colours have to be multiplied with to come out alike, R, G, B, by name: as the
-/// reference has it, where there is one, else in the common exposure.
+/// Returns the factors for R, G, B that match the photos' linear colours, by photo name: to the reference's
+/// exposure, if there is one, else to the common exposure.
 ///
 /// # Errors
-/// [`Error::Cancelled`].
+/// Returns [`Error::Cancelled`] when the task was cancelled.
 pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTreeMap<String, [f64; 3]>> {
     let Opened { site, project, .. } = opened;
     let stacks = stacks(folder, site);
@@ -97,75 +98,75 @@ pub fn even_factors(folder: &Path, opened: &Opened, task: &Task) -> Result<BTree
     Ok(names.zip(factors(&gains, &project.colour, site)).collect())
 }
 
-/// What the photos' linear colours have to be multiplied with to come out alike, R, G, B, in the site's order. `gains`:
-/// the photos' own, as natural logarithms.
+/// Returns the factors for R, G, B that match the photos' linear colours, in the site's order. `gains` are the
+/// photos' own gains as natural logarithms.
 pub fn factors(gains: &[[f64; 3]], colour: &Colour, site: &Site) -> Vec<[f64; 3]> {
-    let to = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
-    gains.iter().map(|gain| [0, 1, 2].map(|c| (to[c] - gain[c]).exp())).collect()
+    let target = reference(colour, site).map_or([0.0; 3], |photo| gains[photo.0 as usize]);
+    gains.iter().map(|gain| [0, 1, 2].map(|c| (target[c] - gain[c]).exp())).collect()
 }
 
-/// The photos' exposures. Logarithms are in stops: factors of 2 in linear light.
+/// A report of the photos' exposures. Logarithms are in stops: factors of 2 in linear light.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ColourReport {
-    /// Exposures are evened out.
+    /// Whether exposures are matched.
     pub even: bool,
-    /// Vignetting or offsets are taken out.
+    /// Whether vignetting or offsets are corrected.
     pub optics: bool,
-    /// In the site's order.
+    /// The photos, in the site's order.
     pub photos: Vec<PhotoColour>,
-    /// Surface points that two photos or more show.
+    /// The number of surface points that are visible in at least two photos.
     pub points: usize,
-    /// Comparisons of two photos at a point.
+    /// The number of comparisons between two photos at a point.
     pub pairs: usize,
-    /// Groups of photos that share points: between groups nothing is known.
+    /// The number of groups of photos that share points; nothing is known between groups.
     pub groups: usize,
-    /// Median absolute log ratio, R, G, B, photos as they are.
+    /// The median absolute log ratio in stops for R, G, B, before correction.
     pub before: [f64; 3],
-    /// The same once the estimated gains are taken out.
+    /// The median absolute log ratio in stops for R, G, B, after the estimated gains are applied.
     pub after: [f64; 3],
-    /// How much exposures follow what a meter reads, R, G, B: 0 not at all, 1 wholly.
+    /// The share of the meter reading that exposures follow, for R, G, B: 0 not at all, 1 entirely.
     pub metered: [f64; 3],
 }
 
-/// One photo's.
+/// The exposure of one photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhotoColour {
-    /// Its name.
+    /// The photo's name.
     pub photo: String,
-    /// By how much it is brighter than the common exposure, R, G, B, as it is shown and filled with.
+    /// How much brighter it is than the common exposure, in stops for R, G, B, as used for showing and filling.
     pub stops: [f64; 3],
-    /// What the photos themselves say; none where it shares no point with another one.
+    /// The estimated gain in stops; `None` where the photo shares no point with another one.
     pub estimated: Option<[f64; 3]>,
-    /// The gain was decided.
+    /// Whether the gain is fixed by the user.
     pub fixed: bool,
-    /// It takes no part in the estimate.
+    /// Whether the photo is excluded from the estimation.
     pub left_out: bool,
-    /// Pictures come out with its exposure.
+    /// Whether it is the reference, whose exposure all views have.
     pub reference: bool,
-    /// By how much its corners are darker than its middle.
+    /// The darkening of its corners relative to its middle, in stops.
     pub corner: f64,
-    /// Light that was added everywhere, of white; linear, not in stops.
+    /// The light that was added everywhere, as a linear share of white.
     pub offset: f64,
-    /// Surface points that it shares with others.
+    /// The number of surface points that it shares with other photos.
     pub points: u32,
-    /// Median of the absolute log ratios that the estimate leaves.
+    /// The median absolute log ratio that remains after the estimate, in stops.
     pub residual: f64,
 }
 
-/// Estimates the exposures, or takes them from `cache/`, and says what holds for each photo.
+/// Estimates the exposures, or reads them from `cache/`, and reports on each photo.
 ///
 /// # Errors
-/// [`Error::Cancelled`].
+/// Returns [`Error::Cancelled`] when the task was cancelled.
 pub fn colour_report(folder: &Path, opened: &Opened, task: &Task) -> Result<ColourReport> {
     let Opened { site, project, .. } = opened;
-    note_strangers(&project.colour, site, task);
+    note_absent_photos(&project.colour, site, task);
     let estimate = estimate(folder, opened, &project.colour, task)?;
     Ok(told_of(&estimate, &project.colour, site))
 }
 
-/// What holds for each photo by an estimate and what was decided.
+/// Makes the report from an estimate and the decisions.
 pub fn told_of(estimate: &Estimate, colour: &Colour, site: &Site) -> ColourReport {
-    let photos = (0..site.photos.len()).map(|place| photo_colour(place, site, colour, estimate));
+    let photos = (0..site.photos.len()).map(|index| photo_colour(index, site, colour, estimate));
     ColourReport {
         even: colour.even,
         optics: colour.vignetting || colour.offset,
@@ -179,23 +180,25 @@ pub fn told_of(estimate: &Estimate, colour: &Colour, site: &Site) -> ColourRepor
     }
 }
 
-/// Estimates the exposures, or takes them from `cache/`, for [`told_of`] and [`super::gains::decided_gains`].
+/// Estimates the exposures, or reads them from `cache/`, for [`told_of`] and [`super::gains::decided_gains`].
 ///
 /// # Errors
-/// [`Error::Cancelled`].
+/// Returns [`Error::Cancelled`] when the task was cancelled.
 pub fn estimate(folder: &Path, opened: &Opened, colour: &Colour, task: &Task) -> Result<Estimate> {
     let stacks = stacks(folder, &opened.site);
     photo_estimate(&opened.site, &stacks, colour, folder, default_memory(), task)
 }
 
+/// Converts a natural logarithm to stops.
 fn in_stops(log: f64) -> f64 {
     log / LN_2
 }
 
-fn photo_colour(place: usize, site: &Site, colour: &Colour, estimate: &Estimate) -> PhotoColour {
-    let id = PhotoId(place as u32);
-    let name = &site.photos[place].name;
-    let estimated = estimate.gains.of_photo[place].map(in_stops);
+/// Reports on the photo at an index of the site.
+fn photo_colour(index: usize, site: &Site, colour: &Colour, estimate: &Estimate) -> PhotoColour {
+    let id = PhotoId(index as u32);
+    let name = &site.photos[index].name;
+    let estimated = estimate.gains.of_photo[index].map(in_stops);
     let fixed = colour.fixed.get(name).copied();
     PhotoColour {
         photo: name.clone(),
@@ -204,25 +207,25 @@ fn photo_colour(place: usize, site: &Site, colour: &Colour, estimate: &Estimate)
         fixed: fixed.is_some(),
         left_out: colour.left_out.contains(name),
         reference: reference(colour, site) == Some(id),
-        corner: in_stops(-estimate.gains.optics[place].log_light(1.0)),
-        offset: estimate.gains.optics[place].offset,
-        points: estimate.grounds[place].points,
-        residual: in_stops(estimate.grounds[place].residual),
+        corner: in_stops(-estimate.gains.optics[index].log_light(1.0)),
+        offset: estimate.gains.optics[index].offset,
+        points: estimate.grounds[index].points,
+        residual: in_stops(estimate.grounds[index].residual),
     }
 }
 
-/// A decision about a photo that is not there now holds again once it is back.
-fn note_strangers(colour: &Colour, site: &Site, task: &Task) {
+/// Notes decisions about photos that are not in the site. They are kept, and apply again when the photo is back.
+fn note_absent_photos(colour: &Colour, site: &Site, task: &Task) {
     let known = |name: &&str| site.photos.iter().any(|photo| photo.name == *name);
     for name in colour.named().into_iter().filter(|name| !known(name)) {
         task.note(format!(
-            "project.json decides about the colour of {name}, which is not among the photos \
-             (`quadratura colour --free {name}` forgets it)"
+            "project.json has colour settings for {name}, which is not among the photos \
+             (`quadratura colour --free {name}` removes them)"
         ));
     }
 }
 
-/// The current stacks, which the cache is known by; a broken one is as good as none here.
+/// Returns the current stacks, which identify the cached estimate; unreadable stacks count as missing here.
 fn stacks(folder: &Path, site: &Site) -> Vec<Option<Stack>> {
     let store = StackStore::new(folder);
     site.photos.iter().map(|photo| store.current(&photo.name).ok().flatten()).collect()
@@ -266,8 +269,8 @@ mod tests {
     #[test]
     fn wrong_names_are_told_all_at_once_and_a_photo_that_is_gone_can_be_forgotten() {
         let wrong = [ColourEdit::LeaveOut("x".into()), ColourEdit::Fix("y".into(), [0.0; 3])];
-        let told = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
-        assert!(told.contains("called x") && told.contains("called y"), "{told}");
+        let message = edited(&Colour::default(), &wrong, &site()).unwrap_err().to_string();
+        assert!(message.contains("no photo x") && message.contains("no photo y"), "{message}");
         let mut colour = Colour::default();
         colour.left_out.insert("gone.jpg".into());
         let free = [ColourEdit::Free("gone.jpg".into())];

@@ -1,4 +1,4 @@
-//! A new project: everything is read once before a word of it is written.
+//! Creating a project: all inputs are read and checked before anything is written.
 
 use std::collections::BTreeSet;
 use std::fs;
@@ -13,37 +13,37 @@ use crate::document::{Colour, Decisions, Masks, Project};
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
 use crate::io::lock::{LOCK_FILE, ProjectLock};
-use crate::io::project::{refuse_content, relative_to, write_project};
+use crate::io::project::{check_is_empty, relative_to, write_project};
 use crate::layers::Options;
 use crate::layers::fill::FillOptions;
 use crate::task::Task;
 
-/// What a new project is made of. Paths are relative to the working folder.
+/// The inputs of a new project. Paths are relative to the working folder.
 #[derive(Debug, Clone)]
 pub struct NewProject {
-    /// Folder of the photos.
+    /// The folder of the photos.
     pub photos: PathBuf,
-    /// COLMAP's cameras.
+    /// The cameras: a file or a folder of one of the formats that are read.
     pub cameras: PathBuf,
     /// The model's file.
     pub model: PathBuf,
-    /// Takes the model into the cameras' world.
+    /// The transform from the model to the cameras' world.
     pub world_from_model: Similarity,
-    /// How stacks are built.
+    /// The options for building stacks.
     pub options: Options,
 }
 
-/// Makes a project in `folder`, which is new or empty. When it fails, `folder` is as it was.
+/// Creates a project in `folder`, which has to be new or empty. On failure `folder` is left as it was.
 ///
 /// # Errors
-/// [`Error::Request`] when something is in the folder; else as [`super::open::open`].
+/// Returns [`Error::Request`] when the folder is not empty; otherwise the errors of [`super::open::open`].
 pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let was_there = folder.exists();
-    refuse_content(folder)?;
+    check_is_empty(folder)?;
     fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let lock = ProjectLock::take(folder)?;
-    // Another program may have been quicker.
-    refuse_content(folder)?;
+    // Another program may have created files in the meantime.
+    check_is_empty(folder)?;
     let created = fill(folder, new, task);
     drop(lock);
     if created.is_err() {
@@ -52,11 +52,12 @@ pub fn create_project(folder: &Path, new: &NewProject, task: &Task) -> Result<Op
     created
 }
 
+/// Opens the described site, adopts masks found beside the photos, and writes the project file.
 fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     let mut opened = open_site(folder, described(folder, new)?, task)?;
     let (found, problems) = masks_beside(folder, &opened.project, &opened.site, task)?;
     found.iter().for_each(|found| task.of(&found.photo).note(format!("masked by {}", found.file)));
-    Arc::get_mut(&mut opened.problems).expect("nobody else has them yet").extend(problems);
+    Arc::get_mut(&mut opened.problems).expect("no clone of them exists yet").extend(problems);
     let edits: Vec<MaskEdit> = found.into_iter().map(Found::edit).collect();
     opened.project.masks = edited(folder, &opened.project.masks, &edits, &opened.site)?;
     attach(folder, &opened.project.masks, &mut opened.site.photos);
@@ -64,6 +65,7 @@ fn fill(folder: &Path, new: &NewProject, task: &Task) -> Result<Opened> {
     Ok(opened)
 }
 
+/// Describes the new project with paths relative to its folder.
 fn described(folder: &Path, new: &NewProject) -> Result<Project> {
     let path = |path: &Path| relative_to(folder, path);
     let (photos, cameras, model) = (path(&new.photos), path(&new.cameras), path(&new.model));
@@ -90,7 +92,8 @@ fn described(folder: &Path, new: &NewProject) -> Result<Project> {
     }
 }
 
-/// What cannot be removed stays: the user has the reason of the failure already.
+/// Removes what a failed attempt created. Files that cannot be removed stay, because the user already gets the
+/// failure's reason.
 fn leave_as_it_was(folder: &Path, was_there: bool) {
     if was_there {
         let _ = fs::remove_dir_all(folder.join("cache"));

@@ -1,4 +1,4 @@
-//! To the image editor and on with it: which document of a photo is opened, and where those documents lie.
+//! Documents for the image editor: which document of a photo is opened for painting, and where these documents are.
 
 use std::path::{Path, PathBuf};
 
@@ -13,37 +13,38 @@ use crate::io::stack_store::StackStore;
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// Where documents lie that are painted on, in the project's folder: beside `exports/`, which tells them. It holds
-/// the artist's own files, so nothing in it is ever removed, or overwritten once it was changed.
+/// The project's subfolder of documents for painting, beside `exports/` with their records. It contains the
+/// artist's own files, so nothing in it is ever removed, nor overwritten once it was changed.
 pub const FOLDER: &str = "editing";
 
-/// The folder of documents that are painted on.
+/// Returns the folder of documents for painting.
 pub fn folder(project: &Path) -> PathBuf {
     project.join(FOLDER)
 }
 
 /// A document to be opened in an image editor.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct ToEdit {
+pub struct EditDocument {
     /// The file.
     pub file: PathBuf,
-    /// It was painted on before, and holds what its artist left in it.
+    /// Whether the document existed and was painted on before.
     pub begun: bool,
 }
 
-/// The document of a photo to go on with: the one that was painted on last, if it is of the layers as they are now,
-/// else a new export with `options`, whose layer [`ExportOptions::selected`] is the one that is painted on. `fresh`: a new
-/// export in any case. What was changed since it was exported is never overwritten. Whoever calls holds the project's lock.
+/// Returns a photo's document to paint on: the most recently changed one that was exported from the current layers,
+/// or else a new export with `options`, whose layer [`ExportOptions::selected`] is the one to paint on. With
+/// `fresh` it is always a new export. Documents that were changed after their export are never overwritten. The
+/// caller holds the project's lock.
 ///
 /// # Errors
-/// What [`export`] says of the project and of the photo.
-pub fn to_edit(
+/// Returns the errors of [`export`] for the project and the photo.
+pub fn document_to_edit(
     project: &Path,
     photo: &Photo,
     options: &ExportOptions,
     fresh: bool,
     task: &Task,
-) -> Result<ToEdit> {
+) -> Result<EditDocument> {
     let stack = StackStore::new(project).current(&photo.name)?;
     if let Some(stack) = stack.filter(|_| !fresh) {
         let (records, _) = ExportStore::new(project.join("exports")).read_all()?;
@@ -54,19 +55,19 @@ pub fn to_edit(
             (changed, file.clone())
         });
         if let Some(file) = newest {
-            return Ok(ToEdit { file, begun: true });
+            return Ok(EditDocument { file, begun: true });
         }
     }
     let mut exported = export(project, &[photo], &folder(project), options, task)?;
     match (exported.done.pop(), exported.failed.pop()) {
-        (Some(report), _) => Ok(ToEdit { file: report.path, begun: false }),
+        (Some(report), _) => Ok(EditDocument { file: report.path, begun: false }),
         (None, Some((_, error))) => Err(error),
         (None, None) => Err(Error::Request(format!("{}: nothing was exported", photo.name))),
     }
 }
 
-/// The documents with paint, as paths from the project, that lie in [`FOLDER`] and were exported of this stack as it
-/// is, in this format.
+/// Returns the documents with paint, as paths from the project, that are in [`FOLDER`] and were exported from this
+/// stack in this format.
 fn begun(book: &PaintBook, records: &[ExportRecord], stack: &Stack, format: ExportFormat) -> Vec<String> {
     let is_current = |key: &str| {
         let record = records.iter().find(|record| record.key == key);

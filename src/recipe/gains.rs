@@ -1,5 +1,5 @@
-//! The photos' exposure gains: estimated once from the photos themselves, then kept in `cache/`; what the
-//! user decided about them comes on top, whenever they are used.
+//! The photos' exposure gains, estimated once from the photos and then cached in `cache/`. The user's decisions are
+//! applied to them whenever they are used.
 
 use std::f64::consts::LN_2;
 use std::path::Path;
@@ -13,35 +13,36 @@ use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically;
 use crate::io::hash::hash_bytes;
 use crate::io::json::{read_json, to_json};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::projection::exposure::patch::patch_colour;
 use crate::projection::exposure::{Estimate, ExposureOptions, PatchColour, RayVisibility, estimate_gains};
 use crate::projection::{Gains, PhotoId, Projector};
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
-/// `cache/gains.json`.
+/// The cached estimate in `cache/gains.json`.
 #[derive(Debug, Serialize, Deserialize)]
-struct Kept {
+struct CachedEstimate {
     version: u32,
-    /// Hash of all that they were made of.
+    /// The hash of everything that the estimate was made from.
     inputs: String,
-    /// In the site's order.
+    /// The names of the photos, in the site's order.
     photos: Vec<String>,
     estimate: Estimate,
 }
 
-/// Of the file.
+/// The version of the cache file's format.
 const VERSION: u32 = 3;
-/// Of what [`inputs`] hashes, and of what is made of it.
+/// The version of the data that [`inputs`] hashes, and of the results that are made from them.
 const INPUTS_VERSION: u32 = 1;
+/// The largest size of the cache file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
 
-/// The gains that a project's photos are shown and filled with, in the site's order: the estimate
-/// ([`photo_estimate`]) and what `colour` says against it.
+/// Returns the gains with which a project's photos are shown and used for filling, in the site's order: the
+/// estimate ([`photo_estimate`]) with the decisions in `colour` applied.
 ///
 /// # Errors
-/// As [`photo_estimate`].
+/// Returns the errors of [`photo_estimate`].
 pub fn photo_gains(
     site: &Site,
     stacks: &[Option<Stack>],
@@ -57,12 +58,12 @@ pub fn photo_gains(
     Ok(decided_gains(&estimate, colour, site))
 }
 
-/// The estimate in `cache/` if it was made of the same stacks and the same photos were left out, else a new
-/// one, which is put there. `stacks` as in the site; only what they were made of is looked at. A photo that
-/// cannot be read is noted and gets gain 0. `memory`: bytes that photos decoded at the same time may take.
+/// Returns the cached estimate if it was made from the same stacks and without the same photos; otherwise estimates
+/// the gains and caches them. `stacks` are in the site's order; only their input hashes are used. A photo that
+/// cannot be read is noted and gets gain 0. `memory` is the budget in bytes for photos decoded at the same time.
 ///
 /// # Errors
-/// [`Error::Cancelled`]. A cache that cannot be written is a note.
+/// Returns [`Error::Cancelled`] when the task was cancelled. A cache that cannot be written is only noted.
 pub fn photo_estimate(
     site: &Site,
     stacks: &[Option<Stack>],
@@ -78,13 +79,13 @@ pub fn photo_estimate(
     }
     let estimate = estimate_of_photos(site, colour, memory, task)?;
     if let Err(error) = keep(&file, inputs, site, &estimate) {
-        task.note(format!("the gains are not kept: {error}"));
+        task.note(format!("the gains cannot be cached: {error}"));
     }
     Ok(estimate)
 }
 
-/// What `colour` makes of an estimate: fixed gains in the place of estimated ones, the others as they are; none where
-/// exposures are not evened out.
+/// Applies decisions to an estimate: fixed gains replace estimated ones. All gains are 0 where exposures are not
+/// matched.
 pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains {
     if !colour.even {
         return Gains::none(site.photos.len());
@@ -98,11 +99,10 @@ pub fn decided_gains(estimate: &Estimate, colour: &Colour, site: &Site) -> Gains
     gains
 }
 
-/// The estimate from the photos' files, whatever is in the cache. Photos that `colour` leaves out are not
-/// looked at.
+/// Estimates the gains from the photos' files, whatever is cached. Photos that `colour` leaves out are not read.
 ///
 /// # Errors
-/// [`Error::Cancelled`].
+/// Returns [`Error::Cancelled`] when the task was cancelled.
 pub fn estimate_of_photos(site: &Site, colour: &Colour, memory: u64, task: &Task) -> Result<Estimate> {
     let projector =
         |photo: &Photo| Projector { name: photo.name.clone(), camera: photo.camera, pose: photo.pose };
@@ -122,11 +122,12 @@ pub fn estimate_of_photos(site: &Site, colour: &Colour, memory: u64, task: &Task
     estimate_gains(&projectors, &visibility, &colours, &options, task)
 }
 
-/// What a decoder holds at once: input, samples, and a copy while they are turned.
+/// Returns the memory of a decoder in bytes: the input, the samples, and a copy while they are rotated.
 fn decoded_bytes(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 8
 }
 
+/// Measures a photo's colours around the given points.
 fn colours_of(
     photo: &Photo,
     centers: &[DVec2],
@@ -134,19 +135,20 @@ fn colours_of(
     task: &Task,
 ) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    let pixels = read_shown(photo)?;
+    let pixels = read_unmasked(photo)?;
     Ok(centers.iter().map(|center| patch_colour(&pixels, *center, options.half_patch_px)).collect())
 }
 
+/// Notes a photo that cannot be read, and returns no colours for it, unless the task was cancelled.
 fn unmeasured(photo: &Photo, centers: &[DVec2], error: &Error, task: &Task) -> Result<Vec<PatchColour>> {
     task.go_on()?;
-    task.of(&photo.name).note(format!("its exposure is not known: {error}"));
+    task.of(&photo.name).note(format!("the exposure of this photo is unknown: {error}"));
     Ok(vec![None; centers.len()])
 }
 
-/// Stacks know what they were made of: pixels, camera, model, program. What was decided about their layers
-/// changes nothing here. Photos without one are told by
-/// their camera alone; once they have a stack the gains are made anew.
+/// Returns the hash of what an estimate depends on. Stacks contain the hash of their pixels, camera, model and
+/// program; decisions about layers have no influence. Photos without a stack are represented by their camera alone,
+/// so the gains are estimated again once they have one.
 pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     let of_photo = |(photo, stack): (&Photo, &Option<Stack>)| {
         let camera = (photo.camera.width, photo.camera.height, photo.camera.matrix_rows());
@@ -159,7 +161,8 @@ pub(super) fn inputs(site: &Site, stacks: &[Option<Stack>]) -> String {
     hash_bytes(&text)
 }
 
-/// What was decided about the gains themselves, not about the exposure of pictures; empty where nothing was.
+/// Returns the decisions about the gains themselves, without the exposure of views, as JSON; empty where there are
+/// none.
 pub(super) fn decisions(colour: &Colour) -> String {
     let of_gains = Colour { reference: None, ..colour.clone() };
     if of_gains.is_default() {
@@ -169,7 +172,7 @@ pub(super) fn decisions(colour: &Colour) -> String {
     }
 }
 
-/// [`inputs`], the photos of the site that are left out, and what else is estimated.
+/// Returns the hash of [`inputs`], of which photos are left out, and of which corrections are estimated.
 fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> String {
     let left_out = site.photos.iter().map(|photo| colour.left_out.contains(&photo.name));
     let left_out: Vec<bool> = left_out.collect();
@@ -178,16 +181,17 @@ fn estimate_inputs(site: &Site, stacks: &[Option<Stack>], colour: &Colour) -> St
     hash_bytes(&text)
 }
 
-/// A cache that is missing, broken or of something else is no cache.
+/// Returns the cached estimate; `None` where the file is missing, unreadable or made from other inputs.
 fn kept_estimate(file: &Path, inputs: &str) -> Option<Estimate> {
-    let kept: Kept = read_json(file, LARGEST, "it is made again").ok()?;
+    let kept: CachedEstimate = read_json(file, LARGEST, "it is computed again").ok()?;
     (kept.version == VERSION && kept.inputs == inputs).then_some(kept.estimate)
 }
 
+/// Writes the estimate to the cache.
 fn keep(file: &Path, inputs: String, site: &Site, estimate: &Estimate) -> Result<()> {
     let folder = file.parent().expect("it lies in cache/");
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    let kept = Kept { version: VERSION, inputs, photos, estimate: estimate.clone() };
+    let kept = CachedEstimate { version: VERSION, inputs, photos, estimate: estimate.clone() };
     write_atomically(file, &to_json(&kept))
 }

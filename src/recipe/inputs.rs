@@ -1,4 +1,4 @@
-//! What a stack is made of, as one hash: when it is still the same, nothing has to be built.
+//! The hash of a stack's inputs: while it is unchanged, the stack is up to date.
 
 use blake3::Hasher;
 
@@ -8,11 +8,11 @@ use crate::io::hash::hash_file;
 use crate::layers::Options;
 use crate::scene::{Model, Photo};
 
-/// Counts the changes to what a build makes of the same inputs.
+/// A counter of changes in what a build makes from the same inputs.
 const REVISION: u32 = 1;
 
-/// What stacks are made of: model, options and program, which all photos of a project share, and what was
-/// decided about single photos' layers.
+/// The inputs of stacks: the model, options and program that all photos of a project share, and the decisions about
+/// single photos' layers.
 #[derive(Debug)]
 pub struct Inputs<'a> {
     model: String,
@@ -21,16 +21,16 @@ pub struct Inputs<'a> {
 }
 
 impl<'a> Inputs<'a> {
-    /// Of a model in the world, options, and decisions.
+    /// Collects the inputs: a model in world coordinates, options, and decisions.
     pub fn new(model: &Model, options: &'a Options, decisions: &'a Decisions) -> Self {
         Self { model: hash_of_model(model), options, decisions }
     }
 
-    /// The hash of all that the stack of `photo` is made of: 64 hexadecimal digits, and where something was
-    /// decided about its layers, `-` and 64 more.
+    /// Returns the hash of all inputs of the stack of `photo`: 64 hexadecimal digits, and where decisions about its
+    /// layers exist, `-` and 64 more.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] when the photo cannot be read.
+    /// Returns [`crate::Error::Io`] when the photo cannot be read.
     pub fn hash(&self, photo: &Photo) -> Result<String> {
         let pixels = hash_file(&photo.file)?;
         let (camera, pose) = (&photo.camera, &photo.pose);
@@ -38,22 +38,24 @@ impl<'a> Inputs<'a> {
         let pose = (pose.rotation_rows(), pose.translation);
         let program = (env!("CARGO_PKG_VERSION"), REVISION);
         let all = (program, &photo.name, pixels, &self.model, camera, pose, self.options);
-        // Names of masks say nothing of them, and without any all is as if there were none.
+        // The names of mask files do not matter, and without masks the hash is the same as before masks were
+        // introduced.
         let mut masks = photo.masks.iter().map(hash_file).collect::<Result<Vec<_>>>()?;
         masks.sort_unstable();
-        let ground = hash_of(&all);
-        let ground = if masks.is_empty() { ground } else { hash_of(&(ground, masks)) };
+        let base = hash_of(&all);
+        let base = if masks.is_empty() { base } else { hash_of(&(base, masks)) };
         let decided = self.decisions.of(&photo.name).of_stack();
-        Ok(if decided.is_default() { ground } else { format!("{ground}-{}", hash_of(&decided)) })
+        Ok(if decided.is_default() { base } else { format!("{base}-{}", hash_of(&decided)) })
     }
 }
 
+/// Returns the hexadecimal BLAKE3 hash of a value's JSON.
 fn hash_of(value: &impl serde::Serialize) -> String {
     let text = serde_json::to_vec(value).expect("plain data is JSON");
     blake3::hash(&text).to_hex().to_string()
 }
 
-/// The model bit for bit, in the order of its file.
+/// Returns the hash of the model, exact to the bit and in the order of its file.
 fn hash_of_model(model: &Model) -> String {
     let mut hasher = Hasher::new();
     for vertex in &model.vertices {
@@ -63,7 +65,7 @@ fn hash_of_model(model: &Model) -> String {
     model.triangles.iter().for_each(|triangle| add(&mut hasher, *triangle));
     for object in &model.objects {
         hasher.update(object.name.as_bytes());
-        // No name holds a zero, so names cannot run into each other.
+        // Names contain no zero bytes, so that two names cannot be mistaken for one.
         hasher.update(&[0, object.billboard.into()]);
     }
     for face in &model.faces {
@@ -126,7 +128,9 @@ mod tests {
     #[test]
     fn a_decision_changes_the_hash_of_its_own_photo_and_leaves_its_ground() {
         let file = tempfile::NamedTempFile::new().unwrap();
-        let (model, options, photo) = (Model::default(), Options::default(), photo(file.path()));
+        let model = Model::default();
+        let options = Options::default();
+        let photo = photo(file.path());
         let hash = |name: &str, text: &str| {
             let mut decisions = Decisions::default();
             decisions.set(name, serde_json::from_str(text).unwrap());

@@ -1,23 +1,24 @@
-//! The names that image layers were given: which layer has which, whatever became of the stack since.
+//! User-defined names of image layers, and the layers to which they belong after a stack was rebuilt.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
 
-use crate::document::decisions::LayerName;
+use crate::document::decisions::LayerNaming;
 use crate::document::{ImageLayer, Stack};
 
-/// What became of the names.
+/// The result of renaming a stack's layers.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Renamed {
-    /// Some layer is called otherwise than before.
+    /// Whether a layer's name changed.
     pub changed: bool,
-    /// Names that no layer has, each in a sentence.
+    /// The names for which no layer was found, each in a sentence.
     pub homeless: Vec<String>,
 }
 
-/// By image layer, the place of its name in `names`. Of all pairs of a name and a layer those with most
-/// faces in common come first (ties: name, layer); a layer has one name, and a name one layer.
-pub fn layers_of_names(stack: &Stack, names: &[LayerName]) -> Vec<Option<usize>> {
+/// Returns, for each image layer, the index of its name in `names`. Pairs of a name and a layer are matched
+/// greedily, those with most faces in common first (ties: name, layer); each layer gets at most one name, and each
+/// name at most one layer.
+pub fn layers_of_names(stack: &Stack, names: &[LayerNaming]) -> Vec<Option<usize>> {
     let layers = || stack.image_layers.iter().enumerate();
     let mut pairs: Vec<(Reverse<usize>, usize, usize)> = names
         .iter()
@@ -37,7 +38,8 @@ pub fn layers_of_names(stack: &Stack, names: &[LayerName]) -> Vec<Option<usize>>
     of_layer
 }
 
-fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
+/// Returns the number of faces that a layer and a name have in common.
+fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerNaming) -> usize {
     let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
     let held = elements.filter(|(_, number)| layer.elements.contains(number));
     let common = |(element, _): (&crate::document::Element, u32)| {
@@ -47,9 +49,9 @@ fn in_common(stack: &Stack, layer: &ImageLayer, name: &LayerName) -> usize {
     held.map(common).sum()
 }
 
-/// Gives the image layers their names: those that were decided, else the ones that they have by themselves, which are
-/// numbered where several are the same: `fountain`, `fountain (2)`.
-pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
+/// Names the image layers: as decided, or else with their automatic names. Equal names are numbered: `fountain`,
+/// `fountain (2)`.
+pub fn rename(stack: &mut Stack, names: &[LayerNaming]) -> Renamed {
     let of_layer = layers_of_names(stack, names);
     let own_names = own_names(stack);
     let mut renamed = Renamed::default();
@@ -59,14 +61,14 @@ pub fn rename(stack: &mut Stack, names: &[LayerName]) -> Renamed {
         layer.name = given.clone();
         layer.own_name = (own != layer.name).then_some(own);
     }
-    let homeless = (0..names.len()).filter(|name| !of_layer.contains(&Some(*name)));
-    renamed.homeless = homeless.map(|name| homeless_in_words(&names[name])).collect();
+    let unmatched = (0..names.len()).filter(|name| !of_layer.contains(&Some(*name)));
+    renamed.homeless = unmatched.map(|name| unmatched_message(&names[name])).collect();
     renamed
 }
 
-/// The names that the image layers have by themselves: that of an object. Of layers with the same name, such as
-/// those of an object's parts before and behind another one, the second from the front is called `fountain (2)`, the
-/// next `fountain (3)`: the same stack has the same names.
+/// Returns the automatic names of the image layers, which are names of objects. Of layers with the same name, such
+/// as those of an object's parts before and behind another one, the second from the front becomes `fountain (2)`,
+/// the next `fountain (3)`. The same stack always gets the same names.
 fn own_names(stack: &Stack) -> Vec<String> {
     let layers = stack.image_layers.iter();
     let plain: Vec<String> =
@@ -74,7 +76,7 @@ fn own_names(stack: &Stack) -> Vec<String> {
     let mut taken: BTreeSet<String> = BTreeSet::new();
     let unlike = |name: &String| {
         let numbered = (2..).map(|number| format!("{name} ({number})"));
-        // A name that stands there as it is goes before one that is made of another.
+        // An unchanged name takes precedence over one that was numbered.
         let free = |other: &String| !taken.contains(other) && (other == name || !plain.contains(other));
         let found = std::iter::once(name.clone()).chain(numbered).find(free);
         let found = found.expect("numbers do not end");
@@ -84,7 +86,8 @@ fn own_names(stack: &Stack) -> Vec<String> {
     plain.iter().map(unlike).collect()
 }
 
-fn homeless_in_words(name: &LayerName) -> String {
+/// Writes the message for a name without a layer.
+fn unmatched_message(name: &LayerNaming) -> String {
     let of: Vec<String> = name.of.iter().map(ToString::to_string).collect();
-    format!("no image layer is called {:?} now: none holds {}", name.name, of.join(", "))
+    format!("no image layer is named {:?} now, because none contains {}", name.name, of.join(", "))
 }

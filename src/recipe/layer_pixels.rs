@@ -1,5 +1,5 @@
-//! The pixels of an image layer as everybody sees them, editors and renderer alike: what the photo shows, what fills
-//! the rest, what was painted on it in other photos, and in its own.
+//! The complete pixels of an image layer, for editors and for the renderer: the photo's visible pixels, the
+//! filling, and paint from other photos and from this one.
 
 use std::path::Path;
 
@@ -10,13 +10,14 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 use crate::io::layered::png::read_rgba;
+use crate::raster::over::on_opaque;
 
-/// An image layer of a stack whose files lie below `folder`, as large as its rectangle: paint over filling over photo, where
-/// filling is also what paint of other photos puts in the photo's place.
-/// Each painted pixel is there as the artist left it; only soft paint on what was empty lets the filling through.
+/// Reads an image layer of a stack with files below `folder`, as large as its rectangle: paint over filling over
+/// photo, where the filling includes paint that was propagated from other photos over visible pixels. Each painted
+/// pixel is as it was painted, except that semitransparent paint on empty pixels is blended with the filling.
 ///
 /// # Errors
-/// What reading the layer or a file of paint says.
+/// Returns the errors of reading the layer's files and paint.
 pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usize) -> Result<Raster> {
     let image_layer = &stack.image_layers[layer];
     let rect = image_layer.rect;
@@ -24,9 +25,9 @@ pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usi
     let mut patch = paint.on(stack, layer)?;
     if let Some(fill) = &image_layer.fill {
         if let Some(file) = &fill.spread_file {
-            let shown = raster;
+            let visible = raster;
             raster = read_rgba(&folder.join(file), rect.w, rect.h)?;
-            raster.lay_over(&shown);
+            raster.lay_over(&visible);
         }
         let filling = read_rgba(&folder.join(&fill.filled_file), rect.w, rect.h)?;
         patch = over_filling(patch, rect, &raster, &filling);
@@ -36,10 +37,10 @@ pub fn layer_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usi
     Ok(raster)
 }
 
-/// The same without what fills it.
+/// Reads the same without the filling; see [`layer_pixels`].
 ///
 /// # Errors
-/// As [`layer_pixels`].
+/// Returns the errors of reading the layer's files and paint.
 pub fn unfilled_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: usize) -> Result<Raster> {
     let rect = stack.image_layers[layer].rect;
     let mut raster = read_rgba(&folder.join(&stack.image_layers[layer].file), rect.w, rect.h)?;
@@ -47,7 +48,7 @@ pub fn unfilled_pixels(stack: &Stack, folder: &Path, paint: &PhotoPaint, layer: 
     Ok(raster)
 }
 
-/// Lays paint on a raster whose top left corner is that of `rect`, in photo pixels.
+/// Draws paint on a raster whose top-left corner is that of `rect`, in photo pixels.
 fn paint_over(raster: &mut Raster, rect: PixelRect, paint: &Patch) {
     for (x, y, colour) in paint.iter() {
         if let Some((x, y)) = within(rect, x, y) {
@@ -56,7 +57,7 @@ fn paint_over(raster: &mut Raster, rect: PixelRect, paint: &Patch) {
     }
 }
 
-/// Paint with soft pixels worked into the filling, where the photo shows nothing.
+/// Returns the paint with semitransparent pixels blended with the filling, where the photo shows nothing.
 fn over_filling(paint: Patch, rect: PixelRect, photo: &Raster, filling: &Raster) -> Patch {
     let mut mixed = paint.clone();
     for (x, y, colour) in paint.iter().filter(|(_, _, colour)| !matches!(colour[3], 0 | u16::MAX)) {
@@ -64,22 +65,20 @@ fn over_filling(paint: Patch, rect: PixelRect, photo: &Raster, filling: &Raster)
             && !photo.has_colour(u, v)
             && filling.has_colour(u, v)
         {
-            let (below, share) = (filling.rgba16(u, v), f64::from(colour[3]) / 65535.0);
-            let mix = |i: usize| f64::from(colour[i]) * share + f64::from(below[i]) * (1.0 - share);
-            let [r, g, b] = [0, 1, 2].map(|i| mix(i).round() as u16);
+            let below = filling.rgba16(u, v);
+            let [r, g, b] = [0, 1, 2].map(|i| on_opaque(colour[i], colour[3], below[i]));
             mixed.put(x, y, [r, g, b, u16::MAX]);
         }
     }
     mixed
 }
 
-/// A pixel of the photo in a raster of `rect`; none outside.
+/// Converts a pixel of the photo to one of a raster of `rect`; `None` outside of it.
 fn within(rect: PixelRect, x: i32, y: i32) -> Option<(u32, u32)> {
-    let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-    inside.then(|| ((x - rect.x) as u32, (y - rect.y) as u32))
+    rect.contains(x, y).then(|| ((x - rect.x) as u32, (y - rect.y) as u32))
 }
 
-/// Where paint was taken away there is nothing.
+/// Returns the colour that a painted pixel shows: erased pixels are transparent black.
 pub fn shown(colour: Colour) -> Colour {
     if colour == ERASED { [0; 4] } else { colour }
 }
@@ -102,7 +101,7 @@ mod tests {
 
     #[test]
     fn soft_paint_lets_the_filling_through_but_not_the_photo_that_it_replaced() {
-        let rect = PixelRect { x: 0, y: 0, w: 3, h: 1 };
+        let rect = PixelRect::of_size(3, 1);
         let (mut photo, mut filling) =
             (Raster::blank(3, 1, Depth::Sixteen), Raster::blank(3, 1, Depth::Sixteen));
         photo.set_rgba16(0, 0, [9, 9, 9, 65535]);

@@ -1,4 +1,4 @@
-//! The image layers of a stack in figures, and by which they are sorted.
+//! Figures of a stack's image layers, and sorting by them.
 
 use std::cmp::Ordering;
 
@@ -6,23 +6,23 @@ use serde::{Deserialize, Serialize};
 
 use crate::document::{ImageLayer, Stack};
 
-/// What an image layer comes to, in texels.
+/// Texel counts of an image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct LayerFigures {
-    /// Of its rectangle.
+    /// The number of texels of the rectangle.
     pub texels: u64,
-    /// That some surface covers.
+    /// The number of texels that a surface covers.
     pub used: u64,
-    /// That no surface covers.
+    /// The number of texels that no surface covers.
     pub waste: u64,
-    /// Of those used: not shown by the photo.
+    /// The number of covered texels that are hidden in the photo.
     pub hidden: u64,
-    /// Of those hidden: filled.
+    /// The number of hidden texels that are filled.
     pub filled: u64,
 }
 
 impl LayerFigures {
-    /// Of one layer.
+    /// Returns the figures of one layer.
     pub fn of(layer: &ImageLayer) -> Self {
         let texels = layer.rect.area();
         Self {
@@ -34,7 +34,7 @@ impl LayerFigures {
         }
     }
 
-    /// Of several layers together.
+    /// Returns the sums over several layers.
     pub fn sum(layers: impl Iterator<Item = Self>) -> Self {
         layers.fold(Self::default(), |sum, one| Self {
             texels: sum.texels + one.texels,
@@ -45,22 +45,23 @@ impl LayerFigures {
         })
     }
 
-    /// Of its rectangle, what surfaces cover: 0 to 1.
+    /// Returns the share of the rectangle that surfaces cover, 0..=1.
     pub fn used_share(&self) -> f64 {
         share(self.used, self.texels)
     }
 
-    /// Of what surfaces cover, what the photo does not show: 0 to 1.
+    /// Returns the share of covered texels that are hidden in the photo, 0..=1.
     pub fn hidden_share(&self) -> f64 {
         share(self.hidden, self.used)
     }
 
-    /// Of what is hidden, what is filled: 0 to 1; none where nothing is hidden.
+    /// Returns the share of hidden texels that are filled, 0..=1; `None` where none are hidden.
     pub fn filled_share(&self) -> Option<f64> {
         (self.hidden > 0).then(|| share(self.filled, self.hidden))
     }
 }
 
+/// Returns `part / all`, or 0 for 0 / 0.
 fn share(part: u64, all: u64) -> f64 {
     part as f64 / all.max(1) as f64
 }
@@ -68,27 +69,27 @@ fn share(part: u64, all: u64) -> f64 {
 /// A column of the table of layers.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub enum Column {
-    /// [`ImageLayer::name`].
+    /// The name: [`ImageLayer::name`].
     Name,
-    /// [`ImageLayer::order`].
+    /// The depth: [`ImageLayer::order`].
     #[default]
     Depth,
-    /// [`LayerFigures::texels`].
+    /// The size: [`LayerFigures::texels`].
     Size,
-    /// [`LayerFigures::used_share`].
+    /// The covered share: [`LayerFigures::used_share`].
     Used,
-    /// [`LayerFigures::waste`].
+    /// The number of unused texels: [`LayerFigures::waste`].
     Waste,
-    /// [`LayerFigures::hidden_share`].
+    /// The hidden share: [`LayerFigures::hidden_share`].
     Hidden,
-    /// [`LayerFigures::filled_share`].
+    /// The filled share: [`LayerFigures::filled_share`].
     Filled,
-    /// How far the filling is trusted, 0 to 1.
+    /// The filling's mean confidence, 0..=1.
     Trust,
 }
 
 impl Column {
-    /// From left to right.
+    /// All columns from left to right.
     pub const ALL: [Self; 8] = [
         Self::Name,
         Self::Depth,
@@ -100,14 +101,15 @@ impl Column {
         Self::Trust,
     ];
 
-    /// The largest come first until somebody turns it round; names and depths rise.
-    pub fn falls_at_first(self) -> bool {
+    /// Returns true for columns that sort in descending order at first; names and depths ascend.
+    pub fn descends_by_default(self) -> bool {
         !matches!(self, Self::Name | Self::Depth)
     }
 }
 
-/// The places of a stack's layers by one column; ties by place, and what has no value last. `trust` tells how far the
-/// filling of the layer at a place is trusted, where that is known.
+/// Returns the indices of a stack's layers, sorted by one column. Ties are in index order, and layers without a
+/// value come last. `trust` returns the mean confidence of the filling of the layer at an index, where that is
+/// known.
 pub fn sorted(
     stack: &Stack,
     column: Column,
@@ -115,23 +117,23 @@ pub fn sorted(
     trust: impl Fn(usize) -> Option<f64>,
 ) -> Vec<usize> {
     let layers = &stack.image_layers;
-    let value = |place: usize| {
-        let figures = LayerFigures::of(&layers[place]);
+    let value = |index: usize| {
+        let figures = LayerFigures::of(&layers[index]);
         match column {
             Column::Name => None,
-            Column::Depth => Some(f64::from(layers[place].order)),
+            Column::Depth => Some(f64::from(layers[index].order)),
             Column::Size => Some(figures.texels as f64),
             Column::Used => Some(figures.used_share()),
             Column::Waste => Some(figures.waste as f64),
             Column::Hidden => Some(figures.hidden_share()),
             Column::Filled => figures.filled_share(),
-            Column::Trust => trust(place),
+            Column::Trust => trust(index),
         }
     };
-    let mut places: Vec<(Option<f64>, usize)> =
-        (0..layers.len()).map(|place| (value(place), place)).collect();
+    let mut indexed: Vec<(Option<f64>, usize)> =
+        (0..layers.len()).map(|index| (value(index), index)).collect();
     let turned = |order: Ordering| if falling { order.reverse() } else { order };
-    places.sort_by(|(a, at), (b, bt)| {
+    indexed.sort_by(|(a, at), (b, bt)| {
         let by_value = match (a, b) {
             (Some(a), Some(b)) => turned(a.total_cmp(b)),
             (Some(_), None) => Ordering::Less,
@@ -141,10 +143,10 @@ pub fn sorted(
         };
         by_value.then(at.cmp(bt))
     });
-    places.into_iter().map(|(_, place)| place).collect()
+    indexed.into_iter().map(|(_, index)| index).collect()
 }
 
-/// As people look for names: capitals do not count.
+/// Compares names without regard to case; equal ones by their bytes.
 fn by_name(a: &str, b: &str) -> Ordering {
     let lower = |name: &str| name.chars().flat_map(char::to_lowercase).collect::<Vec<_>>();
     lower(a).cmp(&lower(b)).then_with(|| a.cmp(b))
@@ -154,16 +156,18 @@ fn by_name(a: &str, b: &str) -> Ordering {
 mod tests {
     use super::*;
     use crate::document::stack::LayerFill;
-    use crate::layers::{Options, SoftwareRasteriser, Wishes, sort_photo};
+    use crate::layers::{LayerConstraints, Options, SoftwareRasteriser, sort_photo};
     use crate::recipe::assemble::assemble;
     use crate::scene::synthetic::closed_form;
     use crate::task::Task;
 
-    /// The stack of five steps, each half behind the next.
+    /// Makes the stack of five steps, each half hidden by the next.
     fn stack() -> Stack {
         let scene = closed_form::stairs();
         let (site, photo) = (scene.site(), scene.photo());
-        let (options, wishes, task) = (Options::default(), Wishes::default(), Task::silent());
+        let options = Options::default();
+        let wishes = LayerConstraints::default();
+        let task = Task::silent();
         let sorted = sort_photo(
             &site.model,
             &photo.camera,

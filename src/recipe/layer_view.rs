@@ -1,4 +1,4 @@
-//! One image layer alone, to be looked at: its pixels, or how far they are trusted and where they come from.
+//! Views of a single image layer: its pixels, their confidence, or their provenance.
 
 use std::path::Path;
 
@@ -11,44 +11,44 @@ use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::layered::Raster;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
 use crate::projection::hatching::Mask;
 use crate::projection::legend::{CONFIDENCE, Origin, colour_at};
+use crate::raster::in_8_bits;
 use crate::task::Task;
 
-/// What is shown of a layer.
+/// The content of a layer's view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum LayerLook {
-    /// Its pixels: the photo's, and with them what fills and what was painted.
+    /// The pixels: the photo's, optionally with filling and paint.
     Pixels {
-        /// With the filling.
+        /// Whether the filling is included.
         filling: bool,
-        /// With paint.
+        /// Whether paint is included.
         paint: bool,
     },
-    /// How far each texel is trusted.
+    /// The confidence of each texel.
     Confidence,
-    /// Where each texel comes from.
+    /// The source of each texel.
     Provenance,
 }
 
-/// What colours mean: each with its texels.
+/// A legend: name, colour and number of texels of each entry.
 pub type Legend = Vec<(String, [u8; 3], u64)>;
 
-/// A layer to look at, as large as its rectangle.
+/// A view of a layer, as large as its rectangle.
 #[derive(Debug)]
 pub struct LayerView {
-    /// Transparent where there is nothing.
+    /// The picture, transparent where there is nothing.
     pub picture: Picture,
-    /// In photo pixels: what is needed and empty.
+    /// The texels that are needed and empty, in photo pixels.
     pub hidden: Mask,
-    /// For confidence and provenance.
+    /// The legend of confidence or provenance; empty for pixels.
     pub legend: Legend,
 }
 
-/// Other photos, in turn.
+/// The colours that other photos get in turn.
 const OTHERS: [[u8; 3]; 8] = [
     [0x66, 0xa6, 0x1e],
     [0x1b, 0x9e, 0x77],
@@ -59,10 +59,10 @@ const OTHERS: [[u8; 3]; 8] = [
     [0x9a, 0xb9, 0x73],
     [0x73, 0x70, 0xb3],
 ];
-/// The image layer `layer` of `stack`, which belongs to the project in the folder `project`.
+/// Makes the view of the image layer with index `layer` of `stack`, in the project folder `project`.
 ///
 /// # Errors
-/// What reading its files and its paint says; [`crate::Error::Cancelled`].
+/// Returns the errors of reading the layer's files and paint, or [`crate::Error::Cancelled`].
 pub fn layer_view(
     project: &Path,
     stack: &Stack,
@@ -89,11 +89,12 @@ pub fn layer_view(
     Ok(LayerView { picture, hidden, legend })
 }
 
+/// Converts a raster to 8 bits.
 fn in_bytes(raster: &Raster) -> Picture {
     let (width, height) = (raster.width(), raster.height());
-    let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    // What lies under transparent pixels of a file helps filtering there, and is nothing to look at.
-    let seen = |(x, y)| match raster.rgba16(x, y).map(in_8_bits) {
+    let pixels = PixelRect::of_size(width, height).pixels();
+    // Colours of transparent pixels are stored for filtering only and must not be visible.
+    let seen = |(x, y)| match raster.rgba16(x as u32, y as u32).map(in_8_bits) {
         [.., 0] => [0; 4],
         pixel => pixel,
     };
@@ -107,7 +108,7 @@ struct Files<'a> {
     layer: usize,
 }
 
-/// Of each texel the number of its entry in a legend, 0 for none.
+/// The legend entry of each texel, 0 for none.
 type Numbered = Vec<u16>;
 
 impl Files<'_> {
@@ -115,12 +116,13 @@ impl Files<'_> {
         self.stack.image_layers[self.layer].rect
     }
 
+    /// Reads the mask of needed texels.
     fn needed(&self) -> Result<Vec<u8>> {
         let layer = &self.stack.image_layers[self.layer];
         read_mask(&self.folder.join(&layer.needed_file), layer.rect, layer.rect)
     }
 
-    /// Texels that are needed and that the photo shows.
+    /// Returns for each texel whether it is needed and visible in the photo.
     fn visible(&self, needed: &[u8]) -> Result<Vec<bool>> {
         let layer = &self.stack.image_layers[self.layer];
         let texels = read_layer(&self.folder.join(&layer.file), layer.rect, layer.rect)?;
@@ -133,31 +135,28 @@ impl Files<'_> {
             .collect())
     }
 
+    /// Returns the texels that are needed and empty in a picture.
     fn hidden(&self, picture: &Picture, needed: &[u8]) -> Mask {
         let rect = self.rect();
-        let mut mask = Mask::none_of(rect);
-        let texels = picture.rgba.as_chunks::<4>().0.iter().zip(needed).enumerate();
-        for (at, _) in texels.filter(|(_, (texel, needed))| texel[3] == 0 && **needed > 0) {
-            mask.put(rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32, true);
-        }
-        mask
+        let texels = picture.pixels().iter().zip(needed);
+        Mask::new(rect, texels.map(|(texel, needed)| texel[3] == 0 && *needed > 0).collect())
     }
 
-    /// The texels that were painted: their places.
+    /// Returns the indices of the painted texels.
     fn painted(&self, paint: &PhotoPaint) -> Result<Vec<usize>> {
         let rect = self.rect();
         let patch = paint.on(self.stack, self.layer)?;
-        let place = |x: i32, y: i32| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
-        Ok(patch.iter().filter(|(.., colour)| colour[3] > 0).map(|(x, y, _)| place(x, y)).collect())
+        Ok(patch.iter().filter(|(.., colour)| colour[3] > 0).map(|(x, y, _)| rect.offset(x, y)).collect())
     }
 
+    /// Makes the picture and the legend of the texels' confidence.
     fn confidence(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
         let layer = &self.stack.image_layers[self.layer];
         let mut trust: Vec<Option<u8>> =
             self.visible(needed)?.into_iter().map(|visible| visible.then_some(u8::MAX)).collect();
         if let Some(fill) = &layer.fill {
             let grey = read_grey(&self.folder.join(&fill.confidence_file), layer.rect, layer.rect)?;
-            // Also where paint of another photo lies over what this one shows.
+            // This includes paint that was propagated from other photos over visible texels.
             let filled = trust.iter_mut().zip(grey).filter(|(_, grey)| *grey > 0);
             filled.for_each(|(trust, grey)| *trust = Some(grey.min(255) as u8));
         }
@@ -171,6 +170,7 @@ impl Files<'_> {
         Ok((picture, legend.map(|(at, (name, colour))| (name.to_owned(), *colour, count(at))).collect()))
     }
 
+    /// Makes the picture and the legend of the texels' sources.
     fn provenance(&self, paint: &PhotoPaint, needed: &[u8]) -> Result<(Picture, Legend)> {
         let layer = &self.stack.image_layers[self.layer];
         let entry = |name: &str, origin: Origin| (name.to_owned(), origin.colour());
@@ -182,7 +182,7 @@ impl Files<'_> {
         let mut from: Numbered = self.visible(needed)?.into_iter().map(u16::from).collect();
         if let Some(fill) = &layer.fill {
             let grey = read_grey(&self.folder.join(&fill.provenance_file), layer.rect, layer.rect)?;
-            // What paint of another photo is laid over is shown as that paint.
+            // Visible texels under paint from another photo are shown as that paint.
             let filled = from.iter_mut().zip(grey).filter(|(_, grey)| *grey > 0);
             filled.for_each(|(from, grey)| *from = (first + grey).min(entries.len() as u16 - 1));
         }
@@ -195,6 +195,7 @@ impl Files<'_> {
         Ok((picture, legend.map(|((name, colour), count)| (name, colour, count)).collect()))
     }
 
+    /// Makes a picture of the layer's size; texels without a colour are transparent.
     fn picture(&self, colours: impl Iterator<Item = Option<[u8; 3]>>) -> Picture {
         let pixel = |colour: Option<[u8; 3]>| colour.map_or([0; 4], |[r, g, b]| [r, g, b, u8::MAX]);
         let rect = self.rect();
@@ -202,7 +203,7 @@ impl Files<'_> {
     }
 }
 
-/// An origin of fillings in words, with its colour; `at` is its number. Other photos are told apart here.
+/// Returns the name of a filling's source, and its colour. Other photos get distinct colours by their number `at`.
 fn origin(name: &str, at: usize) -> (String, [u8; 3]) {
     match origin_of(name) {
         Origin::Photo => (String::new(), [0; 3]),

@@ -1,4 +1,4 @@
-//! The program without a face: open, sort, cluster, extract, save.
+//! Whole tasks without a user interface: open, sort, cluster, extract, fill, save, import, export, render, score.
 
 pub mod assemble;
 pub mod budget;
@@ -28,6 +28,7 @@ pub mod paint;
 pub mod peel;
 mod photo_plan;
 pub mod photos;
+mod plugged_in;
 pub mod preview;
 pub mod relief;
 pub mod relink;
@@ -40,5 +41,6 @@ pub mod sources;
 pub mod survey;
 pub mod thumbnail;
 mod unmet;
+pub mod untextured;
 pub mod views;
 pub mod watch;

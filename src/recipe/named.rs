@@ -1,22 +1,23 @@
-//! Photos by the names that people type.
+//! Photos by abbreviated names, as they are typed.
 
 use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::scene::{Photo, Site};
 
-/// The photos that `names` ask for, in the site's order; all of them when it asks for none. A name may
-/// leave out the folder and the extension where that leaves no doubt.
+/// Returns the photos that `names` refer to, in the site's order; all photos for an empty list. A name may omit the
+/// folder and the extension where it remains unambiguous.
 ///
 /// # Errors
-/// [`Error::Request`] for a name that no photo or more than one answers to; all such names at once.
+/// Returns [`Error::Request`] for names that match no photo or several; all of them together.
 pub fn photos_named<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Photo>> {
     if names.is_empty() {
         return Ok(site.photos.iter().collect());
     }
-    let (mut found, mut errors) = (Vec::new(), Vec::new());
+    let mut found = Vec::new();
+    let mut errors = Vec::new();
     for name in names {
         match place_of_photo(site, name) {
-            Ok(place) => found.push(place),
+            Ok(index) => found.push(index),
             Err(error) => errors.push(error),
         }
     }
@@ -24,32 +25,33 @@ pub fn photos_named<'a>(site: &'a Site, names: &[String]) -> Result<Vec<&'a Phot
     found.dedup();
     match Error::of_all(errors) {
         Some(error) => Err(error),
-        None => Ok(found.into_iter().map(|place| &site.photos[place]).collect()),
+        None => Ok(found.into_iter().map(|index| &site.photos[index]).collect()),
     }
 }
 
-/// The place in the site's photos of the one that `name` asks for.
+/// Returns the index in the site's photos of the one that `name` refers to.
 ///
 /// # Errors
-/// [`Error::Request`] when none or more than one answers to it.
+/// Returns [`Error::Request`] when the name matches no photo or several.
 pub fn place_of_photo(site: &Site, name: &str) -> Result<usize> {
     let photos = || site.photos.iter().map(|photo| photo.name.as_str());
-    if let Some(place) = photos().position(|photo| photo == name) {
-        return Ok(place);
+    if let Some(index) = photos().position(|photo| photo == name) {
+        return Ok(index);
     }
-    let candidates: Vec<_> = photos().enumerate().filter(|(_, photo)| is_short_for(name, photo)).collect();
+    let candidates: Vec<_> =
+        photos().enumerate().filter(|(_, photo)| is_abbreviation_of(name, photo)).collect();
     match candidates[..] {
-        [(place, _)] => Ok(place),
-        [] => Err(Error::Request(format!("no photo is called {name}; `quadratura info` lists them"))),
+        [(index, _)] => Ok(index),
+        [] => Err(Error::Request(format!("there is no photo {name}; `quadratura info` lists the photos"))),
         _ => {
             let names: Vec<_> = candidates.iter().map(|(_, photo)| *photo).collect();
-            Err(Error::Request(format!("{name} could be any of {}", names.join(", "))))
+            Err(Error::Request(format!("{name} is ambiguous: it matches {}", names.join(", "))))
         }
     }
 }
 
-/// Whether `name` is what `photo` may be called for short.
-pub fn is_short_for(name: &str, photo: &str) -> bool {
+/// Returns true when `name` is an abbreviation of `photo`: without its folder, its extension, or both.
+pub fn is_abbreviation_of(name: &str, photo: &str) -> bool {
     let file = photo.rsplit('/').next().unwrap_or(photo);
     name == file || name == without_extension(file) || name == without_extension(photo)
 }
@@ -93,7 +95,7 @@ mod tests {
         let found = photos_named(&site, &names(&["3", "1", "1.jpg"])).unwrap();
         assert_eq!(found.iter().map(|photo| photo.name.as_str()).collect::<Vec<_>>(), ["1.jpg", "3.jpg"]);
         assert_eq!(photos_named(&site, &[]).unwrap().len(), 3);
-        let told = photos_named(&site, &names(&["8", "9"])).unwrap_err().to_string();
-        assert!(told.contains('8') && told.contains('9'), "{told}");
+        let message = photos_named(&site, &names(&["8", "9"])).unwrap_err().to_string();
+        assert!(message.contains('8') && message.contains('9'), "{message}");
     }
 }

@@ -1,4 +1,4 @@
-//! Objects of the model that are switched off: for a project they are as if they were not there.
+//! Objects of the model that are removed in a project, as if they did not exist.
 
 use std::collections::BTreeSet;
 
@@ -8,19 +8,20 @@ use super::masks::object::objects_named;
 use crate::error::{Error, Result};
 use crate::scene::Model;
 
-/// One change. Objects are named, or by the beginning of their names with `*` behind.
+/// A removal or its reversal. Objects are given by name, or by the beginning of names followed by `*`.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ObjectEdit {
-    /// They are not there.
+    /// Removes the objects from the model.
     Off(String),
-    /// They are there again.
+    /// Restores the objects.
     On(String),
 }
 
-/// The objects that are off after the edits, one after the other. `whole` is the model with all of them.
+/// Returns the removed objects after the edits, applied in order. `whole` is the model with all objects.
 ///
 /// # Errors
-/// [`Error::Request`] for names that the model does not have, all at once, and when nothing would be left.
+/// Returns [`Error::Request`] for names that the model does not have, all of them together, and when no object
+/// would remain.
 pub fn edited(off: &BTreeSet<String>, edits: &[ObjectEdit], whole: &Model) -> Result<BTreeSet<String>> {
     let mut edited = off.clone();
     let errors = edits.iter().filter_map(|edit| apply(&mut edited, edit, whole).err()).collect();
@@ -28,11 +29,12 @@ pub fn edited(off: &BTreeSet<String>, edits: &[ObjectEdit], whole: &Model) -> Re
         return Err(error);
     }
     if whole.objects.iter().all(|object| edited.contains(&object.name)) {
-        return Err(Error::Request("nothing would be left of the model: all objects would be off".into()));
+        return Err(Error::Request("this would remove all objects from the model".into()));
     }
     Ok(edited)
 }
 
+/// Applies one edit.
 fn apply(off: &mut BTreeSet<String>, edit: &ObjectEdit, whole: &Model) -> Result<()> {
     let names = |pattern: &str| {
         let objects = objects_named(whole, pattern)?;
@@ -40,7 +42,7 @@ fn apply(off: &mut BTreeSet<String>, edit: &ObjectEdit, whole: &Model) -> Result
     };
     match edit {
         ObjectEdit::Off(pattern) => off.extend(names(pattern)?),
-        // What was decided about an object that has left the model may be taken back by its whole name.
+        // The model may no longer have an object that was removed; its full name restores it nevertheless.
         ObjectEdit::On(name) if off.remove(name) => (),
         ObjectEdit::On(pattern) => {
             let on = names(pattern)?;
@@ -53,17 +55,17 @@ fn apply(off: &mut BTreeSet<String>, edit: &ObjectEdit, whole: &Model) -> Result
 /// An object as it is listed.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct ListedObject {
-    /// Its name.
+    /// The object's name.
     pub object: String,
-    /// Its faces.
+    /// The number of its faces.
     pub faces: usize,
-    /// A flat stand-in for foliage and the like.
+    /// Whether it is a billboard.
     pub billboard: bool,
-    /// It is switched off.
+    /// Whether it is removed.
     pub off: bool,
 }
 
-/// The objects of the model with all of them, in its order.
+/// Returns all objects of the complete model, in its order.
 pub fn listed(whole: &Model, off: &BTreeSet<String>) -> Vec<ListedObject> {
     let object = |object: &crate::scene::Object| ListedObject {
         object: object.name.clone(),
@@ -94,10 +96,11 @@ mod tests {
     fn strangers_are_told_all_at_once_and_something_must_be_left() {
         let model = closed_form::two_quads().model;
         let wrong = [ObjectEdit::Off("x".into()), ObjectEdit::On("y".into())];
-        let told = edited(&BTreeSet::new(), &wrong, &model).unwrap_err().to_string();
-        assert!(told.contains("\"x\"") && told.contains("\"y\""), "{told}");
-        let told = edited(&BTreeSet::new(), &[ObjectEdit::Off("*".into())], &model).unwrap_err().to_string();
-        assert!(told.contains("nothing would be left"), "{told}");
+        let message = edited(&BTreeSet::new(), &wrong, &model).unwrap_err().to_string();
+        assert!(message.contains("\"x\"") && message.contains("\"y\""), "{message}");
+        let message =
+            edited(&BTreeSet::new(), &[ObjectEdit::Off("*".into())], &model).unwrap_err().to_string();
+        assert!(message.contains("remove all objects"), "{message}");
         let gone = BTreeSet::from(["gone".to_owned()]);
         assert!(edited(&gone, &[ObjectEdit::On("gone".into())], &model).unwrap().is_empty());
     }

@@ -1,16 +1,16 @@
-//! A project's folder becomes a site: cameras, photos and model are read and brought together.
+//! Opening a project: cameras, photos and model are read and combined into a site.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 use std::sync::Arc;
 
 use super::masks::attach;
-use super::named::{is_short_for, photos_named};
+use super::named::{is_abbreviation_of, photos_named};
 use super::photos::{PhotoImport, import_photos};
 use crate::document::masks::Mask;
 use crate::document::{Masks, Project};
 use crate::error::{Error, Result};
-use crate::io::cameras::{CameraPhoto, Cameras, read_cameras};
+use crate::io::cameras::{CameraPhoto, Cameras, read_cameras_of};
 use crate::io::mask_file::check_mask;
 use crate::io::models::read_model;
 use crate::io::project::{PROJECT_FILE, read_project, resolved};
@@ -20,48 +20,48 @@ use crate::task::Task;
 /// A project and the site that it describes.
 #[derive(Debug)]
 pub struct Opened {
-    /// What `project.json` says.
+    /// The contents of `project.json`.
     pub project: Project,
-    /// Photos, cameras and model, in the cameras' world; without objects that are switched off.
+    /// Photos, cameras and model in the cameras' world, without removed objects.
     pub site: Site,
-    /// The model with objects that are switched off, too.
+    /// The complete model, including removed objects.
     pub whole: Arc<Model>,
-    /// What structure from motion triangulated, in the cameras' world; observations count through
-    /// the site's photos.
+    /// The points from structure from motion, in the cameras' world; their observations refer to indices of the
+    /// site's photos.
     pub points: Arc<Vec<SparsePoint>>,
-    /// Why photos of the cameras' file are not in the site; one each.
+    /// The reasons why photos of the cameras' file are not in the site, one each.
     pub problems: Arc<Vec<Error>>,
-    /// Photos whose files cannot be used, by name, with the reason.
+    /// The photos with unusable files, by name, with the reason.
     pub left_out: Vec<(String, String)>,
-    /// Masks that cannot be used; their photos are left out.
-    pub unmasked: Arc<Vec<Unmasked>>,
+    /// The unusable masks; their photos are left out.
+    pub unmasked: Arc<Vec<UnusableMask>>,
 }
 
-/// A mask that cannot be used: its photo would show what it must not.
+/// An unusable mask. Its photo is left out, because it would show what should be masked.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Unmasked {
+pub struct UnusableMask {
     /// The photo that is left out.
     pub photo: Photo,
-    /// Its mask.
+    /// The mask.
     pub mask: Mask,
-    /// What is wrong with that.
+    /// The problem with the mask.
     pub problem: String,
 }
 
-/// Opens the project in `folder`. What leaves something out is in `problems`, what does not is noted.
+/// Opens the project in `folder`. Causes of missing photos are in `problems`; other findings are noted.
 ///
 /// # Errors
-/// [`Error::Input`] and [`Error::Io`] for what concerns all photos: no project, no cameras, no
-/// model, or not one photo that can be used; all of them in one [`Error::Several`].
+/// Returns [`Error::Input`] and [`Error::Io`] for what concerns all photos: no project, no cameras, no model, or no
+/// usable photo; all of them together in [`Error::Several`].
 pub fn open(folder: &Path, task: &Task) -> Result<Opened> {
     let project = read_project(folder)?;
     open_site(folder, project, task)
 }
 
-/// The same for a project that is not on disk yet.
+/// Opens a project that is not on disk yet; see [`open`].
 ///
 /// # Errors
-/// As [`open`].
+/// Returns the errors of [`open`].
 pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened> {
     let (pictures, model) =
         rayon::join(|| read_pictures(folder, &project, task), || read_world_model(folder, &project, task));
@@ -76,7 +76,7 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
     let reasons = import.problems.iter().map(ToString::to_string);
     let of_masks = unmasked.iter().map(|it| (it.photo.name.clone(), it.error().to_string()));
     let left_out = import.left_out.into_iter().zip(reasons).chain(of_masks).collect();
-    let of_masks = unmasked.iter().map(Unmasked::error);
+    let of_masks = unmasked.iter().map(UnusableMask::error);
     let problems = Arc::new(cameras.problems.into_iter().chain(import.problems).chain(of_masks).collect());
     let unmasked = Arc::new(unmasked);
     let whole = Arc::new(model);
@@ -86,8 +86,8 @@ pub fn open_site(folder: &Path, project: Project, task: &Task) -> Result<Opened>
 }
 
 impl Opened {
-    /// The same site with another project, which is in `folder`: one that differs in nothing that the site is made of
-    /// (files, place of the model), but for the masks of its photos.
+    /// Returns the same site with another project, which is in `folder`. The two projects must be equal in
+    /// everything that the site is made from (files, the model's transform), except the photos' masks.
     pub fn with_project(&self, folder: &Path, project: Project) -> Self {
         let mut site = self.site.clone();
         attach(folder, &project.masks, &mut site.photos);
@@ -102,11 +102,11 @@ impl Opened {
         }
     }
 
-    /// The same with a project that differs in the objects that are switched off, and in nothing else that the site is
-    /// made of. No file is read.
+    /// Returns the same site with a project that differs in the removed objects and in nothing else that the site
+    /// is made from. No file is read.
     ///
     /// # Errors
-    /// [`Error::Request`] when nothing would be left of the model.
+    /// Returns [`Error::Request`] when no object would remain.
     pub fn with_objects(&self, folder: &Path, project: Project, task: &Task) -> Result<Self> {
         let model = working_model(&self.whole, &project, task)?;
         let mut opened = self.with_project(folder, project);
@@ -114,13 +114,14 @@ impl Opened {
         Ok(opened)
     }
 
-    /// The photos that `names` ask for: [`photos_named`].
+    /// Returns the photos that `names` refer to; see [`photos_named`].
     ///
     /// # Errors
-    /// [`Error::Request`]; for photos whose files cannot be used, why.
+    /// Returns [`Error::Request`]; for photos with unusable files it contains the reason.
     pub fn photos_named(&self, names: &[String]) -> Result<Vec<&Photo>> {
         photos_named(&self.site, names).map_err(|unknown| {
-            let is_meant = |photo: &str| names.iter().any(|name| name == photo || is_short_for(name, photo));
+            let is_meant =
+                |photo: &str| names.iter().any(|name| name == photo || is_abbreviation_of(name, photo));
             let reasons = self.left_out.iter().filter(|(photo, _)| is_meant(photo));
             let reasons =
                 reasons.map(|(photo, why)| Error::Request(format!("photo {photo} is left out: {why}")));
@@ -129,19 +130,21 @@ impl Opened {
     }
 }
 
-/// The photos with their masks; and the masks that cannot be used, whose photos would show what they must not.
+/// Adds the masks to the photos. Photos with an unusable mask are left out, because they would show what should be
+/// masked; these masks are returned as well.
 fn with_masks(
     folder: &Path,
     masks: &Masks,
     mut photos: Vec<Photo>,
     task: &Task,
-) -> (Vec<Photo>, Vec<Unmasked>) {
+) -> (Vec<Photo>, Vec<UnusableMask>) {
     attach(folder, masks, &mut photos);
     let known = |name: &str| photos.iter().any(|photo| photo.name == name);
     for (name, _) in masks.photos().filter(|(name, _)| !known(name)) {
         task.note(format!("project.json has masks of {name}, which is not among the photos"));
     }
-    let (mut masked, mut unmasked) = (Vec::with_capacity(photos.len()), Vec::new());
+    let mut masked = Vec::with_capacity(photos.len());
+    let mut unmasked = Vec::new();
     for photo in photos {
         let size = [photo.camera.width, photo.camera.height];
         let of_photo = masks.of(&photo.name).iter().zip(&photo.masks);
@@ -151,7 +154,7 @@ fn with_masks(
         if found.is_empty() {
             masked.push(photo);
         } else {
-            let of_one = |(mask, problem): (&Mask, String)| Unmasked {
+            let of_one = |(mask, problem): (&Mask, String)| UnusableMask {
                 photo: photo.clone(),
                 mask: mask.clone(),
                 problem,
@@ -162,44 +165,44 @@ fn with_masks(
     (masked, unmasked)
 }
 
-impl Unmasked {
-    /// As the command line tells it.
+impl UnusableMask {
+    /// Returns the error for the command line.
     pub fn error(&self) -> Error {
         let (photo, problem) = (&self.photo.name, &self.problem);
         Error::Request(format!(
-            "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` takes its \
-             masks away; --find, --add and --object make them again"
+            "{photo} is left out, because a mask of it cannot be used: {problem}. `quadratura mask --clear` \
+             removes its masks; --find, --add and --object create them again"
         ))
     }
 }
 
-/// Without the objects that are switched off.
+/// Returns the model without removed objects.
 fn working_model(whole: &Arc<Model>, project: &Project, task: &Task) -> Result<Arc<Model>> {
     let off = &project.objects_off;
     if off.is_empty() {
         return Ok(whole.clone());
     }
     for name in off.iter().filter(|name| whole.objects.iter().all(|object| object.name != **name)) {
-        task.note(format!("project.json switches off {name:?}, which the model does not have"));
+        task.note(format!("project.json removes the object {name:?}, which the model does not have"));
     }
     let working = whole.without(|object| off.contains(&object.name));
     if working.faces.is_empty() {
-        let found = "all objects of the model are switched off";
-        return Err(Error::Request(format!("{found}; `quadratura object --on NAME` brings one back")));
+        let found = "all objects are removed from the model in this project";
+        return Err(Error::Request(format!("{found}; `quadratura object --on NAME` restores one")));
     }
     Ok(Arc::new(working))
 }
 
-/// The whole model of a project in the cameras' world, with what is switched off.
+/// Reads the complete model of a project in the cameras' world, including removed objects.
 ///
 /// # Errors
-/// As [`open`].
+/// Returns the errors of [`open`].
 pub fn whole_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {
     read_world_model(folder, project, task)
 }
 
-/// The points, with observations that count through `photos` instead of the cameras' file. Those of
-/// photos that are not there are left out.
+/// Converts observations from indices of the cameras' file to indices of `photos`. Observations in missing photos
+/// are dropped.
 fn points_of_photos(
     mut points: Vec<SparsePoint>,
     cameras: &[CameraPhoto],
@@ -218,11 +221,12 @@ fn points_of_photos(
     points
 }
 
+/// Reads the cameras and imports their photos.
 fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Cameras, PhotoImport)> {
     let file = resolved(folder, &project.cameras);
     let photo_folder = resolved(folder, &project.photos);
-    let cameras = task.timed("read cameras", || read_cameras(&file, task));
-    // A wrong photo folder is worth knowing even where the cameras are wrong, too.
+    let cameras = task.timed("read cameras", || read_cameras_of(&photo_folder, &file, task));
+    // A wrong photo folder is reported even where the cameras are wrong, too.
     let missing = (!photo_folder.is_dir()).then(|| no_such_folder(folder, &photo_folder));
     let cameras = match (cameras, missing) {
         (Ok(cameras), None) => cameras,
@@ -238,21 +242,23 @@ fn read_pictures(folder: &Path, project: &Project, task: &Task) -> Result<(Camer
     if import.photos.is_empty() {
         return Err(Error::of_all(cameras.problems.into_iter().chain(import.problems).collect())
             .unwrap_or_else(|| {
-                Error::input(file, "", "it names no photo", "give the cameras of the photos")
+                Error::input(file, "", "it lists no photo", "give the cameras of the photos")
             }));
     }
     Ok((cameras, import))
 }
 
+/// Makes the error for a missing photo folder.
 fn no_such_folder(project: &Path, photos: &Path) -> Error {
     let file = project.join(PROJECT_FILE);
     let remedy = match file.is_file() {
-        true => format!("bring it back, or say as \"photos\" in {} where the photos are now", file.display()),
+        true => format!("restore it, or set \"photos\" in {} to the folder with the photos", file.display()),
         false => "give the folder of the photos".to_owned(),
     };
-    Error::input(photos, "", "there is no such folder", remedy)
+    Error::input(photos, "", "this folder does not exist", remedy)
 }
 
+/// Reads the model and transforms it to the cameras' world.
 fn read_world_model(folder: &Path, project: &Project, task: &Task) -> Result<Model> {
     let file = resolved(folder, &project.model);
     let (model, notes) = task.timed("read model", || read_model(&file, task))?;

@@ -1,14 +1,14 @@
-//! Where the texels of sheets come from, as texels themselves: a sheet whose colours say it
-//! ([`Origin::colour`]), to be projected like the sheet itself.
+//! Layer textures that show the sources of their texels as colours ([`Origin::colour`]), so that they can be
+//! projected like the textures themselves.
 
 use crate::document::stack::origins;
 use crate::error::Result;
 use crate::projection::legend::Origin;
-use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
 
-use super::sheets::SheetFiles;
+use super::sheets::LayerTextureFiles;
 
-/// The origin that a name of [`origins`] stands for.
+/// Returns the kind of source that a name of [`origins`] stands for.
 pub fn origin_of(name: &str) -> Origin {
     match name {
         origins::NONE => Origin::Photo,
@@ -20,12 +20,12 @@ pub fn origin_of(name: &str) -> Origin {
     }
 }
 
-/// Sheets in the colours of their texels' origins; trusted as the sheets are.
+/// Layer textures in the colours of their texels' sources, with the confidence of the textures themselves.
 #[derive(Debug, Clone)]
-pub struct SheetOrigins(pub SheetFiles);
+pub struct LayerTextureOrigins(pub LayerTextureFiles);
 
-impl Texels for SheetOrigins {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+impl Texels for LayerTextureOrigins {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         let mut pixels = self.0.sheet(sheet)?;
         let origins = self.0.origins(sheet, pixels.rect)?;
         for (texel, origin) in pixels.rgba.as_chunks_mut::<4>().0.iter_mut().zip(origins) {

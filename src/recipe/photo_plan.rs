@@ -1,4 +1,4 @@
-//! How one photo of the cameras will be used: with its own file, or with a pinhole image of it.
+//! The plan for importing a photo: to use its own file, or a pinhole image made from it.
 
 use std::path::{Path, PathBuf};
 
@@ -10,25 +10,26 @@ use crate::io::photo::{Match, PhotoFolder, check_photo, make_pinhole_image};
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// How a photo will be used.
+/// The plan for importing a photo.
 pub(super) struct PhotoPlan {
-    /// With its own file, or with its pinhole image, which may still have to be made.
+    /// The photo with its own file or its pinhole image, which may still have to be made.
     pub photo: Photo,
-    /// What the user should know, each beginning with the photo's name.
+    /// Notes for the user, each beginning with the photo's name.
     pub notes: Vec<String>,
-    /// Its own file.
+    /// The photo's own file.
     source: PathBuf,
-    /// For a photo with distortion.
+    /// The undistortion, for a photo with distortion.
     undistortion: Option<Undistortion>,
-    /// Bytes of a sample.
+    /// The bytes per sample.
     sample_bytes: u64,
 }
 
 impl PhotoPlan {
-    /// For the file that was found for a photo, from its header alone. Pinhole images go to `images`.
+    /// Makes the plan for the file that was found for a photo, from its header alone. Pinhole images go to
+    /// `images`.
     ///
     /// # Errors
-    /// Why the photo cannot be used: [`Error::Input`], [`Error::Io`].
+    /// Returns the reason why the photo cannot be used: [`Error::Input`] or [`Error::Io`].
     pub fn new(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder, images: &Path) -> Result<Self> {
         let CameraPhoto { name, camera, lens, pose, .. } = photo;
         let (source, difference) = located(photo, found, folder)?;
@@ -49,15 +50,15 @@ impl PhotoPlan {
         Ok(Self { photo, notes, source, undistortion, sample_bytes: header.sample_bytes })
     }
 
-    /// Whether the photo is used with a pinhole image.
+    /// Returns true when the photo is used with a pinhole image.
     pub fn needs_image(&self) -> bool {
         self.undistortion.is_some()
     }
 
-    /// Makes the pinhole image where one is needed and not there yet.
+    /// Makes the pinhole image if one is needed and does not exist yet.
     ///
     /// # Errors
-    /// As [`make_pinhole_image`].
+    /// Returns the errors of [`make_pinhole_image`].
     pub fn make_image(&self, task: &Task) -> Result<()> {
         match &self.undistortion {
             None => Ok(()),
@@ -65,8 +66,8 @@ impl PhotoPlan {
         }
     }
 
-    /// Bytes that [`PhotoPlan::make_image`] takes at most: the photo's pixels, those of the image, and
-    /// as many again for the compressed ones.
+    /// Returns the most memory in bytes that [`PhotoPlan::make_image`] takes: the photo's pixels, those of the
+    /// image, and as much again for the compressed image.
     pub fn memory(&self) -> u64 {
         let pixels = |camera: &Pinhole| u64::from(camera.width) * u64::from(camera.height);
         let with = |to: &Undistortion| (4 * pixels(&to.photo) + 8 * pixels(&to.pinhole)) * self.sample_bytes;
@@ -74,12 +75,12 @@ impl PhotoPlan {
     }
 }
 
-/// The file of a photo, and how its name differs from the photo's, in words.
+/// Returns the file of a photo, and a description of how its name differs from the photo's, if it does.
 fn located(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder) -> Result<(PathBuf, Option<String>)> {
     match found {
         Match::File(file, "") => Ok((folder.path(*file), None)),
         Match::File(file, difference) => {
-            let note = format!("found {difference}, as {}", folder.name(*file));
+            let note = format!("the file was found {difference}, as {}", folder.name(*file));
             Ok((folder.path(*file), Some(note)))
         }
         Match::Missing => Err(missing(photo, folder)),
@@ -87,7 +88,7 @@ fn located(photo: &CameraPhoto, found: &Match, folder: &PhotoFolder) -> Result<(
     }
 }
 
-/// What the pinhole image does not show of the photo.
+/// Returns a note about pixels of the photo that the pinhole image does not show, if any.
 fn lost(undistortion: &Undistortion) -> Option<String> {
     let percent = 100.0 * undistortion.lost;
     let why = "they lie more than 60 degrees off the axis, or where the lens model ends, or beyond twice \
@@ -95,25 +96,28 @@ fn lost(undistortion: &Undistortion) -> Option<String> {
     (percent > 0.0).then(|| format!("about {percent:.1} % of its pixels are left out: {why}"))
 }
 
+/// Makes the error for a photo outside of its lens model's valid range.
 fn beyond_its_lens(photo: &CameraPhoto, file: &Path) -> Error {
-    let found = format!("no pixel of it lies where its lens model makes sense ({:?})", photo.lens);
+    let found = format!("no pixel is in the valid range of the lens model ({:?})", photo.lens);
     Error::input(file, "", found, "calibrate the camera again, with a simpler model")
 }
 
+/// Makes the error for a photo without a file.
 fn missing(photo: &CameraPhoto, folder: &PhotoFolder) -> Error {
-    let found = "there is no such photo, nor one of that name in a sub-folder or in another format";
-    let remedy = "put it there, or give the folder that the cameras' names begin from";
+    let found = "there is no file of this name, nor one in a sub-folder or in another format";
+    let remedy = "put the photo there, or give the folder that the cameras' names are relative to";
     Error::input(folder.root().join(&photo.name), "", found, remedy)
 }
 
+/// Makes the error for a photo with several possible files.
 fn ambiguous(photo: &CameraPhoto, folder: &PhotoFolder, files: &[usize], photos: usize) -> Error {
-    let shown: Vec<_> = files.iter().take(4).map(|&file| folder.name(file)).collect();
-    let more = if files.len() > shown.len() { ", .." } else { "" };
-    let shown = format!("{}{more}", shown.join(", "));
+    let listed: Vec<_> = files.iter().take(4).map(|&file| folder.name(file)).collect();
+    let more = if files.len() > listed.len() { ", .." } else { "" };
+    let listed = format!("{}{more}", listed.join(", "));
     let found = match photos {
-        1 => format!("{} could be any of {} files ({shown})", photo.name, files.len()),
-        _ => format!("{} and {} others could be {shown}", photo.name, photos - 1),
+        1 => format!("{} matches {} files ({listed})", photo.name, files.len()),
+        _ => format!("{} and {} other photos match {listed}", photo.name, photos - 1),
     };
-    let remedy = "give the files the paths that the cameras' file names";
+    let remedy = "give the files the paths in the cameras' file";
     Error::input(folder.path(files[0]), "", found, remedy)
 }

@@ -1,4 +1,5 @@
-//! Importing photos: each of the cameras' photos finds its file, and becomes a pinhole image.
+//! Import of photos: the file of each of the cameras' photos is found and, if distorted, resampled to a pinhole
+//! image.
 
 use std::path::Path;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -9,32 +10,32 @@ use rustc_hash::FxHashSet;
 use super::budget::default_memory;
 use super::masks::beside::mask_names;
 use super::photo_plan::PhotoPlan;
-use super::side_by_side::SideBySide;
+use super::side_by_side::ParallelPhotos;
 use crate::error::{Error, Result};
 use crate::io::cameras::{CameraPhoto, Cameras};
 use crate::io::photo::{Match, PhotoFolder};
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// What [`import_photos`] made of the cameras' photos.
+/// The result of [`import_photos`].
 #[derive(Debug, Default)]
 pub struct PhotoImport {
-    /// Those that can be used, sorted by name; the file of each exists and fits its camera.
+    /// The usable photos, sorted by name; the file of each exists and matches its camera.
     pub photos: Vec<Photo>,
-    /// Why the others cannot; one each, in the cameras' order.
+    /// The reasons why the others are unusable, one each, in the cameras' order.
     pub problems: Vec<Error>,
     /// The names of the others, in the same order.
     pub left_out: Vec<String>,
-    /// What the user should know, each beginning with the photo's name.
+    /// Notes for the user, each beginning with a photo's name.
     pub notes: Vec<String>,
 }
 
-/// Finds the file of every photo below `photo_dir` and checks it against its camera. A photo without
-/// distortion is used as it is; of every other there is a pinhole image in `cache_dir/photos`
-/// afterwards, made now where it is not there or no longer right.
+/// Finds the file of every photo below `photo_dir` and checks it against its camera. A photo without distortion is
+/// used as it is. Each other one has a pinhole image in `cache_dir/photos` afterwards, which is made where it is
+/// missing or out of date.
 ///
 /// # Errors
-/// Only what concerns all photos: the folders cannot be read or written, or somebody asked to stop.
+/// Returns only errors that concern all photos: a folder cannot be read or written, or the task was cancelled.
 pub fn import_photos(
     cameras: &Cameras,
     photo_dir: &Path,
@@ -68,7 +69,7 @@ pub fn import_photos(
     Ok(import)
 }
 
-/// Of every photo what its file's header tells; all in parallel.
+/// Plans the import of every photo from its file's header, in parallel.
 fn plans(
     cameras: &Cameras,
     matches: &[Match],
@@ -76,7 +77,8 @@ fn plans(
     images: &Path,
     task: &Task,
 ) -> Result<Vec<Result<PhotoPlan>>> {
-    let (done, total) = (AtomicUsize::new(0), matches.len() as u64);
+    let done = AtomicUsize::new(0);
+    let total = matches.len() as u64;
     let photos = cameras.photos.par_iter().zip(matches);
     let plan = |(photo, found): (&CameraPhoto, &Match)| {
         task.step("find photos", done.fetch_add(1, Ordering::Relaxed) as u64, total)?;
@@ -85,24 +87,24 @@ fn plans(
     photos.map(plan).collect()
 }
 
-/// Makes the pinhole images that are not there yet, several at a time: decoding and writing keep one
-/// thread busy each, resampling all of them.
+/// Makes the missing pinhole images, several at a time: decoding and writing keep one thread each busy, resampling
+/// all of them.
 ///
 /// # Errors
-/// [`Error::Cancelled`]; what went wrong with one photo stands in its place.
+/// Returns [`Error::Cancelled`]; an error with one photo is in its own result.
 fn made_images(plans: &[Result<PhotoPlan>], task: &Task) -> Result<Vec<Result<()>>> {
-    let at_a_time = SideBySide {
+    let at_a_time = ParallelPhotos {
         threads: rayon::current_num_threads(),
         memory: default_memory(),
         stage: "import photos",
     };
     let bytes = |plan: &Result<PhotoPlan>| plan.as_ref().map_or(0, PhotoPlan::memory);
-    // Why there is no plan is told by whoever has the plans.
+    // The caller reports why there is no plan.
     let work = |plan: &Result<PhotoPlan>| plan.as_ref().map_or(Ok(()), |plan| plan.make_image(task));
     at_a_time.run(plans, bytes, work, task)
 }
 
-/// Files that no camera names and that are no masks, in one note.
+/// Returns a note about files that belong to no camera and are no masks, if any.
 fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<String> {
     let mut used = vec![false; folder.len()];
     for found in matches {
@@ -115,12 +117,12 @@ fn unused(folder: &PhotoFolder, cameras: &Cameras, matches: &[Match]) -> Option<
     let masks: FxHashSet<String> = cameras.photos.iter().flat_map(|photo| mask_names(&photo.name)).collect();
     let unused = (0..folder.len()).filter(|&file| !used[file]).map(|f| folder.name(f));
     let unused: Vec<_> = unused.filter(|name| !masks.contains(*name)).collect();
-    let shown = unused[..unused.len().min(5)].join(", ");
+    let listed = unused[..unused.len().min(5)].join(", ");
     match unused.len() {
         0 => None,
-        1 => Some(format!("{shown}: no camera for this photo; it is not used")),
-        n if n <= 5 => Some(format!("{shown}: no cameras for these photos; they are not used")),
-        n => Some(format!("{shown} and {} more: no cameras for these photos; they are not used", n - 5)),
+        1 => Some(format!("{listed}: no camera for this photo; it is not used")),
+        n if n <= 5 => Some(format!("{listed}: no cameras for these photos; they are not used")),
+        n => Some(format!("{listed} and {} more: no cameras for these photos; they are not used", n - 5)),
     }
 }
 
@@ -173,9 +175,9 @@ mod tests {
         );
         assert_eq!(import.photos.len(), 1);
         let problems: Vec<_> = import.problems.iter().map(Error::to_string).collect();
-        assert!(problems[0].contains("no such photo"), "{problems:?}");
+        assert!(problems[0].contains("no file of this name"), "{problems:?}");
         assert!(problems[1].contains("7 x 6 pixels where the camera has 8 x 6"), "{problems:?}");
-        assert!(problems[2].contains("any of 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
+        assert!(problems[2].contains("matches 2 files (x/twice.png, y/twice.png)"), "{problems:?}");
         assert!(import.notes.is_empty(), "{:?}", import.notes);
     }
 
@@ -202,7 +204,11 @@ mod tests {
         photo.camera.cx = 700.0;
         let cameras = Cameras { photos: vec![photo], ..Cameras::default() };
         let import = import_photos(&cameras, folder.path(), folder.path(), &Task::silent()).unwrap();
-        assert!(import.problems[0].to_string().contains("no pixel of it"), "{:?}", import.problems);
+        assert!(
+            import.problems[0].to_string().contains("no pixel is in the valid range"),
+            "{:?}",
+            import.problems
+        );
     }
 
     #[test]
@@ -230,7 +236,7 @@ mod tests {
         assert_eq!(
             import.notes,
             [
-                "a.jpg: found in another folder and image format, as sub/a.png",
+                "a.jpg: the file was found in another folder and image format, as sub/a.png",
                 "other.png: no camera for this photo; it is not used",
             ]
         );

@@ -1,4 +1,4 @@
-//! A project becomes a renderer: stacks are read, and sheets, gains and relief made ready.
+//! Opening a project for rendering: stacks are read, and layer textures, gains and relief are prepared.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -6,30 +6,31 @@ use std::sync::Arc;
 use super::budget::default_memory;
 use super::gains::{self, photo_gains};
 use super::open::Opened;
-use super::origins::SheetOrigins;
+use super::origins::LayerTextureOrigins;
 use super::relief::SiteRelief;
-use super::sheets::SheetFiles;
+use super::sheets::LayerTextureFiles;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
+use crate::document::paint::PaintBook;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
-use crate::gpu::{Gpu, Loaded, Renderer, Sliced, TextureOptions, TileStore};
+use crate::gpu::{Gpu, Renderer, TextureOptions};
 use crate::io::stack_store::StackStore;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown};
+use crate::projection::{Gains, PhotoId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sliced};
 use crate::scene::Site;
 use crate::task::Task;
 
-/// How a project is shown.
+/// Options for showing a project.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PreviewOptions {
-    /// Texture memory.
+    /// The texture memory.
     pub textures: TextureOptions,
-    /// Differences of exposure between photos are evened out.
+    /// Whether exposures are matched.
     pub gains: bool,
-    /// Surfaces are shown with the relief that the photos tell.
+    /// Whether surfaces are shown with the depth detail estimated from the photos.
     pub relief: bool,
-    /// Hidden texels are shown as they were filled, where they were.
+    /// Whether fillings of hidden texels are shown.
     pub filled: bool,
 }
 
@@ -39,32 +40,27 @@ impl Default for PreviewOptions {
     }
 }
 
-/// A project's renderer, which sees to it that photos that must not take part in a shot tell nothing of
-/// the relief either.
+/// A project's renderer. Photos that a shot excludes do not contribute to its relief either.
 pub struct Preview {
-    renderer: Renderer,
+    renderer: Box<dyn SiteRenderer>,
     store: StackStore,
-    /// Names in the site's order.
+    /// The names of the photos, in the site's order.
     photos: Vec<String>,
-    files: SheetFiles,
+    files: LayerTextureFiles,
     relief: Option<SiteRelief>,
-    /// The photos that the relief on the device was made without.
+    /// The photos without which the relief on the device was made.
     without: Vec<PhotoId>,
-    /// What all pictures lack: whole stacks, paint.
+    /// Messages about unreadable stacks and paint, which all pictures lack.
     problems: Vec<String>,
-    textures: TextureOptions,
 }
 
-/// Origins have no detail: with this share of the texture memory they are as sharp as they need to be.
-const ORIGINS_SHARE: u64 = 4;
-
-/// The renderer of an opened project. Photos without a stack serve nothing, with a note; those whose
-/// stack is older than the project do, with a note; one that cannot be read is in [`Preview::problems`]. Gains and
-/// relief are estimated the first time, and kept in `cache/`.
+/// Makes the renderer of an opened project. Photos without a stack are not used; stacks older than the project are.
+/// Both are noted. A stack that cannot be read is in [`Preview::problems`]. Gains and relief are estimated the
+/// first time and cached in `cache/`.
 ///
 /// # Errors
-/// [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that
-/// cannot be read, [`Error::Gpu`].
+/// Returns [`Error::Request`] when no photo has a stack, [`Error::Io`] and [`Error::Input`] for stacks that cannot
+/// be read, or [`Error::Gpu`].
 pub fn open(
     folder: &Path,
     opened: &Opened,
@@ -72,33 +68,41 @@ pub fn open(
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<Preview> {
+    let on_device = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
+        Ok(Box::new(Renderer::of_site(gpu, site, options.textures)?))
+    };
+    open_with(folder, opened, on_device, options, task)
+}
+
+/// [`open`] with another renderer, which `make` makes of the site.
+///
+/// # Errors
+/// As [`open`], and those of `make`.
+pub fn open_with(
+    folder: &Path,
+    opened: &Opened,
+    make: impl FnOnce(SiteContent<'_>) -> Result<Box<dyn SiteRenderer>>,
+    options: &PreviewOptions,
+    task: &Task,
+) -> Result<Preview> {
     let (store, site) = (StackStore::new(folder), &opened.site);
     let (stacks, mut problems) = task.timed("read stacks", || stacks(opened, &store, task))?;
     let sources = Arc::new(sources(site, &stacks, &opened.project.decisions));
-    let files = SheetFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
+    let files = LayerTextureFiles::new(&store, &stacks, options.filled).with_paint(&store, &stacks)?;
     problems.extend(files.problems());
-    let tiles = TileStore::new(gpu, &sources, Arc::new(files.clone()), options.textures)?;
-    let (gains, relief) = told_by_photos(folder, opened, &stacks, options, task)?;
+    let (gains, relief) = estimates_from_photos(folder, opened, &stacks, options, task)?;
     let whole = relief.as_ref().map(|relief| relief.whole().clone()).unwrap_or_default();
-    let renderer = Renderer::new(gpu, site.model.clone(), sources, gains, &whole, tiles)?;
+    let (model, texels) = (site.model.clone(), Arc::new(files.clone()));
+    let renderer = make(SiteContent { model, sources, gains, relief: &whole, texels })?;
     let photos = site.photos.iter().map(|photo| photo.name.clone()).collect();
-    Ok(Preview {
-        renderer,
-        store,
-        photos,
-        files,
-        relief,
-        without: Vec::new(),
-        problems,
-        textures: options.textures,
-    })
+    Ok(Preview { renderer, store, photos, files, relief, without: Vec::new(), problems })
 }
 
-/// Estimates gains and relief and puts them into `cache/`, so that the first picture need not wait for
-/// them. Nothing is done while a photo has no stack of the project as it is: they would not hold for long.
+/// Estimates gains and relief and caches them in `cache/`, so that the first picture does not wait for them.
+/// Nothing is done while a photo has no up-to-date stack, because the estimates would soon be obsolete.
 ///
 /// # Errors
-/// Those of [`open`].
+/// Returns the errors of [`open`].
 pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
     let store = StackStore::new(folder);
     let survey = Survey::new(opened, &store);
@@ -107,18 +111,20 @@ pub fn prepare(folder: &Path, opened: &Opened, task: &Task) -> Result<()> {
         let StackState::Current(stack) = survey.state(photo)? else { return Ok(()) };
         stacks.push(Some(stack));
     }
-    told_by_photos(folder, opened, &stacks, &PreviewOptions::default(), task).map(drop)
+    estimates_from_photos(folder, opened, &stacks, &PreviewOptions::default(), task).map(drop)
 }
 
-/// Gains and relief, as far as they are wanted.
-fn told_by_photos(
+/// Returns gains and relief, as far as the options ask for them.
+fn estimates_from_photos(
     folder: &Path,
     opened: &Opened,
     stacks: &[Option<Stack>],
     options: &PreviewOptions,
     task: &Task,
 ) -> Result<(Gains, Option<SiteRelief>)> {
-    let (site, memory, colour) = (&opened.site, default_memory(), &opened.project.colour);
+    let site = &opened.site;
+    let memory = default_memory();
+    let colour = &opened.project.colour;
     let gains = match options.gains {
         true => task.timed("gains", || photo_gains(site, stacks, colour, folder, memory, task))?,
         false => Gains::none(site.photos.len()),
@@ -131,44 +137,45 @@ fn told_by_photos(
 }
 
 impl Preview {
-    /// The renderer itself.
-    pub fn renderer(&mut self) -> &mut Renderer {
-        &mut self.renderer
+    /// Returns the costs of texture memory, against what it shows, in words.
+    pub fn statistics(&self) -> String {
+        self.renderer.statistics()
     }
 
-    /// Shows the paint that photos of these names have by now. Only sheets that look other for it are read again:
-    /// gains stay as they are, and so does the relief, which photos tell and not what was painted on them.
+    /// Shows the paint that the photos with these names have in `book`, the project's present paint. Only layer
+    /// textures that change are read again. Gains stay, and so does the relief, which is estimated from photos without
+    /// paint. Returns the number of layer textures that were read at once; others follow when they are needed.
     ///
     /// # Errors
-    /// When the project's paint cannot be read, and [`Error::Gpu`].
-    pub fn renew_paint(&mut self, photos: &[String], task: &Task) -> Result<Loaded> {
-        let place = |name: &String| self.photos.iter().position(|photo| photo == name);
-        let places: Vec<usize> = photos.iter().filter_map(place).collect();
-        let (files, changed) = self.files.repainted(&self.store, &places)?;
+    /// [`Error::Gpu`], [`Error::Cancelled`].
+    pub fn reload_paint(&mut self, photos: &[String], book: &PaintBook, task: &Task) -> Result<usize> {
+        let index = |name: &String| self.photos.iter().position(|photo| photo == name);
+        let indices: Vec<usize> = photos.iter().filter_map(index).collect();
+        let (files, changed) = self.files.repainted(&self.store, book, &indices);
         self.files = files;
         self.renderer.set_origins(None)?;
-        self.renderer.tiles_mut().renew(Arc::new(self.files.clone()), &changed, task)
+        self.renderer.renew(Arc::new(self.files.clone()), &changed, task)
     }
 
-    /// Lets photos serve faces as it is decided by now: which of them serve a face no more, and which one serves it alone.
-    /// Stacks stay as they are, and so do their texels on the device: other decisions need a build before they change
-    /// any. The model is the one that this was opened with.
+    /// Applies the present decisions about which photos may texture a face, and which one does so alone. Stacks
+    /// stay as they are, and so do their texels on the device: other decisions take effect only after a build. The
+    /// model must be the one with which this was opened.
     ///
     /// # Errors
-    /// [`Error::Gpu`].
+    /// Returns [`Error::Gpu`] when the device fails.
     pub fn redecide(&mut self, site: &Site, decisions: &Decisions) -> Result<()> {
         self.renderer.set_sources(Arc::new(sources(site, &self.files.stacks(), decisions)))
     }
 
-    /// Shows photos with other gains from now on.
+    /// Changes the photos' gains.
     pub fn set_gains(&mut self, gains: Gains) {
         self.renderer.set_gains(gains);
     }
 
-    /// What pictures were made without: stacks and paint that cannot be read, and single image layers, as far as they
-    /// were wanted until now.
+    /// Returns what pictures lack: unreadable stacks and paint, and single image layers as far as they were needed
+    /// until now.
     pub fn problems(&self) -> Vec<String> {
-        let unreadable = self.renderer.tiles().unreadable().len();
+        let unreadable = self.renderer.unreadable();
         let (layers, were) = if unreadable == 1 { ("image layer", "was") } else { ("image layers", "were") };
         let problem = || {
             format!(
@@ -178,42 +185,23 @@ impl Preview {
         self.problems.iter().cloned().chain((unreadable > 0).then(problem)).collect()
     }
 
-    /// The model as rays meet it, and as it is drawn.
+    /// Returns the model's surface, for ray casts and for drawing.
     pub fn surface(&self) -> Arc<Surface> {
         self.renderer.surface()
     }
 
-    /// Begins a picture in slices, between which others can be drawn.
-    ///
-    /// # Errors
-    /// Those of [`Renders::picture`].
-    pub fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
-        self.make_ready(shot, task)?;
-        self.renderer.begin(shot)
-    }
-
-    /// Draws the next slice; whether the picture is whole.
-    ///
-    /// # Errors
-    /// Those of [`Renders::picture`].
-    pub fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
-        self.make_ready(sliced.shot(), task)?;
-        self.renderer.advance(sliced, task)
-    }
-
-    /// What the shot needs besides what all shots do.
+    /// Prepares what this shot needs in addition: the relief without excluded photos, or provenance colours.
     fn make_ready(&mut self, shot: &Shot, task: &Task) -> Result<()> {
         if shot.relief {
             self.leave_out(&shot.without, task)?;
         }
         if shot.shown == Shown::Provenance && !self.renderer.has_origins() {
-            let budget_bytes = self.textures.budget_bytes / ORIGINS_SHARE;
-            let options = TextureOptions { budget_bytes, ..self.textures };
-            self.renderer.set_origins(Some((Arc::new(SheetOrigins(self.files.clone())), options)))?;
+            self.renderer.set_origins(Some(Arc::new(LayerTextureOrigins(self.files.clone()))))?;
         }
         Ok(())
     }
 
+    /// Puts the relief without these photos on the device, if it is not there yet.
     fn leave_out(&mut self, photos: &[PhotoId], task: &Task) -> Result<()> {
         let Some(relief) = self.relief.as_mut().filter(|_| self.without != photos) else { return Ok(()) };
         let relief = task.timed("relief", || relief.without(photos, task))?;
@@ -232,13 +220,25 @@ impl Renders for Preview {
     fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>> {
         self.renderer.faces(shot, task)
     }
+
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        self.make_ready(shot, task)?;
+        self.renderer.begin(shot, task)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.make_ready(sliced.shot(), task)?;
+        self.renderer.advance(sliced, task)
+    }
 }
 
-/// The photos' current stacks, in the site's order, and why some cannot be read.
+/// Returns the photos' stacks, in the site's order, and messages about unreadable ones.
 fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Option<Stack>>, Vec<String>)> {
     let survey = Survey::new(opened, store);
     let mut stacks = Vec::with_capacity(opened.site.photos.len());
-    let (mut missing, mut stale, mut broken) = (Vec::new(), Vec::new(), Vec::new());
+    let mut missing = Vec::new();
+    let mut stale = Vec::new();
+    let mut broken = Vec::new();
     for photo in &opened.site.photos {
         stacks.push(match survey.state(photo)? {
             StackState::Current(stack) => Some(stack),
@@ -251,7 +251,7 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Optio
                 None
             }
             StackState::Broken(error) => {
-                broken.push(format!("{}: its stack serves nothing: {error}", photo.name));
+                broken.push(format!("{}: its stack is not used: {error}", photo.name));
                 None
             }
         });
@@ -260,15 +260,21 @@ fn stacks(opened: &Opened, store: &StackStore, task: &Task) -> Result<(Vec<Optio
         if !broken.is_empty() {
             return Err(Error::Request(broken.join("\n")));
         }
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
+        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
     }
     if !missing.is_empty() {
         let missing = missing.join(", ");
-        task.note(format!("no stack, so they serve nothing: {missing}; `quadratura build` makes them"));
+        task.note(format!(
+            "these photos have no stack and are not used: {missing}; `quadratura build` \
+            builds them"
+        ));
     }
     if !stale.is_empty() {
         let stale = stale.join(", ");
-        task.note(format!("older than the project: the stacks of {stale}; `quadratura build` renews them"));
+        task.note(format!(
+            "the stacks of these photos are out of date: {stale}; `quadratura build` updates \
+            them"
+        ));
     }
     Ok((stacks, broken))
 }

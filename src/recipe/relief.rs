@@ -1,4 +1,4 @@
-//! The relief of a project's faces: estimated once from its photos, then kept in `cache/`.
+//! The relief of a project's faces, estimated once from its photos and then cached in `cache/`.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -7,30 +7,30 @@ use rayon::prelude::*;
 
 use super::budget::Budget;
 use crate::error::{Error, Result};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::io::relief_file::{read_relief, write_relief};
-use crate::projection::relief::{Relief, ReliefOptions, Witness, estimate_relief, relief_without};
+use crate::projection::relief::{Relief, ReliefOptions, SweepView, estimate_relief, relief_without};
 use crate::projection::surface::Surface;
 use crate::projection::{PhotoId, Projector};
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
-/// A site's relief, and how it would be without some of the photos.
+/// The relief of a site, and of the site without some of the photos.
 pub struct SiteRelief {
     site: Site,
     memory: u64,
     whole: Arc<Relief>,
-    /// The photos as witnesses, once they were asked.
-    witnesses: Option<Vec<Witness>>,
+    /// The photos prepared for the plane sweep, once they were needed.
+    witnesses: Option<Vec<SweepView>>,
 }
 
 impl SiteRelief {
-    /// That in `cache/` of the project's folder if it was made of the same `inputs`, else a new one, which
-    /// is put there. `memory`: bytes that photos decoded at the same time may take.
+    /// Returns the relief cached in the project's folder if it was made from the same `inputs`; otherwise estimates
+    /// and caches it. `memory` is the budget in bytes for photos decoded at the same time.
     ///
     /// # Errors
-    /// [`Error::Cancelled`]. A photo that cannot be read is a note and tells nothing; a cache that cannot
-    /// be written is a note.
+    /// Returns [`Error::Cancelled`] when the task was cancelled. A photo that cannot be read is noted and not used;
+    /// a cache that cannot be written is noted.
     pub fn open(site: &Site, inputs: &str, folder: &Path, memory: u64, task: &Task) -> Result<Self> {
         let file = folder.join("cache/relief.bin");
         let options = ReliefOptions::default();
@@ -40,40 +40,40 @@ impl SiteRelief {
             opened.whole = Arc::new(relief);
             return Ok(opened);
         }
-        opened.ask(task)?;
-        let witnesses = opened.witnesses.as_deref().expect("they were asked in the line above");
+        opened.prepare_photos(task)?;
+        let witnesses = opened.witnesses.as_deref().expect("the line above prepared them");
         let relief = estimate_relief(&site.model, witnesses, &options, task)?;
-        // What was made without a photo must not stand for all of them once that can be read again.
-        if witnesses.iter().all(Witness::sees)
+        // A relief made without some photo must not be cached as that of all photos.
+        if witnesses.iter().all(SweepView::has_pixels)
             && let Err(error) = write_relief(&file, &relief, inputs)
         {
-            task.note(format!("the relief is not kept: {error}"));
+            task.note(format!("the relief cannot be cached: {error}"));
         }
         opened.whole = Arc::new(relief);
         Ok(opened)
     }
 
-    /// Of all photos.
+    /// Returns the relief from all photos.
     pub fn whole(&self) -> &Arc<Relief> {
         &self.whole
     }
 
-    /// As if these photos had not been there.
+    /// Returns the relief that is estimated without these photos.
     ///
     /// # Errors
-    /// As [`Self::open`].
+    /// Returns the errors of [`Self::open`].
     pub fn without(&mut self, photos: &[PhotoId], task: &Task) -> Result<Arc<Relief>> {
         if photos.is_empty() {
             return Ok(self.whole.clone());
         }
-        self.ask(task)?;
-        let witnesses = self.witnesses.as_deref().expect("they were asked in the line above");
+        self.prepare_photos(task)?;
+        let witnesses = self.witnesses.as_deref().expect("the line above prepared them");
         let options = ReliefOptions::default();
         relief_without(&self.whole, photos, &self.site.model, witnesses, &options, task).map(Arc::new)
     }
 
-    /// Makes the photos witnesses.
-    fn ask(&mut self, task: &Task) -> Result<()> {
+    /// Prepares all photos for the plane sweep, unless that was done before.
+    fn prepare_photos(&mut self, task: &Task) -> Result<()> {
         if self.witnesses.is_some() {
             return Ok(());
         }
@@ -83,14 +83,14 @@ impl SiteRelief {
             task.go_on()?;
             let Photo { name, camera, pose, .. } = photo;
             let projector = Projector { name: name.clone(), camera: *camera, pose: *pose };
-            // What a decoder holds at once, and the luminance of it.
+            // Memory of a decoder and of the luminance image.
             let bytes = u64::from(camera.width) * u64::from(camera.height) * 12;
-            budget.with(bytes, || match read_shown(photo) {
-                Ok(pixels) => Ok(Witness::new(&projector, &pixels, &surface)),
+            budget.with(bytes, || match read_unmasked(photo) {
+                Ok(pixels) => Ok(SweepView::new(&projector, &pixels, &surface)),
                 Err(Error::Cancelled) => Err(Error::Cancelled),
                 Err(error) => {
-                    task.of(name).note(format!("it tells nothing of the relief: {error}"));
-                    Ok(Witness::blind(&projector))
+                    task.of(name).note(format!("the photo is not used for the relief: {error}"));
+                    Ok(SweepView::blind(&projector))
                 }
             })
         };
@@ -113,15 +113,15 @@ mod tests {
         let mut site = closed_form::two_quads().site();
         site.photos[0].file = folder.path().join("gone.png");
         let notes: Arc<Mutex<Vec<String>>> = Arc::default();
-        let told = notes.clone();
+        let sink = notes.clone();
         let task = Task::new(move |event| {
             if let Event::Note { text, .. } = event {
-                told.lock().unwrap().push(text);
+                sink.lock().unwrap().push(text);
             }
         });
         let relief = SiteRelief::open(&site, "inputs", folder.path(), 1 << 30, &task).unwrap();
         assert!(relief.whole().of_face.iter().all(Option::is_none));
-        assert!(notes.lock().unwrap().iter().any(|note| note.contains("tells nothing of the relief")));
+        assert!(notes.lock().unwrap().iter().any(|note| note.contains("is not used for the relief")));
         assert!(!folder.path().join("cache/relief.bin").exists());
     }
 }

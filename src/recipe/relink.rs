@@ -1,5 +1,5 @@
-//! A project's parts that are not where `project.json` says: which, where they might be now, and the project told
-//! of their new places. Whoever calls what writes here holds the project's lock.
+//! Missing parts of a project: which ones are not where `project.json` says, where they might be now, and storing
+//! their new places. Callers of the functions that write hold the project's lock.
 
 use std::fs::File;
 use std::path::{Component, Path, PathBuf};
@@ -11,17 +11,22 @@ use crate::error::{Error, Result};
 use crate::io::atomic::write_atomically_with;
 use crate::io::project::{read_project, relative_to, write_project};
 
-/// Where `project.json` says that the parts of a project are, absolute and without detours, whether something is
-/// there or not.
+/// Returns the absolute, normalised paths of a project's parts according to `project.json`, whether they exist or
+/// not.
 pub fn parts_of(folder: &Path, project: &Project) -> Parts {
     let folder = folder.canonicalize().unwrap_or_else(|_| folder.to_path_buf());
-    let place = |path: &str| {
-        let place = folder.join(path);
-        place.canonicalize().unwrap_or_else(|_| without_detours(&place))
+    let resolve = |path: &str| {
+        let path = folder.join(path);
+        path.canonicalize().unwrap_or_else(|_| without_detours(&path))
     };
-    Parts { photos: place(&project.photos), cameras: place(&project.cameras), model: place(&project.model) }
+    Parts {
+        photos: resolve(&project.photos),
+        cameras: resolve(&project.cameras),
+        model: resolve(&project.model),
+    }
 }
 
+/// Resolves `.` and `..` in a path without looking at the disk.
 fn without_detours(path: &Path) -> PathBuf {
     let mut straight = PathBuf::new();
     for component in path.components() {
@@ -34,12 +39,12 @@ fn without_detours(path: &Path) -> PathBuf {
     straight
 }
 
-/// The parts of which nothing is where they should be.
+/// Returns the parts that do not exist.
 pub fn gone(parts: &Parts) -> Vec<Part> {
     Part::ALL.into_iter().filter(|part| !parts.path(*part).exists()).collect()
 }
 
-/// Photos that the cameras name and that are not in the photos' folder, by name.
+/// Returns the names of photos that the cameras refer to and that are not in the photo folder.
 pub fn missing_photos(opened: &Opened, parts: &Parts) -> Vec<String> {
     let missing = |error: &Error| match error {
         Error::Input { file, .. } if !file.exists() => {
@@ -51,48 +56,49 @@ pub fn missing_photos(opened: &Opened, parts: &Parts) -> Vec<String> {
     opened.problems.iter().filter_map(missing).collect()
 }
 
-/// Where something that was at `gone` may be now: moved as other parts were (`moved`, from and to), or in a folder
-/// above the project under the end of its old path. `is_there` says what exists.
+/// Guesses where something that was at `gone` may be now: moved as other parts were (`moved`, from and to), or in a
+/// folder above the project under the end of its old path. `is_there` tests whether a path exists.
 pub fn guess(
     gone: &Path,
     moved: &[(PathBuf, PathBuf)],
     project: &Path,
     is_there: impl Fn(&Path) -> bool,
 ) -> Option<PathBuf> {
-    let like_others = moved.iter().flat_map(|(from, to)| places_beside(gone, from, to));
+    let like_others = moved.iter().flat_map(|(from, to)| candidates_beside(gone, from, to));
     let parts: Vec<Component> =
         gone.components().filter(|part| matches!(part, Component::Normal(_))).collect();
-    // The longer the end that is the same, the likelier it is the same thing; then the nearer the better.
+    // A longer common end of the path is more likely the same thing; among equal ones, nearer folders come first.
     let ends = (0..parts.len()).map(|start| parts[start..].iter().collect::<PathBuf>());
     let above = ends.flat_map(|end| project.ancestors().take(ANCESTORS).map(move |folder| folder.join(&end)));
-    like_others.chain(above).find(|place| is_there(place))
+    like_others.chain(above).find(|path| is_there(path))
 }
 
-/// So many folders are looked into: the project's own, and those around it.
+/// The number of folders that are searched: the project's own, and those above it.
 const ANCESTORS: usize = 4;
 
-/// Where `gone` is if it moved together with what moved `from` one place `to` another: the likeliest first.
-fn places_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
+/// Returns where `gone` is if it moved together with something that moved from `from` to `to`, the likeliest place
+/// first.
+fn candidates_beside(gone: &Path, from: &Path, to: &Path) -> Vec<PathBuf> {
     let (mut from, mut to) = (from.to_path_buf(), to.to_path_buf());
-    let mut places = Vec::new();
+    let mut candidates = Vec::new();
     while let (Some(was), Some(is)) = (from.file_name(), to.file_name()) {
         let same = was == is;
-        // The place itself may have another name now; what is around it moved all the same.
+        // The moved item may have been renamed; the folders around it moved all the same.
         if !(from.pop() && to.pop()) {
             break;
         }
-        places.extend(gone.strip_prefix(&from).ok().map(|below| to.join(below)));
+        candidates.extend(gone.strip_prefix(&from).ok().map(|below| to.join(below)));
         if !same {
             break;
         }
     }
-    places
+    candidates
 }
 
-/// The project with its parts where they are now, and nothing else changed.
+/// Returns the project with the parts' present paths and without any other change.
 ///
 /// # Errors
-/// [`Error::Io`] and [`Error::Input`] where a part does not exist, all in one.
+/// Returns [`Error::Io`] and [`Error::Input`] where parts do not exist, all of them together.
 pub fn relinked(project: &Project, folder: &Path, parts: &Parts) -> Result<Project> {
     let mut project = project.clone();
     let mut errors = Vec::new();
@@ -110,23 +116,24 @@ pub fn relinked(project: &Project, folder: &Path, parts: &Parts) -> Result<Proje
     Error::of_all(errors).map_or(Ok(project), Err)
 }
 
-/// Tells `project.json` where the parts are now, and nothing else.
+/// Stores the parts' present paths in `project.json` and changes nothing else.
 ///
 /// # Errors
-/// Those of [`relinked`], and of reading and writing the project. The file stays as it is then.
+/// Returns the errors of [`relinked`], and of reading and writing the project. The file is unchanged then.
 pub fn relink(folder: &Path, parts: &Parts) -> Result<()> {
     write_project(folder, &relinked(&read_project(folder)?, folder, parts)?)
 }
 
-/// Copies `file` into the photos' folder, as the photo that the cameras call `name`. Nothing is overwritten.
+/// Copies `file` into the photo folder, as the photo that the cameras call `name`. Existing files are not
+/// overwritten.
 ///
 /// # Errors
-/// [`Error::Input`] when there is such a file already; [`Error::Io`].
+/// Returns [`Error::Input`] when the file exists already, or [`Error::Io`].
 pub fn bring_photo(photos: &Path, name: &str, file: &Path) -> Result<()> {
     let target = photos.join(name);
     if target.exists() {
-        let remedy = "move it away first if the other one is the right one";
-        return Err(Error::input(target, "", "there is a photo of this name already", remedy));
+        let remedy = "if the other file is the right one, move this one away first";
+        return Err(Error::input(target, "", "a photo of this name already exists", remedy));
     }
     let mut source = File::open(file).map_err(Error::io(file, "open it"))?;
     if let Some(folder) = target.parent() {

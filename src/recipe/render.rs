@@ -1,4 +1,4 @@
-//! `render`: pictures of views, and films of flights.
+//! The command `render`: pictures of views, and videos of flights.
 
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
@@ -8,42 +8,42 @@ use serde::Serialize;
 use super::views::View;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
-use crate::io::film::{Film, Reel};
+use crate::io::film::{Film, VideoFormat};
 use crate::io::picture_png::{make_folder, write_picture};
 use crate::projection::{Blend, Exposure, PhotoId, Picture, Quality, Shot, Shown};
 use crate::task::Task;
 
-/// The stages that are reported: of each view, and of all.
+/// The stage that is reported for drawing one view.
 pub const STAGE_DRAW: &str = "picture";
-/// See [`STAGE_DRAW`].
+/// The stage that is reported for writing one picture.
 pub const STAGE_WRITE: &str = "write picture";
-/// See [`STAGE_DRAW`].
+/// The stage that is reported for all views together.
 pub const STAGE: &str = "render";
 
-/// Pictures that wait for being written; drawing goes on meanwhile.
+/// The number of pictures that may wait for being written while drawing continues.
 const WAITING: usize = 2;
 
-/// How views look: all of a [`Shot`] but where it is taken from.
+/// The appearance of views: everything in a [`Shot`] except the camera.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Look {
-    /// How photos are blended.
+    /// The method by which photos are blended.
     pub blend: Blend,
-    /// How well pictures are filtered.
+    /// The quality of texture filtering.
     pub quality: Quality,
-    /// What is shown.
+    /// The quantity that is displayed.
     pub shown: Shown,
-    /// The exposure of pictures.
+    /// The exposure of the pictures.
     pub exposure: Exposure,
-    /// Surfaces are flat, without the relief that the photos tell.
+    /// Whether surfaces are flat, without the depth detail estimated from the photos.
     pub flat: bool,
-    /// Backs of faces, which no photo serves, are not there.
+    /// Whether back faces, which no photo textures, are left out.
     pub without_backs: bool,
-    /// Photos that must not take part.
+    /// The photos that are not used.
     pub without: Vec<PhotoId>,
 }
 
 impl Look {
-    /// The shot of a camera.
+    /// Returns the shot of a camera.
     pub fn shot(&self, camera: Pinhole, pose: Pose) -> Shot {
         Shot {
             blend: self.blend,
@@ -58,65 +58,65 @@ impl Look {
     }
 }
 
-/// Who makes the picture of a view.
+/// A function that draws the picture of a view.
 pub type Draw<'a> = dyn FnMut(&View, &Task) -> Result<Picture> + 'a;
 
-/// What `render` is asked to do.
+/// Options of [`render`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct RenderOptions {
-    /// The folder for the pictures; made where it is not there.
+    /// The folder for the pictures, which is created if necessary.
     pub out: PathBuf,
-    /// With a film of all of them.
-    pub film: Option<FilmOptions>,
-    /// Where there is a film, it is all that is written: no pictures.
+    /// The options of a video of all views; `None` for no video.
+    pub film: Option<VideoOptions>,
+    /// Whether only the video is written and no pictures. It has no effect without a video.
     pub film_alone: bool,
 }
 
-/// A film.
+/// Options of a video.
 #[derive(Debug, Clone, PartialEq)]
-pub struct FilmOptions {
-    /// Its extension says the kind.
+pub struct VideoOptions {
+    /// The video file; its extension determines the format.
     pub file: PathBuf,
-    /// Frames a second.
+    /// The frame rate in frames per second.
     pub fps: f64,
-    /// Behind what is not textured, sRGB.
+    /// The sRGB colour behind untextured pixels.
     pub background: [u8; 3],
 }
 
-/// What became of one view.
+/// The result for one view.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Rendered {
-    /// Name of the view.
+pub struct RenderedView {
+    /// The name of the view.
     pub view: String,
-    /// Its picture.
+    /// The picture's file.
     pub path: PathBuf,
-    /// Files that were left alone because somebody made or changed them.
+    /// Files that were not overwritten, because they were made or changed by hand.
     pub spared: Vec<PathBuf>,
-    /// Pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// The height in pixels.
     pub height: u32,
-    /// Share of the picture that is textured, 0..1.
+    /// The share of the picture that is textured, 0..=1.
     pub textured: f64,
 }
 
-/// What became of all of them, in their order.
+/// The results for all views, in their order.
 #[derive(Debug, Default)]
 pub struct RenderReport {
-    /// Those that were written.
-    pub done: Vec<Rendered>,
-    /// Those that were not, with the reason.
+    /// The pictures that were written.
+    pub done: Vec<RenderedView>,
+    /// The views that failed, with the reason.
     pub failed: Vec<(String, Error)>,
-    /// The film, where one was asked for and could be made.
+    /// The video, if one was requested and could be made.
     pub film: Option<PathBuf>,
 }
 
-/// Has `views` drawn one after the other and writes them as RGBA PNG, alpha the share of a pixel that is
-/// textured, or a film of them, or both. A fault in one view is in [`RenderReport::failed`], the others go on.
+/// Draws the views one after the other and writes them as RGBA PNG (alpha is the textured share of a pixel), as a
+/// video, or both. An error in one view is in [`RenderReport::failed`] and does not stop the others.
 ///
 /// # Errors
-/// [`Error::Request`] for a film of pictures of different sizes or of a kind that cannot be made;
-/// [`Error::Io`] when the folder cannot be made; [`Error::Cancelled`].
+/// Returns [`Error::Request`] for a video of pictures of different sizes or of a format that cannot be made,
+/// [`Error::Io`] when the folder cannot be created, or [`Error::Cancelled`].
 pub fn render(views: &[View], draw: &mut Draw, options: &RenderOptions, task: &Task) -> Result<RenderReport> {
     let film = options.film.as_ref().map(|film| started(film, views)).transpose()?;
     if !options.only_film() {
@@ -141,6 +141,7 @@ impl RenderOptions {
 
 type Drawn<'a> = (&'a View, Result<Picture>);
 
+/// Draws all views and sends the pictures to the writer.
 fn draw_all<'a>(
     views: &'a [View],
     draw: &mut Draw,
@@ -154,7 +155,7 @@ fn draw_all<'a>(
         if let Err(Error::Cancelled) = picture {
             return Err(Error::Cancelled);
         }
-        // Nobody listens any more where writing was stopped, which says why itself.
+        // The writer has stopped and reports the reason itself.
         if sender.send((view, picture)).is_err() {
             break;
         }
@@ -162,32 +163,34 @@ fn draw_all<'a>(
     task.step(STAGE, views.len() as u64, views.len() as u64)
 }
 
-fn started(film: &FilmOptions, views: &[View]) -> Result<Film> {
+/// Starts a video for views of equal size.
+fn started(film: &VideoOptions, views: &[View]) -> Result<Film> {
     let size = |view: &View| (view.camera.width, view.camera.height);
     let Some((width, height)) = views.first().map(size) else {
-        return Err(Error::Request("there is nothing to make a film of".into()));
+        return Err(Error::Request("there are no frames for a video".into()));
     };
     if let Some(other) = views.iter().find(|view| size(view) != (width, height)) {
         let (w, h) = size(other);
         return Err(Error::Request(format!(
-            "a film has one size, but {} is {width} x {height} and {} is {w} x {h}; give --size",
+            "a video has one size, but {} is {width} x {height} and {} is {w} x {h}; give --size",
             views[0].name, other.name
         )));
     }
     make_folder(film.file.parent().unwrap_or(&film.file))?;
-    Film::create(&film.file, Reel { width, height, fps: film.fps, frames: views.len() as u32 })
+    Film::create(&film.file, VideoFormat { width, height, fps: film.fps, frames: views.len() as u32 })
 }
 
-/// Takes pictures from the one who draws.
+/// The thread that writes the drawn pictures.
 struct Writer<'a> {
     options: &'a RenderOptions,
-    /// None once it has failed.
+    /// The video in progress; `None` after it failed.
     film: Option<Film>,
     report: RenderReport,
     task: &'a Task,
 }
 
 impl Writer<'_> {
+    /// Writes all pictures that arrive.
     fn run(mut self, pictures: &Receiver<Drawn>) -> Result<RenderReport> {
         while let Ok((view, picture)) = pictures.recv() {
             self.task.go_on()?;
@@ -200,7 +203,7 @@ impl Writer<'_> {
             match written {
                 Ok(None) => (),
                 Ok(Some(rendered)) => {
-                    tell_spared(&rendered, &self.task.of(&view.name));
+                    note_spared(&rendered, &self.task.of(&view.name));
                     self.report.done.push(rendered);
                 }
                 Err(error) => self.report.failed.push((view.name.clone(), error)),
@@ -209,6 +212,7 @@ impl Writer<'_> {
         self.finish()
     }
 
+    /// Adds a picture to the video.
     fn project(&mut self, picture: &Picture) {
         let (Some(film), Some(options)) = (&mut self.film, &self.options.film) else { return };
         if let Err(error) = film.add(&picture.over(options.background)) {
@@ -217,7 +221,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A film that lacks frames is none.
+    /// Finishes the video, or discards it if frames are missing.
     fn finish(mut self) -> Result<RenderReport> {
         self.task.go_on()?;
         if let (Some(film), Some(options)) = (self.film.take(), &self.options.film) {
@@ -231,16 +235,18 @@ impl Writer<'_> {
     }
 }
 
+/// Makes the error for a video with missing frames.
 fn unfinished(file: &Path) -> Error {
     Error::Request(format!("{}: not written, because frames of it are missing", file.display()))
 }
 
-fn write(folder: &Path, view: &View, picture: &Picture) -> Result<Rendered> {
+/// Writes a picture as PNG.
+fn write(folder: &Path, view: &View, picture: &Picture) -> Result<RenderedView> {
     let Picture { width, height, rgba } = picture;
     let placed = write_picture(folder, &view.name, [*width, *height], rgba)?;
     let (pixels, _) = rgba.as_chunks::<4>();
     let textured = pixels.iter().map(|pixel| f64::from(pixel[3]) / 255.0).sum::<f64>() / pixels.len() as f64;
-    Ok(Rendered {
+    Ok(RenderedView {
         view: view.name.clone(),
         path: placed.path,
         spared: placed.spared,
@@ -250,10 +256,11 @@ fn write(folder: &Path, view: &View, picture: &Picture) -> Result<Rendered> {
     })
 }
 
-fn tell_spared(rendered: &Rendered, task: &Task) {
+/// Notes files that were not overwritten.
+fn note_spared(rendered: &RenderedView, task: &Task) {
     for file in &rendered.spared {
         let (old, new) = (file.display(), rendered.path.display());
-        task.note(format!("{old} is not as this program wrote it and stays; this picture is {new}"));
+        task.note(format!("{old} was changed by another program and is kept; this picture is {new}"));
     }
 }
 
@@ -264,7 +271,7 @@ mod tests {
     use super::*;
     use crate::scene::synthetic::centred;
 
-    /// Each view in one shade, which counts the views; the `broken`th cannot be drawn.
+    /// Returns each view in one grey level, which counts the views; the `broken`th cannot be drawn.
     fn shades(broken: Option<u8>) -> impl FnMut(&View, &Task) -> Result<Picture> {
         let mut drawn = 0;
         move |view, _| {
@@ -287,7 +294,7 @@ mod tests {
         let folder = tempfile::tempdir().unwrap();
         let out = folder.path().join("out");
         let file = folder.path().join("films/film.apng");
-        let film = film.then_some(FilmOptions { file, fps: 5.0, background: [100; 3] });
+        let film = film.then_some(VideoOptions { file, fps: 5.0, background: [100; 3] });
         let options = RenderOptions { out, film, film_alone: false };
         let report = render(views, &mut shades(broken), &options, &Task::silent());
         (folder, report)
@@ -310,7 +317,7 @@ mod tests {
     fn a_film_alone_leaves_no_pictures_of_its_frames() {
         let folder = tempfile::tempdir().unwrap();
         let (out, file) = (folder.path().join("out"), folder.path().join("out/film.apng"));
-        let film = Some(FilmOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
+        let film = Some(VideoOptions { file: file.clone(), fps: 5.0, background: [0; 3] });
         let options = RenderOptions { out: out.clone(), film, film_alone: true };
         let views = [view("a", 8), view("b", 8)];
         let report = render(&views, &mut shades(None), &options, &Task::silent()).unwrap();
@@ -331,8 +338,8 @@ mod tests {
     #[test]
     fn a_film_of_two_sizes_is_refused_before_anything_is_drawn() {
         let (folder, report) = rendered(&[view("a", 8), view("b", 9)], None, true);
-        let told = report.unwrap_err().to_string();
-        assert!(told.contains("--size") && told.contains("9 x 6"), "{told}");
+        let message = report.unwrap_err().to_string();
+        assert!(message.contains("--size") && message.contains("9 x 6"), "{message}");
         assert!(!folder.path().join("out").exists());
     }
 

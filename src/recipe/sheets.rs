@@ -1,4 +1,4 @@
-//! The files of the current stacks, and the paint on them, as texels of sheets.
+//! Layer textures of the current stacks, read from their files with filling and paint.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -7,70 +7,73 @@ use super::layer_pixels::shown;
 use super::origins::origin_of;
 use super::paint::PhotoPaint;
 use crate::document::Stack;
+use crate::document::paint::PaintBook;
 use crate::document::paint::Patch;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
-use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::legend::Origin;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
-use crate::projection::{SheetId, SheetPixels, Texels};
+use crate::projection::{LayerTextureId, LayerTexturePixels, Texels};
+use crate::raster::in_8_bits;
+use crate::raster::over::on_opaque;
 
-/// Where the texels of each sheet are. Sheets are counted as in [`crate::projection::Sources::sheets`]:
-/// photo by photo, image layers as in the stack.
+/// The files of each layer texture. Layer textures are numbered as in [`crate::projection::Sources::sheets`]: photo
+/// by photo, image layers as in the stack.
 #[derive(Debug, Clone, Default)]
-pub struct SheetFiles {
+pub struct LayerTextureFiles {
     files: Arc<[SheetFile]>,
-    /// By photo; empty without paint.
-    painted: Vec<Option<Painted>>,
+    /// The stacks with their paint, by photo; empty where paint is not shown.
+    painted: Vec<Option<PaintedStack>>,
 }
 
-/// A stack, and the paint on it.
+/// A stack and the paint on it.
 #[derive(Debug, Clone)]
-struct Painted {
+struct PaintedStack {
     stack: Arc<Stack>,
     paint: Arc<PhotoPaint>,
 }
 
+/// The files of one layer texture.
 #[derive(Debug, Clone)]
 struct SheetFile {
     texels: PathBuf,
     needed: PathBuf,
     filled: Option<FilledFiles>,
-    /// Of the files.
+    /// The image layer's rectangle, in photo pixels.
     rect: PixelRect,
     needed_rect: PixelRect,
-    /// Index of the photo.
+    /// The index of the photo.
     photo: usize,
-    /// Its place in the stack.
+    /// The index of the image layer in the stack.
     layer: usize,
 }
 
-/// The filling of a sheet.
+/// The files of the filling of a layer texture.
 #[derive(Debug, Clone)]
 struct FilledFiles {
     colours: PathBuf,
     confidence: PathBuf,
     provenance: PathBuf,
-    /// What its numbers stand for.
+    /// The sources that the provenance file's numbers stand for.
     origins: Arc<[Origin]>,
-    /// Paint of other photos, over what the photo shows.
-    spread: Option<PathBuf>,
+    /// The paint that was propagated from other photos over visible texels.
+    propagated: Option<PathBuf>,
 }
 
-impl SheetFiles {
-    /// The image layers of these stacks, in their order; photos without a stack have `None`. Files are
-    /// read when they are asked for: where a build replaces a stack in the meantime they are gone, and the
-    /// stacks have to be read again. `filled`: with what filled the hidden texels, where there is any.
+impl LayerTextureFiles {
+    /// Lists the image layers of these stacks, in their order; photos without a stack have `None`. Files are read
+    /// when they are needed: where a build replaces a stack in the meantime they no longer exist, and the stacks
+    /// have to be read again. `filled` tells whether fillings of hidden texels are used.
     pub fn new(store: &StackStore, stacks: &[Option<Stack>], filled: bool) -> Self {
         let stacks = stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?)));
         let files = stacks.flat_map(|(photo, stack)| {
             let folder = store.folder(&stack.photo.name);
             let names = stack.fill.iter().flat_map(|fill| &fill.origins);
             let origins: Arc<[Origin]> = names.map(|name| origin_of(name)).collect();
-            stack.image_layers.iter().enumerate().map(move |(place, layer)| SheetFile {
+            stack.image_layers.iter().enumerate().map(move |(index, layer)| SheetFile {
                 texels: folder.join(&layer.file),
                 needed: folder.join(&layer.needed_file),
                 filled: layer.fill.as_ref().filter(|_| filled).map(|fill| FilledFiles {
@@ -78,25 +81,25 @@ impl SheetFiles {
                     confidence: folder.join(&fill.confidence_file),
                     provenance: folder.join(&fill.provenance_file),
                     origins: origins.clone(),
-                    spread: fill.spread_file.as_ref().map(|file| folder.join(file)),
+                    propagated: fill.spread_file.as_ref().map(|file| folder.join(file)),
                 }),
                 rect: layer.rect,
                 needed_rect: layer.needed_rect,
                 photo,
-                layer: place,
+                layer: index,
             })
         });
         Self { files: files.collect(), painted: Vec::new() }
     }
 
-    /// The same with the paint of the project, as it is now.
+    /// Returns the same with the project's present paint.
     ///
     /// # Errors
-    /// When the book of paint cannot be read.
+    /// Returns an error when the paint book cannot be read.
     pub fn with_paint(mut self, store: &StackStore, stacks: &[Option<Stack>]) -> Result<Self> {
         let paint = PaintStore::new(store.project());
         let book = paint.read()?;
-        let of_stack = |stack: &Stack| Painted {
+        let of_stack = |stack: &Stack| PaintedStack {
             stack: Arc::new(stack.clone()),
             paint: Arc::new(PhotoPaint::of(&book, paint.clone(), stack)),
         };
@@ -104,44 +107,46 @@ impl SheetFiles {
         Ok(self)
     }
 
-    /// The same with the paint that these photos (by place in the site) have by now, and the sheets that may look
-    /// other for it.
-    ///
-    /// # Errors
-    /// When the book of paint cannot be read.
-    pub fn repainted(&self, store: &StackStore, photos: &[usize]) -> Result<(Self, Vec<SheetId>)> {
+    /// Returns the same with the paint of these photos (indices in the site) in `book`, the project's present paint,
+    /// and the layer textures that may have changed by it.
+    pub fn repainted(
+        &self,
+        store: &StackStore,
+        book: &PaintBook,
+        photos: &[usize],
+    ) -> (Self, Vec<LayerTextureId>) {
         let paint = PaintStore::new(store.project());
-        let book = paint.read()?;
-        let (mut repainted, mut changed) = (self.clone(), Vec::new());
+        let mut repainted = self.clone();
+        let mut changed = Vec::new();
         for &photo in photos {
             let Some(Some(painted)) = repainted.painted.get_mut(photo) else { continue };
-            let now = PhotoPaint::of(&book, paint.clone(), &painted.stack);
+            let now = PhotoPaint::of(book, paint.clone(), &painted.stack);
             let layers = now.differs_on(&painted.paint);
             let is_other = |file: &&SheetFile| file.photo == photo && layers.contains(&file.layer);
-            let sheets = (0..).map(SheetId).zip(self.files.iter());
+            let sheets = (0..).map(LayerTextureId).zip(self.files.iter());
             changed.extend(sheets.filter(|(_, file)| is_other(file)).map(|(sheet, _)| sheet));
             painted.paint = Arc::new(now);
         }
-        Ok((repainted, changed))
+        (repainted, changed)
     }
 
-    /// The stacks that paint is laid on, in the site's order.
+    /// Returns the stacks on which paint is shown, in the site's order.
     pub fn stacks(&self) -> Vec<Option<Arc<Stack>>> {
         self.painted.iter().map(|painted| painted.as_ref().map(|painted| painted.stack.clone())).collect()
     }
 
-    /// What of the paint cannot be shown, and what to do about it.
+    /// Returns messages about paint that cannot be shown, with remedies.
     pub fn problems(&self) -> Vec<String> {
         let paint = self.painted.iter().flatten().map(|painted| &painted.paint);
         paint.flat_map(|paint| paint.damaged().iter().cloned()).collect()
     }
 
-    /// Where the texels of a sheet come from, in the part `rect` of it (photo pixels), row by row: as
-    /// [`Texels::sheet`] has their colours.
+    /// Returns the sources of a layer texture's texels in the part `rect` of it (photo pixels), row by row; their
+    /// colours are in [`Texels::sheet`].
     ///
     /// # Errors
-    /// Those of [`Texels::sheet`].
-    pub fn origins(&self, sheet: SheetId, rect: PixelRect) -> Result<Vec<Origin>> {
+    /// Returns the errors of [`Texels::sheet`].
+    pub fn origins(&self, sheet: LayerTextureId, rect: PixelRect) -> Result<Vec<Origin>> {
         let file = self.file(sheet)?;
         let mut origins = vec![Origin::Photo; rect.area() as usize];
         if file.needed_rect.is_empty() || rect.is_empty() {
@@ -157,46 +162,46 @@ impl SheetFiles {
                     *origin = filled.origins.get(usize::from(number)).copied().unwrap_or(Origin::OtherPhoto);
                 }
             }
-            if let Some(spread) = &filled.spread {
-                let colours = read_layer(spread, file.rect, rect)?;
+            if let Some(propagated) = &filled.propagated {
+                let colours = read_layer(propagated, file.rect, rect)?;
                 let laid = origins.iter_mut().zip(colours.as_chunks::<4>().0);
                 laid.filter(|(_, colour)| colour[3] > 0).for_each(|(origin, _)| *origin = Origin::Propagated);
             }
         }
-        if let Some(Some(Painted { stack, paint })) = self.painted.get(file.photo) {
+        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
             for (x, y, colour) in paint.on(stack, file.layer)?.iter() {
-                let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-                if inside && shown(colour)[3] > 0 {
-                    origins[(y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize] = Origin::Paint;
+                if let Some(at) = rect.index(x, y).filter(|_| shown(colour)[3] > 0) {
+                    origins[at] = Origin::Paint;
                 }
             }
         }
         Ok(origins)
     }
 
-    fn file(&self, sheet: SheetId) -> Result<&SheetFile> {
+    /// Returns the files of a layer texture.
+    fn file(&self, sheet: LayerTextureId) -> Result<&SheetFile> {
         let file = self.files.get(sheet.0 as usize);
         file.ok_or_else(|| Error::Request(format!("there is no image layer {}", sheet.0)))
     }
 
-    /// How many sheets there are.
+    /// Returns the number of layer textures.
     pub fn len(&self) -> usize {
         self.files.len()
     }
 
-    /// There is no sheet.
+    /// Returns true when there are no layer textures.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty()
     }
 }
 
-impl Texels for SheetFiles {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+impl Texels for LayerTextureFiles {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         let file = self.file(sheet)?;
-        // What the photo shows beside the layer's outlines is of use, too.
+        // The photo's pixels just outside of the layer's outlines are useful for filtering.
         let rect = file.needed_rect.grown(1).intersection(&file.rect);
         if file.needed_rect.is_empty() || rect.is_empty() {
-            return Ok(SheetPixels {
+            return Ok(LayerTexturePixels {
                 rect,
                 rgba: vec![0; 4 * rect.area() as usize],
                 needed: vec![0; rect.area() as usize],
@@ -204,32 +209,33 @@ impl Texels for SheetFiles {
         }
         let mut rgba = read_layer(&file.texels, file.rect, rect)?;
         let mut needed = read_mask(&file.needed, file.rect, rect)?;
-        mark_beside(&rgba, &mut needed);
+        mark_bleed(&rgba, &mut needed);
         if let Some(filled) = &file.filled {
             let confidence = read_grey(&filled.confidence, file.rect, rect)?;
             let colours = read_layer(&filled.colours, file.rect, rect)?;
             fill_in(&mut rgba, &mut needed, &colours, &confidence);
-            if let Some(spread) = &filled.spread {
-                let colours = read_layer(spread, file.rect, rect)?;
-                lay_spread(&mut rgba, &mut needed, &colours, &confidence);
+            if let Some(propagated) = &filled.propagated {
+                let colours = read_layer(propagated, file.rect, rect)?;
+                lay_propagated(&mut rgba, &mut needed, &colours, &confidence);
             }
         }
-        if let Some(Some(Painted { stack, paint })) = self.painted.get(file.photo) {
+        if let Some(Some(PaintedStack { stack, paint })) = self.painted.get(file.photo) {
             lay_paint(&mut rgba, &mut needed, rect, &paint.on(stack, file.layer)?);
         }
-        Ok(SheetPixels { rect, rgba, needed })
+        Ok(LayerTexturePixels { rect, rgba, needed })
     }
 }
 
-/// Says where a layer has the photo's colour beside what it shows: at transparent pixels that are not black.
-fn mark_beside(rgba: &[u8], needed: &mut [u8]) {
+/// Marks texels that contain the photo's colour outside of the layer's visible part: transparent pixels that are
+/// not black.
+fn mark_bleed(rgba: &[u8], needed: &mut [u8]) {
     for (texel, needed) in rgba.as_chunks::<4>().0.iter().zip(needed) {
         let [r, g, b, a] = *texel;
         *needed |= if a == 0 && r | g | b != 0 { BESIDE } else { 0 };
     }
 }
 
-/// Gives empty texels the colour that fills them, their alpha how far that is trusted.
+/// Gives empty texels the colour of the filling, with its confidence as alpha.
 fn fill_in(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16]) {
     let filling = colours.as_chunks::<4>().0.iter().zip(confidence);
     let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed);
@@ -242,11 +248,12 @@ fn fill_in(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16
     }
 }
 
-/// Gives texels of the photo the colour that was painted in another one, their alpha how far that is trusted.
-fn lay_spread(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16]) {
-    let spread = colours.as_chunks::<4>().0.iter().zip(confidence);
+/// Gives visible texels the paint that was propagated from another photo, with its confidence as alpha.
+fn lay_propagated(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[u16]) {
+    let propagated = colours.as_chunks::<4>().0.iter().zip(confidence);
     let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed);
-    for ((texel, needed), (colour, confidence)) in texels.zip(spread).filter(|(_, (colour, _))| colour[3] > 0)
+    for ((texel, needed), (colour, confidence)) in
+        texels.zip(propagated).filter(|(_, (colour, _))| colour[3] > 0)
     {
         let [r, g, b, _] = *colour;
         *texel = [r, g, b, (*confidence).min(255) as u8];
@@ -254,13 +261,11 @@ fn lay_spread(rgba: &mut [u8], needed: &mut [u8], colours: &[u8], confidence: &[
     }
 }
 
-/// Lays paint on texels: where faces cover it is there like the photo itself, past their outlines its colour helps.
+/// Puts paint on texels: opaque like the photo where faces cover them; elsewhere only its colour is kept, for
+/// filtering.
 fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch) {
     for (x, y, colour) in paint.iter() {
-        if x < rect.x || y < rect.y || x >= rect.right() || y >= rect.bottom() {
-            continue;
-        }
-        let at = (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize;
+        let Some(at) = rect.index(x, y) else { continue };
         let mut texel = shown(colour).map(in_8_bits);
         let (covered, a) = (needed[at] & COVERED != 0, texel[3]);
         let below = &mut rgba[4 * at..4 * at + 4];
@@ -272,11 +277,11 @@ fn lay_paint(rgba: &mut [u8], needed: &mut [u8], rect: PixelRect, paint: &Patch)
     }
 }
 
-/// Soft paint lets the filling through.
+/// Blends semitransparent paint with the filling below it.
 pub(super) fn over_filling(paint: [u8; 4], filling: &[u8]) -> [u8; 4] {
-    let share = f32::from(paint[3]) / 255.0;
-    let mixed = |i: usize, full: f32| (full * share + f32::from(filling[i]) * (1.0 - share)).round() as u8;
-    [0, 1, 2, 3].map(|i| mixed(i, if i == 3 { 255.0 } else { f32::from(paint[i]) }))
+    let [r, g, b, alpha] = paint;
+    let opaque = [r, g, b, u8::MAX];
+    [0, 1, 2, 3].map(|i| on_opaque(opaque[i], alpha, filling[i]))
 }
 
 #[cfg(test)]
@@ -287,7 +292,7 @@ mod tests {
     fn transparent_pixels_with_a_colour_lie_beside_what_the_layer_shows() {
         let rgba = [[7, 7, 7, 255], [0, 0, 1, 0], [0, 0, 0, 0], [0, 0, 0, 255], [9, 0, 0, 0]].concat();
         let mut needed = [COVERED, COVERED, COVERED, COVERED, 0];
-        mark_beside(&rgba, &mut needed);
+        mark_bleed(&rgba, &mut needed);
         assert_eq!(needed, [COVERED, COVERED | BESIDE, COVERED, COVERED, BESIDE]);
     }
 
@@ -304,7 +309,7 @@ mod tests {
     fn paint_of_another_photo_takes_the_place_of_what_the_photo_shows_and_is_trusted_less() {
         let mut rgba = [[1, 2, 3, 255]; 2].concat();
         let mut needed = vec![COVERED; 2];
-        lay_spread(&mut rgba, &mut needed, &[7, 8, 9, 255, 0, 0, 0, 0], &[100, 0]);
+        lay_propagated(&mut rgba, &mut needed, &[7, 8, 9, 255, 0, 0, 0, 0], &[100, 0]);
         assert_eq!((rgba, needed), (vec![7, 8, 9, 100, 1, 2, 3, 255], vec![COVERED | FILLED, COVERED]));
     }
 
@@ -320,7 +325,7 @@ mod tests {
         assert_eq!(needed, [COVERED, COVERED, BESIDE, 0]);
         let (mut filled, mut needed) = (vec![100, 0, 0, 55], vec![COVERED | FILLED]);
         let soft = Patch::of_pixels(&[(0, 0, [0, 65535, 0, 51 * 257])]);
-        lay_paint(&mut filled, &mut needed, PixelRect { x: 0, y: 0, w: 1, h: 1 }, &soft);
+        lay_paint(&mut filled, &mut needed, PixelRect::of_size(1, 1), &soft);
         assert_eq!(
             (filled, needed),
             (vec![80, 51, 0, 95], vec![COVERED]),

@@ -1,27 +1,30 @@
-//! Several photos at a time, as many as threads and memory allow.
+//! Work on several photos or files: several at a time, within a memory budget, or one after the other. A fault in one
+//! is reported as its own, and the others go on.
 
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
 use super::budget::Budget;
-use crate::error::Result;
+use crate::error::{Error, Result};
 use crate::task::Task;
 
-/// How many at a time, and what that is called.
-pub(super) struct SideBySide {
-    /// Worked on at the same time at most; one at least.
+/// The limits of processing in parallel, and the name of the stage.
+pub(super) struct ParallelPhotos {
+    /// The largest number of items processed at the same time, at least one.
     pub threads: usize,
-    /// Bytes that they may take together; what needs more works alone.
+    /// The memory budget in bytes for all of them; an item that needs more runs alone.
     pub memory: u64,
-    /// The stage that is reported of all of them.
+    /// The stage that is reported for all items together.
     pub stage: &'static str,
 }
 
-impl SideBySide {
-    /// The results of `work` on `items`, in their order; `bytes` is what an item takes.
+impl ParallelPhotos {
+    /// Runs `work` on all items and returns the results in their order; `bytes` returns the memory that an item
+    /// takes.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`]; `work` should ask `task`, too, where it takes long.
+    /// Returns [`crate::Error::Cancelled`] when the task was cancelled. Long-running `work` should check `task`,
+    /// too.
     pub fn run<I: Sync, T: Send>(
         &self,
         items: &[I],
@@ -44,25 +47,71 @@ impl SideBySide {
                 }
             }
         };
-        // Threads of their own, not rayon's: a rayon thread that waits inside one item would start
-        // another one and hold both.
+        // These are separate threads, not rayon's: a rayon thread that waits inside one item would start another
+        // one and hold both.
         std::thread::scope(|scope| {
             (0..self.threads.clamp(1, items.len().max(1))).for_each(|_| drop(scope.spawn(take)));
         });
         task.go_on()?;
         let taken =
             results.into_iter().map(|result| result.into_inner().expect("no holder of this lock panics"));
-        Ok(taken.map(|result| result.expect("nobody stopped, so every item was worked on")).collect())
+        Ok(taken
+            .map(|result| result.expect("the task was not cancelled, so every item was processed"))
+            .collect())
     }
+}
+
+/// The results of `work` on `items`, one after the other.
+///
+/// # Errors
+/// [`Error::Cancelled`], also when `work` says so.
+pub(super) fn one_by_one<I, T>(
+    stage: &'static str,
+    items: &[I],
+    mut work: impl FnMut(&I) -> Result<T>,
+    task: &Task,
+) -> Result<Vec<Result<T>>> {
+    let total = items.len() as u64;
+    let mut results = Vec::with_capacity(items.len());
+    for (item, done) in items.iter().zip(0..) {
+        task.step(stage, done, total)?;
+        match work(item) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            result => results.push(result),
+        }
+    }
+    task.step(stage, total, total)?;
+    Ok(results)
+}
+
+/// What was done, and of what was not the item with the reason; each in the items' order.
+pub(super) type DoneAndFailed<I, T> = (Vec<T>, Vec<(I, Error)>);
+
+/// Sorts results by whether they are some.
+///
+/// # Errors
+/// [`Error::Cancelled`] where one of them is: then nothing of the rest is of use.
+pub(super) fn done_and_failed<I: Clone, T>(
+    items: &[I],
+    results: Vec<Result<T>>,
+) -> Result<DoneAndFailed<I, T>> {
+    let (mut done, mut failed) = (Vec::new(), Vec::new());
+    for (item, result) in items.iter().zip(results) {
+        match result {
+            Ok(result) => done.push(result),
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => failed.push((item.clone(), error)),
+        }
+    }
+    Ok((done, failed))
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::error::Error;
 
-    fn four(threads: usize) -> SideBySide {
-        SideBySide { threads, memory: 10, stage: "test" }
+    fn four(threads: usize) -> ParallelPhotos {
+        ParallelPhotos { threads, memory: 10, stage: "test" }
     }
 
     #[test]
@@ -85,5 +134,20 @@ mod tests {
         };
         let stopped = four(1).run(&[0u8; 9], |_| 1, work, &task);
         assert!(matches!(stopped, Err(Error::Cancelled)) && begun.load(Ordering::Relaxed) == 1);
+    }
+
+    #[test]
+    fn a_fault_in_one_is_its_own_and_being_stopped_ends_all() {
+        let work = |i: &u8| match i {
+            2 => Err(Error::Request("two".into())),
+            7 => Err(Error::Cancelled),
+            i => Ok(i * 10),
+        };
+        let task = Task::silent();
+        let (done, failed) =
+            done_and_failed(&[1, 2, 3], one_by_one("test", &[1, 2, 3], work, &task).unwrap()).unwrap();
+        assert_eq!((done, failed.len(), failed[0].0), (vec![10, 30], 1, 2));
+        assert!(matches!(one_by_one("test", &[1, 7, 3], work, &task), Err(Error::Cancelled)));
+        assert!(matches!(done_and_failed(&[7], vec![work(&7)]), Err(Error::Cancelled)));
     }
 }

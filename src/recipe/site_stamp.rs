@@ -1,4 +1,4 @@
-//! Whether what a site was read from is as it was: model, cameras, photos and masks, told without reading them.
+//! Change detection for the files of a site: model, cameras, photos and masks, without reading them.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -11,18 +11,18 @@ use crate::io::project::resolved;
 use crate::io::stamp::Stamp;
 use crate::task::Task;
 
-/// Lengths and times of the files that a site is made of.
+/// The lengths and modification times of the files that a site was read from.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct SiteStamp {
     model: Stamp,
     cameras: Stamp,
     photos: Stamp,
-    /// By their files, which are never changed by this program.
+    /// The stamps of mask files; this program never changes these files.
     masks: BTreeMap<String, Stamp>,
 }
 
 impl SiteStamp {
-    /// Of the project in `folder` as its files are now. What cannot be looked at is empty.
+    /// Takes the stamps of the files of the project in `folder`. Files that cannot be accessed count as empty.
     pub fn of(folder: &Path, project: &Project) -> Self {
         let together = |files: Vec<PathBuf>| {
             files.iter().map(|file| Stamp::of(file)).fold(Stamp::default(), |all, stamp| all.and(stamp))
@@ -37,7 +37,7 @@ impl SiteStamp {
         }
     }
 
-    /// What is otherwise in `now`, for people; nothing where all is as it was. Masks count that are in both.
+    /// Returns the names of the parts that differ in `now`, for messages. Only masks that are in both are compared.
     pub fn changes(&self, now: &Self) -> Vec<&'static str> {
         let other_masks =
             self.masks.iter().any(|(file, stamp)| now.masks.get(file).is_some_and(|it| it != stamp));
@@ -51,7 +51,7 @@ impl SiteStamp {
     }
 }
 
-/// A glTF file has its numbers in files beside it.
+/// Returns the model's files: a glTF file has its vertex data in files beside it.
 fn model_files(model: &Path) -> Vec<PathBuf> {
     let has =
         |file: &Path, extension: &str| file.extension().is_some_and(|it| it.eq_ignore_ascii_case(extension));
@@ -64,10 +64,11 @@ fn model_files(model: &Path) -> Vec<PathBuf> {
     files
 }
 
-/// What this program writes itself: a project may lie among the photos.
+/// Folders that this program writes to; a project may be inside the photo folder.
 const OURS: [&str; 9] =
     ["stacks", "cache", "exports", "editing", "inbox", "layers", "pictures", "paint", "masks"];
 
+/// Returns the photo files, without those that this program writes.
 fn photo_files(project: &Path, photos: &Path) -> Vec<PathBuf> {
     let Ok(found) = PhotoFolder::scan(photos, &Task::silent()) else { return Vec::new() };
     let project = project.canonicalize().unwrap_or_else(|_| project.to_path_buf());
@@ -81,7 +82,7 @@ mod tests {
     use std::fs;
 
     use super::*;
-    use crate::document::masks::{Mask, MaskFrom};
+    use crate::document::masks::{Mask, MaskOrigin};
 
     #[test]
     fn whatever_of_a_site_is_changed_added_or_removed_is_named_and_nothing_else() {
@@ -98,7 +99,7 @@ mod tests {
         put("masks/one.jpg/drawn-1.png", "x");
         let text = r#"{"version": 1, "photos": "site/photos", "cameras": "site", "model": "site/a.gltf"}"#;
         let mut project: Project = serde_json::from_str(text).unwrap();
-        let mask = Mask { from: MaskFrom::Drawn, file: "one.jpg/drawn-1.png".into(), pixels: 1 };
+        let mask = Mask { from: MaskOrigin::Drawn, file: "one.jpg/drawn-1.png".into(), pixels: 1 };
         project.masks.put("one.jpg", mask.clone());
         let stamp = |project: &Project| SiteStamp::of(folder.path(), project);
         let before = stamp(&project);
@@ -116,14 +117,14 @@ mod tests {
         let before = stamp(&project);
         fs::remove_file(folder.path().join("masks/one.jpg/drawn-1.png")).unwrap();
         assert_eq!(changes(&before), ["masks"]);
-        // A project among its photos writes pictures of its own.
+        // A project inside the photo folder writes pictures of its own.
         let within = Project { photos: ".".into(), ..project.clone() };
         let among = stamp(&within);
         put("stacks/b.png", "ours");
         assert!(among.changes(&stamp(&within)).is_empty());
         put("three.jpg", "theirs");
         assert_eq!(among.changes(&stamp(&within)), ["photos"]);
-        // Another mask that was drawn here is no change on disk.
+        // A new mask drawn in this program is not a change on disk.
         let mut drawn = project.clone();
         drawn.masks.put("one.jpg", Mask { file: "one.jpg/drawn-2.png".into(), ..mask });
         assert!(before.changes(&stamp(&drawn)).is_empty());

@@ -1,4 +1,4 @@
-//! From stacks to what serves which face: `document::Stack` becomes `projection::Sources`.
+//! Conversion of stacks to the photos that can texture each face: `document::Stack` becomes `projection::Sources`.
 
 use std::borrow::Borrow;
 use std::collections::BTreeMap;
@@ -11,19 +11,18 @@ use crate::document::{Decisions, PhotoDecisions, Stack};
 use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::geometry::{Pinhole, PixelRect, Pose};
 use crate::projection::tiles::in_few_tiles;
-use crate::projection::{Domain, HalfPlane, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use crate::projection::{Domain, HalfPlane, LayerTextureId, PhotoId, Projector, Server, Sheet, Sources};
 use crate::scene::{FaceId, Model, Photo, Site};
 
-/// A piece's cut edges count as inside up to so many pixels beyond: a pixel that a cut crosses shows both
-/// sides of it, each looked up at the pixel's centre, which is at most half a diagonal away.
+/// The distance in pixels by which a piece's domain extends beyond its cut edges: a pixel that a cut crosses shows
+/// both sides of it, each looked up at the pixel's centre, which is at most half a diagonal away.
 const CUT_SLACK_PX: f64 = 0.75;
 
-/// Two points that are nearer to each other than this share of the face's size are one: pieces are cut
-/// in f64 from the face's own corners.
+/// Points closer than this share of the face's size are equal: pieces are cut in f64 from the face's own corners.
 const SAME_PLACE: f64 = 1e-9;
 
-/// The sources of a site; photos without a stack (`None`) serve nothing. Stacks in the site's order. What was
-/// decided says which photos serve a face no more, and which one serves it alone.
+/// Makes the sources of a site from its stacks, in the site's order; photos without a stack (`None`) texture
+/// nothing. The decisions exclude photos from faces, and pin faces to photos.
 pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &Decisions) -> Sources {
     let pinned = pinned_faces(site, decisions);
     let faces = FaceIndex::new(&site.model);
@@ -34,12 +33,14 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
         sources.photos.push(Projector { name, camera, pose });
         if let Some(stack) = stack {
             let decided = &decisions.of(&photo.name);
-            let (model, pinned, stack) = (&site.model, &pinned, stack.borrow());
+            let model = &site.model;
+            let pinned = &pinned;
+            let stack = stack.borrow();
             let mut reader = StackReader { model, faces: &faces, photo, id, stack, decided, pinned };
             reader.read(&mut sources.sheets, &mut servers);
         }
     }
-    // Stable: within a face by photo, then sheet.
+    // The sort is stable, so that servers of a face are ordered by photo, then layer texture.
     servers.sort_by_key(|(face, _)| *face);
     let mut at = 0;
     for face in site.model.face_ids() {
@@ -51,7 +52,7 @@ pub fn sources(site: &Site, stacks: &[Option<impl Borrow<Stack>>], decisions: &D
     sources
 }
 
-/// By face, the photo that it is pinned to.
+/// Returns the photo to which each pinned face is pinned.
 fn pinned_faces(site: &Site, decisions: &Decisions) -> BTreeMap<FaceId, PhotoId> {
     if decisions.photos.values().all(|decided| decided.pin.is_empty()) {
         return BTreeMap::new();
@@ -60,13 +61,13 @@ fn pinned_faces(site: &Site, decisions: &Decisions) -> BTreeMap<FaceId, PhotoId>
     let pinned = |id: FaceId| {
         let face = site.model.face(id);
         let name = decisions.pinned(names.clone(), &site.model.object(face.object).name, face.index)?;
-        let place = names.clone().position(|photo| photo == name)?;
-        Some((id, PhotoId(place as u32)))
+        let index = names.clone().position(|photo| photo == name)?;
+        Some((id, PhotoId(index as u32)))
     };
     site.model.face_ids().filter_map(pinned).collect()
 }
 
-/// Faces by object name and index.
+/// The faces by object name and index.
 struct FaceIndex<'a>(BTreeMap<&'a str, &'a [FaceId]>);
 
 impl<'a> FaceIndex<'a> {
@@ -74,12 +75,13 @@ impl<'a> FaceIndex<'a> {
         Self(model.objects.iter().map(|o| (o.name.as_str(), &o.faces[..])).collect())
     }
 
-    /// A face of an older model may be gone: then the stack serves it no more.
+    /// Returns a face; `None` where the present model no longer has it, so that the stack does not texture it.
     fn get(&self, object: &str, index: u32) -> Option<FaceId> {
         self.0.get(object)?.get(index as usize).copied()
     }
 }
 
+/// Converts one photo's stack.
 struct StackReader<'a> {
     model: &'a Model,
     faces: &'a FaceIndex<'a>,
@@ -91,13 +93,14 @@ struct StackReader<'a> {
 }
 
 impl StackReader<'_> {
+    /// Adds the layer textures of the stack, and the faces that they serve.
     fn read(&mut self, sheets: &mut Vec<Sheet>, servers: &mut Vec<(FaceId, Server)>) {
         let elements: Vec<_> = self.stack.visibility_layers.iter().flatten().collect();
         let mut sheets_of = vec![0u32; elements.len()];
         let all = self.stack.image_layers.iter().flat_map(|layer| &layer.elements);
         all.for_each(|&e| sheets_of[e as usize] += 1);
         for layer in &self.stack.image_layers {
-            let sheet = SheetId(sheets.len() as u32);
+            let sheet = LayerTextureId(sheets.len() as u32);
             let rect = in_few_tiles(layer.rect, layer.needed_rect);
             sheets.push(Sheet { photo: self.id, id: layer.id.clone(), rect });
             for &e in &layer.elements {
@@ -122,7 +125,7 @@ impl StackReader<'_> {
         }
     }
 
-    /// The convex parts of a piece.
+    /// Returns the convex parts of a piece as domains.
     fn piece(&self, object: &str, index: u32, piece: u32) -> Vec<Domain> {
         let same =
             |p: &&crate::document::stack::Piece| p.object == object && p.face == index && p.piece == piece;
@@ -144,6 +147,7 @@ impl StackReader<'_> {
     }
 }
 
+/// Returns true when a planar ring is convex.
 fn is_convex(ring: &[DVec3], normal: DVec3) -> bool {
     (0..ring.len()).all(|i| {
         let [a, b, c] = [0, 1, 2].map(|j| ring[(i + j) % ring.len()]);
@@ -152,8 +156,8 @@ fn is_convex(ring: &[DVec3], normal: DVec3) -> bool {
     })
 }
 
-/// The half planes, in photo pixels, of those edges of a convex polygon that are no edges of the face:
-/// at its own outline a face ends by being drawn no further.
+/// Returns the half planes, in photo pixels, of those edges of a convex polygon that are not edges of the face. The
+/// face's own outline needs no half planes, because nothing is drawn beyond it.
 fn inside(polygon: &[DVec3], outline: &[DVec3], camera: &Pinhole, pose: &Pose) -> Domain {
     let middle = polygon.iter().sum::<DVec3>() / polygon.len() as f64;
     let middle = pose.camera_from_world(middle);
@@ -167,9 +171,8 @@ fn inside(polygon: &[DVec3], outline: &[DVec3], camera: &Pinhole, pose: &Pose) -
     if sides.is_empty() { Domain::Whole } else { Domain::Inside(sides) }
 }
 
-/// The half plane, in pixels, on the middle's side of the line through two points (camera frame).
-/// It is right wherever the points lie, behind the camera too: the plane through the camera and both
-/// is what divides.
+/// Returns the half plane, in pixels, on the middle's side of the line through two points (camera frame). It is
+/// correct for points behind the camera, too, because the plane through the camera and both points is what divides.
 fn half_plane(a: DVec3, b: DVec3, middle: DVec3, camera: &Pinhole) -> Option<HalfPlane> {
     let through = a.cross(b);
     let through = if through.dot(middle) < 0.0 { -through } else { through };
@@ -180,6 +183,7 @@ fn half_plane(a: DVec3, b: DVec3, middle: DVec3, camera: &Pinhole) -> Option<Hal
     (length > 0.0).then(|| HalfPlane { normal: normal / length, offset: offset / length - CUT_SLACK_PX })
 }
 
+/// Returns true when a segment lies on one edge of the outline.
 fn is_on_outline(a: DVec3, b: DVec3, outline: &[DVec3]) -> bool {
     let size = outline.iter().map(|p| p.distance(outline[0])).fold(0.0, f64::max);
     (0..outline.len()).any(|i| {
@@ -188,14 +192,15 @@ fn is_on_outline(a: DVec3, b: DVec3, outline: &[DVec3]) -> bool {
     })
 }
 
+/// Returns the distance from a point to a segment.
 fn distance_to_segment(p: DVec3, a: DVec3, b: DVec3) -> f64 {
     let along = b - a;
     let share = ((p - a).dot(along) / along.length_squared()).clamp(0.0, 1.0);
     if share.is_finite() { p.distance(a + along * share) } else { p.distance(a) }
 }
 
-/// The domain within what the layer needs: of an element that is too large for one layer, every layer
-/// has its share.
+/// Restricts a domain to the layer's needed rectangle: an element that is too large for one layer is divided among
+/// several.
 fn within(domain: Domain, layer: &ImageLayer) -> Domain {
     let mut sides = match domain {
         Domain::Whole => Vec::new(),
@@ -205,6 +210,7 @@ fn within(domain: Domain, layer: &ImageLayer) -> Domain {
     Domain::Inside(sides)
 }
 
+/// Returns the half planes of a rectangle's sides.
 fn sides_of(rect: PixelRect) -> [HalfPlane; 4] {
     let side = |x: f64, y: f64, at: i32| HalfPlane {
         normal: DVec2::new(x, y),
@@ -246,7 +252,7 @@ mod tests {
     #[test]
     fn a_cut_that_passes_behind_the_camera_divides_the_photo_rightly() {
         let (camera, pose) = camera();
-        // A floor below the camera, cut along x = 0.1; one end of the cut lies behind the camera.
+        // A floor below the camera, cut along x = 0.1; one end of the cut is behind the camera.
         let at = |x: f64, z: f64| DVec3::new(x, 1.0, z);
         let face = [at(-3.0, -5.0), at(3.0, -5.0), at(3.0, 9.0), at(-3.0, 9.0)];
         let right = [at(0.1, -5.0), at(3.0, -5.0), at(3.0, 9.0), at(0.1, 9.0)];

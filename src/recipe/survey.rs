@@ -1,29 +1,28 @@
-//! What became of a project's photos: which have a stack, which are stale, where a face is.
+//! The state of a project's photos: which have a stack, which are out of date, which layers have a face.
 
 use super::inputs::Inputs;
 use super::layer_names::rename;
 use super::open::Opened;
-use crate::document::stack::Untextured;
 use crate::document::{Decisions, Stack};
 use crate::error::{Error, Result};
 use crate::io::stack_store::StackStore;
 use crate::scene::{FaceId, Model, Photo};
 
-/// How a photo's stack stands to the project.
+/// The state of a photo's stack in relation to the project.
 #[derive(Debug)]
 pub enum StackState {
-    /// Made of the project as it is now.
+    /// The stack was made from the project as it is.
     Current(Stack),
     /// Something has changed since: photo, camera, model, options or program.
     Stale(Stack),
-    /// There is none.
+    /// There is no stack.
     Missing,
-    /// It cannot be read, or its photo cannot.
+    /// The stack or its photo cannot be read.
     Broken(Error),
 }
 
 impl StackState {
-    /// One word for a table.
+    /// Returns a word for tables.
     pub fn word(&self) -> &'static str {
         match self {
             Self::Current(_) => "current",
@@ -33,7 +32,7 @@ impl StackState {
         }
     }
 
-    /// The stack, if there is one.
+    /// Returns the stack, if there is one.
     pub fn stack(&self) -> Option<&Stack> {
         match self {
             Self::Current(stack) | Self::Stale(stack) => Some(stack),
@@ -42,7 +41,7 @@ impl StackState {
     }
 }
 
-/// Compares stacks on disk with the project that they were made of.
+/// A comparison of stacks on disk with the project that they belong to.
 pub struct Survey<'a> {
     store: &'a StackStore,
     decisions: &'a Decisions,
@@ -50,25 +49,25 @@ pub struct Survey<'a> {
 }
 
 impl<'a> Survey<'a> {
-    /// Of one project.
+    /// Prepares the comparison for one project.
     pub fn new(opened: &'a Opened, store: &'a StackStore) -> Self {
         let project = &opened.project;
         let inputs = Inputs::new(&opened.site.model, &project.options, &project.decisions);
         Self { store, decisions: &project.decisions, inputs }
     }
 
-    /// The state of the stack of `photo`, whose layers are called as was decided; broken where the photo cannot be read
-    /// any more, so that the others go on.
+    /// Returns the state of a photo's stack, with its layers named as decided. It is broken where the photo cannot
+    /// be read any more, so that the others can still be used.
     ///
     /// # Errors
-    /// [`Error::Cancelled`] alone.
+    /// Returns [`Error::Cancelled`] only.
     pub fn state(&self, photo: &Photo) -> Result<StackState> {
         let mut stack = match self.store.current(&photo.name) {
             Ok(Some(stack)) => stack,
             Ok(None) => return Ok(StackState::Missing),
             Err(error) => return Ok(StackState::Broken(error)),
         };
-        // A name holds at once, whatever is in the file until it is written again.
+        // Renaming takes effect at once, before the file is written again.
         rename(&mut stack, &self.decisions.of(&photo.name).names);
         match self.inputs.hash(photo) {
             Ok(inputs) if inputs == stack.inputs => Ok(StackState::Current(stack)),
@@ -79,47 +78,14 @@ impl<'a> Survey<'a> {
     }
 }
 
-/// What a stack has of one face.
-#[derive(Debug, PartialEq)]
-pub enum FaceInStack<'a> {
-    /// Texture, in these image layers (places in [`Stack::image_layers`]); of its back side or not.
-    Textured { image_layers: Vec<usize>, back: bool },
-    /// None, for a reason.
-    Untextured(&'a Untextured),
-    /// The stack is of another model.
-    Unknown,
-}
-
-/// Looks for the face `index` of `object` in a stack.
-pub fn face_in_stack<'a>(stack: &'a Stack, object: &str, index: u32) -> FaceInStack<'a> {
-    if let Some(untextured) = stack.untextured.iter().find(|u| u.object == object && u.face == index) {
-        return FaceInStack::Untextured(untextured);
-    }
-    let elements = stack.visibility_layers.iter().flatten().zip(0u32..);
-    let holding: Vec<_> = elements
-        .filter(|(element, _)| element.object == object)
-        .filter(|(element, _)| {
-            element.faces.contains(&index) || element.pieces.iter().any(|piece| piece[0] == index)
-        })
-        .collect();
-    if holding.is_empty() {
-        return FaceInStack::Unknown;
-    }
-    let holds = |layer: usize| holding.iter().any(|(_, e)| stack.image_layers[layer].elements.contains(e));
-    FaceInStack::Textured {
-        image_layers: (0..stack.image_layers.len()).filter(|layer| holds(*layer)).collect(),
-        back: holding.iter().any(|(element, _)| element.back.contains(&index)),
-    }
-}
-
-/// The face that `name` (`object[index]`) names.
+/// Returns the face that a name of the form `object[index]` refers to.
 ///
 /// # Errors
-/// [`Error::Request`] when the model has no such object or the object no such face.
+/// Returns [`Error::Request`] when the model has no such object, or the object no such face.
 pub fn face_named(model: &Model, name: &str) -> Result<FaceId> {
     let expected = || {
         Error::Request(format!(
-            "{name:?} names no face; write OBJECT[INDEX], as in the list of `quadratura info`"
+            "{name:?} is not a face; write OBJECT[INDEX], as in the list of `quadratura info`"
         ))
     };
     let (object, rest) = name.rsplit_once('[').ok_or_else(expected)?;

@@ -1,4 +1,4 @@
-//! Small pictures of photos, for lists.
+//! Thumbnails of photos for lists.
 
 use std::path::Path;
 
@@ -6,27 +6,28 @@ use crate::error::Result;
 use crate::io::photo::{picture_size, read_photo};
 use crate::io::thumbnails::{Stamp, Thumbnails};
 use crate::projection::Picture;
+use crate::raster::in_8_bits;
 use crate::scene::{Photo, PhotoPixels};
 
-/// Of the pixels that a thumbnail's pixel stands for, so many are looked at along each side: more change
-/// nothing that the eye sees at this size.
+/// The number of pixels sampled along each side of the area of a thumbnail's pixel; more make no visible difference
+/// at this size.
 const SAMPLES: u32 = 4;
 
-/// A picture of `photo` whose longer side has at most `longest` pixels; sRGB as the photo has it, transparent
-/// where the photo is not valid.
+/// Makes a picture of `photo` whose longer side has at most `longest` pixels, in sRGB as the photo has it,
+/// transparent where the photo is invalid.
 ///
 /// # Errors
-/// Those of [`read_photo`].
+/// Returns the errors of [`read_photo`].
 pub fn thumbnail(photo: &Photo, longest: u32) -> Result<Picture> {
     let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
     Ok(reduced(&pixels, longest))
 }
 
-/// The same, kept in the cache of the project in the folder `project` until the photo's file changes.
+/// Makes the same picture, or reads it from the project's cache while the photo's file is unchanged.
 ///
 /// # Errors
-/// As [`thumbnail`]; a picture that cannot be kept is made again the next time.
-pub fn kept_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<Picture> {
+/// Returns the errors of [`thumbnail`]. A picture that cannot be cached is made again the next time.
+pub fn cached_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<Picture> {
     let (kept, stamp) = (Thumbnails::new(project), Stamp::of(&photo.file, longest)?);
     if let Some(picture) = kept.kept(&photo.name, &stamp) {
         return Ok(picture);
@@ -36,15 +37,16 @@ pub fn kept_thumbnail(project: &Path, photo: &Photo, longest: u32) -> Result<Pic
     Ok(picture)
 }
 
-/// A picture of any image file, at most `longest` pixels on its longer side.
+/// Makes a picture of any image file, with at most `longest` pixels on its longer side.
 ///
 /// # Errors
-/// [`crate::Error::Input`] and [`crate::Error::Io`] when it cannot be read.
+/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the file cannot be read.
 pub fn picture_of_file(file: &Path, longest: u32) -> Result<Picture> {
     let [width, height] = picture_size(file)?;
     Ok(reduced(&read_photo(file, width, height)?, longest))
 }
 
+/// Downsamples an image so that its longer side has at most `longest` pixels.
 fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {
     let scale = (f64::from(longest) / f64::from(pixels.width.max(pixels.height))).min(1.0);
     let side = |px: u32| ((f64::from(px) * scale).round() as u32).max(1);
@@ -58,9 +60,9 @@ fn reduced(pixels: &PhotoPixels, longest: u32) -> Picture {
     Picture { width, height, rgba }
 }
 
-/// The mean of the pixels that `at` of a picture of `size` stands for; those that are not valid count as nothing.
+/// Returns the mean of the pixels below pixel `at` of a picture of `size`; invalid ones have no weight.
 fn mean(pixels: &PhotoPixels, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
-    let place = |axis: usize, full: u32, i: u32| {
+    let sample = |axis: usize, full: u32, i: u32| {
         let position =
             (f64::from(at[axis]) + (f64::from(i) + 0.5) / f64::from(SAMPLES)) / f64::from(size[axis]);
         ((position * f64::from(full)) as u32).min(full - 1)
@@ -68,13 +70,13 @@ fn mean(pixels: &PhotoPixels, at: [u32; 2], size: [u32; 2]) -> [u8; 4] {
     let (mut sum, mut alpha) = ([0u64; 3], 0u64);
     for j in 0..SAMPLES {
         for i in 0..SAMPLES {
-            let pixel = pixels.rgba16(place(0, pixels.width, i), place(1, pixels.height, j));
+            let pixel = pixels.rgba16(sample(0, pixels.width, i), sample(1, pixels.height, j));
             let weight = u64::from(pixel[3]);
             sum.iter_mut().zip(pixel).for_each(|(sum, channel)| *sum += u64::from(channel) * weight);
             alpha += weight;
         }
     }
-    let eight = |value: u64| ((value + 128) / 257) as u8;
+    let eight = |mean: u64| in_8_bits(mean as u16);
     let [r, g, b] = sum.map(|sum| eight(sum.checked_div(alpha).unwrap_or(0)));
     [r, g, b, eight(alpha / u64::from(SAMPLES * SAMPLES))]
 }
@@ -86,7 +88,7 @@ mod tests {
 
     #[test]
     fn a_small_picture_keeps_proportion_mean_and_invalid_area() {
-        // Left half black, right half white; the lower half is not valid.
+        // The left half is black, the right half white; the lower half is invalid.
         let (width, height) = (64u32, 32u32);
         let pixel = |x: u32, y: u32| {
             let value = if x < width / 2 { 0 } else { 255 };

@@ -1,29 +1,29 @@
-//! Wishes about image layers that a stack does not meet, in words.
+//! Messages about merges and splits that a stack could not satisfy.
 
 use crate::document::Element;
 use crate::layers::graph::Graph;
-use crate::layers::together::{Obstacle, Unmet};
-use crate::layers::{Faces, Sorted, Wishes};
+use crate::layers::together::{Obstacle, Unsatisfied};
+use crate::layers::{Faces, LayerConstraints, Sorted};
 
-/// Every wish that the stack of these elements does not meet, and why.
-pub fn unmet(wishes: &Wishes, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
-    let mut told = Vec::new();
+/// Returns a message for each merge or split that the stack of these elements does not satisfy, with the reason.
+pub fn unmet(wishes: &LayerConstraints, sorted: &Sorted, elements: &[Element]) -> Vec<String> {
+    let mut messages = Vec::new();
     for (number, merge) in (0u32..).zip(&wishes.merge) {
         let title = format!("merge of {}", list(merge));
-        told.extend(missing(merge, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
+        messages.extend(missing(merge, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
         let order = &sorted.layers.occlusions;
         let of_merge = of_merge(merge, number, &sorted.clusters.unmet, elements);
-        told.extend(of_merge.iter().map(|u| format!("{title}: {}", in_words(u, order, elements))));
+        messages.extend(of_merge.iter().map(|u| format!("{title}: {}", in_words(u, order, elements))));
     }
     for split in &wishes.split {
         let title = title_of_split(split);
         let all: Vec<Faces> = split.iter().flatten().cloned().collect();
-        told.extend(missing(&all, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
+        messages.extend(missing(&all, elements).map(|faces| format!("{title}: {}", no_texture(faces))));
     }
-    told
+    messages
 }
 
-/// `split of tower from gate, tree`, or `split of tower from all else`.
+/// Returns the title of a split: `split of tower from gate, tree`, or `split of tower from all else`.
 pub fn title_of_split(groups: &[Vec<Faces>]) -> String {
     match groups {
         [alone] => format!("split of {} from all else", list(alone)),
@@ -31,40 +31,41 @@ pub fn title_of_split(groups: &[Vec<Faces>]) -> String {
     }
 }
 
-/// `tower, gate[2]`.
+/// Returns a list of faces for messages: `tower, gate[2]`.
 pub fn list(faces: &[Faces]) -> String {
     faces.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ")
 }
 
+/// Writes the message for faces that this photo does not texture.
 fn no_texture(faces: &Faces) -> String {
-    format!("{faces} has no texture from this photo now; it holds again once it has")
+    format!("{faces} is not textured by this photo now; the decision applies again when it is")
 }
 
-/// Those that no element has anything of.
+/// Returns the items of the list of which no element contains a face.
 fn missing<'a>(list: &'a [Faces], elements: &'a [Element]) -> impl Iterator<Item = &'a Faces> {
     list.iter().filter(|faces| !elements.iter().any(|element| holds(element, faces)))
 }
 
-/// An element has a face of these.
+/// Returns true when the element contains one of these faces.
 pub fn holds(element: &Element, faces: &Faces) -> bool {
     element.all_faces().iter().any(|face| faces.holds(&element.object, *face))
 }
 
-/// What of a merge, the one with this number, was asked for and is not so.
+/// Returns the unsatisfied parts of the merge with this number.
 pub fn of_merge<'a>(
     merge: &[Faces],
     number: u32,
-    unmet: &'a [Unmet],
+    unmet: &'a [Unsatisfied],
     elements: &[Element],
-) -> Vec<&'a Unmet> {
-    let of_merge: Vec<&Unmet> = unmet.iter().filter(|u| u.merge == number).collect();
-    let stays = |u: &&Unmet| !is_met_otherwise(merge, u.item, &of_merge, elements);
+) -> Vec<&'a Unsatisfied> {
+    let of_merge: Vec<&Unsatisfied> = unmet.iter().filter(|u| u.merge == number).collect();
+    let stays = |u: &&Unsatisfied| !is_met_otherwise(merge, u.item, &of_merge, elements);
     of_merge.iter().copied().filter(stays).collect()
 }
 
-/// Of a face that was cut the pieces may lie in several elements: one of them in the merge is what was
-/// asked for.
-fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[Element]) -> bool {
+/// Returns true when the merge contains another element with the same faces. The pieces of a cut face may be in
+/// several elements; one of them in the merge is enough.
+fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unsatisfied], elements: &[Element]) -> bool {
     let element = &elements[item as usize];
     let joined = |other: &Element, number: u32| {
         number != item && other.object == element.object && !unmet.iter().any(|u| u.item == number)
@@ -76,8 +77,8 @@ fn is_met_otherwise(merge: &[Faces], item: u32, unmet: &[&Unmet], elements: &[El
     })
 }
 
-/// Why an element stays out of a merge; `order`: occlusions between the elements.
-pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
+/// Returns the message why an element stays out of a merge; `order` is the graph of occlusions between elements.
+pub fn in_words(unmet: &Unsatisfied, order: &Graph, elements: &[Element]) -> String {
     let name = |element: u32| elements[element as usize].known_by().to_string();
     let (item, with) = (name(unmet.item), name(unmet.with));
     let why = match unmet.why {
@@ -88,16 +89,16 @@ pub fn in_words(unmet: &Unmet, order: &Graph, elements: &[Element]) -> String {
             match path {
                 Some(path) => {
                     let names: Vec<String> = path.into_iter().map(name).collect();
-                    // Only the second is hidden by what the sentence began with.
+                    // Only the second name is hidden by the subject of the sentence.
                     names.join(", which hides a part of ").replacen(", which hides", " hides", 1)
                 }
-                None => format!("another merge ties it to what lies before or behind {with}"),
+                None => format!("another merge joins it with something in front of or behind {with}"),
             }
         }
-        Obstacle::Forgiven => format!("it and {with} touch so that each hides a few pixels of the other"),
+        Obstacle::Forgiven => format!("it and {with} each hide a few pixels of the other"),
         Obstacle::Split => format!("a split keeps it apart from {with}"),
         Obstacle::TooLarge => {
-            format!("a rectangle around it and {with} is larger than `largest_side` allows")
+            format!("a rectangle around it and {with} exceeds `largest_side`")
         }
     };
     format!("{item} stays apart: {why}")

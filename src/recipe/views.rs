@@ -1,4 +1,4 @@
-//! Which views are asked for: cameras of COLMAP's, photos of the project, or a flight.
+//! The views to be rendered: cameras of a file, photos of the project, or a flight.
 
 use std::path::{Path, PathBuf};
 
@@ -11,7 +11,7 @@ use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::geometry::{Pinhole, Pose};
 use crate::io::camera_path::read_camera_path;
-use crate::io::cameras::read_cameras;
+use crate::io::cameras::{is_camera_file, read_cameras};
 use crate::io::photo_list::read_photo_list;
 use crate::projection::PhotoId;
 use crate::projection::flight::Flight;
@@ -19,44 +19,44 @@ use crate::projection::framing::{resized, scaled};
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
-/// Seconds from photo to photo in a flight through photos.
+/// The time between two photos of a flight through photos, in seconds.
 const SECONDS_A_LEG: f64 = 2.0;
 
-/// Where the views come from.
+/// The source of views.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum ViewSource {
     /// All photos of the project.
     Photos,
-    /// A file or folder: COLMAP's cameras, a list of photos (`.txt`) or a camera path (`.json`).
+    /// A file or folder: cameras of a format that is read here, a list of photos (`.txt`) or a camera path (`.json`).
     At(PathBuf),
     /// A flight through these photos of the project, in this order.
     Through(Vec<String>),
 }
 
-/// Which views, and how large.
+/// A request for views.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Asked {
-    /// Where they come from.
+    /// The source of the views.
     pub source: ViewSource,
-    /// Of the pictures.
+    /// The size of the pictures.
     pub size: Size,
-    /// Frames a second of a flight; none: as its path says.
+    /// The frame rate of a flight in frames per second; `None` for that of its path.
     pub fps: Option<f64>,
 }
 
-/// How large pictures are.
+/// The size of pictures.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Size {
-    /// As the camera's.
+    /// The camera's own size.
     Own,
-    /// So many pixels along x and y ([`resized`]).
+    /// This width and height in pixels ([`resized`]).
     Exactly(u32, u32),
-    /// So many times the camera's along each side.
+    /// The camera's size, scaled by a factor.
     Scaled(f64),
 }
 
 impl Size {
-    /// `camera` with pictures of this size.
+    /// Returns `camera` with pictures of this size.
     pub fn of(self, camera: &Pinhole) -> Pinhole {
         match self {
             Self::Own => *camera,
@@ -66,44 +66,44 @@ impl Size {
     }
 }
 
-/// One view.
+/// A view to be rendered.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
-    /// Name of its picture, without an extension; all views have different ones.
+    /// The name of the picture without extension, different for all views.
     pub name: String,
-    /// Size and K in pixels.
+    /// The camera: size and K in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// The photo of the project whose own view it is.
+    /// The photo of the project with this view, if any.
     pub photo: Option<PhotoId>,
 }
 
-/// What was asked for.
+/// The requested views.
 #[derive(Debug, Default)]
 pub struct Views {
-    /// In the order of the file, or of time.
+    /// The views in the order of the file, or of time.
     pub list: Vec<View>,
-    /// Of a flight.
+    /// The camera path of a flight.
     pub path: Option<CameraPath>,
-    /// What cannot be shown, and why.
+    /// The views that cannot be shown, with the reasons.
     pub problems: Vec<Error>,
 }
 
-/// The views that were asked for. What is wrong with one camera leaves out that one.
+/// Returns the requested views. A problem with one camera leaves out only that one.
 ///
 /// # Errors
-/// [`Error::Input`] and [`Error::Io`] for what concerns all of them; [`Error::Request`] for photos of
-/// a flight that are not there.
+/// Returns [`Error::Input`] and [`Error::Io`] for what concerns all views, or [`Error::Request`] for photos of a
+/// flight that do not exist.
 pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
     let Asked { size, fps, .. } = *asked;
     match &asked.source {
         ViewSource::Photos => Ok(of_photos(site, &(0..site.photos.len()).collect::<Vec<_>>(), size)),
         ViewSource::Through(names) => through(site, names, size, fps),
-        ViewSource::At(path) => match Kind::of(path) {
-            Kind::Colmap => of_cameras(path, size, task),
-            Kind::List => listed(site, path, size),
-            Kind::Path => {
+        ViewSource::At(path) => match ViewFormat::of(path) {
+            ViewFormat::Cameras => of_cameras(path, size, task),
+            ViewFormat::List => listed(site, path, size),
+            ViewFormat::Path => {
                 let (path, flight) = read_camera_path(path, up(&site.photos))?;
                 of_flight(path, &flight, size, fps)
             }
@@ -112,60 +112,65 @@ pub fn views(site: &Site, asked: &Asked, task: &Task) -> Result<Views> {
 }
 
 impl Opened {
-    /// [`views`] of the opened site.
+    /// Returns the requested [`views`] of the opened site.
     ///
     /// # Errors
-    /// As [`views`].
+    /// Returns the errors of [`views`].
     pub fn views(&self, asked: &Asked, task: &Task) -> Result<Views> {
         views(&self.site, asked, task)
     }
 }
 
-enum Kind {
-    Colmap,
+/// The kind of a file or folder of views.
+enum ViewFormat {
+    Cameras,
     List,
     Path,
 }
 
-impl Kind {
-    /// By its name; COLMAP's files are always called the same.
+impl ViewFormat {
+    /// Determines the kind: cameras by their content or by COLMAP's names, the others by their extension.
     fn of(path: &Path) -> Self {
-        let name = path.file_name().unwrap_or_default().to_string_lossy().to_lowercase();
-        let is_colmap = matches!(name.as_str(), "cameras.txt" | "images.txt" | "points3d.txt");
+        if is_camera_file(path) {
+            return Self::Cameras;
+        }
         match path.extension().unwrap_or_default().to_string_lossy().to_lowercase().as_str() {
             "json" if path.is_file() => Self::Path,
-            "txt" if path.is_file() && !is_colmap => Self::List,
-            _ => Self::Colmap,
+            "txt" if path.is_file() => Self::List,
+            _ => Self::Cameras,
         }
     }
 }
 
-fn of_photos(site: &Site, places: &[usize], size: Size) -> Views {
-    let names: Vec<&str> = places.iter().map(|&place| site.photos[place].name.as_str()).collect();
-    let view = |(&place, name): (&usize, String)| {
-        let Photo { camera, pose, .. } = &site.photos[place];
-        View { name, camera: size.of(camera), pose: *pose, photo: Some(PhotoId(place as u32)) }
+/// Returns the views of the photos at these indices.
+fn of_photos(site: &Site, indices: &[usize], size: Size) -> Views {
+    let names: Vec<&str> = indices.iter().map(|&index| site.photos[index].name.as_str()).collect();
+    let view = |(&index, name): (&usize, String)| {
+        let Photo { camera, pose, .. } = &site.photos[index];
+        View { name, camera: size.of(camera), pose: *pose, photo: Some(PhotoId(index as u32)) }
     };
-    let list = places.iter().zip(picture_names(&names)).map(view).collect();
+    let list = indices.iter().zip(picture_names(&names)).map(view).collect();
     Views { list, ..Views::default() }
 }
 
+/// Returns the views of the photos in a list file.
 fn listed(site: &Site, file: &Path, size: Size) -> Result<Views> {
-    let (mut places, mut problems) = (Vec::new(), Vec::new());
+    let mut indices = Vec::new();
+    let mut problems = Vec::new();
     for (line, name) in read_photo_list(file)? {
         match place_of_photo(site, &name) {
-            Ok(place) if places.contains(&place) => (),
-            Ok(place) => places.push(place),
+            Ok(index) if indices.contains(&index) => (),
+            Ok(index) => indices.push(index),
             Err(error) => {
                 let remedy = "write the name of a photo of the project";
                 problems.push(Error::input(file, format!("line {line}"), error.to_string(), remedy));
             }
         }
     }
-    Ok(Views { problems, ..of_photos(site, &places, size) })
+    Ok(Views { problems, ..of_photos(site, &indices, size) })
 }
 
-/// COLMAP's cameras. Pictures have no lens distortion, whatever the cameras have.
+/// Returns the views of a file of cameras. The pictures have no lens distortion, even if the cameras have.
 fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     let cameras = read_cameras(path, task)?;
     cameras.notes.iter().for_each(|note| task.note(note));
@@ -173,8 +178,8 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     if distorted > 0 {
         let (of, count) = (cameras.file.display(), cameras.photos.len());
         task.note(format!(
-            "{of}: {distorted} of {count} cameras have a lens with distortion; their pictures are without, at the \
-             same size and K"
+            "{of}: {distorted} of {count} cameras have lens distortion; their pictures are rendered without \
+             it, at the same size and K"
         ));
     }
     let names: Vec<&str> = cameras.photos.iter().map(|photo| photo.name.as_str()).collect();
@@ -185,11 +190,13 @@ fn of_cameras(path: &Path, size: Size, task: &Task) -> Result<Views> {
     Ok(Views { list, path: None, problems: cameras.problems })
 }
 
+/// Returns the frames of a flight through photos.
 fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Result<Views> {
-    let (mut cameras, mut errors) = (Vec::new(), Vec::new());
+    let mut cameras = Vec::new();
+    let mut errors = Vec::new();
     for name in names {
         match place_of_photo(site, name) {
-            Ok(place) => cameras.push((site.photos[place].camera, site.photos[place].pose)),
+            Ok(index) => cameras.push((site.photos[index].camera, site.photos[index].pose)),
             Err(error) => errors.push(error),
         }
     }
@@ -197,7 +204,7 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
         return Err(error);
     }
     let Some((first, _)) = cameras.first() else {
-        return Err(Error::Request("a flight needs a photo to begin at".into()));
+        return Err(Error::Request("a flight needs at least one photo".into()));
     };
     let frame = size.of(first);
     let path = CameraPath::through(&cameras, [frame.width, frame.height], SECONDS_A_LEG);
@@ -205,14 +212,15 @@ fn through(site: &Site, names: &[String], size: Size, fps: Option<f64>) -> Resul
     of_flight(path, &flight, Size::Own, fps)
 }
 
+/// Converts a camera path's problem to an error.
 fn refused((place, found): Flaw) -> Error {
     Error::Request(format!("{place}: {found}"))
 }
 
-/// Its frames, numbered from 1.
+/// Returns the frames of a flight, numbered from 1.
 fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>) -> Result<Views> {
     path.fps = fps.unwrap_or(path.fps);
-    path.judge_frames().map_err(refused)?;
+    path.check_frame_count().map_err(refused)?;
     let frames = flight.frames(path.fps).into_iter().zip(1..);
     let view = |((camera, pose), number): ((Pinhole, Pose), u32)| View {
         name: format!("frame-{number:05}"),
@@ -223,7 +231,7 @@ fn of_flight(mut path: CameraPath, flight: &Flight, size: Size, fps: Option<f64>
     Ok(Views { list: frames.map(view).collect(), path: Some(path), problems: Vec::new() })
 }
 
-/// What is up in the photos, on average: people hold cameras level more often than not.
+/// Returns the mean up direction of the photos: most are taken with a roughly level camera.
 pub fn up(photos: &[Photo]) -> DVec3 {
     let up_of = |photo: &Photo| -(photo.pose.rotation.transpose() * DVec3::Y);
     photos.iter().map(up_of).sum::<DVec3>().try_normalize().unwrap_or(DVec3::Z)
@@ -277,8 +285,11 @@ mod tests {
         let (_folder, source) = file("list.txt", "c\na.jpg\nz.jpg\nc.jpg\n");
         let views = asked(source, Size::Own).unwrap();
         assert_eq!(names(&views), ["c", "a"]);
-        let told: Vec<_> = views.problems.iter().map(ToString::to_string).collect();
-        assert!(told.len() == 1 && told[0].contains("line 3") && told[0].contains("z.jpg"), "{told:?}");
+        let message: Vec<_> = views.problems.iter().map(ToString::to_string).collect();
+        assert!(
+            message.len() == 1 && message[0].contains("line 3") && message[0].contains("z.jpg"),
+            "{message:?}"
+        );
     }
 
     #[test]
@@ -296,7 +307,7 @@ mod tests {
         assert_eq!((names(&views), views.problems.len()), (vec!["x%2F0001"], 2));
         assert_eq!(views.list[0].camera, centred(128, 96, 100.0));
         assert!(
-            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have a lens")),
+            noted.lock().unwrap().iter().any(|note| note.contains("1 of 1 cameras have lens distortion")),
             "{noted:?}"
         );
     }
@@ -324,7 +335,7 @@ mod tests {
         let expected = look_at(DVec3::new(0.0, -5.0, 1.0), DVec3::ZERO);
         let forward = |pose: &Pose| pose.rotation.transpose() * DVec3::Z;
         assert!(forward(&views.list[0].pose).distance(forward(&expected)) < 1e-9);
-        // The photos look up as their mean does, which is not quite the world's z.
+        // The photos' mean up direction differs slightly from the world's z.
         let right = views.list[0].pose.rotation.transpose() * DVec3::X;
         assert!(right.distance(DVec3::X) < 0.02, "{right}");
         assert_eq!((views.list.len(), views.list[0].camera.height), (1, 24));
@@ -341,7 +352,7 @@ mod tests {
         let asked =
             |fps| views(&site(), &Asked { source: source.clone(), size: Size::Own, fps }, &Task::silent());
         assert_eq!(asked(None).unwrap().list.len(), 401);
-        let told = asked(Some(240.0)).unwrap_err().to_string();
-        assert!(told.contains("240 a second") && told.contains("100000 frames"), "{told}");
+        let message = asked(Some(240.0)).unwrap_err().to_string();
+        assert!(message.contains("240 frames per second") && message.contains("100000 frames"), "{message}");
     }
 }

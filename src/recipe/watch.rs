@@ -1,39 +1,39 @@
-//! `watch`: whatever an image editor saves in a folder is imported.
+//! The command `watch`: imports the documents that an image editor saves in a folder.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-use super::import::{ImportOptions, Imported, Recall, import};
+use super::import::{ImportOptions, Imported, LayerCache, import};
 use crate::error::{Error, Result};
 use crate::io::documents::documents;
 use crate::io::exports::ExportStore;
 use crate::io::hash::hash_file;
 use crate::io::lock::ProjectLock;
 use crate::io::stamp::Stamp;
-use crate::io::taken::TakenDocuments;
+use crate::io::taken::ImportLedger;
 use crate::io::watch::FolderWatch;
 use crate::task::Task;
 
-/// A file is complete when it stays as it is for so long, and can be read to its end. Most editors put it in place by a
-/// rename, whole; one that is still being written shows by the second.
+/// The time for which a file has to stay unchanged, and be readable to its end, to be complete. Most editors rename
+/// a complete file into place; one that is still being written is detected by its end.
 const STEADY: Duration = Duration::from_millis(50);
-/// A photo's layers on a slow disk take a few seconds.
+/// The default of [`WatchOptions::patience`]. A photo's layers on a slow disk take a few seconds.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// How often a request to stop is looked for.
+/// The interval at which cancellation is checked.
 const LISTEN: Duration = Duration::from_millis(200);
-/// How often the project's lock is tried while another program writes to it.
+/// The interval at which the project's lock is tried while another program holds it.
 const LOCK_AGAIN: Duration = Duration::from_millis(300);
 
-/// How to watch.
+/// Options of [`watch`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct WatchOptions {
-    /// As for an import.
+    /// The options of each import.
     pub import: ImportOptions,
-    /// End after the first import that changed something.
+    /// Whether to end after the first import that changed something.
     pub once: bool,
-    /// A file that cannot be read to its end is tried again for so long: editors write large files slowly. Then what
-    /// can be read of it is taken.
+    /// The time for which a file that cannot be read to its end is tried again, because editors write large files
+    /// slowly. After that, its readable part is imported.
     pub patience: Duration,
 }
 
@@ -43,27 +43,27 @@ impl Default for WatchOptions {
     }
 }
 
-/// Imports every document in `folder` and its sub-folders whenever it was saved, until somebody asks to stop; `told`
-/// hears of every import. What was saved before is imported first, unless it was taken once as it is:
-/// [`TakenDocuments`].
-/// `hold` gives what has to be held while the project's paint is written: its lock ([`project_lock`]), or where the
-/// program has that already, whatever keeps its own writers apart.
+/// Imports every document in `folder` and its subfolders whenever it is saved, until the task is cancelled, and
+/// passes each result to `report`. Documents that were saved before are imported first, unless they were imported
+/// in their present state already (see [`ImportLedger`]). `hold` returns what has to be held while the project's
+/// paint is written: the lock ([`project_lock`]) or, where the program has that already, whatever synchronises its
+/// own writers.
 ///
 /// # Errors
-/// [`Error::Request`] when the folder cannot be watched; what [`import`] says of the project. A fault in a file is told
-/// and ends nothing.
+/// Returns [`Error::Request`] when the folder cannot be watched, and the errors of [`import`] that concern the
+/// project. A problem with one file is passed to `report` and does not end the watch.
 pub fn watch<Held>(
     project: &Path,
     folder: &Path,
     options: WatchOptions,
     hold: impl Fn() -> Result<Held>,
     task: &Task,
-    mut told: impl FnMut(Imported, Duration),
+    mut report: impl FnMut(Imported, Duration),
 ) -> Result<()> {
     let events = FolderWatch::new(folder)?;
-    let mut watching = Watching::begin(project, folder, options, task)?;
+    let mut watching = WatchState::begin(project, folder, options, task)?;
     loop {
-        match watching.round(&hold, &mut told) {
+        match watching.round(&hold, &mut report) {
             Err(Error::Cancelled) => return Ok(()),
             Ok(false) => return Ok(()),
             round => drop(round?),
@@ -75,48 +75,52 @@ pub fn watch<Held>(
     }
 }
 
-type Document = (PathBuf, Stamp);
+type StampedDocument = (PathBuf, Stamp);
 
-struct Watching<'a> {
+/// A watch in progress.
+struct WatchState<'a> {
     project: &'a Path,
     folder: &'a Path,
     options: WatchOptions,
     task: &'a Task,
-    /// As they were when they were imported, or found to be exports that nobody changed.
+    /// The documents with their stamps at the time when they were imported, or recognised as unedited exports.
     seen: BTreeMap<PathBuf, Stamp>,
-    /// The same, kept in the project.
-    taken: TakenDocuments,
-    /// Since when a document cannot be read.
+    /// The documents that were imported in earlier sessions, as stored in the project.
+    taken: ImportLedger,
+    /// The time since which a document cannot be read.
     failing: BTreeMap<PathBuf, Instant>,
-    /// Most layers of a file are as they were when it was saved last.
-    recall: Recall,
+    /// The layers at their last import, because most of a file's layers do not change between two saves.
+    recall: LayerCache,
 }
 
-impl<'a> Watching<'a> {
+impl<'a> WatchState<'a> {
+    /// Starts a watch; the documents that were imported before are known from the project.
     fn begin(project: &'a Path, folder: &'a Path, options: WatchOptions, task: &'a Task) -> Result<Self> {
-        let taken = TakenDocuments::read(project).unwrap_or_else(|error| {
+        let taken = ImportLedger::read(project).unwrap_or_else(|error| {
             task.note(error.to_string());
-            TakenDocuments::none(project)
+            ImportLedger::none(project)
         });
         let mut seen = documents(folder)?;
         seen.retain(|path, stamp| taken.knows(path, stamp));
-        let (failing, recall) = (BTreeMap::new(), Recall::default());
+        let failing = BTreeMap::new();
+        let recall = LayerCache::default();
         Ok(Self { project, folder, options, task, seen, taken, failing, recall })
     }
 
-    /// Imports what was saved; whether to go on.
+    /// Imports the saved documents; returns whether to continue.
     fn round<Held>(
         &mut self,
         hold: &impl Fn() -> Result<Held>,
-        told: &mut impl FnMut(Imported, Duration),
+        report: &mut impl FnMut(Imported, Duration),
     ) -> Result<bool> {
-        let due = self.due()?;
-        // What cannot be read may still be being written.
-        let worn = |(path, _): &Document| {
+        let complete = self.complete_documents()?;
+        // A document that cannot be read may still be being written.
+        let overdue = |(path, _): &StampedDocument| {
             self.failing.get(path).is_some_and(|since| since.elapsed() >= self.options.patience)
         };
-        let (worn, fresh): (Vec<Document>, Vec<Document>) = due.into_iter().partition(worn);
-        for (batch, only_whole) in [(fresh, true), (worn, false)] {
+        let (overdue, fresh): (Vec<StampedDocument>, Vec<StampedDocument>) =
+            complete.into_iter().partition(overdue);
+        for (batch, only_whole) in [(fresh, true), (overdue, false)] {
             if batch.is_empty() {
                 continue;
             }
@@ -125,7 +129,7 @@ impl<'a> Watching<'a> {
             let imported = self.import(&batch, only_whole)?;
             let ends = self.options.once && imported.number.is_some();
             if !imported.files.is_empty() || !imported.failed.is_empty() {
-                told(imported, since.elapsed());
+                report(imported, since.elapsed());
             }
             self.remember(&batch);
             if ends {
@@ -135,8 +139,8 @@ impl<'a> Watching<'a> {
         Ok(true)
     }
 
-    /// The documents that were saved and are complete.
-    fn due(&mut self) -> Result<Vec<Document>> {
+    /// Returns the documents that were saved and are complete.
+    fn complete_documents(&mut self) -> Result<Vec<StampedDocument>> {
         let first = self.changed()?;
         if first.is_empty() {
             return Ok(first);
@@ -146,21 +150,22 @@ impl<'a> Watching<'a> {
         let steady: Vec<_> =
             self.changed()?.into_iter().filter(|document| first.contains(document)).collect();
         let own = self.own_files(&steady)?;
-        let (ours, due): (Vec<_>, Vec<_>) = steady.into_iter().partition(|(path, _)| own.contains(path));
+        let (ours, others): (Vec<_>, Vec<_>) = steady.into_iter().partition(|(path, _)| own.contains(path));
         self.seen.extend(ours);
-        Ok(due)
+        Ok(others)
     }
 
-    /// The documents that are not as they were when they were seen.
-    fn changed(&self) -> Result<Vec<Document>> {
+    /// Returns the documents whose stamp differs from the known one.
+    fn changed(&self) -> Result<Vec<StampedDocument>> {
         let mut found = documents(self.folder)?;
         found.retain(|path, stamp| self.seen.get(path) != Some(stamp));
         Ok(found.into_iter().collect())
     }
 
-    /// Those that are as we exported them. One that was painted on never is again: nobody exports over it.
-    fn own_files(&self, documents: &[Document]) -> Result<BTreeSet<PathBuf>> {
-        let may_be = |(path, _): &&Document| path.is_file() && !self.taken.has(path);
+    /// Returns the documents that are unedited exports. One that was ever painted on does not count, because
+    /// exports do not overwrite it.
+    fn own_files(&self, documents: &[StampedDocument]) -> Result<BTreeSet<PathBuf>> {
+        let may_be = |(path, _): &&StampedDocument| path.is_file() && !self.taken.has(path);
         let files: Vec<_> = documents.iter().filter(may_be).collect();
         if files.is_empty() {
             return Ok(BTreeSet::new());
@@ -172,9 +177,9 @@ impl<'a> Watching<'a> {
         Ok(files.into_iter().filter(|(path, _)| is_own(path)).map(|(path, _)| path.clone()).collect())
     }
 
-    /// `only_whole`: what cannot be read to its end is left for another round, until it has had all patience.
-    fn import(&mut self, due: &[Document], only_whole: bool) -> Result<Imported> {
-        let files: Vec<PathBuf> = due.iter().map(|(path, _)| path.clone()).collect();
+    /// Imports documents. With `only_whole`, incomplete ones are left for a later round, until their time is over.
+    fn import(&mut self, documents: &[StampedDocument], only_whole: bool) -> Result<Imported> {
+        let files: Vec<PathBuf> = documents.iter().map(|(path, _)| path.clone()).collect();
         let options = ImportOptions { only_whole, ..self.options.import };
         let mut imported = import(self.project, &files, options, &self.recall, self.task)?;
         if only_whole {
@@ -185,33 +190,33 @@ impl<'a> Watching<'a> {
         } else {
             self.failing.retain(|path, _| !files.contains(path));
         }
-        self.seen.extend(due.iter().filter(|(path, _)| !self.failing.contains_key(path)).cloned());
+        self.seen.extend(documents.iter().filter(|(path, _)| !self.failing.contains_key(path)).cloned());
         Ok(imported)
     }
 
-    /// Keeps in the project which documents need not be looked at again. Where that cannot be, they are at the next
-    /// opening, and nothing comes of it but time.
-    fn remember(&mut self, batch: &[Document]) {
-        let taken: Vec<Document> =
+    /// Stores in the project which documents need not be imported again. If that fails, they are read again at the
+    /// next opening, which only takes time.
+    fn remember(&mut self, batch: &[StampedDocument]) {
+        let taken: Vec<StampedDocument> =
             batch.iter().filter(|(path, stamp)| self.seen.get(path) == Some(stamp)).cloned().collect();
-        match TakenDocuments::note(self.project, &taken) {
+        match ImportLedger::note(self.project, &taken) {
             Ok(taken) => self.taken = taken,
             Err(error) => self.task.note(error.to_string()),
         }
     }
 }
 
-/// The project's lock. Another program may be building: that takes a while and is no reason to fail.
+/// Takes the project's lock, waiting while another program holds it, for example for a build.
 ///
 /// # Errors
-/// [`Error::Cancelled`]; [`Error::Io`] when there can be no lock.
+/// Returns [`Error::Cancelled`], or [`Error::Io`] when the lock cannot be created.
 pub fn project_lock(project: &Path, task: &Task) -> Result<ProjectLock> {
-    let mut said = false;
+    let mut noted = false;
     loop {
         task.go_on()?;
         match ProjectLock::take(project) {
             Err(Error::Request(held)) => {
-                if !std::mem::replace(&mut said, true) {
+                if !std::mem::replace(&mut noted, true) {
                     task.note(held);
                 }
                 std::thread::sleep(LOCK_AGAIN);

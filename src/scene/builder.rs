@@ -1,4 +1,4 @@
-//! Putting a model together from outlines, and what is wrong with them.
+//! Building a model from outlines, and the defects that are found in them.
 
 use glam::DVec3;
 use rayon::prelude::*;
@@ -10,50 +10,50 @@ use crate::geometry::Plane;
 use crate::geometry::polygon::{self, Flaw, Triangulation};
 use crate::task::Task;
 
-/// What is wrong with a face. None of it is fatal.
+/// A defect of a face. None is fatal.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum FaceFlaw {
-    /// Its outline cannot be filled, or only with new points.
+    /// The outline has a defect: it cannot be triangulated, or only with additional points.
     Outline(Flaw),
-    /// The outline names the same place twice in a row.
+    /// The outline repeats a position in consecutive corners.
     RepeatedPoint,
-    /// It bends: some corner is off its plane; it is treated by its triangles.
+    /// The face is not planar: a corner lies off its plane, and the face is treated by its triangles.
     NotPlanar,
 }
 
-/// Collects vertices, objects and outlines in file order.
+/// A builder that collects vertices, objects and outlines in file order.
 #[derive(Debug, Default)]
 pub struct ModelBuilder {
     model: Model,
     by_name: FxHashMap<String, ObjectId>,
 }
 
-/// Corners of the faces that are triangulated between two looks at the stop flag.
+/// The number of corners whose faces are triangulated between two checks for cancellation.
 const CORNERS_A_STEP: u32 = 1 << 18;
 
 impl ModelBuilder {
-    /// An empty model.
+    /// Starts an empty model.
     pub fn new() -> Self {
         Self::default()
     }
 
-    /// Adds a vertex and gives its index.
+    /// Adds a vertex and returns its index.
     pub fn vertex(&mut self, position: DVec3) -> u32 {
         self.model.vertices.push(position);
         self.model.vertices.len() as u32 - 1
     }
 
-    /// The vertices so far.
+    /// Returns the vertices added so far.
     pub fn vertices(&self) -> &[DVec3] {
         &self.model.vertices
     }
 
-    /// Corners of all outlines so far.
+    /// Returns the number of corners of all outlines added so far.
     pub fn corner_count(&self) -> usize {
         self.model.ring_vertices.len()
     }
 
-    /// The object of this name, made when it is new.
+    /// Returns the object of this name, which is added if it is new.
     pub fn object(&mut self, name: &str) -> ObjectId {
         if let Some(&known) = self.by_name.get(name) {
             return known;
@@ -68,22 +68,22 @@ impl ModelBuilder {
         id
     }
 
-    /// True when some object has this name.
+    /// Returns true when an object has this name.
     pub fn has_object(&self, name: &str) -> bool {
         self.by_name.contains_key(name)
     }
 
-    /// Marks an object as a billboard.
+    /// Marks an object as a billboard, which is visible from both sides.
     pub fn mark_billboard(&mut self, object: ObjectId) {
         self.model.objects[object.0 as usize].billboard = true;
     }
 
-    /// Adds a face by its outline, counter-clockwise seen from the visible side, holes bridged.
+    /// Adds a face by its outline, counter-clockwise seen from the visible side, with bridged holes.
     ///
     /// # Panics
-    /// When a vertex does not exist.
+    /// Panics when a vertex does not exist.
     pub fn face(&mut self, object: ObjectId, ring: &[u32]) {
-        assert!(ring.iter().all(|&v| (v as usize) < self.model.vertices.len()), "no such vertex");
+        assert!(ring.iter().all(|&v| (v as usize) < self.model.vertices.len()), "this vertex does not exist");
         let id = FaceId(self.model.faces.len() as u32);
         let start = self.model.ring_vertices.len() as u32;
         self.model.ring_vertices.extend_from_slice(ring);
@@ -99,10 +99,10 @@ impl ModelBuilder {
         faces.push(id);
     }
 
-    /// Finds planes and triangles. Gives the model and what is wrong with its faces, in face order.
+    /// Computes planes and triangles. Returns the model and the defects of its faces, in face order.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`] on request.
+    /// Returns [`crate::Error::Cancelled`] on request.
     pub fn finish(mut self, task: &Task) -> Result<(Model, Vec<(FaceId, FaceFlaw)>)> {
         let mut flaws = Vec::new();
         let total = self.model.faces.len();
@@ -115,7 +115,7 @@ impl ModelBuilder {
                 ids.clone().into_par_iter().map(|i| fill(&self.model, FaceId(i))).collect();
             for (id, face) in ids.map(FaceId).zip(filled) {
                 flaws.extend(face.flaws().map(|flaw| (id, flaw)));
-                self.place(id, face);
+                self.store(id, face);
             }
             start = end;
         }
@@ -123,14 +123,15 @@ impl ModelBuilder {
         Ok((self.model, flaws))
     }
 
-    /// The faces from `start` on that have [`CORNERS_A_STEP`] corners together; one at least.
+    /// Returns the end of the faces from `start` on that have [`CORNERS_A_STEP`] corners together, at least one
+    /// face.
     fn end_of_step(&self, start: usize) -> usize {
         let faces = &self.model.faces;
         let most = faces[start].ring.start.saturating_add(CORNERS_A_STEP);
         start + faces[start..].partition_point(|face| face.ring.end <= most).max(1)
     }
 
-    fn place(&mut self, id: FaceId, filled: Filled) {
+    fn store(&mut self, id: FaceId, filled: Filled) {
         let model = &mut self.model;
         let ring = model.face(id).ring.clone();
         let first_crossing = model.vertices.len() as u32;
@@ -147,14 +148,15 @@ impl ModelBuilder {
     }
 }
 
-/// An object is a billboard when its name says so, in capitals or not.
+/// Returns true when a name marks its object as a billboard: it contains "billboard" in upper or lower case.
 pub fn says_billboard(name: &str) -> bool {
     name.to_lowercase().contains("billboard")
 }
 
-/// The plane of a face without area: any will do, the face has no triangles.
+/// The plane of faces without area; it does not matter, because they have no triangles.
 const NO_PLANE: Plane = Plane { normal: DVec3::Z, point: DVec3::ZERO };
 
+/// The computed plane and triangulation of one face.
 struct Filled {
     plane: Plane,
     planar: bool,
@@ -171,6 +173,7 @@ impl Filled {
     }
 }
 
+/// Computes a face's plane and triangles.
 fn fill(model: &Model, id: FaceId) -> Filled {
     let ring: Vec<DVec3> = model.ring_points(id).collect();
     let repeated = ring.iter().zip(ring.iter().cycle().skip(1)).any(|(a, b)| a == b);

@@ -1,4 +1,4 @@
-//! The edges of faces' outlines, found once: what is drawn in every frame is not gathered in every frame.
+//! Edges of the faces' outlines, collected once, because they are drawn in every frame.
 
 use std::ops::Range;
 
@@ -6,18 +6,19 @@ use rustc_hash::FxHashSet;
 
 use super::model::{FaceId, Model};
 
-/// Edges as pairs of indices into the model's vertices.
+/// The edges of a model's outlines, as pairs of indices into its vertices.
 #[derive(Debug, Clone, Default)]
 pub struct Edges {
-    /// By face, its outline's edges as it runs, without the bridges to holes, which it runs along twice.
+    /// The outlines' edges by face, in their direction, without the bridges to holes, which run along the same edge
+    /// twice.
     edges: Vec<[u32; 2]>,
     of_face: Vec<Range<u32>>,
-    /// Each edge once, however many faces share it; the smaller index first, sorted.
+    /// Each edge once, no matter how many faces share it, with the smaller index first, sorted.
     all: Vec<[u32; 2]>,
 }
 
 impl Edges {
-    /// Of all faces of a model.
+    /// Collects the edges of all faces of a model.
     pub fn of(model: &Model) -> Self {
         let (mut edges, mut of_face) = (Vec::new(), Vec::with_capacity(model.faces.len()));
         for face in model.face_ids() {
@@ -31,18 +32,19 @@ impl Edges {
         Self { edges, of_face, all }
     }
 
-    /// Those of one face.
+    /// Returns the edges of one face.
     pub fn of_face(&self, face: FaceId) -> &[[u32; 2]] {
         let range = self.of_face.get(face.0 as usize).cloned().unwrap_or_default();
         &self.edges[range.start as usize..range.end as usize]
     }
 
-    /// Each edge of the model once.
+    /// Returns each edge of the model once.
     pub fn all(&self) -> &[[u32; 2]] {
         &self.all
     }
 }
 
+/// Returns the edges of a ring without bridges.
 fn of_outline(ring: &[u32]) -> impl Iterator<Item = [u32; 2]> + '_ {
     let edges = (0..ring.len()).map(|i| [ring[i], ring[(i + 1) % ring.len()]]);
     let directed: FxHashSet<[u32; 2]> = edges.clone().collect();

@@ -1,24 +1,24 @@
-//! From stored values to light and back: the sRGB curve (IEC 61966-2-1).
+//! Conversion between stored values and linear light: the sRGB curve (IEC 61966-2-1).
 
 use std::sync::LazyLock;
 
-/// Light, 0 to 1, of a stored value 0 to 1.
+/// Converts a stored sRGB value, 0..=1, to linear light, 0..=1.
 pub fn linear_of_srgb(value: f64) -> f64 {
     if value <= 0.04045 { value / 12.92 } else { ((value + 0.055) / 1.055).powf(2.4) }
 }
 
-/// The stored value, 0 to 1, of light 0 to 1.
-pub fn srgb_of_linear(light: f64) -> f64 {
+/// Converts linear light, 0..=1, to a stored sRGB value, 0..=1.
+pub fn srgb_from_linear(light: f64) -> f64 {
     if light <= 0.003_130_8 { light * 12.92 } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 
-/// [`linear_of_srgb`] of the 256 bytes.
-pub static LINEAR_OF_BYTE: LazyLock<[f32; 256]> =
+/// The linear light of each of the 256 byte values; see [`linear_of_srgb`].
+pub static LINEAR_FROM_BYTE: LazyLock<[f32; 256]> =
     LazyLock::new(|| std::array::from_fn(|byte| linear_of_srgb(byte as f64 / 255.0) as f32));
 
-/// By stored byte the one whose light is `factor` times as much; what becomes brighter than white is white.
+/// Returns a table from each stored byte to the byte whose light is `factor` times as much, clipped at white.
 pub fn bytes_of_light_times(factor: f64) -> [u8; 256] {
-    let brought = |value: f64| srgb_of_linear((linear_of_srgb(value) * factor).min(1.0));
+    let brought = |value: f64| srgb_from_linear((linear_of_srgb(value) * factor).min(1.0));
     std::array::from_fn(|byte| (brought(byte as f64 / 255.0) * 255.0).round() as u8)
 }
 
@@ -36,11 +36,11 @@ mod tests {
     #[test]
     fn every_byte_comes_back() {
         for byte in 0..=255u8 {
-            let light = f64::from(LINEAR_OF_BYTE[usize::from(byte)]);
-            assert_eq!((srgb_of_linear(light) * 255.0).round() as u8, byte);
+            let light = f64::from(LINEAR_FROM_BYTE[usize::from(byte)]);
+            assert_eq!((srgb_from_linear(light) * 255.0).round() as u8, byte);
         }
         assert_eq!((linear_of_srgb(0.0), linear_of_srgb(1.0)), (0.0, 1.0));
         // A grey card: 18 % of the light is stored as 46 %.
-        assert!((srgb_of_linear(0.18) - 0.4613).abs() < 1e-4);
+        assert!((srgb_from_linear(0.18) - 0.4613).abs() < 1e-4);
     }
 }

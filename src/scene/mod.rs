@@ -1,4 +1,4 @@
-//! What was photographed: photos with their cameras, and the model. Immutable and shared.
+//! The photographed site: photos with their cameras, and the model. All of it is immutable and shared.
 
 pub mod builder;
 pub mod edges;

@@ -1,4 +1,4 @@
-//! The model: named objects of planar polygon faces, as the modeller drew them.
+//! The model: named objects of planar polygon faces, as they were modelled.
 
 use std::ops::Range;
 
@@ -6,52 +6,52 @@ use glam::DVec3;
 
 use crate::geometry::{Plane, Similarity};
 
-/// A face's place in the model file: faces are numbered through all objects in file order.
+/// The index of a face: faces are numbered through all objects in file order.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct FaceId(pub u32);
 
-/// An object's place in [`Model::objects`] (order of first appearance in the file).
+/// The index of an object in [`Model::objects`], in order of first appearance in the file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ObjectId(pub u32);
 
 /// A named object. Names are unique within a model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Object {
-    /// Unique name.
+    /// The unique name.
     pub name: String,
-    /// Its faces; the position in this list is the face's index within the object.
+    /// The object's faces; the position in this list is the face's index within the object.
     pub faces: Vec<FaceId>,
-    /// A flat stand-in for foliage and the like, shown from both sides.
+    /// Whether the object is a billboard, a flat stand-in for foliage and the like that is visible from both sides.
     pub billboard: bool,
 }
 
-/// One polygon face. Its ranges point into the [`Model`]'s flat arrays.
+/// A polygon face. Its ranges refer to the [`Model`]'s flat arrays.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Face {
-    /// The object it belongs to.
+    /// The object that the face belongs to.
     pub object: ObjectId,
-    /// Its index within the object, as in the model file.
+    /// The index within the object, as in the model file.
     pub index: u32,
-    /// Outline: range in [`Model::ring_vertices`]; one ring, holes bridged by doubled edges,
+    /// The outline as a range in [`Model::ring_vertices`]: one ring with holes bridged by doubled edges,
     /// counter-clockwise seen from the visible side.
     pub ring: Range<u32>,
-    /// Range in [`Model::triangles`]; wound like the outline. Empty for a face without area.
+    /// The triangles as a range in [`Model::triangles`], wound like the outline; empty for a face without area.
     pub triangles: Range<u32>,
-    /// Least-squares plane of the outline (Newell's normal).
+    /// The least-squares plane of the outline (Newell's normal).
     pub plane: Plane,
-    /// False when some vertex lies off the plane by more than the reader's limit: such a face is
-    /// treated by its triangles.
+    /// Whether all vertices lie in the plane, within the reader's limit; otherwise the face is treated by its
+    /// triangles.
     pub planar: bool,
 }
 
-/// A coarse polygon model. Immutable once read.
+/// A coarse polygon model. It is immutable once read.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Model {
-    /// Vertex positions; in the file's frame after reading, in the world's in a [`super::Site`].
+    /// The vertex positions: in the file's frame after reading, in the world in a [`super::Site`].
     pub vertices: Vec<DVec3>,
-    /// Outlines of all faces, as indices into `vertices`.
+    /// The outlines of all faces, as indices into `vertices`.
     pub ring_vertices: Vec<u32>,
-    /// Triangles of all faces, as indices into `vertices`.
+    /// The triangles of all faces, as indices into `vertices`.
     pub triangles: Vec<[u32; 3]>,
     /// All faces in file order, indexed by [`FaceId`].
     pub faces: Vec<Face>,
@@ -60,46 +60,46 @@ pub struct Model {
 }
 
 impl Model {
-    /// The face with this id.
+    /// Returns the face with this id.
     pub fn face(&self, id: FaceId) -> &Face {
         &self.faces[id.0 as usize]
     }
 
-    /// The object with this id.
+    /// Returns the object with this id.
     pub fn object(&self, id: ObjectId) -> &Object {
         &self.objects[id.0 as usize]
     }
 
-    /// All face ids in file order.
+    /// Returns all face ids in file order.
     pub fn face_ids(&self) -> impl ExactSizeIterator<Item = FaceId> + use<> {
         (0..self.faces.len() as u32).map(FaceId)
     }
 
-    /// The outline of a face, as indices into `vertices`.
+    /// Returns the outline of a face, as indices into `vertices`.
     pub fn ring(&self, id: FaceId) -> &[u32] {
         let range = &self.face(id).ring;
         &self.ring_vertices[range.start as usize..range.end as usize]
     }
 
-    /// The outline of a face, as points.
+    /// Returns the outline of a face, as points.
     pub fn ring_points(&self, id: FaceId) -> impl ExactSizeIterator<Item = DVec3> + '_ {
         self.ring(id).iter().map(|&v| self.vertices[v as usize])
     }
 
-    /// The triangles of a face, as indices into `vertices`.
+    /// Returns the triangles of a face, as indices into `vertices`.
     pub fn face_triangles(&self, id: FaceId) -> &[[u32; 3]] {
         let range = &self.face(id).triangles;
         &self.triangles[range.start as usize..range.end as usize]
     }
 
-    /// `object[index]`, how messages name a face.
+    /// Returns `object[index]`, the name of a face in messages.
     pub fn face_name(&self, id: FaceId) -> String {
         let face = self.face(id);
         format!("{}[{}]", self.object(face.object).name, face.index)
     }
 
-    /// The same model without some of its objects: the others, in their order, with their faces numbered anew.
-    /// Vertices stay, whether a face still uses them or not.
+    /// Returns the model without some of its objects. The others keep their order and their faces are renumbered.
+    /// All vertices stay, whether a face still uses them or not.
     pub fn without(&self, leave_out: impl Fn(&Object) -> bool) -> Self {
         let mut model = Self { vertices: self.vertices.clone(), ..Self::default() };
         let mut numbered = vec![None; self.objects.len()];
@@ -123,7 +123,7 @@ impl Model {
         model
     }
 
-    /// The same model in another frame; planes are carried along.
+    /// Returns the model in another frame, planes included.
     pub fn transformed(&self, similarity: &Similarity) -> Self {
         let mut model = self.clone();
         for v in &mut model.vertices {

@@ -1,4 +1,4 @@
-//! A photo with its camera, and the site they make with the model.
+//! Photos with their cameras, and the site that they form with the model.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -8,37 +8,37 @@ use glam::{DVec2, DVec3};
 use super::Model;
 use crate::geometry::{Pinhole, Pose};
 
-/// A photo: from import on an undistorted pinhole image with its own K and pose. The pixels stay
-/// in the file; its valid area is its alpha (an image without alpha is valid everywhere) without what is masked.
+/// A photo. From import on it is an undistorted pinhole image with its own K and pose. The pixels stay in the file;
+/// the valid area is where alpha is full (everywhere in an image without alpha), without the masked pixels.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Photo {
-    /// Unique name: the path below the photo folder as the cameras name it, with `/`.
+    /// The unique name: the path below the photo folder as the cameras file gives it, with `/`.
     pub name: String,
-    /// Size and K in pixels.
+    /// The camera: size and K in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// The pinhole image: the user's own file where nothing had to be resampled, else the cache.
+    /// The file of the pinhole image: the user's own file where nothing had to be resampled, else one in the cache.
     pub file: PathBuf,
-    /// Pictures of what is no content of it (see `io::mask_file`), as large as the pinhole image.
+    /// Mask files that mark pixels as not part of the photo (see `io::mask_file`), as large as the pinhole image.
     pub masks: Vec<PathBuf>,
 }
 
-/// A point that structure from motion triangulated.
+/// A point that structure from motion triangulated, with its observations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SparsePoint {
-    /// In the cameras' world.
+    /// The position in the cameras' world.
     pub position: DVec3,
-    /// `(index of the photo: in the cameras' list while that is read, in [`Site::photos`] once a
-    /// project is open; image position in pixels of the photo as taken, that is with its distortion)`.
+    /// The observations: the photo's index (into the cameras' list while that is read, into [`Site::photos`] once a
+    /// project is open), and the image position in pixels of the photo as taken, with its distortion.
     pub observations: Vec<(u32, DVec2)>,
 }
 
-/// The photos with their cameras, and the model, all in the cameras' world.
+/// A site: the photos with their cameras, and the model, all in the cameras' world.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Site {
-    /// Sorted by name.
+    /// The photos, sorted by name.
     pub photos: Vec<Photo>,
-    /// In world coordinates.
+    /// The model in world coordinates.
     pub model: Arc<Model>,
 }

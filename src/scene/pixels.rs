@@ -1,18 +1,21 @@
-//! A photo's pixels, as they lie in its file.
+//! The pixels of a photo, as stored in its file.
+
+use std::borrow::Cow;
 
 use crate::geometry::{PixelRect, Spans};
+use crate::raster::sample::with_alpha;
 
-/// Samples in row order, top to bottom, channels interleaved; full range of their type.
+/// Samples in row order, top to bottom, with interleaved channels, in the full range of their type.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Samples {
-    /// 8 bits a channel.
+    /// Samples of 8 bits per channel.
     U8(Vec<u8>),
-    /// 16 bits a channel.
+    /// Samples of 16 bits per channel.
     U16(Vec<u16>),
 }
 
 impl Samples {
-    /// Number of samples.
+    /// Returns the number of samples.
     pub fn len(&self) -> usize {
         match self {
             Self::U8(samples) => samples.len(),
@@ -20,54 +23,67 @@ impl Samples {
         }
     }
 
-    /// True when there is none.
+    /// Bits of one: 8 or 16.
+    pub fn bits(&self) -> u8 {
+        match self {
+            Self::U8(_) => 8,
+            Self::U16(_) => 16,
+        }
+    }
+
+    /// As PNG stores them: of 16 bits the higher byte first.
+    pub fn big_endian(&self) -> Cow<'_, [u8]> {
+        match self {
+            Self::U8(samples) => Cow::Borrowed(samples),
+            Self::U16(samples) => samples.iter().flat_map(|sample| sample.to_be_bytes()).collect(),
+        }
+    }
+
+    /// Returns true when there are no samples.
     pub fn is_empty(&self) -> bool {
         self.len() == 0
     }
 }
 
-/// A photo's pixels: RGB or RGBA, in the photo's own colour space, never converted. Alpha is not
-/// premultiplied and says where the photo is valid: where it is full.
+/// The pixels of a photo: RGB or RGBA in the photo's own colour space, never converted. Alpha is not premultiplied;
+/// a pixel is valid where it is full.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoPixels {
-    /// In pixels.
+    /// The width in pixels.
     pub width: u32,
-    /// In pixels.
+    /// The height in pixels.
     pub height: u32,
-    /// 3 (RGB) or 4 (RGBA).
+    /// The number of channels: 3 (RGB) or 4 (RGBA).
     pub channels: usize,
-    /// `height * width * channels` many.
+    /// The samples, `height * width * channels` of them.
     pub samples: Samples,
     /// The ICC profile of the colours; none means sRGB.
     pub icc: Option<Vec<u8>>,
 }
 
 impl PhotoPixels {
-    /// Bits of a sample: 8 or 16.
+    /// Returns the bits per sample: 8 or 16.
     pub fn bits(&self) -> u8 {
-        match self.samples {
-            Samples::U8(_) => 8,
-            Samples::U16(_) => 16,
-        }
+        self.samples.bits()
     }
 
-    /// True when some pixels may be invalid.
+    /// Returns true when there is alpha, so that some pixels may be invalid.
     pub fn has_alpha(&self) -> bool {
         self.channels == 4
     }
 
-    /// The whole photo.
+    /// Returns the rectangle of the whole photo.
     pub fn rect(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.width, h: self.height }
+        PixelRect::of_size(self.width, self.height)
     }
 
-    /// The number of the pixel in column `x`, row `y`, in row order.
+    /// Returns the index of the pixel in column `x` and row `y`, in row order.
     pub fn index(&self, x: u32, y: u32) -> usize {
         debug_assert!(x < self.width && y < self.height);
         y as usize * self.width as usize + x as usize
     }
 
-    /// Whether the photo shows anything at this pixel.
+    /// Returns true when the photo is valid at this pixel.
     pub fn is_valid(&self, x: u32, y: u32) -> bool {
         let alpha = self.index(x, y) * self.channels + 3;
         match &self.samples {
@@ -77,14 +93,15 @@ impl PhotoPixels {
         }
     }
 
-    /// The same pixels, no longer valid where `masked` is; colours stay.
+    /// Returns the same pixels, with those in `masked` marked invalid; their colours stay.
     pub fn without(self, masked: &Spans) -> Self {
         if masked.is_empty() {
             return self;
         }
         let samples = match self.samples {
-            Samples::U8(samples) => Samples::U8(with_alpha(samples, self.channels, u8::MAX)),
-            Samples::U16(samples) => Samples::U16(with_alpha(samples, self.channels, u16::MAX)),
+            samples if self.channels == 4 => samples,
+            Samples::U8(samples) => Samples::U8(with_alpha(&samples)),
+            Samples::U16(samples) => Samples::U16(with_alpha(&samples)),
         };
         let mut pixels = Self { samples, channels: 4, ..self };
         let (width, height) = (pixels.width as i32, pixels.height as i32);
@@ -100,7 +117,7 @@ impl PhotoPixels {
         pixels
     }
 
-    /// R, G, B, A in 16 bits; 8-bit samples are scaled to the full range, missing alpha is full.
+    /// Returns R, G, B, A in 16 bits; 8-bit samples are scaled to the full range, missing alpha is full.
     pub fn rgba16(&self, x: u32, y: u32) -> [u16; 4] {
         let at = self.index(x, y) * self.channels;
         let mut pixel = [u16::MAX; 4];
@@ -114,23 +131,13 @@ impl PhotoPixels {
     }
 }
 
-/// RGBA of RGB; RGBA as it is.
-fn with_alpha<T: Copy>(samples: Vec<T>, channels: usize, full: T) -> Vec<T> {
-    if channels == 4 {
-        return samples;
-    }
-    let mut rgba = Vec::with_capacity(samples.len() / 3 * 4);
-    samples.as_chunks::<3>().0.iter().for_each(|&[r, g, b]| rgba.extend([r, g, b, full]));
-    rgba
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
 
     #[test]
     fn what_is_masked_is_not_valid_and_all_else_stays_as_it_was() {
-        let masked = Spans::of_rows(-1..2, |_, out| out.push(1..9));
+        let masked = Spans::from_rows(-1..2, |_, out| out.push(1..9));
         for samples in [Samples::U8(vec![7; 18]), Samples::U16(vec![7; 18])] {
             let whole = PhotoPixels { width: 3, height: 2, channels: 3, samples, icc: None };
             let part = whole.clone().without(&masked);

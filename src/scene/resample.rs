@@ -1,10 +1,9 @@
-//! A distorted photo's pixels become those of its pinhole image, once.
+//! Resampling of a distorted photo to its pinhole image, done once at import.
 //!
-//! Lanczos with three lobes: it keeps what the photo holds at full detail best, and these pixels are
-//! what everything later is cut from. It is done on the values as stored, not in linear light:
-//! scales stay near one, so nothing is averaged that light would add up, and the kernel's
-//! overshoot stays equally visible beside dark and bright edges. Where the pinhole image is smaller
-//! than the photo (pincushion lenses, at the border), it is so by little, and no wider kernel is used.
+//! The filter is Lanczos with three lobes, which preserves detail best; everything later is cut from these pixels.
+//! It works on stored values, not on linear light: scales stay near one, so hardly anything is averaged, and the
+//! kernel's overshoot is equally visible beside dark and bright edges. Where the pinhole image is smaller than the
+//! photo (pincushion lenses, near the border), it is only slightly smaller, so the kernel is not widened.
 
 use std::f64::consts::PI;
 
@@ -14,14 +13,15 @@ use rayon::prelude::*;
 use super::{PhotoPixels, Samples};
 use crate::error::Result;
 use crate::geometry::Undistortion;
+use crate::raster::Sample;
 use crate::task::Task;
 
-/// The pinhole image of `photo`: RGBA, in the photo's depth and colour space. Alpha is full where the
-/// photo shows something, and else the whole pixel is zero. A position that falls on a pixel's centre
-/// gets that pixel's value exactly.
+/// Computes the pinhole image of `photo` as RGBA, in the photo's depth and colour space. Alpha is full where the
+/// photo has valid pixels; elsewhere the whole pixel is zero. A position on a pixel's centre gets exactly that
+/// pixel's value.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Cancelled`] on request.
 pub fn undistorted(photo: &PhotoPixels, undistortion: &Undistortion, task: &Task) -> Result<PhotoPixels> {
     debug_assert_eq!((photo.width, photo.height), (undistortion.photo.width, undistortion.photo.height));
     let samples = match &photo.samples {
@@ -32,6 +32,7 @@ pub fn undistorted(photo: &PhotoPixels, undistortion: &Undistortion, task: &Task
     Ok(PhotoPixels { width, height, channels: 4, samples, icc: photo.icc.clone() })
 }
 
+/// Chooses the number of channels at compile time.
 fn resample<T: Sample>(
     samples: &[T],
     photo: &PhotoPixels,
@@ -40,27 +41,28 @@ fn resample<T: Sample>(
 ) -> Result<Vec<T>> {
     let (width, height) = (photo.width as usize, photo.height as usize);
     if photo.has_alpha() {
-        resample_from(&Source::<T, 4> { samples, width, height }, undistortion, task)
+        resample_from(&SampledPhoto::<T, 4> { samples, width, height }, undistortion, task)
     } else {
-        resample_from(&Source::<T, 3> { samples, width, height }, undistortion, task)
+        resample_from(&SampledPhoto::<T, 3> { samples, width, height }, undistortion, task)
     }
 }
 
+/// Resamples row by row, in parallel.
 fn resample_from<T: Sample, const CHANNELS: usize>(
-    source: &Source<'_, T, CHANNELS>,
+    source: &SampledPhoto<'_, T, CHANNELS>,
     undistortion: &Undistortion,
     task: &Task,
 ) -> Result<Vec<T>> {
     let (width, height) = (undistortion.pinhole.width as usize, undistortion.pinhole.height as usize);
     let kernel = Kernel::lanczos3();
-    let mut pixels = vec![T::ZERO; width * height * 4];
+    let mut pixels = vec![T::default(); width * height * 4];
     pixels.par_chunks_exact_mut(width * 4).enumerate().try_for_each(|(y, row)| {
         task.go_on()?;
         for (x, pixel) in row.as_chunks_mut::<4>().0.iter_mut().enumerate() {
             let center = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
             let Some(at) = undistortion.photo_from_pinhole(center) else { continue };
             if let Some([r, g, b]) = source.at(at, &kernel) {
-                *pixel = [T::rounded(r), T::rounded(g), T::rounded(b), T::FULL];
+                *pixel = [T::nearest(r), T::nearest(g), T::nearest(b), T::FULL];
             }
         }
         Ok(())
@@ -68,16 +70,16 @@ fn resample_from<T: Sample, const CHANNELS: usize>(
     Ok(pixels)
 }
 
-/// A photo's samples with what is needed to read between them.
-struct Source<'a, T, const CHANNELS: usize> {
+/// A photo's samples with the photo's size.
+struct SampledPhoto<'a, T, const CHANNELS: usize> {
     samples: &'a [T],
     width: usize,
     height: usize,
 }
 
-impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
-    /// The colour at a position in pixels that lies within the photo; `None` where one of the four
-    /// pixels about it is not valid.
+impl<T: Sample, const CHANNELS: usize> SampledPhoto<'_, T, CHANNELS> {
+    /// Returns the colour at a position in pixels within the photo; `None` where one of the four nearest pixels is
+    /// invalid.
     #[inline]
     fn at(&self, position: DVec2, kernel: &Kernel) -> Option<[f32; 3]> {
         let (left, across) = kernel.taps(position.x);
@@ -92,7 +94,7 @@ impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
         valid.then(|| self.masked(columns, across, rows, down))
     }
 
-    /// Of an image without alpha: the weights add up to one.
+    /// Interpolates an image without alpha, where the weights add up to one.
     #[inline]
     fn opaque(&self, columns: [usize; 6], across: &[f32; 6], rows: [usize; 6], down: &[f32; 6]) -> [f32; 3] {
         let mut sum = [0.0; 3];
@@ -111,7 +113,7 @@ impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
         sum
     }
 
-    /// Of an image with alpha: what is not valid has no weight, the others share it.
+    /// Interpolates an image with alpha: invalid pixels have no weight, and the others' weights are normalised.
     fn masked(&self, columns: [usize; 6], across: &[f32; 6], rows: [usize; 6], down: &[f32; 6]) -> [f32; 3] {
         let (mut sum, mut total) = ([0.0; 3], 0.0);
         for (row, weight_down) in rows.into_iter().zip(down) {
@@ -133,14 +135,14 @@ impl<T: Sample, const CHANNELS: usize> Source<'_, T, CHANNELS> {
     }
 }
 
-/// Outside the photo its border goes on.
+/// Clamps an index, so that the photo's border is repeated outside of it.
 #[inline]
 fn inside(index: i32, size: usize) -> usize {
     index.clamp(0, size as i32 - 1) as usize
 }
 
-/// Weights of six neighbours, for positions between two pixels' centres in steps of 1/1024: an error
-/// of 1/8 of a level at most, beside an edge from black to white.
+/// A table of the weights of six neighbours, for positions between two pixel centres in steps of 1/1024. The error
+/// is at most 1/8 of a level beside an edge from black to white.
 struct Kernel {
     weights: Vec<[f32; 6]>,
 }
@@ -153,7 +155,7 @@ impl Kernel {
         Self { weights: weights.collect() }
     }
 
-    /// The first of the six neighbours of a position in pixels, and their weights.
+    /// Returns the index of the first of the six neighbours of a position in pixels, and their weights.
     #[inline]
     fn taps(&self, position: f64) -> (i32, &[f32; 6]) {
         let from_center = position - 0.5;
@@ -163,11 +165,11 @@ impl Kernel {
     }
 }
 
-/// The weights of the neighbours at -2..=3 of a position `fraction` behind neighbour 0.
+/// Returns the weights of the neighbours at -2..=3 for a position `fraction` after neighbour 0.
 ///
-/// Lanczos weights neither add up to one nor have their centre of mass at the position: they would
-/// shift what they pass by up to a hundredth of a pixel, back and forth. A window times
-/// `a + b * distance` is added such that both hold, so steady colours and ramps stay exact.
+/// Lanczos weights neither add up to one nor have their centre of mass at the position: they would shift the image
+/// by up to a hundredth of a pixel, back and forth. A window times `a + b * distance` is added so that both hold,
+/// which keeps constant colours and ramps exact.
 fn weights(fraction: f64) -> [f32; 6] {
     let distances = [-2.0, -1.0, 0.0, 1.0, 2.0, 3.0].map(|tap| tap - fraction);
     let raw = distances.map(lanczos3);
@@ -183,6 +185,7 @@ fn weights(fraction: f64) -> [f32; 6] {
     std::array::from_fn(|i| (raw[i] + window[i] * (a + b * distances[i])) as f32)
 }
 
+/// Evaluates the Lanczos kernel with three lobes.
 fn lanczos3(distance: f64) -> f64 {
     // Exactly zero at whole distances, so that a position on a pixel's centre gives that pixel.
     if distance.fract() == 0.0 {
@@ -190,45 +193,6 @@ fn lanczos3(distance: f64) -> f64 {
     }
     let (x, third) = (PI * distance, PI * distance / 3.0);
     x.sin() / x * third.sin() / third
-}
-
-/// A sample of a photo.
-trait Sample: Copy + PartialEq + Send + Sync {
-    const ZERO: Self;
-    const FULL: Self;
-    fn value(self) -> f32;
-    /// To the nearest value, and to the ends of the range from beyond them.
-    fn rounded(value: f32) -> Self;
-}
-
-impl Sample for u8 {
-    const ZERO: Self = 0;
-    const FULL: Self = Self::MAX;
-
-    #[inline]
-    fn value(self) -> f32 {
-        self.into()
-    }
-
-    #[inline]
-    fn rounded(value: f32) -> Self {
-        (value + 0.5) as Self
-    }
-}
-
-impl Sample for u16 {
-    const ZERO: Self = 0;
-    const FULL: Self = Self::MAX;
-
-    #[inline]
-    fn value(self) -> f32 {
-        self.into()
-    }
-
-    #[inline]
-    fn rounded(value: f32) -> Self {
-        (value + 0.5) as Self
-    }
 }
 
 #[cfg(test)]
@@ -241,7 +205,7 @@ mod tests {
 
     const PHOTO: Pinhole = Pinhole { width: 200, height: 160, fx: 170.0, fy: 172.0, cx: 104.0, cy: 77.0 };
 
-    /// A smooth pattern of directions: waves of 18 pixels and more at the centre.
+    /// A smooth pattern over ray directions: waves of at least 18 pixels at the centre.
     fn pattern(ray: DVec2) -> [f64; 3] {
         let wave = |phase: f64| 0.5 + 0.4 * phase.sin();
         [wave(60.0 * ray.x), wave(50.0 * ray.y), wave(30.0 * (ray.x + ray.y))]
@@ -251,7 +215,7 @@ mod tests {
         camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)).truncate()
     }
 
-    /// The pattern photographed through a lens, which is undone by its inverse here.
+    /// The pattern photographed through a lens, by the lens's inverse.
     fn photographed(lens: &Lens) -> PhotoPixels {
         let range = RangedLens::new(*lens);
         let (width, height) = (PHOTO.width, PHOTO.height);
@@ -263,8 +227,8 @@ mod tests {
         PhotoPixels { width, height, channels: 3, samples, icc: Some(vec![1, 2]) }
     }
 
-    /// What differs from the pattern seen through the pinhole: at each pixel that has all of its
-    /// neighbours, the position in blocks of 40 pixels, the ray, and the error of red and green.
+    /// The difference from the pattern seen through the pinhole, at each pixel that has all its neighbours: the
+    /// position in blocks of 40 pixels, the ray, and the errors of red and green.
     fn errors(lens: &Lens) -> Vec<([u32; 2], DVec2, [f64; 2])> {
         let undistortion = Undistortion::new(&PHOTO, *lens).unwrap();
         let image = undistorted(&photographed(lens), &undistortion, &Task::silent()).unwrap();
@@ -300,7 +264,7 @@ mod tests {
     #[test]
     fn positions_are_exact_to_a_hundredth_of_a_pixel_everywhere() {
         for lens in EVERY_KIND {
-            // By least squares: which shift in x and y would explain the errors of a block?
+            // Least squares: which shift in x and y explains the errors of a block?
             let mut blocks: BTreeMap<[u32; 2], [[f64; 2]; 2]> = BTreeMap::new();
             for (block, ray, off) in errors(&lens) {
                 let slope = [24.0 / PHOTO.fx * (60.0 * ray.x).cos(), 20.0 / PHOTO.fy * (50.0 * ray.y).cos()];
@@ -310,7 +274,7 @@ mod tests {
                     sums[axis][1] += slope[axis] * slope[axis];
                 }
             }
-            // Blocks at the border that hold a few pixels only say nothing.
+            // Blocks at the border with only a few pixels are not significant.
             for (block, sums) in blocks.iter().filter(|(_, sums)| sums[0][1].min(sums[1][1]) > 1.0) {
                 let shift = sums.map(|[product, square]| product / square);
                 assert!(shift[0].hypot(shift[1]) < 0.01, "{lens:?}, block {block:?}: {shift:?} pixels");
@@ -361,7 +325,7 @@ mod tests {
     fn what_is_not_valid_in_the_photo_neither_shows_nor_bleeds() {
         let lens = Lens::Division { k: -0.1 };
         let (width, height) = (PHOTO.width, PHOTO.height);
-        // Left half white and not valid, right half grey.
+        // The left half is white and invalid, the right half grey.
         let pixel = |x: u32| if x < width / 2 { [255, 255, 255, 0] } else { [100, 100, 100, 255] };
         let samples = (0..height).flat_map(|_| (0..width).flat_map(pixel)).collect();
         let photo = PhotoPixels { width, height, channels: 4, samples: Samples::U8(samples), icc: None };

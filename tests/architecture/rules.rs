@@ -8,6 +8,7 @@ pub const FLOORS: &[&[&str]] = &[
     &["error"],
     &["task"],
     &["geometry"],
+    &["raster"],
     &["scene"],
     &["projection"],
     &["layers"],
@@ -44,9 +45,9 @@ const PACKAGES_OF_ONE_JOB: &[(&str, &[&str])] = &[
     ("indicatif", &["cli/"]),
     ("ctrlc", &["cli/"]),
     ("eframe", &["app/"]),
-    ("egui_tiles", &["app/layout.rs"]),
+    ("egui_tiles", &["app/shell/layout.rs"]),
     ("rfd", &["app/"]),
-    ("rustix", &["app/frame_times.rs"]),
+    ("rustix", &["app/shell/frame_times.rs"]),
     ("thiserror", &["error.rs"]),
 ];
 

@@ -26,10 +26,12 @@ pub struct UsedPath {
 }
 
 impl Source {
-    /// A file called `tests.rs` holds the tests of the module beside it and is blank as code.
+    /// A file called `tests.rs`, one in a folder `tests`, and one with `#![cfg(test)]` holds tests and is blank as code.
     pub fn new(path: &str, text: &str) -> Self {
         let code = without_tests(&without_literals(text));
-        let code = if path.ends_with("/tests.rs") { "\n".repeat(text.lines().count()) } else { code };
+        let says_so = text.lines().any(|line| line == "#![cfg(test)]");
+        let is_test = path.ends_with("/tests.rs") || path.contains("/tests/") || says_so;
+        let code = if is_test { "\n".repeat(text.lines().count()) } else { code };
         Self { path: path.into(), text: text.into(), code }
     }
 
@@ -43,14 +45,14 @@ impl Source {
         path
     }
 
-    /// Everything that the file names through `crate::`, `super::` or `quadratura::`.
+    /// Everything that the file names through `crate::`, `super::`, `self::` or `quadratura::`.
     pub fn used_paths(&self) -> Vec<UsedPath> {
         let tokens = tokens(&self.code);
         let here = self.module_path();
         let mut found = Vec::new();
         for at in 0..tokens.len() {
             let continues = at > 0 && tokens[at - 1].text == "::";
-            let starts = matches!(tokens[at].text, "crate" | "super" | "quadratura");
+            let starts = matches!(tokens[at].text, "crate" | "super" | "self" | "quadratura");
             if starts && !continues && tokens.get(at + 1).is_some_and(|next| next.text == "::") {
                 read_path(&tokens, at, &mut here.clone(), &mut found);
             }

@@ -45,7 +45,7 @@ fn decisions_are_kept_in_the_project_and_taking_them_back_brings_every_byte_back
     let site = grey();
     let before = project_file(&site);
     let told = stdout_of(&site.run("colour project --fix left=0.3,0.2,-0.1 --reference left").success());
-    assert!(told.contains("+0.30") && told.contains("fixed; estimated -0.50") && told.contains("reference"));
+    assert!(told.contains("+0.30") && told.contains("fixed; estimate -0.50") && told.contains("reference"));
     let after = project_file(&site);
     assert!(after.contains("\"colour\"") && after.contains("left.png"), "{after}");
     let again = site.json("colour project --json");
@@ -165,7 +165,7 @@ fn exports_of_even_colour_look_alike_and_say_that_they_have_no_way_back() {
         assert!(!document.layers.iter().any(|layer| layer.name.contains('[')), "{name} has tokens");
     }
     let told = stderr_of(&site.run("import project even/left.png.ora").failure().code(1));
-    assert!(told.contains("no way back") && told.contains("export without --even-colour"), "{told}");
+    assert!(told.contains("cannot be imported") && told.contains("export without --even-colour"), "{told}");
     let told = site.run("export project --out folder --format folder --even-colour").failure().code(1);
     assert!(stderr_of(&told).contains("psd, xcf or ora"), "{}", stderr_of(&told));
 }

@@ -75,9 +75,9 @@ fn what_cannot_be_is_refused_with_the_reason_and_changes_nothing() {
     let told = stderr_of(&refused);
     assert!(told.contains("box 0[0] hides a part of wall[0]"), "{told}");
     let told = stderr_of(&site.run("decide project --photo left --pin shed").failure());
-    assert!(told.contains("left.png gives shed no texture: hidden by box 0[0]"), "{told}");
+    assert!(told.contains("left.png does not texture shed: hidden by box 0[0]"), "{told}");
     let told = stderr_of(&site.run("decide project --photo left --exclude gate").failure());
-    assert!(told.contains("\"gate\" names nothing here"), "{told}");
+    assert!(told.contains("\"gate\" is unknown"), "{told}");
     assert_eq!(project_file(&site), before);
     site.run("decide project --merge wall floor").code(2);
     site.run("decide project --photo left --tolerance wide").code(2);

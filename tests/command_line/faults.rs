@@ -31,7 +31,7 @@ fn new_refuses_a_folder_that_is_not_empty_and_leaves_it_alone() {
     fs::create_dir(site.project()).unwrap();
     fs::write(site.path("project/thesis.txt"), "mine").unwrap();
     let failed = site.run("new project --photos photos --cameras sparse --model model.obj").failure().code(1);
-    assert!(stderr_of(&failed).contains("not empty (it holds thesis.txt)"));
+    assert!(stderr_of(&failed).contains("not empty (it contains thesis.txt)"));
     assert_eq!(fs::read_dir(site.project()).unwrap().count(), 1);
 }
 
@@ -149,7 +149,10 @@ fn a_photo_whose_file_is_gone_is_told_so_wherever_it_is_asked_for() {
     fs::remove_file(site.path("photos/left.png")).unwrap();
     for command in ["export project --photo left --out layers", "info project --photo left.png"] {
         let told = stderr_of(&site.run(command).failure().code(1));
-        assert!(told.contains("left.png is left out") && told.contains("no such photo"), "{command}: {told}");
+        assert!(
+            told.contains("left.png is left out") && told.contains("no file of this name"),
+            "{command}: {told}"
+        );
     }
 }
 

@@ -90,7 +90,7 @@ fn paint_of_one_photo_is_offered_to_the_others_laid_over_them_and_taken_away_aga
     site.run("build project -q").success();
     site.run("export project --out layers --format folder").success();
     let nothing = stdout_of(&site.run("fill project --propagate --dry-run").success());
-    assert!(nothing.contains("no paint would be laid over any photo"), "{nothing}");
+    assert!(nothing.contains("no paint would be projected to any photo"), "{nothing}");
     paint_the_wall(&site, "layers/left.png.layers", [250, 240, 10, 255]);
 
     let dry = site.json("fill project --propagate --dry-run --json");

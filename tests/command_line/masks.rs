@@ -145,7 +145,7 @@ fn a_mask_that_cannot_be_right_is_refused_with_a_remedy() {
     assert!(told("mask project --photo left --add black.png").contains("the whole photo"));
     assert!(told("mask project --photo nobody --add black.png").contains("nobody"));
     assert!(told("mask project --object tower").contains("tower"));
-    assert!(told("mask project --clear --photo left").contains("has a mask"));
+    assert!(told("mask project --clear --photo left").contains("has no mask"));
     site.run("mask project --add black.png").failure().code(2);
     assert_eq!(project_file(&site), before);
 
@@ -187,7 +187,7 @@ fn an_object_that_is_off_is_no_part_of_the_site_can_still_be_masked_and_comes_ba
     assert!(seen + pixels(&wide) <= 160 * 120);
     site.run("fill project --without box* -q").success();
     let told = stdout_of(&site.run("info project").success());
-    assert!(told.contains("objects switched off: box 0"), "{told}");
+    assert!(told.contains("objects removed from the model: box 0"), "{told}");
 
     let mut command = site.command("object project --on");
     assert_eq!(json_of(&command.args(["box 0", "--json"]).assert().success())["changed"], true);

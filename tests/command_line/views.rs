@@ -28,7 +28,7 @@ fn photos_are_rendered_from_their_own_cameras_and_an_edited_picture_stays() {
 
     image::RgbaImage::new(160, 120).save(site.path("views/left.png")).unwrap();
     let again = site.run("render project --cameras photos --out views --size 80x60").success();
-    assert!(stderr_of(&again).contains("stays"), "{}", stderr_of(&again));
+    assert!(stderr_of(&again).contains("is kept"), "{}", stderr_of(&again));
     let sizes =
         ["left.png", "left-2.png"].map(|name| image::open(site.path("views").join(name)).unwrap().width());
     assert_eq!(sizes, [160, 80]);
@@ -86,7 +86,7 @@ fn colmap_cameras_lists_and_flights_are_views_too() {
     assert!(site.path("flight/frame-00011.png").is_file());
     assert_eq!(count("--cameras path.json --out again"), 11);
     let told = stderr_of(&site.run(&format!("render project {flight}")).failure().code(1));
-    assert!(told.contains("path.json is there already"), "{told}");
+    assert!(told.contains("path.json already exists"), "{told}");
 }
 
 #[test]

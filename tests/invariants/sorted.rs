@@ -4,7 +4,7 @@ use std::sync::Arc;
 
 use quadratura::layers::cycles::{Resolved, resolve_cycles};
 use quadratura::layers::rasteriser::Presence;
-use quadratura::layers::{Fragments, Options, Rasteriser, Sorted, Wishes, sort_photo};
+use quadratura::layers::{Fragments, LayerConstraints, Options, Rasteriser, Sorted, sort_photo};
 use quadratura::scene::synthetic::{Scene, Truth};
 use quadratura::scene::{Model, ObjectId};
 use quadratura::task::Task;
@@ -25,10 +25,15 @@ impl Case {
     }
 
     pub fn with(scene: &Scene, rasteriser: &dyn Rasteriser, options: Options) -> Self {
-        Self::wished(scene, rasteriser, options, &Wishes::default())
+        Self::wished(scene, rasteriser, options, &LayerConstraints::default())
     }
 
-    pub fn wished(scene: &Scene, rasteriser: &dyn Rasteriser, options: Options, wishes: &Wishes) -> Self {
+    pub fn wished(
+        scene: &Scene,
+        rasteriser: &dyn Rasteriser,
+        options: Options,
+        wishes: &LayerConstraints,
+    ) -> Self {
         let Scene { name, model, camera, pose, .. } = scene.clone();
         let task = Task::silent();
         let sorted = sort_photo(&model, &camera, &pose, rasteriser, &options, wishes, &task)

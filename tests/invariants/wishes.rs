@@ -1,10 +1,10 @@
 //! What was asked of image layers is done wherever the method allows, whatever was asked, and the
 //! invariants hold all the same.
 
-use quadratura::layers::together::{Obstacle, Unmet};
-use quadratura::layers::{BoxShape, Faces, Method, Options, SoftwareRasteriser, Wishes};
+use quadratura::layers::together::{Obstacle, Unsatisfied};
+use quadratura::layers::{BoxShape, Faces, LayerConstraints, Method, Options, SoftwareRasteriser};
 use quadratura::scene::Model;
-use quadratura::scene::synthetic::{Dice, Scene, closed_form, random};
+use quadratura::scene::synthetic::{Rng, Scene, closed_form, random};
 use rayon::prelude::*;
 
 use crate::image_layers;
@@ -12,7 +12,7 @@ use crate::oracle::Oracle;
 use crate::sorted::Case;
 
 /// Some faces of some object, or all of them.
-fn some_faces(model: &Model, dice: &mut Dice) -> Faces {
+fn some_faces(model: &Model, dice: &mut Rng) -> Faces {
     let object = &model.objects[dice.whole(0, model.objects.len() as u32 - 1) as usize];
     let mut faces: Vec<u32> = (0..object.faces.len() as u32).filter(|_| dice.chance(0.4)).collect();
     if dice.chance(0.5) {
@@ -21,13 +21,13 @@ fn some_faces(model: &Model, dice: &mut Dice) -> Faces {
     Faces { object: object.name.clone(), faces }
 }
 
-fn some_wishes(model: &Model, seed: u64) -> Wishes {
-    let mut dice = Dice::new(seed);
-    let list = |dice: &mut Dice| (0..dice.whole(1, 3)).map(|_| some_faces(model, dice)).collect::<Vec<_>>();
+fn some_wishes(model: &Model, seed: u64) -> LayerConstraints {
+    let mut dice = Rng::new(seed);
+    let list = |dice: &mut Rng| (0..dice.whole(1, 3)).map(|_| some_faces(model, dice)).collect::<Vec<_>>();
     let merge = (0..dice.whole(0, 4)).map(|_| list(&mut dice)).collect();
     let split =
         (0..dice.whole(0, 2)).map(|_| (0..dice.whole(1, 2)).map(|_| list(&mut dice)).collect()).collect();
-    Wishes { merge, split }
+    LayerConstraints { merge, split }
 }
 
 /// The faces of an element, with their object's name.
@@ -54,7 +54,7 @@ fn cluster_of(case: &Case, element: u32) -> usize {
 }
 
 /// The elements of a merge that were not left out of it, for each.
-fn merged(case: &Case, wishes: &Wishes) -> Vec<Vec<u32>> {
+fn merged(case: &Case, wishes: &LayerConstraints) -> Vec<Vec<u32>> {
     let elements = 0..case.sorted.layers.elements.len() as u32;
     let left_out = |merge: usize, element: u32| {
         case.sorted.clusters.unmet.iter().any(|u| u.merge as usize == merge && u.item == element)
@@ -66,7 +66,7 @@ fn merged(case: &Case, wishes: &Wishes) -> Vec<Vec<u32>> {
     wishes.merge.iter().enumerate().map(of_merge).collect()
 }
 
-fn check(scene: &Scene, options: Options, wishes: &Wishes) {
+fn check(scene: &Scene, options: Options, wishes: &LayerConstraints) {
     let case = Case::wished(scene, &SoftwareRasteriser, options, wishes);
     if case.options.method == Method::Graph {
         Oracle::new(&case).check();
@@ -81,7 +81,7 @@ fn check(scene: &Scene, options: Options, wishes: &Wishes) {
 }
 
 /// By the names of faces, one pair after the other.
-fn splits_are_kept(case: &Case, wishes: &Wishes) {
+fn splits_are_kept(case: &Case, wishes: &LayerConstraints) {
     for cluster in &case.sorted.clusters.list {
         let faces: Vec<_> = cluster.patches.iter().flat_map(|p| faces_of(case, p.element)).collect();
         for split in &wishes.split {
@@ -107,7 +107,7 @@ fn overlapping(split: &[Vec<Faces>]) -> bool {
 
 /// With all merges that were made contracted, a path of occlusions still ties what was left out to what it
 /// should have joined, or it is too large, or a split or a forgiven pair lies between.
-fn what_was_left_out_had_to_be(case: &Case, wishes: &Wishes) {
+fn what_was_left_out_had_to_be(case: &Case, wishes: &LayerConstraints) {
     let count = case.sorted.layers.elements.len();
     let mut group: Vec<usize> = (0..count).collect();
     for together in merged(case, wishes) {
@@ -136,7 +136,7 @@ fn what_was_left_out_had_to_be(case: &Case, wishes: &Wishes) {
         }
         reached[to]
     };
-    for Unmet { item, with, why, .. } in case.sorted.clusters.unmet.iter().copied() {
+    for Unsatisfied { item, with, why, .. } in case.sorted.clusters.unmet.iter().copied() {
         let (item, with) = (group[item as usize], group[with as usize]);
         if why == Obstacle::Occluded {
             assert!(
@@ -188,8 +188,9 @@ fn scenes_with_a_known_answer_take_wishes_too() {
 fn without_a_wish_nothing_changes_and_the_order_of_faces_in_one_does_not_matter() {
     for seed in 0..20 {
         let scene = random::boxes(7000 + seed, 6);
-        let case = |wishes: &Wishes| Case::wished(&scene, &SoftwareRasteriser, Options::default(), wishes);
-        let plain = case(&Wishes::default());
+        let case =
+            |wishes: &LayerConstraints| Case::wished(&scene, &SoftwareRasteriser, Options::default(), wishes);
+        let plain = case(&LayerConstraints::default());
         assert!(plain == Case::new(&scene, &SoftwareRasteriser));
         let wishes = some_wishes(&scene.model, seed);
         let mut turned = wishes.clone();
@@ -209,12 +210,13 @@ fn panes() -> Scene {
 
 #[test]
 fn panes_beside_each_other_merge_and_panes_behind_each_other_are_refused_with_the_reason() {
-    let merge = |names: &[&str]| Wishes {
+    let merge = |names: &[&str]| LayerConstraints {
         merge: vec![names.iter().map(|n| Faces::whole(*n)).collect()],
-        ..Wishes::default()
+        ..LayerConstraints::default()
     };
-    let case = |wishes: &Wishes| Case::wished(&panes(), &SoftwareRasteriser, Options::default(), wishes);
-    let plain = case(&Wishes::default());
+    let case =
+        |wishes: &LayerConstraints| Case::wished(&panes(), &SoftwareRasteriser, Options::default(), wishes);
+    let plain = case(&LayerConstraints::default());
     assert_eq!(plain.sorted.clusters.list.len(), 3);
     let merged = case(&merge(&["front", "beside"]));
     assert_eq!(merged.sorted.clusters.list.len(), 2);

@@ -101,7 +101,7 @@ fn a_file_that_is_no_layered_image_is_named_with_what_to_do() {
         (b"\xff\xd8\xff\xe0", "JPEG"),
         (b"II*\0", "TIFF"),
         (b"hello", "hello"),
-        (&archive_without_a_stack(), "no OpenRaster"),
+        (&archive_without_a_stack(), "not an OpenRaster"),
     ] {
         let file = folder.path().join("file.psd");
         std::fs::write(&file, content).unwrap();

@@ -10,13 +10,13 @@ use quadratura::io::photo::read_photo;
 use quadratura::io::stack_store::StackStore;
 use quadratura::layers::Options;
 use quadratura::projection::relief::Relief;
-use quadratura::projection::twin::Twin;
+use quadratura::projection::twin::ReferenceRenderer;
 use quadratura::projection::{Gains, PhotoId, Server, Shot, Sources, Texels};
 use quadratura::recipe::build::{BuildOptions, build};
 use quadratura::recipe::gains::photo_gains;
-use quadratura::recipe::sheets::SheetFiles;
+use quadratura::recipe::sheets::LayerTextureFiles;
 use quadratura::recipe::sources::sources;
-use quadratura::scene::synthetic::Dice;
+use quadratura::scene::synthetic::Rng;
 use quadratura::scene::{FaceId, PhotoPixels, Site};
 use quadratura::task::Task;
 use tempfile::TempDir;
@@ -63,7 +63,7 @@ impl Bench {
         Some(Self {
             gpu: Gpu::headless().unwrap(),
             sources: sources(&site, &stacks, &Decisions::default()).into(),
-            texels: Arc::new(SheetFiles::new(&store, &stacks, true)),
+            texels: Arc::new(LayerTextureFiles::new(&store, &stacks, true)),
             _folder: folder,
             gains,
             site,
@@ -71,7 +71,7 @@ impl Bench {
     }
 
     /// Pins about this share of the faces to one of the photos that serve them.
-    pub fn pin(&mut self, share: f64, dice: &mut Dice) {
+    pub fn pin(&mut self, share: f64, dice: &mut Rng) {
         let sources = Arc::make_mut(&mut self.sources);
         for range in sources.of_face.clone() {
             let servers = &mut sources.servers[range.start as usize..range.end as usize];
@@ -88,10 +88,17 @@ impl Bench {
         renderer_of(&self.gpu, &self.site, &self.sources, &self.gains, relief, &self.texels)
     }
 
-    pub fn twin(&self, relief: &Relief) -> Twin {
+    pub fn twin(&self, relief: &Relief) -> ReferenceRenderer {
         let options = TextureOptions::default().pyramid;
         let (model, sources) = (self.site.model.clone(), self.sources.clone());
-        Twin::new(model, sources, self.gains.clone(), relief.clone(), self.texels.clone(), options)
+        ReferenceRenderer::new(
+            model,
+            sources,
+            self.gains.clone(),
+            relief.clone(),
+            self.texels.clone(),
+            options,
+        )
     }
 
     /// The view of a photo's own camera.

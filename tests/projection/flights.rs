@@ -4,13 +4,13 @@ use glam::{DQuat, DVec3};
 use quadratura::projection::Shot;
 use quadratura::projection::flight::{Aim, Flight, FrameLens, Keyframe, Speed};
 use quadratura::scene::Photo;
-use quadratura::scene::synthetic::Dice;
+use quadratura::scene::synthetic::Rng;
 
 use crate::bench::Bench;
 
 /// From one photo's camera to another one's, not straight and without looking straight ahead.
 pub fn between(bench: &Bench, [from, to]: [usize; 2], seed: u64) -> Flight {
-    let mut dice = Dice::new(seed);
+    let mut dice = Rng::new(seed);
     let [from, to] = [from, to].map(|photo| &bench.site.photos[photo]);
     let frame = |time_s: f64, position: DVec3, turn: DQuat, photo: &Photo| Keyframe {
         time_s,

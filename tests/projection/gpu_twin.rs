@@ -7,10 +7,10 @@ use quadratura::geometry::polygon::PlaneFrame;
 use quadratura::gpu::Renderer;
 use quadratura::projection::exposure::Optics;
 use quadratura::projection::relief::{FaceRelief, Relief};
-use quadratura::projection::twin::Twin;
+use quadratura::projection::twin::ReferenceRenderer;
 use quadratura::projection::{Exposure, Mode, Renders, Shot};
 use quadratura::scene::Model;
-use quadratura::scene::synthetic::{Dice, centred, look_at};
+use quadratura::scene::synthetic::{Rng, centred, look_at};
 use quadratura::task::Task;
 
 use crate::bench::{Bench, apart};
@@ -76,7 +76,7 @@ impl Display for Difference {
 }
 
 /// Between the two pictures of a shot.
-pub fn difference(gpu: &mut Renderer, twin: &mut Twin, shot: &Shot) -> Difference {
+pub fn difference(gpu: &mut Renderer, twin: &mut ReferenceRenderer, shot: &Shot) -> Difference {
     let task = Task::silent();
     let (found, expected) = (gpu.picture(shot, &task).unwrap(), twin.picture(shot, &task).unwrap());
     let (gpu_faces, faces) = (gpu.faces(shot, &task).unwrap(), twin.faces(shot, &task).unwrap());
@@ -146,7 +146,7 @@ fn the_gpu_and_its_twin_move_points_on_a_relief_alike() {
 
 /// Every planar face with gentle heights of up to 5 cm.
 pub fn hills(model: &Model) -> Relief {
-    let mut dice = Dice::new(31);
+    let mut dice = Rng::new(31);
     let mut of_face = Vec::new();
     for face in model.face_ids() {
         let frame = PlaneFrame::of(&model.face(face).plane);

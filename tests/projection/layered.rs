@@ -8,7 +8,7 @@ use quadratura::geometry::PixelRect;
 use quadratura::projection::relief::Relief;
 use quadratura::projection::surface::Surface;
 use quadratura::projection::{
-    Domain, Gains, Quality, Renders, Server, Sheet, SheetId, SheetPixels, Shot, Sources, Texels,
+    Domain, Gains, LayerTextureId, LayerTexturePixels, Quality, Renders, Server, Sheet, Shot, Sources, Texels,
 };
 use quadratura::scene::FaceId;
 use quadratura::task::Task;
@@ -17,10 +17,10 @@ use rayon::prelude::*;
 use crate::bench::{Bench, apart, renderer_of};
 
 /// The whole photo as one sheet.
-struct Whole(SheetPixels);
+struct Whole(LayerTexturePixels);
 
 impl Texels for Whole {
-    fn sheet(&self, _: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         Ok(self.0.clone())
     }
 }
@@ -36,12 +36,16 @@ fn whole(bench: &Bench) -> (Arc<Sources>, Arc<dyn Texels>) {
     for range in &mut sources.of_face {
         let first = sources.servers[range.start as usize..range.end as usize].first().cloned();
         range.start = servers.len() as u32;
-        servers.extend(first.map(|server| Server { sheet: SheetId(0), domain: Domain::Whole, ..server }));
+        servers.extend(first.map(|server| Server {
+            sheet: LayerTextureId(0),
+            domain: Domain::Whole,
+            ..server
+        }));
         range.end = servers.len() as u32;
     }
     sources.servers = servers;
     let needed = vec![1; (w * h) as usize];
-    (sources.into(), Arc::new(Whole(SheetPixels { rect: pixels.rect(), rgba, needed })))
+    (sources.into(), Arc::new(Whole(LayerTexturePixels { rect: pixels.rect(), rgba, needed })))
 }
 
 #[test]

@@ -14,7 +14,7 @@ use quadratura::geometry::{Pinhole, Pose};
 use quadratura::gpu::Renderer;
 use quadratura::projection::surface::Surface;
 use quadratura::projection::{Exposure, Renders, Shot};
-use quadratura::scene::synthetic::Dice;
+use quadratura::scene::synthetic::Rng;
 use quadratura::scene::{FaceId, Model};
 use quadratura::task::Task;
 
@@ -37,13 +37,7 @@ impl Patch {
     /// Somewhere in what a view shows. `texel`: what a photo's pixel covers at a distance of 1; pixels of
     /// the patch are from half as large as that to four times as large. `None` where there is nothing
     /// planar, or next to edge-on.
-    pub fn random(
-        surface: &Surface,
-        model: &Model,
-        view: &Shot,
-        texel: f64,
-        dice: &mut Dice,
-    ) -> Option<Self> {
+    pub fn random(surface: &Surface, model: &Model, view: &Shot, texel: f64, dice: &mut Rng) -> Option<Self> {
         let share = DVec2::new(dice.unit(), dice.unit());
         let px = share * DVec2::new(view.camera.width.into(), view.camera.height.into());
         let scale = (2.0_f64).powf(dice.between(-1.0, 2.0));

@@ -16,14 +16,14 @@ use glam::{DVec2, DVec3};
 use quadratura::geometry::polygon::PlaneFrame;
 use quadratura::gpu::Renderer;
 use quadratura::projection::cells::{Unknown, cells};
-use quadratura::projection::exposure::seen_shares;
+use quadratura::projection::exposure::visible_shares;
 use quadratura::projection::flight::Flight;
 use quadratura::projection::relief::{FaceRelief, Relief};
 use quadratura::projection::surface::Surface;
-use quadratura::projection::twin::Twin;
+use quadratura::projection::twin::ReferenceRenderer;
 use quadratura::projection::{Mode, Quality, Renders, Shot};
-use quadratura::scene::light::srgb_of_linear;
-use quadratura::scene::synthetic::{Dice, random};
+use quadratura::scene::light::srgb_from_linear;
+use quadratura::scene::synthetic::{Rng, random};
 use quadratura::scene::{FaceId, Model};
 use quadratura::task::Task;
 
@@ -80,12 +80,12 @@ impl<'a> Stretch<'a> {
         bench: &'a Bench,
         flight: Flight,
         (first_s, seed): (f64, u64),
-        (renderer, twin): (&mut Renderer, &mut Twin),
+        (renderer, twin): (&mut Renderer, &mut ReferenceRenderer),
         heights: &'a [f64],
     ) -> Self {
         let surface = Surface::of(&bench.site.model);
         let mut stretch = Self { bench, surface, flight, first_s, heights, patches: Vec::new() };
-        let (eyes, mut dice) = (stretch.eyes(), Dice::new(seed));
+        let (eyes, mut dice) = (stretch.eyes(), Rng::new(seed));
         let texel = 1.0 / bench.site.photos[0].camera.fx;
         let (mut points, mut tries) = (0, 0..1000);
         while points < POINTS {
@@ -108,7 +108,7 @@ impl<'a> Stretch<'a> {
 
     /// For each point of a relief whether a photo shows it. Where none does one may show the plane: that is
     /// no point that stays where it is while the view moves.
-    fn served(&self, twin: &mut Twin, patch: &Patch, points: &[DVec3]) -> Vec<bool> {
+    fn served(&self, twin: &mut ReferenceRenderer, patch: &Patch, points: &[DVec3]) -> Vec<bool> {
         let mut view = patch.shot(self.view(0).viewpoint(), 0.0);
         // The points are taken as they are.
         view.relief = false;
@@ -145,7 +145,7 @@ impl<'a> Stretch<'a> {
     }
 
     /// The largest exact changes, as the twin computes them.
-    fn exact_changes(&self, twin: &mut Twin, mode: Mode) -> Exact {
+    fn exact_changes(&self, twin: &mut ReferenceRenderer, mode: Mode) -> Exact {
         let mut exact = Exact { half: 0.0, over: [0.0; STRIDES.len()] };
         for (patch, seen) in &self.patches {
             let points = patch.points(self.height(patch)).into_iter().zip(seen).filter(|(_, seen)| **seen);
@@ -178,7 +178,7 @@ impl<'a> Stretch<'a> {
             let mut view = self.view(frame);
             view.blend.mode = mode;
             let cells = cells(&site.model, sources, &view, 16, &[], &Unknown);
-            let shares = seen_shares(&view, &site.model, sources, &self.surface, &cells);
+            let shares = visible_shares(&view, &site.model, sources, &self.surface, &cells);
             gains.of_view(&view.pose, &shares)
         };
         let all: Vec<[f64; 3]> = (0..FRAMES).map(exposure).collect();
@@ -189,7 +189,7 @@ impl<'a> Stretch<'a> {
 
 /// Of colours in linear light, in steps of 8 bits of sRGB, without rounding.
 fn apart(a: &Option<[f64; 3]>, b: &Option<[f64; 3]>) -> f64 {
-    let step = |a: f64, b: f64| 255.0 * (srgb_of_linear(a) - srgb_of_linear(b)).abs();
+    let step = |a: f64, b: f64| 255.0 * (srgb_from_linear(a) - srgb_from_linear(b)).abs();
     match (a, b) {
         (Some(a), Some(b)) => (0..3).map(|c| step(a[c], b[c])).fold(0.0, f64::max),
         (None, None) => 0.0,
@@ -262,7 +262,7 @@ fn check(bench: &Bench, pairs: &[[usize; 2]], heights: &[f64], what: &str) -> u8
     let (mut renderer, mut twin) = (bench.renderer(&relief), bench.twin(&relief));
     let mut jumps = 0;
     for (seed, &pair) in (1..).zip(pairs) {
-        let first_s = Dice::new(seed).between(0.1, 0.8);
+        let first_s = Rng::new(seed).between(0.1, 0.8);
         let flight = between(bench, pair, seed);
         let stretch = Stretch::new(bench, flight, (first_s, seed), (&mut renderer, &mut twin), heights);
         for mode in CONTINUOUS {
@@ -313,7 +313,7 @@ fn raised(model: &Model, heights: &[f64]) -> Relief {
 
 /// Of every face, up to 5 cm up or down, in steps that 16 bits hold exactly.
 fn random_heights(model: &Model) -> Vec<f64> {
-    let mut dice = Dice::new(17);
+    let mut dice = Rng::new(17);
     model.face_ids().map(|_| (f64::from(dice.whole(0, 24)) - 12.0) / 256.0).collect()
 }
 
@@ -331,12 +331,12 @@ fn nothing_pops_on_flights_over_an_invented_site() {
     let scene = random::boxes(5, 8);
     let shoot = Shoot { photos: 9, depth: 20.0, spread_rad: 1.0, difference: 15.0 };
     let folder = tempfile::tempdir().unwrap();
-    let site = shoot.site(&scene, &mut Dice::new(5), folder.path());
+    let site = shoot.site(&scene, &mut Rng::new(5), folder.path());
     let Some(bench) = Bench::of(site, folder) else { return };
     let jumps = check(&bench, &[[0, 1], [2, 3]], &[], "boxes");
     assert!(jumps > 10, "what is measured here would show it if something popped: {jumps}");
     check(&bench, &[[4, 5]], &random_heights(&bench.site.model), "boxes with relief");
     let mut pinned = bench;
-    pinned.pin(0.5, &mut Dice::new(6));
+    pinned.pin(0.5, &mut Rng::new(6));
     check(&pinned, &[[2, 3]], &[], "boxes, half of the faces pinned");
 }

@@ -6,7 +6,7 @@ use quadratura::geometry::Pinhole;
 use quadratura::projection::legend::{CONFIDENCE, COVERAGE, DENSITY, colour_at, colour_of_number};
 use quadratura::projection::relief::Relief;
 use quadratura::projection::{Mode, Quality, Renders, Shot, Shown};
-use quadratura::scene::synthetic::{Dice, Scene, look_at, random};
+use quadratura::scene::synthetic::{Rng, Scene, look_at, random};
 use quadratura::task::Task;
 
 use crate::bench::{Bench, apart};
@@ -17,7 +17,7 @@ use crate::shoot::Shoot;
 const SHOOT: Shoot = Shoot { photos: 7, depth: 9.0, spread_rad: 1.2, difference: 50.0 };
 
 /// A site of the scene; some objects are billboards, and photos' exposures differ.
-fn bench(mut scene: Scene, dice: &mut Dice) -> Option<Bench> {
+fn bench(mut scene: Scene, dice: &mut Rng) -> Option<Bench> {
     let model = Arc::make_mut(&mut scene.model);
     model.objects.iter_mut().for_each(|object| object.billboard = dice.chance(0.15));
     let folder = tempfile::tempdir().unwrap();
@@ -29,7 +29,7 @@ fn bench(mut scene: Scene, dice: &mut Dice) -> Option<Bench> {
 
 /// A view from elsewhere, of another size and lens: half of them show more of the photos than these
 /// have, the others less.
-fn view(scene: &Scene, dice: &mut Dice) -> Shot {
+fn view(scene: &Scene, dice: &mut Rng) -> Shot {
     let zoom = (2.0_f64).powf(dice.between(-1.0, 2.0));
     let focal = scene.camera.fx * 144.0 / f64::from(scene.camera.width) * zoom;
     let (cx, cy) = (dice.between(40.0, 100.0), dice.between(30.0, 66.0));
@@ -43,7 +43,7 @@ fn view(scene: &Scene, dice: &mut Dice) -> Shot {
 fn compare(scenes: impl Iterator<Item = Scene>, pinned: f64, relief: impl Fn(&Bench) -> Relief, what: &str) {
     let mut all = [Difference::default(); 2];
     for (seed, scene) in (1..).zip(scenes) {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let Some(mut bench) = bench(scene.clone(), &mut dice) else { return };
         bench.pin(pinned, &mut dice);
         let relief = relief(&bench);
@@ -107,7 +107,7 @@ fn the_gpu_and_its_twin_leave_the_same_backs_out() {
     let scenes = (31..=36).map(|seed| random::soup(seed, 24));
     let (mut all, mut left_out) = (Difference::default(), 0);
     for (seed, scene) in (1..).zip(scenes) {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let Some(bench) = bench(scene.clone(), &mut dice) else { return };
         let (mut gpu, mut twin) = (bench.renderer(&Relief::default()), bench.twin(&Relief::default()));
         let with = from_behind(view(&scene, &mut dice), &scene);
@@ -125,7 +125,7 @@ fn the_gpu_and_its_twin_leave_the_same_backs_out() {
 #[test]
 fn a_picture_in_slices_is_the_picture() {
     let scene = random::boxes(41, 8);
-    let mut dice = Dice::new(1);
+    let mut dice = Rng::new(1);
     let Some(bench) = bench(scene.clone(), &mut dice) else { return };
     let mut gpu = bench.renderer(&Relief::default());
     let mut shot = view(&scene, &mut dice);
@@ -136,10 +136,10 @@ fn a_picture_in_slices_is_the_picture() {
         .into_iter()
         .for_each(|value| *value *= 5.0);
     let whole = gpu.picture(&shot, &Task::silent()).unwrap();
-    let (mut sliced, mut slices) = (gpu.begin(&shot).unwrap(), 1);
+    let (mut sliced, mut slices) = (gpu.begin(&shot, &Task::silent()).unwrap(), 1);
     while !gpu.advance(&mut sliced, &Task::silent()).unwrap() {
         // Whatever is drawn between two slices.
-        gpu.picture(&view(&scene, &mut Dice::new(9)), &Task::silent()).unwrap();
+        gpu.picture(&view(&scene, &mut Rng::new(9)), &Task::silent()).unwrap();
         slices += 1;
     }
     let sliced = sliced.picture();
@@ -153,7 +153,7 @@ fn a_picture_in_slices_is_the_picture() {
 #[test]
 fn colours_of_photos_and_ramps_are_those_of_the_legend() {
     let scene = random::boxes(42, 6);
-    let mut dice = Dice::new(2);
+    let mut dice = Rng::new(2);
     let Some(bench) = bench(scene.clone(), &mut dice) else { return };
     let mut gpu = bench.renderer(&Relief::default());
     let mut shot = Shot { quality: Quality::Preview, ..view(&scene, &mut dice) };

@@ -8,13 +8,14 @@ use quadratura::Result;
 use quadratura::geometry::{Pinhole, PixelRect};
 use quadratura::gpu::Gpu;
 use quadratura::projection::relief::Relief;
-use quadratura::projection::twin::Twin;
+use quadratura::projection::twin::ReferenceRenderer;
 use quadratura::projection::{
-    Domain, Gains, PhotoId, Projector, Renders, Server, Sheet, SheetId, SheetPixels, Shot, Sources, Texels,
+    Domain, Gains, LayerTextureId, LayerTexturePixels, PhotoId, Projector, Renders, Server, Sheet, Shot,
+    Sources, Texels,
 };
 use quadratura::scene::Site;
 use quadratura::scene::light::linear_of_srgb;
-use quadratura::scene::synthetic::{Dice, Modeller, look_at};
+use quadratura::scene::synthetic::{Modeller, Rng, look_at};
 use quadratura::task::Task;
 
 use crate::bench::renderer_of;
@@ -25,12 +26,12 @@ use crate::common;
 struct Chequers(PixelRect);
 
 impl Texels for Chequers {
-    fn sheet(&self, _: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
         let PixelRect { x, y, w, h } = self.0;
         let light = |k: i32| if k.rem_euclid(2) == 0 { 0 } else { 255 };
         let row = |row: i32| (x..x + w as i32).flat_map(move |column| [light(column), light(row), 0, 255]);
         let rgba = (y..y + h as i32).flat_map(row).collect();
-        Ok(SheetPixels { rect: self.0, rgba, needed: vec![1; (w * h) as usize] })
+        Ok(LayerTexturePixels { rect: self.0, rgba, needed: vec![1; (w * h) as usize] })
     }
 }
 
@@ -43,7 +44,7 @@ struct Case {
 
 /// A photo of a wall with an odd camera, one rectangle of it, and a look at a few of its texels from
 /// elsewhere, 64 pixels a texel.
-fn case(dice: &mut Dice, site_at: DVec3) -> Case {
+fn case(dice: &mut Rng, site_at: DVec3) -> Case {
     let camera = Pinhole {
         width: 3072,
         height: 2048,
@@ -54,11 +55,11 @@ fn case(dice: &mut Dice, site_at: DVec3) -> Case {
     };
     let eye = site_at + DVec3::new(dice.between(-4.0, 4.0), -9.0, dice.between(-2.0, 2.0));
     let pose = look_at(eye, site_at + DVec3::new(dice.between(-3.0, 3.0), 0.0, dice.between(-1.0, 1.0)));
-    let side = |dice: &mut Dice| 1u32 << dice.whole(4, 10);
+    let side = |dice: &mut Rng| 1u32 << dice.whole(4, 10);
     // May reach outside the photo; the texel that is looked at is inside both.
     let (w, h) = (side(dice), side(dice));
     let texel = DVec2::new(dice.between(400.0, 2600.0), dice.between(300.0, 1700.0));
-    let within = |dice: &mut Dice, at: f64, side: u32| {
+    let within = |dice: &mut Rng, at: f64, side: u32| {
         at as i32 - dice.between(0.3, 0.7).mul_add(f64::from(side), 0.0) as i32
     };
     let rect = PixelRect { x: within(dice, texel.x, w), y: within(dice, texel.y, h), w, h };
@@ -75,7 +76,7 @@ fn case(dice: &mut Dice, site_at: DVec3) -> Case {
         photos: vec![Projector { name: String::new(), camera, pose }],
         sheets: vec![Sheet { photo: PhotoId(0), id: String::new(), rect }],
         servers: vec![Server {
-            sheet: SheetId(0),
+            sheet: LayerTextureId(0),
             photo: PhotoId(0),
             back: false,
             pinned: false,
@@ -110,14 +111,14 @@ fn offset_px(found: &[u8], expected: &[u8], width: usize, channel: usize) -> (f6
 
 fn check(site_at: DVec3) {
     let Some(gpu) = common::gpu_rasteriser().map(|_| Gpu::headless().unwrap()) else { return };
-    let mut dice = Dice::new(51);
+    let mut dice = Rng::new(51);
     let (mut most, mut most_single) = (0.0f64, 0.0f64);
     for number in 0..24 {
         let Case { site, sources, texels, shot } = case(&mut dice, site_at);
         let (gains, flat) = (Gains::none(1), Relief::default());
         let mut renderer = renderer_of(&gpu, &site, &sources, &gains, &flat, &texels);
         let options = quadratura::gpu::TextureOptions::default().pyramid;
-        let mut twin = Twin::new(site.model.clone(), sources, gains, flat, texels, options);
+        let mut twin = ReferenceRenderer::new(site.model.clone(), sources, gains, flat, texels, options);
         let found = renderer.picture(&shot, &Task::silent()).unwrap();
         let expected = twin.picture(&shot, &Task::silent()).unwrap();
         for channel in [0, 1] {

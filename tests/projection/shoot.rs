@@ -9,7 +9,7 @@ use quadratura::geometry::{Pinhole, Pose};
 use quadratura::io::layered::Raster;
 use quadratura::io::layered::png::write_rgba;
 use quadratura::projection::surface::Surface;
-use quadratura::scene::synthetic::{Dice, Scene};
+use quadratura::scene::synthetic::{Rng, Scene};
 use quadratura::scene::{FaceId, Photo, Samples, Site};
 use rayon::prelude::*;
 
@@ -27,7 +27,7 @@ pub struct Shoot {
 impl Shoot {
     /// A camera's pose, turned about what photos look at by a random angle, and nearer to it by up to this
     /// share of the way.
-    pub fn pose(&self, scene: &Scene, dice: &mut Dice, nearer: f64) -> Pose {
+    pub fn pose(&self, scene: &Scene, dice: &mut Rng, nearer: f64) -> Pose {
         let about = scene.pose.world_from_camera(DVec3::Z * self.depth);
         let axis = DVec3::from_array([(); 3].map(|()| dice.between(-1.0, 1.0))).normalize();
         let turn = DQuat::from_axis_angle(axis, dice.between(-0.5, 0.5) * self.spread_rad);
@@ -37,7 +37,7 @@ impl Shoot {
     }
 
     /// The site of a scene, its photos in `folder`.
-    pub fn site(&self, scene: &Scene, dice: &mut Dice, folder: &Path) -> Site {
+    pub fn site(&self, scene: &Scene, dice: &mut Rng, folder: &Path) -> Site {
         let surface = Surface::of(&scene.model);
         let photo = |number: u32| {
             let pose = self.pose(scene, dice, 0.2);

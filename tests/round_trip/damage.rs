@@ -69,7 +69,10 @@ fn a_layer_that_cannot_be_read_is_left_out_with_the_reason_and_the_others_are_ta
         let report = json_of(&done);
         assert_eq!(layer(&report, "box")["state"], "left-out");
         let told = stderr_of(&done);
-        assert!(told.contains("left out") && told.contains("box") && told.contains("once more"), "{told}");
+        assert!(
+            told.contains("left out") && told.contains("box") && told.contains("save it again"),
+            "{told}"
+        );
         assert_eq!(studio.paint(), painted);
     }
 }

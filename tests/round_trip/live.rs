@@ -1,7 +1,9 @@
 //! The live view shows what was painted and decided without being opened anew.
 
 use quadratura::document::Project;
+use quadratura::document::paint::PaintBook;
 use quadratura::gpu::Gpu;
+use quadratura::io::paint_store::PaintStore;
 use quadratura::layers::Faces;
 use quadratura::projection::{Picture, Renders, Shot};
 use quadratura::recipe::import::take_back;
@@ -16,6 +18,11 @@ use super::{RED, SOFT, Studio, gpu_rasteriser};
 fn preview(studio: &Studio, opened: &Opened) -> Preview {
     let (gpu, task) = (Gpu::headless().unwrap(), Task::silent());
     preview::open(&studio.site.project(), opened, &gpu, &PreviewOptions::default(), &task).unwrap()
+}
+
+/// The project's paint as it is on disk.
+fn book(studio: &Studio) -> PaintBook {
+    PaintStore::new(&studio.site.project()).read().unwrap()
 }
 
 fn picture(preview: &mut Preview, opened: &Opened) -> Picture {
@@ -40,15 +47,15 @@ fn paint_that_comes_home_and_is_taken_back_shows_in_a_view_that_stays_open() {
     studio.import();
 
     let photos = [opened.site.photos[0].name.clone()];
-    let renewed = live.renew_paint(&photos, &task).unwrap();
-    assert_eq!(renewed.sheets, 1, "the wall's alone");
+    let renewed = live.reload_paint(&photos, &book(&studio), &task).unwrap();
+    assert_eq!(renewed, 1, "the wall's alone");
     let after = picture(&mut live, &opened);
     assert_ne!(after, before);
     assert!(after == picture(&mut preview(&studio, &opened), &opened), "as if it had been opened now");
-    assert_eq!(live.renew_paint(&photos, &task).unwrap().sheets, 0, "nothing has changed since");
+    assert_eq!(live.reload_paint(&photos, &book(&studio), &task).unwrap(), 0, "nothing has changed since");
 
     take_back(&studio.site.project()).unwrap();
-    live.renew_paint(&photos, &task).unwrap();
+    live.reload_paint(&photos, &book(&studio), &task).unwrap();
     assert!(picture(&mut live, &opened) == before, "as it was");
 }
 

@@ -186,7 +186,7 @@ fn a_copy_in_another_mode_and_a_hidden_one_are_left_out_and_named() {
     assert!(paint.is_empty() && notes(&report).contains("multiply"), "{report:#}");
     let copy = Some(Dress { hidden: true, ..Dress::default() });
     let Some((report, paint, _)) = worn(&Look { copy, ..Look::default() }, &STROKE) else { return };
-    assert!(paint.is_empty() && notes(&report).contains("not shown"), "{report:#}");
+    assert!(paint.is_empty() && notes(&report).contains("is hidden"), "{report:#}");
 }
 
 #[test]

@@ -106,7 +106,7 @@ fn an_object_that_was_renamed_keeps_its_paint_and_one_that_is_gone_is_told() {
     let text = fs::read_to_string(&model).unwrap();
     fs::write(&model, text.replace("o wall", "o rampart")).unwrap();
     let built = stdout_of(&studio.site.run("build project -q").success());
-    assert!(!built.contains("no place"), "{built}");
+    assert!(!built.contains("no longer exist"), "{built}");
     let mut again = Paper::read(&studio.export());
     let rampart = again.sheet("rampart").clone();
     let wall = paper.sheet("wall");
@@ -118,7 +118,7 @@ fn an_object_that_was_renamed_keeps_its_paint_and_one_that_is_gone_is_told() {
     let built = studio.site.json("build project -q --json");
     assert_eq!(built["paint"]["without_place"][0]["face"], "wall[0]", "{built:#}");
     let info = stdout_of(&studio.site.run("info project").success());
-    assert!(info.contains("paint that has no place") && info.contains("wall[0]"), "{info}");
+    assert!(info.contains("paint on surfaces that no longer exist") && info.contains("wall[0]"), "{info}");
     fs::write(&model, text).unwrap();
     studio.site.run("build project -q").success();
     assert_paint_is_kept(&studio);

@@ -4,7 +4,7 @@ use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::time::{Duration, Instant};
 
-use quadratura::recipe::import::{ImportOptions, Imported, Recall, history, import, take_back};
+use quadratura::recipe::import::{ImportOptions, Imported, LayerCache, history, import, take_back};
 use quadratura::recipe::watch::{WatchOptions, watch};
 use quadratura::task::Task;
 use serde_json::Value;
@@ -79,7 +79,7 @@ fn a_save_in_a_sub_folder_and_in_an_exported_folder_is_imported() {
 fn a_second_save_looks_only_at_what_changed_and_brings_the_same() {
     for format in ["psd", "xcf", "ora", "folder"] {
         let Some(studio) = Studio::new(format) else { return };
-        let recall = Recall::default();
+        let recall = LayerCache::default();
         let project = studio.site.project();
         let import = || {
             let (files, options) = ([studio.file()], ImportOptions::default());

@@ -7,12 +7,16 @@ use eframe::egui::{
 };
 
 use super::{Checked, Mend, percent, verdict};
+use crate::app::check::ask_overlay;
 use crate::app::command::layers;
-use crate::app::dialog::escaped;
-use crate::app::editor::{Ask, Editor};
-use crate::app::jobs::Kind;
+use crate::app::editor::Editor;
+use crate::app::pictures::image;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, CheckAsk};
+use crate::app::state::running::Kind;
+use crate::app::widget::dialog::escaped;
 use crate::geometry::Similarity;
-use crate::recipe::check::mistake::{likely_mistakes, without_mend};
+use crate::recipe::check::mistake::{advice_without_fix, likely_mistakes};
 use crate::recipe::check::{FaceReport, Names, PhotoReport, Suggestion, Verdict};
 
 /// An overlay is not higher, in points: what is said about faces below it stays in sight.
@@ -20,20 +24,26 @@ const HIGHEST: f32 = 330.0;
 
 /// Draws it when it is open.
 pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(folder) = editor.session.as_ref().map(|session| session.folder.clone()) else { return };
-    if !editor.checks.shown || !(editor.checks.has_report(&folder) || editor.jobs.runs(Kind::Check)) {
+    let Some(folder) = editor.state.session.as_ref().map(|session| session.folder.clone()) else { return };
+    if !editor.state.checks.shown
+        || !(editor.state.checks.has_report(&folder) || editor.state.running.runs(Kind::Check))
+    {
         return;
     }
     let (mut open, mut wanted) = (true, None);
+    if let Some((path, picture)) = editor.state.checks.read.take() {
+        let texture = context.load_texture("overlay", image(&picture), Default::default());
+        editor.state.checks.picture = Some((path, texture));
+    }
     let window = Window::new("Check")
         .open(&mut open)
         .default_pos([290.0, 60.0])
         .default_size([860.0, 560.0])
         .min_width(640.0);
-    window.show(context, |ui| match editor.checks.report.take() {
+    window.show(context, |ui| match editor.state.checks.report.take() {
         Some(checked) => {
             wanted = contents(editor, &checked, ui, asks);
-            editor.checks.report = Some(checked);
+            editor.state.checks.report = Some(checked);
         }
         None => {
             ui.horizontal(|ui| {
@@ -42,9 +52,9 @@ pub fn check_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             });
         }
     });
-    editor.checks.shown &= open && !escaped(context);
+    editor.state.checks.shown &= open && !escaped(context);
     if let Some(path) = wanted {
-        editor.ask_overlay(&path);
+        ask_overlay(&mut editor.state, &mut editor.work, &path);
     }
 }
 
@@ -67,13 +77,13 @@ fn contents(editor: &mut Editor, checked: &Checked, ui: &mut Ui, asks: &mut Vec<
     wanted
 }
 
-fn judgement(editor: &Editor, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn judgement(state: &State, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let color = match checked.report.verdict {
         Verdict::Fits => ui.visuals().strong_text_color(),
         Verdict::Poor => ui.visuals().warn_fg_color,
         Verdict::Misses => ui.visuals().error_fg_color,
     };
-    let unmended = without_mend(checked.report.verdict);
+    let unmended = advice_without_fix(checked.report.verdict);
     match &checked.report.suggestion {
         // What to look at first: figures of a model of another site say little.
         None if checked.report.verdict == Verdict::Misses => {
@@ -92,15 +102,15 @@ fn judgement(editor: &Editor, checked: &Checked, ui: &mut Ui, asks: &mut Vec<Ask
     ui.horizontal(|ui| {
         let again = ui.button("Check again").on_hover_text(layers::CHECK.tooltip);
         if again.clicked() {
-            asks.push(Ask::Run(&layers::CHECK));
+            asks.push(layers::CHECK.asked(state));
         }
-        let before = editor.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
+        let before = state.checks.before.as_ref().filter(|(project, _)| *project == checked.project);
         if let Some((_, before)) = before {
             let back = ui.button("Put the model back").on_hover_text(format!(
                 "The model stands again where it stood before it was moved here: {before}"
             ));
             if back.clicked() {
-                asks.push(Ask::Mend(Mend::Back));
+                asks.push(Ask::Check(CheckAsk::Mend(Mend::Back)));
             }
         }
     });
@@ -119,7 +129,7 @@ fn suggested(checked: &Checked, suggestion: &Suggestion, ui: &mut Ui, asks: &mut
         let mend = Button::new(RichText::new("Mend it").strong()).min_size([110.0, 28.0].into());
         let tooltip = format!("Writes this transform of the model into the project: {better}");
         if ui.add(mend).on_hover_text(tooltip).clicked() {
-            asks.push(Ask::Mend(Mend::Stand(better)));
+            asks.push(Ask::Check(CheckAsk::Mend(Mend::Stand(better))));
         }
         if !suggestion.alternatives.is_empty() {
             ui.label("Nearly as well, so look at the edges afterwards:");
@@ -127,7 +137,7 @@ fn suggested(checked: &Checked, suggestion: &Suggestion, ui: &mut Ui, asks: &mut
         for other in &suggestion.alternatives {
             let Ok(there) = Similarity::parse(other) else { continue };
             if ui.button(other).on_hover_text("Moves the model so.").clicked() {
-                asks.push(Ask::Mend(Mend::Stand(there)));
+                asks.push(Ask::Check(CheckAsk::Mend(Mend::Stand(there))));
             }
         }
     });
@@ -146,9 +156,9 @@ fn photos(editor: &mut Editor, photos: &[PhotoReport], ui: &mut Ui) {
         }
         ui.end_row();
         for (place, photo) in photos.iter().enumerate() {
-            let name = ui.selectable_label(editor.checks.photo == place, &photo.name);
+            let name = ui.selectable_label(editor.state.checks.photo == place, &photo.name);
             if name.on_hover_text(photo.problem.as_deref().unwrap_or(&photo.name)).clicked() {
-                editor.checks.photo = place;
+                editor.state.checks.photo = place;
             }
             for share in [photo.in_front, photo.inside, photo.covered] {
                 let text = RichText::new(percent(share));
@@ -160,14 +170,14 @@ fn photos(editor: &mut Editor, photos: &[PhotoReport], ui: &mut Ui) {
     });
 }
 
-fn overlay(editor: &Editor, checked: &Checked, ui: &mut Ui) -> Option<PathBuf> {
-    let photo = checked.report.photos.get(editor.checks.photo)?;
+fn overlay(state: &State, checked: &Checked, ui: &mut Ui) -> Option<PathBuf> {
+    let photo = checked.report.photos.get(state.checks.photo)?;
     let Some(path) = &photo.picture else {
         let why = photo.problem.as_deref().unwrap_or("There is no picture of it.");
         ui.colored_label(ui.visuals().warn_fg_color, why);
         return None;
     };
-    match editor.checks.picture.as_ref().filter(|(shown, _)| shown == path) {
+    match state.checks.picture.as_ref().filter(|(shown, _)| shown == path) {
         Some((_, texture)) => {
             let size = vec2(ui.available_width().max(200.0), HIGHEST);
             let picture = Image::new(SizedTexture::from_handle(texture)).max_size(size).tint(Color32::WHITE);

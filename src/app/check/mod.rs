@@ -1,6 +1,6 @@
 //! The check of a project: run as a job, shown in a window, and what is likely wrong mended with a click.
 
-mod check_ui;
+pub mod check_ui;
 
 use std::path::{Path, PathBuf};
 
@@ -8,13 +8,15 @@ use eframe::egui::TextureHandle;
 
 pub use check_ui::check_ui;
 
-use super::editor::Editor;
-use super::jobs::Kind;
-use super::notes::{Note, Weight};
-use super::pictures::image;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
 use crate::document::Project;
 use crate::geometry::Similarity;
 use crate::gpu::{Gpu, GpuRasteriser};
+use crate::projection::Picture;
 use crate::recipe::check::{CheckOptions, CheckReport, Verdict, check_site};
 use crate::recipe::thumbnail::picture_of_file;
 
@@ -31,6 +33,8 @@ pub struct Checks {
     /// The photo whose overlay is shown, by its place in the report.
     photo: usize,
     picture: Option<(PathBuf, TextureHandle)>,
+    /// A picture that was read and is not on the device yet.
+    read: Option<(PathBuf, Picture)>,
     /// The overlay that is being read, or could not be.
     asked: Option<PathBuf>,
     /// Where the model stood before it was moved with a click.
@@ -63,23 +67,7 @@ impl Checks {
     }
 }
 
-impl Editor {
-    /// Compares cameras, photos and model.
-    pub fn check(&mut self) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        self.jobs.start(Kind::Check, "Checking cameras, photos and model", move |task| {
-            let project = &opened.project;
-            let (world_from_model, tolerance) = (project.world_from_model, project.options.tolerance);
-            let pictures = Some(folder.join("cache/check"));
-            let options = CheckOptions { world_from_model, tolerance, pictures };
-            let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
-            let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
-            let checked = Checked { project: folder, world_from_model, report };
-            Ok(Box::new(move |editor| editor.checked(checked)))
-        });
-    }
-
+impl State {
     fn checked(&mut self, checked: Checked) {
         if self.session.as_ref().is_none_or(|session| session.folder != checked.project) {
             return;
@@ -109,32 +97,47 @@ impl Editor {
         self.edit("move of the model", project, None);
         self.checks.again = true;
     }
+}
 
-    /// Checks again once the model stands where it was moved to.
-    pub(super) fn check_again(&mut self) {
-        let Some(session) = self.session.as_ref().filter(|_| self.checks.again) else { return };
-        let wanted = session.history.present().world_from_model;
-        if session.opened.project.world_from_model == wanted && !self.jobs.runs(Kind::Check) {
-            self.checks.again = false;
-            self.check();
-        }
-    }
+/// Compares cameras, photos and model.
+pub fn check_project(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    work.jobs.start(&mut state.running, Kind::Check, "Checking cameras, photos and model", move |task| {
+        let project = &opened.project;
+        let (world_from_model, tolerance) = (project.world_from_model, project.options.tolerance);
+        let pictures = Some(folder.join("cache/check"));
+        let options = CheckOptions { world_from_model, tolerance, pictures };
+        let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
+        let report = check_site(&opened.site, &opened.points, &options, &rasteriser, task)?;
+        let checked = Checked { project: folder, world_from_model, report };
+        Ok(arrival(move |state| state.checked(checked)))
+    });
+}
 
-    /// Reads the overlay that is wanted, beside the window.
-    fn ask_overlay(&mut self, path: &Path) {
-        if self.checks.asked.as_deref() == Some(path) {
-            return;
-        }
-        self.checks.asked = Some(path.to_path_buf());
-        let (path, context) = (path.to_path_buf(), self.context.clone());
-        self.jobs.start(Kind::PhotoView, "Reading an overlay", move |_| {
-            let picture = image(&picture_of_file(&path, SHOWN_PX)?);
-            Ok(Box::new(move |editor| {
-                let texture = context.load_texture("overlay", picture, Default::default());
-                editor.checks.picture = Some((path, texture));
-            }))
-        });
+/// Checks again once the model stands where it was moved to.
+pub fn check_again(state: &mut State, work: &mut Work) {
+    let Some(session) = state.session.as_ref().filter(|_| state.checks.again) else { return };
+    let wanted = session.history.present().world_from_model;
+    if session.opened.project.world_from_model == wanted && !state.running.runs(Kind::Check) {
+        state.checks.again = false;
+        check_project(state, work);
     }
+}
+
+/// Reads the overlay that is wanted, beside the window.
+pub fn ask_overlay(state: &mut State, work: &mut Work, path: &Path) {
+    if state.checks.asked.as_deref() == Some(path) {
+        return;
+    }
+    state.checks.asked = Some(path.to_path_buf());
+    let path = path.to_path_buf();
+    work.jobs.start(&mut state.running, Kind::PhotoView, "Reading an overlay", move |_| {
+        let picture = picture_of_file(&path, SHOWN_PX)?;
+        Ok(arrival(move |state| {
+            state.checks.read = Some((path, picture));
+        }))
+    });
 }
 
 /// What a check found, in a sentence or two.

@@ -3,9 +3,10 @@
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::selection::Selection;
+use crate::app::state::State;
+use crate::app::state::ask::{DecideAsk, MaskAsk, ProjectAsk};
+use crate::app::state::running::Kind;
+use crate::app::state::selection::Selection;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] =
@@ -18,13 +19,11 @@ pub const SAVE: Command = Command {
     name: "Save",
     tooltip: "Saves what was decided; layers, fillings and paint are on disk always.",
     keys: &[ctrl(Key::S)],
-    ready: |editor| {
-        with_project(editor)?;
-        if editor.is_dirty() { Ok(()) } else { Err("everything is saved") }
+    ready: |state| {
+        with_project(state)?;
+        if state.is_dirty() { Ok(()) } else { Err("everything is saved") }
     },
-    run: |editor, _| {
-        editor.save_project();
-    },
+    ask: |_| ProjectAsk::Save.into(),
     ..PLAIN
 };
 
@@ -34,16 +33,15 @@ pub const UNDO: Command = Command {
     tooltip: "Takes the last step back.",
     keys: &[ctrl(Key::Z)],
     menu: Menu::Edit,
-    ready: |editor| match editor.masking.is_drawing() {
+    ready: |state| match state.masking.is_drawing() {
         true => Ok(()),
-        false => history(editor, |history| history.undoes().is_some(), "there is nothing to undo"),
+        false => history(state, |history| history.undoes().is_some(), "there is nothing to undo"),
     },
-    detail: Some(|editor| Some(editor.session.as_ref()?.history.undoes()?.to_owned())),
+    detail: Some(|state| Some(state.session.as_ref()?.history.undoes()?.to_owned())),
     // In the middle of a stroke that is the last step.
-    run: |editor, _| {
-        if !editor.masking.give_up() {
-            editor.undo();
-        }
+    ask: |state| match state.masking.is_drawing() {
+        true => MaskAsk::GiveUpStroke.into(),
+        false => DecideAsk::Undo.into(),
     },
     ..PLAIN
 };
@@ -54,9 +52,9 @@ pub const REDO: Command = Command {
     tooltip: "Does the step again that was undone.",
     keys: &[KeyboardShortcut::new(SHIFTED, Key::Z), ctrl(Key::Y)],
     menu: Menu::Edit,
-    ready: |editor| history(editor, |history| history.redoes().is_some(), "there is nothing to do again"),
-    detail: Some(|editor| Some(editor.session.as_ref()?.history.redoes()?.to_owned())),
-    run: |editor, _| editor.redo(),
+    ready: |state| history(state, |history| history.redo_name().is_some(), "there is nothing to do again"),
+    detail: Some(|state| Some(state.session.as_ref()?.history.redo_name()?.to_owned())),
+    ask: |_| DecideAsk::Redo.into(),
     ..PLAIN
 };
 
@@ -67,11 +65,11 @@ pub const MERGE: Command = Command {
     keys: &[ctrl(Key::M)],
     menu: Menu::Edit,
     starts_group: true,
-    ready: |editor| match editor.selected_layers().1.len() {
+    ready: |state| match state.selected_layers().1.len() {
         0 | 1 => Err("select several image layers of one photo, with Ctrl"),
         _ => Ok(()),
     },
-    run: |editor, _| editor.merge_layers(),
+    ask: |_| DecideAsk::Merge.into(),
     ..PLAIN
 };
 
@@ -80,11 +78,11 @@ pub const SPLIT: Command = Command {
     name: "Split layer",
     tooltip: "Every object of the selected image layer gets one of its own.",
     menu: Menu::Edit,
-    ready: |editor| match editor.selection {
+    ready: |state| match state.selection {
         Selection::Layer { .. } => Ok(()),
         _ => Err("select an image layer"),
     },
-    run: |editor, _| editor.split_layer(),
+    ask: |_| DecideAsk::Split.into(),
     ..PLAIN
 };
 
@@ -95,7 +93,7 @@ pub const PIN: Command = Command {
     menu: Menu::Edit,
     starts_group: true,
     ready: with_surface_and_photo,
-    run: |editor, _| editor.pin(),
+    ask: |_| DecideAsk::Pin.into(),
     ..PLAIN
 };
 
@@ -105,7 +103,7 @@ pub const EXCLUDE: Command = Command {
     tooltip: "The selected object or face never shows this photo.",
     menu: Menu::Edit,
     ready: with_surface_and_photo,
-    run: |editor, _| editor.exclude(),
+    ask: |_| DecideAsk::Exclude.into(),
     ..PLAIN
 };
 
@@ -114,13 +112,13 @@ pub const RESET: Command = Command {
     name: "Forget decisions about this photo",
     tooltip: "Merges, splits, names, pins and exclusions of the selected photo are taken back.",
     menu: Menu::Edit,
-    ready: |editor| {
-        let name = editor.selected_photo_name().ok_or("select a photo first")?;
-        let session = editor.session.as_ref().ok_or("open a project first")?;
+    ready: |state| {
+        let name = state.selected_photo_name().ok_or("select a photo first")?;
+        let session = state.session.as_ref().ok_or("open a project first")?;
         let decided = session.opened.project.decisions.photos.contains_key(&name);
         if decided { Ok(()) } else { Err("nothing was decided about this photo") }
     },
-    run: |editor, _| editor.reset_decisions(),
+    ask: |_| DecideAsk::Reset.into(),
     ..PLAIN
 };
 
@@ -130,13 +128,9 @@ pub const SWITCH_OFF: Command = Command {
     tooltip: "Photos, layers and views are made as if the model did not have the selected object.",
     menu: Menu::Edit,
     starts_group: true,
-    ready: |editor| editor.selected_object().map(|_| ()).ok_or("select an object or a face"),
-    detail: Some(Editor::selected_object),
-    run: |editor, _| {
-        if let Some(object) = editor.selected_object() {
-            editor.switch_object(&object, false);
-        }
-    },
+    ready: |state| state.selected_object().map(|_| ()).ok_or("select an object or a face"),
+    detail: Some(State::selected_object),
+    ask: |state| DecideAsk::SwitchObject(state.selected_object().unwrap_or_default(), false).into(),
     ..PLAIN
 };
 
@@ -145,34 +139,34 @@ pub const ALL_ON: Command = Command {
     name: "Switch all objects on",
     tooltip: "Brings back all objects that are switched off.",
     menu: Menu::Edit,
-    ready: |editor| {
-        let session = editor.session.as_ref().ok_or("open a project first")?;
+    ready: |state| {
+        let session = state.session.as_ref().ok_or("open a project first")?;
         let any = !session.history.present().objects_off.is_empty();
         if any { Ok(()) } else { Err("no object is switched off") }
     },
-    run: |editor, _| editor.switch_all_on(),
+    ask: |_| DecideAsk::AllObjectsOn.into(),
     ..PLAIN
 };
 
 fn history(
-    editor: &Editor,
+    state: &State,
     ready: fn(&crate::document::history::History) -> bool,
     why_not: WhyNot,
 ) -> Result<(), WhyNot> {
-    let session = editor.session.as_ref().ok_or("open a project first")?;
+    let session = state.session.as_ref().ok_or("open a project first")?;
     // Imports are taken back and made again one after the other.
-    if editor.jobs.runs(Kind::Import) {
+    if state.running.runs(Kind::Import) {
         return Err("wait until the import has ended");
     }
-    if !editor.masking.is_kept() {
+    if !state.masking.is_kept() {
         return Err("wait a moment: a mask is being kept");
     }
     if ready(&session.history) { Ok(()) } else { Err(why_not) }
 }
 
-fn with_surface_and_photo(editor: &Editor) -> Result<(), WhyNot> {
-    editor.selected_photo().ok_or("select a photo first")?;
-    match editor.selection {
+fn with_surface_and_photo(state: &State) -> Result<(), WhyNot> {
+    state.selected_photo().ok_or("select a photo first")?;
+    match state.selection {
         Selection::Object(_) | Selection::Face(_) | Selection::Layer { .. } => Ok(()),
         Selection::Nothing | Selection::Photo(_) => Err("select an object, a face or an image layer"),
     }

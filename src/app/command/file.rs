@@ -1,12 +1,13 @@
 //! Commands on projects and on the program.
 
-use eframe::egui::{Context, Key};
+use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::editor::Editor;
-use crate::app::leaving::Leaving;
-use crate::app::opening::Purpose;
-use crate::app::settings::Colours;
+use crate::app::opening::{Purpose, Wish};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, BuildAsk, Flag, ProjectAsk, WindowAsk};
+use crate::app::state::life::{Event, Goal};
+use crate::app::state::settings::Colours;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] = &[
@@ -36,7 +37,7 @@ pub const NEW: Command = Command {
     name: "New project…",
     tooltip: "Makes a project of photos, cameras and a model: a folder is enough, what is in it is found by itself.",
     keys: &[ctrl(Key::N)],
-    run: |editor, _| editor.start_assistant(None),
+    ask: |_| dialog(Wish::New(None)),
     ..PLAIN
 };
 
@@ -45,7 +46,7 @@ pub const OPEN: Command = Command {
     name: "Open project…",
     tooltip: "Opens the folder of a project.",
     keys: &[ctrl(Key::O)],
-    run: |editor, _| editor.choose(Purpose::Project),
+    ask: |_| dialog(Wish::Choose(Purpose::Project)),
     ..PLAIN
 };
 
@@ -55,7 +56,7 @@ pub const CLOSE: Command = Command {
     tooltip: "Closes the project; asks where something is not saved.",
     keys: &[ctrl(Key::W)],
     ready: with_project,
-    run: |editor, _| editor.leave(Leaving::Close),
+    ask: |_| ProjectAsk::Life(Event::Leave(Goal::Close)).into(),
     ..PLAIN
 };
 
@@ -65,7 +66,7 @@ pub const QUIT: Command = Command {
     tooltip: "Ends the program.",
     keys: &[ctrl(Key::Q)],
     starts_group: true,
-    run: |editor, _| editor.leave(Leaving::Quit),
+    ask: |_| ProjectAsk::Life(Event::Leave(Goal::Quit)).into(),
     ..PLAIN
 };
 
@@ -74,11 +75,11 @@ pub const READ_AGAIN: Command = Command {
     name: "Read files again",
     tooltip: "Reads photos, cameras and model again, as they are on disk now; decisions stay.",
     keys: &[plain(Key::F5)],
-    ready: |editor| match editor.jobs.is_idle() {
-        true => with_project(editor),
+    ready: |state| match state.running.is_idle() {
+        true => with_project(state),
         false => Err("wait until the job that runs has ended, or stop it"),
     },
-    run: |editor, _| editor.reopen(None),
+    ask: |_| BuildAsk::Reread(None).into(),
     ..PLAIN
 };
 
@@ -87,7 +88,7 @@ pub const MISSING: Command = Command {
     name: "Missing files…",
     tooltip: "Shows which files of the project are not where they were, and finds them again.",
     ready: with_problems,
-    run: |editor, _| editor.show_missing(),
+    ask: |_| ProjectAsk::ShowMissing.into(),
     ..PLAIN
 };
 
@@ -97,9 +98,9 @@ pub const SETTINGS: Command = Command {
     tooltip: "Shows colours, sizes, and what the mouse does.",
     keys: &[ctrl(Key::Comma)],
     starts_group: true,
-    on: Some(|editor| editor.settings_shown),
-    in_dialog: |editor| editor.settings_shown,
-    run: |editor, _| editor.settings_shown ^= true,
+    on: Some(|state| state.settings_shown),
+    in_dialog: |state| state.settings_shown,
+    ask: |_| WindowAsk::Flip(Flag::Settings).into(),
     ..PLAIN
 };
 
@@ -109,8 +110,8 @@ pub const PALETTE: Command = Command {
     tooltip: "Finds any command by a few letters of its name.",
     keys: &[ctrl(Key::P)],
     menu: Menu::Window,
-    in_dialog: |editor| editor.palette.is_open(),
-    run: |editor, _| editor.palette.toggle(),
+    in_dialog: |state| state.palette.is_open(),
+    ask: |_| WindowAsk::Palette.into(),
     ..PLAIN
 };
 
@@ -120,8 +121,8 @@ pub const NOTES: Command = Command {
     tooltip: "Shows or hides what the program has to say, and the jobs that run.",
     keys: &[ctrl(Key::J)],
     menu: Menu::Window,
-    on: Some(|editor| editor.settings.notes_shown),
-    run: |editor, _| editor.settings.notes_shown ^= true,
+    on: Some(|state| state.settings.notes_shown),
+    ask: |_| WindowAsk::Flip(Flag::Notes).into(),
     ..PLAIN
 };
 
@@ -132,8 +133,8 @@ pub const LISTS: Command = Command {
     keys: &[plain(Key::F6)],
     menu: Menu::Window,
     ready: with_project,
-    on: Some(|editor| editor.settings.lists_shown),
-    run: |editor, _| editor.settings.lists_shown ^= true,
+    on: Some(|state| state.settings.lists_shown),
+    ask: |_| WindowAsk::Flip(Flag::Lists).into(),
     ..PLAIN
 };
 
@@ -144,8 +145,8 @@ pub const SIDE: Command = Command {
     keys: &[plain(Key::F7)],
     menu: Menu::Window,
     ready: with_project,
-    on: Some(|editor| editor.settings.side_shown),
-    run: |editor, _| editor.settings.side_shown ^= true,
+    on: Some(|state| state.settings.side_shown),
+    ask: |_| WindowAsk::Flip(Flag::Side).into(),
     ..PLAIN
 };
 
@@ -157,11 +158,8 @@ macro_rules! theme {
             tooltip: $tooltip,
             menu: Menu::Window,
             starts_group: $starts_group,
-            on: Some(|editor| editor.settings.colours == Colours::$colours),
-            run: |editor, context| {
-                editor.settings.colours = Colours::$colours;
-                editor.settings.apply_to(context);
-            },
+            on: Some(|state| state.settings.colours == Colours::$colours),
+            ask: |_| WindowAsk::Theme(Colours::$colours).into(),
             ..PLAIN
         };
     };
@@ -179,7 +177,7 @@ pub const LARGER: Command = Command {
     menu: Menu::Window,
     starts_group: true,
     in_dialog: |_| true,
-    run: |editor, context| resize(editor, context, 1.0),
+    ask: |_| WindowAsk::Resize(1.0).into(),
     ..PLAIN
 };
 
@@ -190,7 +188,7 @@ pub const SMALLER: Command = Command {
     keys: &[ctrl(Key::Minus)],
     menu: Menu::Window,
     in_dialog: |_| true,
-    run: |editor, context| resize(editor, context, -1.0),
+    ask: |_| WindowAsk::Resize(-1.0).into(),
     ..PLAIN
 };
 
@@ -201,10 +199,7 @@ pub const USUAL: Command = Command {
     keys: &[ctrl(Key::Num0)],
     menu: Menu::Window,
     in_dialog: |_| true,
-    run: |editor, context| {
-        editor.settings.scale = 1.0;
-        editor.settings.apply_to(context);
-    },
+    ask: |_| WindowAsk::UsualSize.into(),
     ..PLAIN
 };
 
@@ -213,7 +208,7 @@ pub const LAYOUT: Command = Command {
     name: "Reset layout",
     tooltip: "Puts all views and panels back to where they were at first.",
     menu: Menu::Window,
-    run: |editor, context| editor.reset_layout(context),
+    ask: |_| WindowAsk::ResetLayout.into(),
     ..PLAIN
 };
 
@@ -223,19 +218,18 @@ pub const KEYS: Command = Command {
     tooltip: "Shows what keys and mouse do.",
     keys: &[plain(Key::F1)],
     menu: Menu::Window,
-    on: Some(|editor| editor.help_shown),
-    run: |editor, _| editor.help_shown ^= true,
+    on: Some(|state| state.help_shown),
+    ask: |_| WindowAsk::Flip(Flag::Help).into(),
     ..PLAIN
 };
 
-fn resize(editor: &mut Editor, context: &Context, steps: f32) {
-    editor.settings.resize(steps);
-    editor.settings.apply_to(context);
+fn dialog(wish: Wish) -> Ask {
+    ProjectAsk::Dialog(wish).into()
 }
 
 /// Something of the project could not be read.
-fn with_problems(editor: &Editor) -> Result<(), WhyNot> {
-    with_project(editor)?;
-    let complete = editor.session.as_ref().is_some_and(|session| !session.incomplete);
+fn with_problems(state: &State) -> Result<(), WhyNot> {
+    with_project(state)?;
+    let complete = state.session.as_ref().is_some_and(|session| !session.incomplete);
     if complete { Err("nothing is missing") } else { Ok(()) }
 }

@@ -3,9 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, with_project};
-use crate::app::editor::Editor;
-use crate::app::flat::View;
-use crate::app::layout::Pane;
+use crate::app::state::State;
+use crate::app::state::ask::{Flag, FlatAsk, WindowAsk};
+use crate::app::state::panes::Pane;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] = &[
@@ -33,7 +33,7 @@ const PHOTO: Command = Command { menu: Menu::Photo, ready: with_project, ..PLAIN
 pub const FIT: Command = Command {
     name: "Fit into the view",
     tooltip: "Shows the whole photo or image layer.",
-    run: |editor, _| editor.flat_view().fit(),
+    ask: |_| FlatAsk::Fit.into(),
     ..PHOTO
 };
 
@@ -42,7 +42,7 @@ pub const PIXELS: Command = Command {
     name: "Show pixels 1:1",
     tooltip: "Shows each pixel of the photo or image layer as one of the screen's.",
     keys: &[plain(Key::N)],
-    run: |editor, context| editor.flat_view().show_pixels(context.pixels_per_point()),
+    ask: |_| FlatAsk::ShowPixels.into(),
     ..PHOTO
 };
 
@@ -51,7 +51,7 @@ pub const LARGER: Command = Command {
     name: "Zoom in",
     tooltip: "Shows the photo or image layer larger.",
     keys: &[plain(Key::Plus), plain(Key::Equals)],
-    run: |editor, _| editor.flat_view().zoom(STEP),
+    ask: |_| FlatAsk::Zoom(STEP).into(),
     ..PHOTO
 };
 
@@ -60,7 +60,7 @@ pub const SMALLER: Command = Command {
     name: "Zoom out",
     tooltip: "Shows the photo or image layer smaller.",
     keys: &[plain(Key::Minus)],
-    run: |editor, _| editor.flat_view().zoom(1.0 / STEP),
+    ask: |_| FlatAsk::Zoom(1.0 / STEP).into(),
     ..PHOTO
 };
 
@@ -74,7 +74,7 @@ pub const TAKE_OFF: Command = Command {
     keys: &[plain(Key::Period)],
     starts_group: true,
     ready: with_layers,
-    run: |editor, _| editor.peel(1),
+    ask: |_| FlatAsk::Peel(1).into(),
     ..PHOTO
 };
 
@@ -84,20 +84,20 @@ pub const PUT_BACK: Command = Command {
     tooltip: "Puts the visibility layer back that was taken off last.",
     keys: &[plain(Key::Comma)],
     ready: with_layers,
-    run: |editor, _| editor.peel(-1),
+    ask: |_| FlatAsk::Peel(-1).into(),
     ..PHOTO
 };
 
 macro_rules! switch {
-    ($constant:ident, $field:ident, $name:literal, $tooltip:literal, [$($key:ident)?], $starts_group:literal) => {
+    ($constant:ident, $field:ident, $flag:ident, $name:literal, $tooltip:literal, [$($key:ident)?], $starts_group:literal) => {
         #[doc = $tooltip]
         pub const $constant: Command = Command {
             name: $name,
             tooltip: $tooltip,
             keys: &[$(plain(Key::$key))?],
             starts_group: $starts_group,
-            on: Some(|editor| editor.flat.switches.$field),
-            run: |editor, _| editor.flat.switches.$field ^= true,
+            on: Some(|state| state.flat.switches.$field),
+            ask: |_| WindowAsk::Flip(Flag::$flag).into(),
             ..PHOTO
         };
     };
@@ -106,6 +106,7 @@ macro_rules! switch {
 switch!(
     OUTLINES,
     outlines,
+    Outlines,
     "Outlines",
     "Draws the outlines of elements over the photo, by depth.",
     [O],
@@ -114,6 +115,7 @@ switch!(
 switch!(
     HATCHING,
     hatching,
+    Hatching,
     "Hatching",
     "Hatches what is hidden: needed by a surface and not shown by the photo.",
     [H],
@@ -122,6 +124,7 @@ switch!(
 switch!(
     RECTANGLES,
     rectangles,
+    Rectangles,
     "Rectangles",
     "Draws the rectangles of image layers over the photo.",
     [R],
@@ -130,15 +133,17 @@ switch!(
 switch!(
     FILLING,
     filling,
+    Filling,
     "Filling",
     "Shows what fills hidden parts, and paint of other photos that lies over this one.",
     [],
     false
 );
-switch!(PAINT, paint, "Paint", "Shows what was painted.", [], false);
+switch!(PAINT, paint, Paint, "Paint", "Shows what was painted.", [], false);
 switch!(
     EVEN,
     even,
+    Even,
     "Even colour",
     "Shows the photo in the exposure that it is blended with, as the colour panel has it; off: as it was taken.",
     [],
@@ -151,13 +156,8 @@ pub const UNTEXTURED: Command = Command {
     tooltip: "Lists the faces that this photo gives no texture, with the reason.",
     keys: &[plain(Key::U)],
     starts_group: true,
-    on: Some(|editor| editor.flat.photo.reasons_shown),
-    run: |editor, _| {
-        editor.flat.photo.reasons_shown ^= true;
-        if editor.flat.photo.reasons_shown {
-            editor.layout.show(Pane::Photo);
-        }
-    },
+    on: Some(|state| state.flat.photo.reasons_shown),
+    ask: |_| FlatAsk::ListUntextured.into(),
     ..PHOTO
 };
 
@@ -171,8 +171,8 @@ macro_rules! show {
             menu: Menu::Window,
             starts_group: $starts_group,
             ready: with_project,
-            on: Some(|editor| editor.layout.is_shown(Pane::$pane)),
-            run: |editor, _| editor.layout.show(Pane::$pane),
+            on: Some(|state| state.panes.is_shown(Pane::$pane)),
+            ask: |_| WindowAsk::ShowPane(Pane::$pane).into(),
             ..PLAIN
         };
     };
@@ -182,25 +182,7 @@ show!(SHOW_SPACE, Space, "Show 3D view", F2, "Brings the 3D view to the front.",
 show!(SHOW_PHOTO, Photo, "Show photo", F3, "Brings the photo with its layers to the front.", false);
 show!(SHOW_LAYER, Layer, "Show image layer", F4, "Brings the selected image layer to the front.", false);
 
-fn with_layers(editor: &Editor) -> Result<(), WhyNot> {
-    with_project(editor)?;
-    editor.selected_stack().map(|_| ()).ok_or("build the photo's layers first")
-}
-
-impl Editor {
-    /// The flat view in use: the photo's, where that is none of them.
-    fn flat_view(&mut self) -> &mut View {
-        match self.layout.used() {
-            Pane::Layer => &mut self.flat.layer.view,
-            Pane::Space | Pane::Photo => &mut self.flat.photo.view,
-        }
-    }
-
-    /// Takes so many more visibility layers off the photo.
-    fn peel(&mut self, by: i32) {
-        let depth = self.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32);
-        let taken_off = &mut self.flat.photo.taken_off;
-        *taken_off = taken_off.saturating_add_signed(by).min(depth);
-        self.layout.show(Pane::Photo);
-    }
+fn with_layers(state: &State) -> Result<(), WhyNot> {
+    with_project(state)?;
+    state.selected_stack().map(|_| ()).ok_or("build the photo's layers first")
 }

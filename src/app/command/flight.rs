@@ -3,8 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, plain, with_project};
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
+use crate::app::state::State;
+use crate::app::state::ask::{Flag, FlightAsk, WindowAsk};
+use crate::app::state::running::Kind;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] = &[&PANEL, &KEEP, &ADD, &REMOVE, &PLAY, &STILL, &FILM];
@@ -17,8 +18,8 @@ pub const PANEL: Command = Command {
     tooltip: "Shows or hides kept views and the line of time of the flight.",
     keys: &[plain(Key::T)],
     starts_group: true,
-    on: Some(|editor| editor.flights.shown),
-    run: |editor, _| editor.flights.shown ^= true,
+    on: Some(|state| state.flights.shown),
+    ask: |_| WindowAsk::Flip(Flag::Flight).into(),
     ..FLIGHT
 };
 
@@ -27,7 +28,7 @@ pub const KEEP: Command = Command {
     name: "Keep this view",
     tooltip: "Keeps the view as it is, to come back to it.",
     keys: &[ctrl(Key::D)],
-    run: |editor, _| editor.keep_view(),
+    ask: |_| FlightAsk::KeepView.into(),
     ..FLIGHT
 };
 
@@ -36,7 +37,7 @@ pub const ADD: Command = Command {
     name: "Add keyframe",
     tooltip: "The flight leads through this view.",
     keys: &[plain(Key::K)],
-    run: |editor, _| editor.add_keyframe(),
+    ask: |_| FlightAsk::AddKeyframe.into(),
     ..FLIGHT
 };
 
@@ -44,8 +45,8 @@ pub const ADD: Command = Command {
 pub const REMOVE: Command = Command {
     name: "Remove keyframe",
     tooltip: "Takes the selected keyframe out of the flight.",
-    ready: |editor| if editor.has_keyframe() { Ok(()) } else { Err("select a keyframe of the flight") },
-    run: |editor, _| editor.remove_keyframe(),
+    ready: |state| if state.has_keyframe() { Ok(()) } else { Err("select a keyframe of the flight") },
+    ask: |_| FlightAsk::RemoveKeyframe.into(),
     ..FLIGHT
 };
 
@@ -55,8 +56,8 @@ pub const PLAY: Command = Command {
     tooltip: "Plays the flight, or pauses it.",
     keys: &[plain(Key::Space)],
     ready: can_fly,
-    on: Some(Editor::plays),
-    run: |editor, _| editor.play(),
+    on: Some(State::plays),
+    ask: |_| FlightAsk::Play.into(),
     ..FLIGHT
 };
 
@@ -65,7 +66,7 @@ pub const STILL: Command = Command {
     name: "Make a picture…",
     tooltip: "Renders the view in final quality, at any size.",
     ready: with_painter,
-    run: |editor, _| editor.ask_still(),
+    ask: |_| FlightAsk::ChooseStill.into(),
     ..FLIGHT
 };
 
@@ -73,22 +74,22 @@ pub const STILL: Command = Command {
 pub const FILM: Command = Command {
     name: "Make a film…",
     tooltip: "Renders the flight in final quality, as pictures and as a film.",
-    ready: |editor| with_painter(editor).and(can_fly(editor)),
-    run: |editor, _| editor.ask_film(),
+    ready: |state| with_painter(state).and(can_fly(state)),
+    ask: |_| FlightAsk::ChooseFilm.into(),
     ..FLIGHT
 };
 
-fn can_fly(editor: &Editor) -> Result<(), WhyNot> {
-    if editor.can_fly() { Ok(()) } else { Err("add two keyframes first") }
+fn can_fly(state: &State) -> Result<(), WhyNot> {
+    if state.can_fly() { Ok(()) } else { Err("add two keyframes first") }
 }
 
-fn with_painter(editor: &Editor) -> Result<(), WhyNot> {
-    let session = editor.session.as_ref().ok_or("open a project first")?;
-    if session.painter.is_some() {
+fn with_painter(state: &State) -> Result<(), WhyNot> {
+    let session = state.session.as_ref().ok_or("open a project first")?;
+    if state.device.is_some() {
         Ok(())
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         Err("build the layers first")
-    } else if editor.jobs.runs(Kind::Preview) {
+    } else if state.running.runs(Kind::Preview) {
         Err("the 3D view is being prepared, wait a moment")
     } else {
         Err("the 3D view does not run; its place in the window says why")

@@ -3,8 +3,9 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, shift, with_project};
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
+use crate::app::state::State;
+use crate::app::state::ask::{BuildAsk, CheckAsk, Flag, QualityAsk, WindowAsk};
+use crate::app::state::running::Kind;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] =
@@ -17,7 +18,7 @@ pub const BUILD: Command = Command {
     keys: &[ctrl(Key::B)],
     menu: Menu::Layers,
     ready: can_write,
-    run: |editor, _| editor.build(Vec::new()),
+    ask: |_| BuildAsk::Build(Vec::new()).into(),
     ..PLAIN
 };
 
@@ -26,11 +27,8 @@ pub const BUILD_PHOTO: Command = Command {
     name: "Build layers of this photo",
     tooltip: "Builds the selected photo's image layers alone.",
     menu: Menu::Layers,
-    ready: |editor| can_write(editor).and(with_photo(editor)),
-    run: |editor, _| {
-        let photo = editor.selected_photo_name();
-        editor.build(photo.into_iter().collect());
-    },
+    ready: |state| can_write(state).and(with_photo(state)),
+    ask: |state| BuildAsk::Build(state.selected_photo_name().into_iter().collect()).into(),
     ..PLAIN
 };
 
@@ -39,8 +37,8 @@ pub const FILL: Command = Command {
     name: "Fill hidden parts",
     tooltip: "Fills what photos do not show of their layers: from other photos, by example, by diffusion.",
     menu: Menu::Layers,
-    ready: |editor| can_write(editor).and(with_stacks(editor)),
-    run: |editor, _| editor.fill(),
+    ready: |state| can_write(state).and(with_stacks(state)),
+    ask: |_| BuildAsk::Fill.into(),
     ..PLAIN
 };
 
@@ -49,8 +47,8 @@ pub const PROPAGATE: Command = Command {
     name: "Lay paint over other photos",
     tooltip: "Fills hidden parts, and lays what was painted in one photo over what the others show of the same surfaces.",
     menu: Menu::Layers,
-    ready: |editor| can_write(editor).and(with_stacks(editor)),
-    run: |editor, _| editor.propagate_paint(),
+    ready: |state| can_write(state).and(with_stacks(state)),
+    ask: |_| QualityAsk::Propagate.into(),
     ..PLAIN
 };
 
@@ -59,11 +57,11 @@ pub const TAKE_OFF: Command = Command {
     name: "Take paint off other photos",
     tooltip: "Fills hidden parts again without paint of other photos over what a photo shows; all paint stays where it was painted.",
     menu: Menu::Layers,
-    ready: |editor| {
-        can_write(editor).and(with_stacks(editor))?;
-        if editor.has_propagated() { Ok(()) } else { Err("no paint lies over another photo") }
+    ready: |state| {
+        can_write(state).and(with_stacks(state))?;
+        if state.has_propagated() { Ok(()) } else { Err("no paint lies over another photo") }
     },
-    run: |editor, _| editor.take_propagated_off(),
+    ask: |_| QualityAsk::TakePropagatedOff.into(),
     ..PLAIN
 };
 
@@ -73,8 +71,8 @@ pub const AS_TABLE: Command = Command {
     tooltip: "Lists the photo's layers with their figures, to be sorted by any of them, or by depth.",
     menu: Menu::Layers,
     starts_group: true,
-    on: Some(|editor| editor.settings.layer_list.as_table),
-    run: |editor, _| editor.settings.layer_list.as_table ^= true,
+    on: Some(|state| state.settings.layer_list.as_table),
+    ask: |_| WindowAsk::Flip(Flag::LayerTable).into(),
     ..PLAIN
 };
 
@@ -84,8 +82,8 @@ pub const OPTIONS: Command = Command {
     tooltip: "Shows how layers are made: when a surface counts as hidden, and how large image layers are.",
     menu: Menu::Layers,
     ready: with_project,
-    on: Some(|editor| editor.layer_options_shown),
-    run: |editor, _| editor.layer_options_shown ^= true,
+    on: Some(|state| state.layer_options_shown),
+    ask: |_| WindowAsk::Flip(Flag::LayerOptions).into(),
     ..PLAIN
 };
 
@@ -96,7 +94,7 @@ pub const CHECK: Command = Command {
     menu: Menu::Layers,
     starts_group: true,
     ready: with_project,
-    run: |editor, _| editor.check(),
+    ask: |_| CheckAsk::Check.into(),
     ..PLAIN
 };
 
@@ -106,8 +104,8 @@ pub const CHECKED: Command = Command {
     tooltip: "Shows what the last check found, with the model's edges over the photos.",
     menu: Menu::Layers,
     ready: with_check,
-    on: Some(|editor| editor.checks.shown),
-    run: |editor, _| editor.checks.shown ^= true,
+    on: Some(|state| state.checks.shown),
+    ask: |_| WindowAsk::Flip(Flag::Check).into(),
     ..PLAIN
 };
 
@@ -117,33 +115,33 @@ pub const STOP: Command = Command {
     tooltip: "Asks everything that runs to stop; what is finished stays.",
     keys: &[shift(Key::Escape)],
     menu: Menu::Layers,
-    ready: |editor| if editor.jobs.is_idle() { Err("nothing runs") } else { Ok(()) },
-    run: |editor, _| editor.jobs.stop_all(),
+    ready: |state| if state.running.is_idle() { Err("nothing runs") } else { Ok(()) },
+    ask: |_| BuildAsk::StopAll.into(),
     ..PLAIN
 };
 
 /// A project is open and no other job writes to its stacks.
-fn can_write(editor: &Editor) -> Result<(), WhyNot> {
-    with_project(editor)?;
+fn can_write(state: &State) -> Result<(), WhyNot> {
+    with_project(state)?;
     // A film is drawn by the 3D view's renderer, which new layers replace.
     let writes = [Kind::Build, Kind::Fill, Kind::Import, Kind::Export, Kind::Open, Kind::Render];
-    match writes.into_iter().any(|kind| editor.jobs.runs(kind)) {
+    match writes.into_iter().any(|kind| state.running.runs(kind)) {
         true => Err("wait until the job that runs has ended, or stop it"),
         false => Ok(()),
     }
 }
 
-fn with_check(editor: &Editor) -> Result<(), WhyNot> {
-    let session = editor.session.as_ref().ok_or("open a project first")?;
-    if editor.checks.has_report(&session.folder) { Ok(()) } else { Err("check the project first") }
+fn with_check(state: &State) -> Result<(), WhyNot> {
+    let session = state.session.as_ref().ok_or("open a project first")?;
+    if state.checks.has_report(&session.folder) { Ok(()) } else { Err("check the project first") }
 }
 
-fn with_photo(editor: &Editor) -> Result<(), WhyNot> {
-    editor.selected_photo().map(|_| ()).ok_or("select a photo first")
+fn with_photo(state: &State) -> Result<(), WhyNot> {
+    state.selected_photo().map(|_| ()).ok_or("select a photo first")
 }
 
-fn with_stacks(editor: &Editor) -> Result<(), WhyNot> {
-    let session = editor.session.as_ref().ok_or("open a project first")?;
+fn with_stacks(state: &State) -> Result<(), WhyNot> {
+    let session = state.session.as_ref().ok_or("open a project first")?;
     let built = session.photos.iter().any(|photo| photo.stack.is_some());
     if built { Ok(()) } else { Err("build the layers first") }
 }

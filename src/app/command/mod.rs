@@ -1,4 +1,4 @@
-//! Every command of the editor: its name, its tooltip, its keys, where in the menu it is, when it can be run, and
+//! Every command of the state: its name, its tooltip, its keys, where in the menu it is, when it can be run, and
 //! what it does. Menus, palette, keyboard and tests know commands from these tables alone.
 
 pub mod edit;
@@ -13,7 +13,9 @@ pub mod words;
 
 use eframe::egui::{Context, Event, Id, Key, KeyboardShortcut, Modifiers};
 
-use super::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, Flag, WindowAsk};
+use crate::app::state::notes::{Note, Weight};
 
 /// A menu of the menu bar, from left to right.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -24,7 +26,7 @@ pub enum Menu {
     Edit,
     /// Stacks and layers.
     Layers,
-    /// Out to the image editor, and home.
+    /// Out to the image state, and home.
     Paint,
     /// What is shown, and from where.
     View,
@@ -80,15 +82,27 @@ pub struct Command {
     /// A line is drawn above it in the menu.
     pub starts_group: bool,
     /// Whether it can be run.
-    pub ready: fn(&Editor) -> Result<(), WhyNot>,
+    pub ready: fn(&State) -> Result<(), WhyNot>,
     /// Whether it is switched on, for one that switches.
-    pub on: Option<fn(&Editor) -> bool>,
+    pub on: Option<fn(&State) -> bool>,
     /// Its keys hold although a dialog is open: it does no harm there.
-    pub in_dialog: fn(&Editor) -> bool,
+    pub in_dialog: fn(&State) -> bool,
     /// What it would do it to, for its place in the menu: `merge of 3 layers`.
-    pub detail: Option<fn(&Editor) -> Option<String>>,
-    /// What it does.
-    pub run: fn(&mut Editor, &Context),
+    pub detail: Option<fn(&State) -> Option<String>>,
+    /// What it asks for.
+    pub ask: fn(&State) -> Ask,
+}
+
+impl Command {
+    /// What it asks for if it is ready; else it is said why not.
+    pub fn asked(&self, state: &State) -> Ask {
+        match (self.ready)(state) {
+            Ok(()) => (self.ask)(state),
+            Err(why_not) => {
+                WindowAsk::Say(Note::new(Weight::Info, format!("{}: {why_not}", self.name))).into()
+            }
+        }
+    }
 }
 
 impl PartialEq for Command {
@@ -114,7 +128,7 @@ pub const PLAIN: Command = Command {
     on: None,
     in_dialog: |_| false,
     detail: None,
-    run: |_, _| (),
+    ask: |_| WindowAsk::Flip(Flag::Help).into(),
 };
 
 /// All commands, in the order of their menus.
@@ -133,13 +147,13 @@ pub fn all() -> impl Iterator<Item = &'static Command> {
 }
 
 /// Ready in any state.
-pub fn always(_: &Editor) -> Result<(), WhyNot> {
+pub fn always(_: &State) -> Result<(), WhyNot> {
     Ok(())
 }
 
 /// Ready when a project is open.
-pub fn with_project(editor: &Editor) -> Result<(), WhyNot> {
-    editor.session.as_ref().map(|_| ()).ok_or("open a project first")
+pub fn with_project(state: &State) -> Result<(), WhyNot> {
+    state.session.as_ref().map(|_| ()).ok_or("open a project first")
 }
 
 /// Keys with Ctrl (Command on a Mac).

@@ -1,10 +1,11 @@
-//! Commands on what is painted: out to the image editor, and home.
+//! Commands on what is painted: out to the image state, and home.
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
 use super::{Command, Menu, PLAIN, WhyNot, ctrl, with_project};
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
+use crate::app::state::State;
+use crate::app::state::ask::{Flag, TripAsk, WindowAsk};
+use crate::app::state::running::Kind;
 
 /// In the order of their menus.
 pub const COMMANDS: &[&Command] =
@@ -12,13 +13,13 @@ pub const COMMANDS: &[&Command] =
 
 const PAINT: Command = Command { menu: Menu::Paint, ready: with_project, ..PLAIN };
 
-/// Opens the photo in the image editor.
+/// Opens the photo in the image state.
 pub const EDIT: Command = Command {
-    name: "Edit in image editor",
-    tooltip: "Opens the selected photo's layers in the image editor; what you save there comes home by itself.",
+    name: "Edit in image state",
+    tooltip: "Opens the selected photo's layers in the image state; what you save there comes home by itself.",
     keys: &[ctrl(Key::E)],
     ready: can_export_photo,
-    run: |editor, _| editor.edit_photo(false),
+    ask: |_| TripAsk::EditPhoto { fresh: false }.into(),
     ..PAINT
 };
 
@@ -27,16 +28,16 @@ pub const EDIT_FRESH: Command = Command {
     name: "Edit a new export",
     tooltip: "Opens the selected photo's layers as they are now, with all paint, instead of the file begun before.",
     ready: can_export_photo,
-    run: |editor, _| editor.edit_photo(true),
+    ask: |_| TripAsk::EditPhoto { fresh: true }.into(),
     ..PAINT
 };
 
-/// Chooses the image editor.
+/// Chooses the image state.
 pub const CHOOSE_EDITOR: Command = Command {
-    name: "Choose image editor…",
+    name: "Choose image state…",
     tooltip: "Chooses among the image editors that are installed, or another program.",
     ready: super::always,
-    run: |editor, _| editor.trip.choosing_editor ^= true,
+    ask: |_| WindowAsk::Flip(Flag::ImageEditor).into(),
     ..PAINT
 };
 
@@ -46,7 +47,7 @@ pub const IMPORT: Command = Command {
     tooltip: "Takes home what was painted on exported files.",
     keys: &[ctrl(Key::I)],
     starts_group: true,
-    run: |editor, _| editor.choose_imports(),
+    ask: |_| TripAsk::ChooseImports.into(),
     ..PAINT
 };
 
@@ -55,7 +56,7 @@ pub const TAKE_BACK: Command = Command {
     name: "Take back import",
     tooltip: "Makes all paint as it was before the last import; the files stay as they are.",
     ready: can_take_back,
-    run: |editor, _| editor.take_back_last(),
+    ask: |_| TripAsk::TakeBackLast.into(),
     ..PAINT
 };
 
@@ -65,8 +66,8 @@ pub const EXPORT: Command = Command {
     tooltip: "Writes photos with their layers as files for image editors.",
     keys: &[KeyboardShortcut::new(Modifiers::COMMAND.plus(Modifiers::SHIFT), Key::E)],
     starts_group: true,
-    ready: |editor| can_export(editor),
-    run: |editor, _| editor.choose_export(),
+    ready: |state| can_export(state),
+    ask: |_| TripAsk::ChooseExport.into(),
     ..PAINT
 };
 
@@ -74,38 +75,34 @@ pub const EXPORT: Command = Command {
 pub const SHOW_EDITING: Command = Command {
     name: "Show painted files",
     tooltip: "Shows the folder of the files that you paint on in the system's file manager.",
-    ready: |editor| match editor.editing_folder() {
+    ready: |state| match state.editing_folder() {
         Some(_) => Ok(()),
-        None => Err("nothing was opened in an image editor yet"),
+        None => Err("nothing was opened in an image state yet"),
     },
-    run: |editor, _| {
-        if let Some(folder) = editor.editing_folder() {
-            editor.show_folder(&folder);
-        }
-    },
+    ask: |state| TripAsk::ShowFolder(state.editing_folder().unwrap_or_default()).into(),
     ..PAINT
 };
 
-fn can_export(editor: &Editor) -> Result<(), WhyNot> {
-    let session = editor.session.as_ref().ok_or("open a project first")?;
+fn can_export(state: &State) -> Result<(), WhyNot> {
+    let session = state.session.as_ref().ok_or("open a project first")?;
     if session.photos.iter().all(|photo| photo.stack.is_none()) {
         return Err("build the layers first");
     }
-    let writes = [Kind::Build, Kind::Fill, Kind::Export].into_iter().any(|kind| editor.jobs.runs(kind));
+    let writes = [Kind::Build, Kind::Fill, Kind::Export].into_iter().any(|kind| state.running.runs(kind));
     if writes { Err("wait until the job that runs has ended, or stop it") } else { Ok(()) }
 }
 
-fn can_export_photo(editor: &Editor) -> Result<(), WhyNot> {
-    can_export(editor)?;
-    let place = editor.selected_photo().ok_or("select a photo first")?;
-    let built = editor.session.as_ref().is_some_and(|session| session.photos[place].stack.is_some());
+fn can_export_photo(state: &State) -> Result<(), WhyNot> {
+    can_export(state)?;
+    let place = state.selected_photo().ok_or("select a photo first")?;
+    let built = state.session.as_ref().is_some_and(|session| session.photos[place].stack.is_some());
     if built { Ok(()) } else { Err("build the layers of this photo first") }
 }
 
-fn can_take_back(editor: &Editor) -> Result<(), WhyNot> {
-    with_project(editor)?;
-    if editor.trip.history.is_empty() {
+fn can_take_back(state: &State) -> Result<(), WhyNot> {
+    with_project(state)?;
+    if state.trip.history.is_empty() {
         return Err("there is no import to take back");
     }
-    if editor.jobs.runs(Kind::Import) { Err("wait until the import has ended") } else { Ok(()) }
+    if state.running.runs(Kind::Import) { Err("wait until the import has ended") } else { Ok(()) }
 }

@@ -3,8 +3,8 @@
 use eframe::egui::Key;
 
 use super::{Command, Menu, PLAIN, WhyNot, plain, shift, with_project};
-use crate::app::editor::Editor;
-use crate::app::layout::Pane;
+use crate::app::state::State;
+use crate::app::state::ask::{BuildAsk, Flag, SelectAsk, SpaceAsk, WindowAsk};
 use crate::projection::Shown;
 
 /// In the order of their menus.
@@ -45,7 +45,7 @@ pub const FRAME: Command = Command {
     name: "Frame selection",
     tooltip: "Goes to where the selection fills the view: 3D, photo or image layer.",
     keys: &[plain(Key::F)],
-    run: |editor, _| editor.frame(),
+    ask: |_| SpaceAsk::Frame.into(),
     ..VIEW
 };
 
@@ -54,7 +54,7 @@ pub const EVERYTHING: Command = Command {
     name: "Show everything",
     tooltip: "Goes back until the whole model, photo or image layer is in the view.",
     keys: &[plain(Key::Home)],
-    run: |editor, _| editor.show_all(),
+    ask: |_| SpaceAsk::ShowAll.into(),
     ..VIEW
 };
 
@@ -64,10 +64,7 @@ pub const SNAP: Command = Command {
     tooltip: "Flies into the selected photo's camera; a second time flies back.",
     keys: &[plain(Key::Num0)],
     ready: with_photo,
-    run: |editor, _| {
-        editor.layout.show(Pane::Space);
-        editor.snap();
-    },
+    ask: |_| SpaceAsk::Snap.into(),
     ..VIEW
 };
 
@@ -77,12 +74,7 @@ pub const INTO: Command = Command {
     tooltip: "Flies into the selected photo's camera, and stays there; 0 flies back.",
     keys: &[plain(Key::Enter)],
     ready: with_photo,
-    run: |editor, _| {
-        editor.layout.show(Pane::Space);
-        if editor.space.through() != editor.selected_photo() {
-            editor.snap();
-        }
-    },
+    ask: |_| SpaceAsk::FlyInto.into(),
     ..VIEW
 };
 
@@ -91,7 +83,7 @@ pub const NEXT: Command = Command {
     name: "Next photo",
     tooltip: "Selects the next photo, and flies to it when looking through one.",
     keys: &[plain(Key::CloseBracket), plain(Key::PageDown)],
-    run: |editor, _| editor.step_photo(1),
+    ask: |_| SelectAsk::StepPhoto(1).into(),
     ..VIEW
 };
 
@@ -100,7 +92,7 @@ pub const PREVIOUS: Command = Command {
     name: "Previous photo",
     tooltip: "Selects the photo before, and flies to it when looking through one.",
     keys: &[plain(Key::OpenBracket), plain(Key::PageUp)],
-    run: |editor, _| editor.step_photo(-1),
+    ask: |_| SelectAsk::StepPhoto(-1).into(),
     ..VIEW
 };
 
@@ -108,7 +100,7 @@ pub const PREVIOUS: Command = Command {
 pub const LEVEL: Command = Command {
     name: "Level the horizon",
     tooltip: "Turns the view about its axis until what is upright stands upright.",
-    run: |editor, _| editor.level(),
+    ask: |_| SpaceAsk::Level.into(),
     ..VIEW
 };
 
@@ -119,8 +111,8 @@ macro_rules! shown {
             name: $name,
             tooltip: $tooltip,
             keys: &[plain(Key::$key)],
-            on: Some(|editor| editor.space.look.shown == Shown::$shown),
-            run: |editor, _| editor.space.look.shown = Shown::$shown,
+            on: Some(|state| state.space.look.shown == Shown::$shown),
+            ask: |_| SpaceAsk::Display(Shown::$shown).into(),
             ..VIEW
         };
     };
@@ -158,8 +150,8 @@ pub const LEGEND: Command = Command {
     name: "Legend",
     tooltip: "Says what the colours of the 3D view mean.",
     keys: &[shift(Key::L)],
-    on: Some(|editor| editor.space.legend_shown),
-    run: |editor, _| editor.space.legend_shown ^= true,
+    on: Some(|state| state.space.legend_shown),
+    ask: |_| WindowAsk::Flip(Flag::Legend).into(),
     ..VIEW
 };
 
@@ -170,8 +162,8 @@ pub const EXPLODED: Command = Command {
     keys: &[plain(Key::V)],
     starts_group: true,
     ready: with_layers,
-    on: Some(|editor| editor.space.exploded.is_on()),
-    run: |editor, _| editor.toggle_exploded(),
+    on: Some(|state| state.space.exploded.is_on()),
+    ask: |_| SpaceAsk::PullApart.into(),
     ..VIEW
 };
 
@@ -181,8 +173,8 @@ pub const COLOUR: Command = Command {
     tooltip: "The photos, blended for this view.",
     keys: &[plain(Key::Num1)],
     starts_group: true,
-    on: Some(|editor| editor.space.look.shown == Shown::Colour),
-    run: |editor, _| editor.space.look.shown = Shown::Colour,
+    on: Some(|state| state.space.look.shown == Shown::Colour),
+    ask: |_| SpaceAsk::Display(Shown::Colour).into(),
     ..VIEW
 };
 
@@ -192,8 +184,8 @@ pub const WIREFRAME: Command = Command {
     tooltip: "Draws the outlines of all faces.",
     keys: &[plain(Key::Z)],
     starts_group: true,
-    on: Some(|editor| editor.space.wireframe),
-    run: |editor, _| editor.space.wireframe ^= true,
+    on: Some(|state| state.space.wireframe),
+    ask: |_| WindowAsk::Flip(Flag::Wireframe).into(),
     ..VIEW
 };
 
@@ -202,8 +194,8 @@ pub const CAMERAS: Command = Command {
     name: "Photos in space",
     tooltip: "Draws where each photo was taken from, with its picture.",
     keys: &[plain(Key::C)],
-    on: Some(|editor| editor.space.cameras),
-    run: |editor, _| editor.space.cameras ^= true,
+    on: Some(|state| state.space.cameras),
+    ask: |_| WindowAsk::Flip(Flag::Cameras).into(),
     ..VIEW
 };
 
@@ -212,8 +204,8 @@ pub const BACKS: Command = Command {
     name: "Backs",
     tooltip: "Draws the backs of faces too, which no photo shows; without them one looks into courtyards from outside.",
     keys: &[shift(Key::B)],
-    on: Some(|editor| !editor.space.look.without_backs),
-    run: |editor, _| editor.space.look.without_backs ^= true,
+    on: Some(|state| !state.space.look.without_backs),
+    ask: |_| WindowAsk::Flip(Flag::Backs).into(),
     ..VIEW
 };
 
@@ -222,8 +214,8 @@ pub const FLIP: Command = Command {
     name: "Photo over the view",
     tooltip: "Lays the photo one looks through over the view; hold X to flip between the two.",
     keys: &[plain(Key::P)],
-    on: Some(|editor| editor.space.photo_over),
-    run: |editor, _| editor.space.photo_over ^= true,
+    on: Some(|state| state.space.photo_over),
+    ask: |_| WindowAsk::Flip(Flag::PhotoOver).into(),
     ..VIEW
 };
 
@@ -232,19 +224,19 @@ pub const RESTART: Command = Command {
     name: "Restart 3D view",
     tooltip: "Prepares the 3D view anew, on the device as it is now.",
     starts_group: true,
-    run: |editor, _| editor.prepare_painter(),
+    ask: |_| BuildAsk::PreparePainter.into(),
     ..VIEW
 };
 
-fn with_layers(editor: &Editor) -> Result<(), WhyNot> {
-    with_photo(editor)?;
-    match editor.space.exploded.is_on() || editor.selected_stack().is_some() {
+fn with_layers(state: &State) -> Result<(), WhyNot> {
+    with_photo(state)?;
+    match state.space.exploded.is_on() || state.selected_stack().is_some() {
         true => Ok(()),
         false => Err("build the photo's layers first"),
     }
 }
 
-fn with_photo(editor: &Editor) -> Result<(), WhyNot> {
-    with_project(editor)?;
-    editor.selected_photo().map(|_| ()).ok_or("select a photo first")
+fn with_photo(state: &State) -> Result<(), WhyNot> {
+    with_project(state)?;
+    state.selected_photo().map(|_| ()).ok_or("select a photo first")
 }

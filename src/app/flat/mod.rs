@@ -14,7 +14,7 @@ use self::hatch::Checkerboard;
 use self::placement::{Placement, Seen};
 use super::layer::LayerPane;
 use super::photo::PhotoPane;
-use super::session::Session;
+use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::geometry::PixelRect;
 use crate::io::paint_store::PaintStore;

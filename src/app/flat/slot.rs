@@ -1,8 +1,9 @@
 //! Things that jobs make for a view: what is wanted now, what is being made, what was made.
 
-use super::super::editor::Editor;
-use super::super::jobs::{JobId, Jobs, Kind};
-use super::super::notes::Note;
+use crate::app::state::State;
+use crate::app::state::notes::Note;
+use crate::app::state::running::{JobId, Kind, Running};
+use crate::app::work::jobs::{Jobs, arrival};
 use crate::error::{Error, Result};
 use crate::task::Task;
 
@@ -26,7 +27,7 @@ pub struct Wish<K, V> {
     /// while keys change quickly.
     pub gives_up: bool,
     /// Where the slot is, when the job is done.
-    pub slot: fn(&mut Editor) -> &mut Slot<K, V>,
+    pub slot: fn(&mut State) -> &mut Slot<K, V>,
 }
 
 impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
@@ -72,29 +73,30 @@ impl<K: Clone + PartialEq + Send + 'static, V: Send + 'static> Slot<K, V> {
     pub fn want(
         &mut self,
         jobs: &mut Jobs,
+        running: &mut Running,
         wish: Wish<K, V>,
         work: impl FnOnce(&Task) -> Result<V> + Send + 'static,
     ) {
-        self.asked = self.asked.take().filter(|(_, job)| jobs.running().any(|(id, _)| id == *job));
+        self.asked = self.asked.take().filter(|(_, job)| running.is_running(*job));
         if self.get(&wish.key).is_some() || self.has_failed(&wish.key) {
             return;
         }
         match &self.asked {
             Some((key, _)) if *key == wish.key => return,
             Some(_) if !wish.gives_up => return,
-            Some((_, job)) => jobs.stop(*job),
+            Some((_, job)) => jobs.stop(running, *job),
             None => (),
         }
         let Wish { key, name, slot, .. } = wish;
         let asked = key.clone();
-        let job = jobs.start(Kind::FlatView, name, move |task| {
+        let job = jobs.start(running, Kind::FlatView, name, move |task| {
             let made = work(task);
             if matches!(made, Err(Error::Cancelled)) {
                 return Err(Error::Cancelled);
             }
-            Ok(Box::new(move |editor| {
-                let told = slot(editor).arrived(key, made);
-                told.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| editor.tell(note));
+            Ok(arrival(move |state| {
+                let told = slot(state).arrived(key, made);
+                told.iter().flat_map(|error| Note::of_error(name, error)).for_each(|note| state.tell(note));
             }))
         });
         self.asked = Some((asked, job));

@@ -4,14 +4,17 @@ use std::path::{Path, PathBuf};
 
 use eframe::egui::{Button, Context, DragValue, RichText, TextEdit, Ui, vec2};
 
-use crate::app::dialog::{Dialog, Keys};
 use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::notes::{Note, Weight};
-use crate::app::painter::Painter;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::widget::dialog::{Dialog, Keys};
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::app::work::painter::Painter;
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::Quality;
-use crate::recipe::render::{FilmOptions, Look, RenderOptions, RenderReport, render};
+use crate::recipe::render::{Look, RenderOptions, RenderReport, VideoOptions, render};
 use crate::recipe::views::View;
 use crate::task::Task;
 
@@ -48,6 +51,20 @@ fn free_name(folder: &Path, export: &Export) -> String {
 }
 
 impl Editor {
+    pub(in crate::app) fn export_ui(&mut self, context: &Context) {
+        let Some(mut export) = self.state.flights.export.take() else { return };
+        let dialog = Dialog::new("export picture", 440.0);
+        let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export));
+        match asked.inner {
+            Some(true) => export_views(&mut self.state, &mut self.work, &export),
+            Some(false) => (),
+            None if asked.escaped => (),
+            None => self.state.flights.export = Some(export),
+        }
+    }
+}
+
+impl State {
     /// Asks how a picture of the view is to be.
     pub fn ask_still(&mut self) {
         let [width, height] = self.space.size_px();
@@ -68,37 +85,6 @@ impl Editor {
         let folder = session.folder.join("pictures");
         let name = free_name(&folder, &export);
         self.flights.export = Some(Export { folder: folder.display().to_string(), name, ..export });
-    }
-
-    pub(in crate::app) fn export_ui(&mut self, context: &Context) {
-        let Some(mut export) = self.flights.export.take() else { return };
-        let dialog = Dialog::new("export picture", 440.0);
-        let asked = dialog.show(context, |ui, keys| questions(ui, keys, &mut export));
-        match asked.inner {
-            Some(true) => self.export(&export),
-            Some(false) => (),
-            None if asked.escaped => (),
-            None => self.flights.export = Some(export),
-        }
-    }
-
-    fn export(&mut self, export: &Export) {
-        let Some(views) = self.views_of(export) else { return };
-        let Some(session) = &self.session else { return };
-        let Some(orders) = session.painter.as_ref().map(Painter::orders) else { return };
-        let look = Look { quality: Quality::Final, ..self.space.look.clone() };
-        let out = PathBuf::from(&export.folder);
-        let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
-        // Black behind what is not textured, as a screen is where nothing is.
-        let film = export.film.then(|| FilmOptions { file: out.join(&export.name), fps, background: [0; 3] });
-        let options = RenderOptions { out, film, film_alone: true };
-        let name = if export.film { "Making a film" } else { "Making a picture" };
-        self.jobs.start(Kind::Render, name, move |task| {
-            let mut draw = |view: &View, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
-            let report = render(&views, &mut draw, &options, task)?;
-            let notes = told(&report);
-            Ok(Box::new(move |editor| notes.into_iter().for_each(|note| editor.tell(note))))
-        });
     }
 
     fn views_of(&mut self, export: &Export) -> Option<Vec<View>> {
@@ -122,6 +108,25 @@ impl Editor {
             }
         }
     }
+}
+
+pub fn export_views(state: &mut State, work: &mut Work, export: &Export) {
+    let Some(views) = state.views_of(export) else { return };
+    let Some(session) = &state.session else { return };
+    let Some(orders) = work.painter.as_ref().map(Painter::orders) else { return };
+    let look = Look { quality: Quality::Final, ..state.space.look.clone() };
+    let out = PathBuf::from(&export.folder);
+    let fps = session.opened.project.flight.as_ref().map_or(25.0, |path| path.fps);
+    // Black behind what is not textured, as a screen is where nothing is.
+    let film = export.film.then(|| VideoOptions { file: out.join(&export.name), fps, background: [0; 3] });
+    let options = RenderOptions { out, film, film_alone: true };
+    let name = if export.film { "Making a film" } else { "Making a picture" };
+    work.jobs.start(&mut state.running, Kind::Render, name, move |task| {
+        let mut draw = |view: &View, task: &Task| orders.picture(look.shot(view.camera, view.pose), task);
+        let report = render(&views, &mut draw, &options, task)?;
+        let notes = told(&report);
+        Ok(arrival(move |state| notes.into_iter().for_each(|note| state.tell(note))))
+    });
 }
 
 /// Draws the questions; true to make it, false not to.

@@ -1,12 +1,13 @@
 //! Views that are kept, the flight between them, and the pictures and films that come of them.
 
-mod export;
-mod timeline;
+pub mod export;
+pub mod timeline;
 
 pub use self::export::Export;
 pub use self::timeline::timeline_ui;
 
-use super::editor::{Ask, Editor};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk};
 use crate::document::{Bookmark, CameraPath, Project};
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
@@ -45,8 +46,8 @@ impl Flights {
     }
 }
 
-impl Editor {
-    fn project(&self) -> Option<Project> {
+impl State {
+    pub fn project(&self) -> Option<Project> {
         Some(Project::clone(self.session.as_ref()?.history.present()))
     }
 
@@ -106,7 +107,7 @@ impl Editor {
         };
         let from_s = if self.flights.time_s >= end_s { 0.0 } else { self.flights.time_s };
         self.flights.shown = true;
-        self.flights.playing = Some((self.now_s(), from_s));
+        self.flights.playing = Some((self.window.now_s, from_s));
     }
 
     /// The flight plays.
@@ -115,15 +116,15 @@ impl Editor {
     }
 
     /// Goes on with the flight that plays.
-    pub(super) fn fly_on(&mut self) {
+    pub fn fly_on(&mut self) {
         let Some((since_s, from_s)) = self.flights.playing else { return };
-        let time_s = from_s + self.now_s() - since_s;
+        let time_s = from_s + self.window.now_s - since_s;
         let end_s = self.flight().map_or(0.0, |flight| flight.span_s()[1]);
         self.go_to(time_s.min(end_s));
         if time_s >= end_s {
             self.flights.playing = None;
         }
-        self.context.request_repaint();
+        self.window.wake_within(0.0);
     }
 
     /// Shows the flight at a time.
@@ -133,7 +134,7 @@ impl Editor {
         let Some(flight) = self.flight() else { return };
         let (camera, pose) = flight.at(time_s);
         let view = Viewpoint { pose, lens: FrameLens::of(&camera), pivot };
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         self.space.show_from(view, now_s);
     }
 
@@ -155,9 +156,9 @@ impl Editor {
 }
 
 /// Asks for an edit of the project.
-fn ask_edit(editor: &Editor, asks: &mut Vec<Ask>, name: &str, edit: impl FnOnce(&mut Project)) {
-    if let Some(mut project) = editor.project() {
+fn ask_edit(state: &State, asks: &mut Vec<Ask>, name: &str, edit: impl FnOnce(&mut Project)) {
+    if let Some(mut project) = state.project() {
         edit(&mut project);
-        asks.push(Ask::Edit(name.to_owned(), Box::new(project), None));
+        asks.push(Ask::Decide(DecideAsk::Edit(name.to_owned(), Box::new(project), None)));
     }
 }

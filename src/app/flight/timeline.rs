@@ -7,9 +7,11 @@ use eframe::egui::{
 
 use super::ask_edit;
 use crate::app::command;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::inspector::button;
 use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk, FlightAsk};
 use crate::document::camera_path::PathSpeed;
 use crate::document::history::Gesture;
 use crate::document::{CameraPath, Project};
@@ -35,11 +37,11 @@ pub fn timeline_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-fn views(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+fn views(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
     ui.horizontal(|ui| {
         ui.strong("Kept views");
-        button(editor, ui, &command::flight::KEEP, asks);
+        button(state, ui, &command::flight::KEEP, asks);
     });
     let views = &session.opened.project.views;
     if views.is_empty() {
@@ -47,14 +49,14 @@ fn views(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
     ScrollArea::vertical().id_salt("views").auto_shrink([false, false]).show(ui, |ui| {
         for (place, view) in views.iter().enumerate() {
-            ui.horizontal(|ui| view_row(editor, ui, place, &view.name, asks));
+            ui.horizontal(|ui| view_row(state, ui, place, &view.name, asks));
         }
     });
 }
 
-fn view_row(editor: &Editor, ui: &mut Ui, place: usize, name: &str, asks: &mut Vec<Ask>) {
+fn view_row(state: &State, ui: &mut Ui, place: usize, name: &str, asks: &mut Vec<Ask>) {
     if ui.button("Go").on_hover_text("Flies to this view.").clicked() {
-        asks.push(Ask::FlyToView(place));
+        asks.push(Ask::Flight(FlightAsk::FlyToView(place)));
     }
     let id = ui.make_persistent_id(("name of view", place));
     let mut typed = ui.data(|data| data.get_temp::<String>(id)).unwrap_or_else(|| name.to_owned());
@@ -62,7 +64,7 @@ fn view_row(editor: &Editor, ui: &mut Ui, place: usize, name: &str, asks: &mut V
     field.widget_info(|| WidgetInfo::labeled(Role::TextInput, true, format!("Name of {name}")));
     if field.lost_focus() && typed.trim() != name && !typed.trim().is_empty() {
         let named = typed.trim().to_owned();
-        ask_edit(editor, asks, "name of a view", |project| project.views[place].name = named);
+        ask_edit(state, asks, "name of a view", |project| project.views[place].name = named);
     }
     if field.has_focus() {
         ui.data_mut(|data| data.insert_temp(id, typed));
@@ -70,36 +72,36 @@ fn view_row(editor: &Editor, ui: &mut Ui, place: usize, name: &str, asks: &mut V
         ui.data_mut(|data| data.remove::<String>(id));
     }
     if ui.small_button("Remove").on_hover_text("Forgets this view.").clicked() {
-        ask_edit(editor, asks, "removal of a view", |project| {
+        ask_edit(state, asks, "removal of a view", |project| {
             project.views.remove(place);
         });
     }
 }
 
-fn controls(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn controls(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     use command::flight::{ADD, FILM, PLAY, REMOVE, STILL};
     for command in [&PLAY, &ADD, &REMOVE] {
-        button(editor, ui, command, asks);
+        button(state, ui, command, asks);
     }
-    ui.label(format!("{:.2} s", editor.flights.time_s));
-    let path = editor.session.as_ref().and_then(|session| session.opened.project.flight.clone());
+    ui.label(format!("{:.2} s", state.flights.time_s));
+    let path = state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
     if let Some(mut path) = path {
         let before = path.clone();
         film(ui, &mut path);
         let changed = path != before;
         if changed {
             let gesture = Some(Gesture(ui.make_persistent_id("film").value()));
-            edit_path(editor, asks, "film settings", path, gesture);
+            edit_path(state, asks, "film settings", path, gesture);
         }
         // A drag goes on until the pointer is released, mostly in a frame that changes nothing more; a click and what
         // is typed are steps of their own.
         let (down, released) = ui.input(|input| (input.pointer.any_down(), input.pointer.any_released()));
         if released || (changed && !down) {
-            asks.push(Ask::EndGesture);
+            asks.push(Ask::Decide(DecideAsk::EndGesture));
         }
     }
     for command in [&STILL, &FILM] {
-        button(editor, ui, command, asks);
+        button(state, ui, command, asks);
     }
 }
 
@@ -128,16 +130,16 @@ fn speed_name(speed: PathSpeed) -> &'static str {
     }
 }
 
-fn edit_path(editor: &Editor, asks: &mut Vec<Ask>, name: &str, path: CameraPath, gesture: Option<Gesture>) {
-    if let Some(project) = editor.project() {
+fn edit_path(state: &State, asks: &mut Vec<Ask>, name: &str, path: CameraPath, gesture: Option<Gesture>) {
+    if let Some(project) = state.project() {
         let project = Project { flight: Some(path), ..project };
-        asks.push(Ask::Edit(name.to_owned(), Box::new(project), gesture));
+        asks.push(Ask::Decide(DecideAsk::Edit(name.to_owned(), Box::new(project), gesture)));
     }
 }
 
 /// The line of time, its keyframes, and where one is.
 fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let path = editor.session.as_ref().and_then(|session| session.opened.project.flight.clone());
+    let path = editor.state.session.as_ref().and_then(|session| session.opened.project.flight.clone());
     let path = path.filter(|path| !path.keyframes.is_empty());
     let Some(path) = path else {
         ui.weak(
@@ -155,8 +157,8 @@ fn line(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let pointer =
         response.interact_pointer_pos().filter(|_| !dragged && (response.dragged() || response.clicked()));
     if let Some(pointer) = pointer {
-        editor.flights.playing = None;
-        asks.push(Ask::GoTo(line.time_at(pointer).clamp(0.0, path.end_s())));
+        editor.state.flights.playing = None;
+        asks.push(Ask::Flight(FlightAsk::GoTo(line.time_at(pointer).clamp(0.0, path.end_s()))));
     }
 }
 
@@ -176,7 +178,7 @@ impl Line {
     }
 }
 
-fn draw(editor: &Editor, ui: &Ui, line: &Line, path: &CameraPath) {
+fn draw(state: &State, ui: &Ui, line: &Line, path: &CameraPath) {
     let painter = ui.painter_at(line.rect.expand2(vec2(12.0, 0.0)));
     let visuals = ui.visuals();
     painter.rect_filled(line.rect.expand2(vec2(10.0, 0.0)), 4.0, visuals.extreme_bg_color);
@@ -191,7 +193,7 @@ fn draw(editor: &Editor, ui: &Ui, line: &Line, path: &CameraPath) {
     let middle = line.rect.bottom() - 18.0;
     let from_to = line.x(0.0)..=line.x(path.end_s());
     painter.hline(from_to, middle, Stroke::new(2.0, weak));
-    let now = line.x(editor.flights.time_s);
+    let now = line.x(state.flights.time_s);
     painter.vline(now, line.rect.y_range(), Stroke::new(2.0, visuals.selection.stroke.color));
 }
 
@@ -204,12 +206,12 @@ fn keyframes(editor: &mut Editor, ui: &mut Ui, line: &Line, path: &CameraPath, a
         let mark = Rect::from_center_size(center, vec2(2.4 * MARK, 2.4 * MARK));
         let response = ui.interact(mark, id, Sense::click_and_drag());
         response.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("Keyframe {}", place + 1)));
-        let selected = editor.flights.keyframe == Some(place);
+        let selected = editor.state.flights.keyframe == Some(place);
         diamond(ui, center, selected, response.hovered());
         if response.clicked() || response.drag_started() {
             busy = true;
-            editor.flights.keyframe = Some(place);
-            asks.push(Ask::GoTo(frame.t));
+            editor.state.flights.keyframe = Some(place);
+            asks.push(Ask::Flight(FlightAsk::GoTo(frame.t)));
         }
         if response.dragged() {
             busy = true;
@@ -219,7 +221,7 @@ fn keyframes(editor: &mut Editor, ui: &mut Ui, line: &Line, path: &CameraPath, a
             edit_path(editor, asks, "time of a keyframe", moved, Some(Gesture(id.value())));
         }
         if response.drag_stopped() {
-            asks.push(Ask::EndGesture);
+            asks.push(Ask::Decide(DecideAsk::EndGesture));
         }
         response.on_hover_text(format!(
             "Keyframe {} at {:.2} s; drag it to another time.",

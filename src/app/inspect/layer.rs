@@ -4,11 +4,14 @@ use eframe::egui::{Button, Key, TextEdit, Ui};
 
 use super::LIST;
 use crate::app::command::{edit, flat, paint};
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::{counted, grouped, long_list, percent};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::quality::filling::want_shares;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::decisions::overlap;
 use crate::document::{Element, ImageLayer, Stack};
 use crate::layers::Faces;
@@ -18,7 +21,7 @@ use crate::scene::ObjectId;
 
 /// The page of the selected image layers of a photo; `layer` was selected last.
 pub fn layer_page(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let (_, all) = editor.selected_layers();
+    let (_, all) = editor.state.selected_layers();
     if all.len() > 1 {
         several(editor, photo, &all, ui, asks);
     } else {
@@ -26,28 +29,28 @@ pub fn layer_page(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, 
     }
 }
 
-fn several(editor: &Editor, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+fn several(state: &State, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
     let Some(stack) = session.photos.get(photo).and_then(|photo| photo.stack.as_deref()) else { return };
     let layers = || all.iter().filter_map(|place| stack.image_layers.get(*place));
     title(ui, "Selected", &format!("{} image layers", all.len()));
     let sum = LayerFigures::sum(layers().map(LayerFigures::of));
     let mut facts = vec![("Photo", stack.photo.name.clone())];
     facts.extend(figures(&sum));
-    if let Some(cost) = editor.merge_cost(photo, all) {
+    if let Some(cost) = state.merge_cost(photo, all) {
         let [width, height] = cost.size;
         let texels = grouped(cost.texels);
         facts.push(("Merged", format!("{width} × {height} px, {texels} texels ({:.1} ×)", cost.times())));
     }
     rows(ui, &facts);
     ui.add_space(6.0);
-    ui.horizontal_wrapped(|ui| button(editor, ui, &edit::MERGE, asks));
+    ui.horizontal_wrapped(|ui| button(state, ui, &edit::MERGE, asks));
     ui.add_space(6.0);
     ui.strong("Layers");
     long_list(ui, "selected layers", LIST, all.len(), |ui, place| {
         let Some(it) = stack.image_layers.get(all[place]) else { return };
         if ui.add(Button::selectable(false, &it.name).truncate()).clicked() {
-            asks.push(Ask::Select(Selection::Layer { photo, layer: all[place] }));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer: all[place] })));
         }
     });
 }
@@ -55,9 +58,9 @@ fn several(editor: &Editor, photo: usize, all: &[usize], ui: &mut Ui, asks: &mut
 fn one(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let filled = stack_of(editor, photo).and_then(|stack| stack.image_layers.get(layer)?.fill.as_ref());
     if filled.is_some() {
-        editor.want_shares(photo);
+        want_shares(&mut editor.state, &mut editor.work, photo);
     }
-    let (Some(session), Some(stack)) = (&editor.session, stack_of(editor, photo)) else { return };
+    let (Some(session), Some(stack)) = (&editor.state.session, stack_of(editor, photo)) else { return };
     let Some(it) = stack.image_layers.get(layer) else { return };
     title(ui, "Image layer", &it.name);
     rows(ui, &facts(editor, session, photo, layer, it));
@@ -79,8 +82,8 @@ fn one(editor: &mut Editor, photo: usize, layer: usize, ui: &mut Ui, asks: &mut 
     held(session, stack, it, ui, asks);
 }
 
-fn stack_of(editor: &Editor, photo: usize) -> Option<&Stack> {
-    editor.session.as_ref()?.photos.get(photo)?.stack.as_deref()
+fn stack_of(state: &State, photo: usize) -> Option<&Stack> {
+    state.session.as_ref()?.photos.get(photo)?.stack.as_deref()
 }
 
 /// What several or one come to.
@@ -99,7 +102,7 @@ fn figures(sum: &LayerFigures) -> Vec<(&'static str, String)> {
 }
 
 fn facts(
-    editor: &Editor,
+    state: &State,
     session: &Session,
     photo: usize,
     layer: usize,
@@ -116,7 +119,7 @@ fn facts(
     facts.extend(stack.and_then(|stack| visibility(stack, it)).map(|text| ("Visibility layers", text)));
     facts.push(("Rectangle", format!("{} × {} px at {}, {}", rect.w, rect.h, rect.x, rect.y)));
     facts.extend(figures(&LayerFigures::of(it)));
-    if let Some(shares) = editor.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer)) {
+    if let Some(shares) = state.quality.fill.shares.get(&photo).and_then(|found| found.found()?.get(layer)) {
         if shares.confidence > 0.0 {
             facts.push(("Trust in filling", format!("{:.2} of 1", shares.confidence)));
         }
@@ -161,7 +164,7 @@ fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut V
         let tooltip = "A name for people; without one the layer has its own again.";
         let field = ui.add(field).on_hover_text(tooltip).labelled_by(label.id);
         if field.lost_focus() && typed != it.name && !ui.input(|input| input.key_pressed(Key::Escape)) {
-            asks.push(Ask::Rename(photo, layer, typed.clone()));
+            asks.push(Ask::Decide(DecideAsk::Rename(photo, layer, typed.clone())));
         }
         if field.has_focus() {
             ui.data_mut(|data| data.insert_temp(id, typed));
@@ -175,7 +178,7 @@ fn rename(it: &ImageLayer, photo: usize, layer: usize, ui: &mut Ui, asks: &mut V
 fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[photo].name;
     let all = decided(&session.history.present().decisions.of(name));
-    let about = |decided: &crate::recipe::decide::Decided| {
+    let about = |decided: &crate::recipe::decide::ListedDecision| {
         decided.of.iter().any(|faces| of.iter().any(|held| overlap(faces, held)))
     };
     let all: Vec<_> = all.into_iter().filter(about).collect();
@@ -187,7 +190,7 @@ fn decisions(session: &Session, photo: usize, of: &[Faces], ui: &mut Ui, asks: &
     for decision in all {
         ui.horizontal_wrapped(|ui| {
             if ui.small_button("Forget").on_hover_text("Takes this decision back.").clicked() {
-                asks.push(Ask::ForgetDecision(name.clone(), decision.number));
+                asks.push(Ask::Decide(DecideAsk::Forget(name.clone(), decision.number)));
             }
             ui.label(&decision.text);
         });
@@ -216,7 +219,11 @@ fn held(session: &Session, stack: &Stack, it: &ImageLayer, ui: &mut Ui, asks: &m
         let button =
             button.on_disabled_hover_text("The object is switched off, or the model has it no more.");
         if button.on_hover_text(element.known_by().to_string()).clicked() {
-            asks.extend(known.and_then(|object| selected(session, object, &faces)).map(Ask::Select));
+            asks.extend(
+                known
+                    .and_then(|object| selected(session, object, &faces))
+                    .map(|it| Ask::Select(SelectAsk::Only(it))),
+            );
         }
     });
 }

@@ -1,7 +1,7 @@
 //! What is known of a selected object, face or image layer, and what can be decided about it.
 
-mod layer;
-mod surface;
+pub mod layer;
+pub mod surface;
 
 use std::sync::Arc;
 
@@ -9,9 +9,9 @@ use glam::DVec2;
 
 pub use self::layer::layer_page;
 pub use self::surface::{face_page, object_page};
-use super::editor::Editor;
-use super::layout::Pane;
-use super::session::Session;
+use crate::app::state::State;
+use crate::app::state::panes::Pane;
+use crate::app::state::session::Session;
 use crate::document::{Project, Stack};
 use crate::recipe::decide::FaceInPhotos;
 use crate::scene::{FaceId, ObjectId, Photo};
@@ -53,7 +53,7 @@ impl Ground {
     }
 }
 
-impl Editor {
+impl State {
     /// Shows where a face is in a photo; it stays selected.
     pub fn show_in_photo(&mut self, photo: usize, face: FaceId, at: Option<[u32; 2]>) {
         let Some(session) = &self.session else { return };
@@ -61,7 +61,7 @@ impl Editor {
         let mark = at.map(|[x, y]| (face, DVec2::new(f64::from(x), f64::from(y)) + 0.5));
         let part = part_with(it, session.model().ring_points(face));
         self.photo = Some(photo);
-        self.layout.show(Pane::Photo);
+        self.panes.show(Pane::Photo);
         self.flat.photo.look_at(photo, part, mark);
     }
 }

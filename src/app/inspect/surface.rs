@@ -6,22 +6,24 @@ use eframe::egui::{Align, Button, Layout, RichText, Ui};
 
 use super::{Ground, LIST};
 use crate::app::command::edit;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::inspector::{button, rows, title};
 use crate::app::panel::masks::object_mask_ui;
 use crate::app::panel::{counted, long_list, small_button};
-use crate::app::photo::reason_words;
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::layers::Faces;
-use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, Given, LayerEdit, face_in_photos, photos_of_faces};
+use crate::recipe::decide::{FaceInPhoto, FaceInPhotos, LayerEdit, face_in_photos, photos_of_faces};
 use crate::recipe::survey::face_named;
+use crate::recipe::untextured::{Given, words as reason_words};
 use crate::scene::{FaceId, ObjectId};
 
 /// The page of an object.
 pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let counts = editor.photos_of_object(object);
-    let Some(session) = &editor.session else { return };
+    let counts = editor.state.photos_of_object(object);
+    let Some(session) = &editor.state.session else { return };
     let model = session.model();
     let it = model.object(object);
     title(ui, "Object", &it.name);
@@ -44,15 +46,15 @@ pub fn object_page(editor: &mut Editor, object: ObjectId, ui: &mut Ui, asks: &mu
             RichText::new(format!("{}: {}", model.face_name(it.faces[place]), counted(count, "photo")));
         let text = if count == 0 { text.color(warns) } else { text };
         if ui.add(Button::selectable(false, text).truncate()).clicked() {
-            asks.push(Ask::Select(Selection::Face(it.faces[place])));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(it.faces[place]))));
         }
     });
 }
 
 /// The page of a face.
 pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(found) = editor.photos_of_face(face) else { return };
-    let Some(session) = &editor.session else { return };
+    let Some(found) = editor.state.photos_of_face(face) else { return };
+    let Some(session) = &editor.state.session else { return };
     let model = session.model();
     title(ui, "Face", &model.face_name(face));
     let it = model.face(face);
@@ -65,7 +67,7 @@ pub fn face_page(editor: &mut Editor, face: FaceId, ui: &mut Ui, asks: &mut Vec<
     ui.horizontal_wrapped(|ui| {
         let object = model.object(it.object).name.clone();
         if ui.link(object).on_hover_text("Selects the object.").clicked() {
-            asks.push(Ask::Select(Selection::Object(it.object)));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Object(it.object))));
         }
         button(editor, ui, &edit::SWITCH_OFF, asks);
     });
@@ -112,7 +114,7 @@ fn photo_row(
                 let text = RichText::new(name).color(ui.visuals().hyperlink_color);
                 let link = ui.add(Button::new(text).truncate().frame(false));
                 if link.on_hover_text("Shows the face in this photo.").clicked() {
-                    asks.push(Ask::ShowInPhoto(place, face, at));
+                    asks.push(Ask::Select(SelectAsk::ShowInPhoto(place, face, at)));
                 }
             });
         });
@@ -124,7 +126,7 @@ fn photo_row(
         if let Some(by) = by {
             let front = face_named(session.model(), by).ok();
             if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
-                asks.extend(front.map(|front| Ask::Select(Selection::Face(front))));
+                asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
             }
         }
     });
@@ -158,7 +160,9 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
         let it = model.face(face);
         vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
     };
-    let edit = |edit: fn(String, Vec<Faces>) -> LayerEdit| Ask::Decide(Box::new(edit(name.to_owned(), of())));
+    let edit = |edit: fn(String, Vec<Faces>) -> LayerEdit| {
+        Ask::Decide(DecideAsk::Layers(Box::new(edit(name.to_owned(), of()))))
+    };
     let free = |photo, of| LayerEdit::Free { photo, of };
     let gives = matches!(photo.given, Given::Texture { .. });
     let pinned = photo.decided.is_some_and(|decided| decided != "excluded");
@@ -188,21 +192,21 @@ fn decisions(session: &Session, face: FaceId, photo: &FaceInPhoto, name: &str, u
 }
 
 /// What may be decided about an object, and with the photo that was selected last.
-fn surface_buttons(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    button(editor, ui, &edit::SWITCH_OFF, asks);
-    if let Some(photo) = editor.selected_photo_name() {
+fn surface_buttons(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    button(state, ui, &edit::SWITCH_OFF, asks);
+    if let Some(photo) = state.selected_photo_name() {
         ui.weak(format!("With {photo}:"));
     }
     ui.horizontal_wrapped(|ui| {
         for command in [&edit::PIN, &edit::EXCLUDE] {
-            button(editor, ui, command, asks);
+            button(state, ui, command, asks);
         }
     });
-    object_mask_ui(editor, ui, asks);
+    object_mask_ui(state, ui, asks);
     ui.add_space(6.0);
 }
 
-impl Editor {
+impl State {
     /// How the photos stand to a face, looked up once.
     fn photos_of_face(&mut self, face: FaceId) -> Option<Arc<FaceInPhotos>> {
         let session = self.session.as_ref()?;

@@ -1,17 +1,19 @@
 //! One image layer alone: its rectangle on a checkerboard, with what it shows, what it lacks, how far it is trusted and
 //! where it comes from.
 
-mod tools;
+pub mod tools;
 
 use eframe::egui::{CentralPanel, Panel, Rect, Role, Sense, Spinner, Stroke, StrokeKind, Ui, WidgetInfo};
 
-use super::editor::{Ask, Editor};
 use super::flat::hatch::hatch;
 use super::flat::placement::Seen;
 use super::flat::slot::{Slot, Wish};
 use super::flat::tiled::{Tiled, levels_of};
 use super::flat::{LeftButton, Version, View, background, navigate, nothing_ui};
-use super::selection::Selection;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::selection::Selection;
 use crate::document::ImageLayer;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
@@ -87,18 +89,20 @@ pub fn layer_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             "Select an image layer in the list, or click one in the photo, to see it here.",
         );
     };
-    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(editor, ui, &layer, asks));
+    let mut aspect = editor.state.flat.layer.aspect;
+    Panel::top("layer tools").show(ui, |ui| tools::tools_ui(ui, &editor.state, &mut aspect, &layer, asks));
+    editor.state.flat.layer.aspect = aspect;
     Panel::bottom("layer status").show(ui, |ui| tools::status_ui(editor, ui, &key, &layer));
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, &key, &layer));
 }
 
 /// The layer that is looked at, if it is there.
-fn looked_at(editor: &Editor) -> Option<(Key, ImageLayer)> {
-    let (session, pane) = (editor.session.as_ref()?, &editor.flat.layer);
+fn looked_at(state: &State) -> Option<(Key, ImageLayer)> {
+    let (session, pane) = (state.session.as_ref()?, &state.flat.layer);
     let (photo, place) = pane.layer?;
     let version = Version::of(session, photo)?;
     let layer = version.stack.image_layers.get(place)?.clone();
-    let switches = &editor.flat.switches;
+    let switches = &state.flat.switches;
     let look = match pane.aspect {
         Aspect::Pixels => LayerLook::Pixels { filling: switches.filling, paint: switches.paint },
         Aspect::Confidence => LayerLook::Confidence,
@@ -112,16 +116,18 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
     response.widget_info(|| WidgetInfo::labeled(Role::Canvas, true, "Image layer view"));
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
-    editor.flat.layer.view.rect = Some(rect);
+    editor.state.flat.layer.view.rect = Some(rect);
     let placed = (rect, layer.rect);
-    let seen = navigate(&mut editor.flat.layer.view.placement, ui, &response, placed, LeftButton::Moves);
-    editor.flat.layer.pixel = response.hover_pos().map(|at| seen.pixel(at));
+    let seen =
+        navigate(&mut editor.state.flat.layer.view.placement, ui, &response, placed, LeftButton::Moves);
+    editor.state.flat.layer.pixel = response.hover_pos().map(|at| seen.pixel(at));
     load(editor, key);
     draw(editor, ui, &seen, key, layer.rect);
 }
 
 fn load(editor: &mut Editor, key: &Key) {
-    let Editor { session, jobs, flat, .. } = editor;
+    let State { session, running, flat, .. } = &mut editor.state;
+    let jobs = &mut editor.work.jobs;
     let Some(session) = session else { return };
     let folder = session.folder.clone();
     let (version, place, look) = key.clone();
@@ -129,9 +135,9 @@ fn load(editor: &mut Editor, key: &Key) {
         key: key.clone(),
         name: "Reading the image layer",
         gives_up: true,
-        slot: |editor| &mut editor.flat.layer.views,
+        slot: |state| &mut state.flat.layer.views,
     };
-    flat.layer.views.want(jobs, wish, move |task| {
+    flat.layer.views.want(jobs, running, wish, move |task| {
         let view = layer_view(&folder, &version.stack, place, look, task)?;
         task.go_on()?;
         Ok(LayerPicture {
@@ -143,8 +149,8 @@ fn load(editor: &mut Editor, key: &Key) {
 }
 
 fn draw(editor: &mut Editor, ui: &mut Ui, seen: &Seen, key: &Key, bounds: PixelRect) {
-    let hatching = editor.flat.switches.hatching;
-    let pane = &mut editor.flat.layer;
+    let hatching = editor.state.flat.switches.hatching;
+    let pane = &mut editor.state.flat.layer;
     let painter = ui.painter_at(seen.rect);
     let frame = seen.rect_of(bounds);
     pane.view.checkerboard.draw(&painter, frame.intersect(seen.rect));

@@ -4,21 +4,22 @@ use eframe::egui::{Color32, Sense, Ui, vec2};
 
 use super::{Aspect, Key};
 use crate::app::command::{Command, flat};
-use crate::app::editor::{Ask, Editor};
 use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::{grouped, percent, toggle_ui};
 use crate::app::photo::scale_ui;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 use crate::document::ImageLayer;
 
 /// What is needed most comes first.
-const PARTS: &[Part] = &[
-    Part::Tool(|editor, ui, _, _| aspect(editor, ui, Aspect::Pixels)),
-    Part::Tool(|editor, ui, _, _| aspect(editor, ui, Aspect::Confidence)),
-    Part::Tool(|editor, ui, _, _| aspect(editor, ui, Aspect::Provenance)),
+const PARTS: &[Part<Aspect>] = &[
+    Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Pixels)),
+    Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Confidence)),
+    Part::Tool(|ui, _, now, _, _| aspect(ui, now, Aspect::Provenance)),
     Part::Gap,
     Part::Switch(&flat::HATCHING),
-    Part::Tool(|editor, ui, _, asks| of_pixels(editor, ui, &flat::FILLING, asks)),
-    Part::Tool(|editor, ui, _, asks| of_pixels(editor, ui, &flat::PAINT, asks)),
+    Part::Tool(|ui, state, now, _, asks| of_pixels(ui, state, *now, &flat::FILLING, asks)),
+    Part::Tool(|ui, state, now, _, asks| of_pixels(ui, state, *now, &flat::PAINT, asks)),
     Part::Gap,
     Part::Tool(scale),
 ];
@@ -44,24 +45,23 @@ impl Aspect {
 }
 
 /// Draws the rows above.
-pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, layer: &ImageLayer, asks: &mut Vec<Ask>) {
-    bar_ui(editor, ui, "image layer", Some(&layer.name), PARTS, asks);
+pub fn tools_ui(ui: &mut Ui, state: &State, now: &mut Aspect, layer: &ImageLayer, asks: &mut Vec<Ask>) {
+    bar_ui(ui, state, now, ("image layer", Some(&layer.name)), PARTS, asks);
     ui.horizontal_wrapped(|ui| facts(ui, layer));
 }
 
-fn aspect(editor: &mut Editor, ui: &mut Ui, aspect: Aspect) {
-    let now = &mut editor.flat.layer.aspect;
+fn aspect(ui: &mut Ui, now: &mut Aspect, aspect: Aspect) {
     ui.selectable_value(now, aspect, aspect.name()).on_hover_text(aspect.tooltip());
 }
 
 /// A switch of what pixels are shown: the other aspects know nothing of it.
-fn of_pixels(editor: &mut Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
-    let pixels = editor.flat.layer.aspect == Aspect::Pixels;
-    ui.add_enabled_ui(pixels, |ui| toggle_ui(editor, ui, command, asks));
+fn of_pixels(ui: &mut Ui, state: &State, now: Aspect, command: &'static Command, asks: &mut Vec<Ask>) {
+    ui.add_enabled_ui(now == Aspect::Pixels, |ui| toggle_ui(state, ui, command, asks));
 }
 
-fn scale(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
-    scale_ui(ui, editor.flat.layer.view.placement.magnification(ui.ctx().pixels_per_point()), asks);
+fn scale(ui: &mut Ui, state: &State, _: &mut Aspect, _: Place, asks: &mut Vec<Ask>) {
+    let magnification = state.flat.layer.view.placement.magnification(ui.ctx().pixels_per_point());
+    scale_ui(state, ui, magnification, asks);
 }
 
 fn facts(ui: &mut Ui, layer: &ImageLayer) {
@@ -85,8 +85,8 @@ fn facts(ui: &mut Ui, layer: &ImageLayer) {
 }
 
 /// Draws the row below.
-pub fn status_ui(editor: &Editor, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
-    let pane = &editor.flat.layer;
+pub fn status_ui(state: &State, ui: &mut Ui, key: &Key, layer: &ImageLayer) {
+    let pane = &state.flat.layer;
     let Some(view) = pane.views.get(key) else {
         ui.weak("Reading the image layer…");
         return;

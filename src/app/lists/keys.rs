@@ -4,7 +4,7 @@ use eframe::egui::{EventFilter, Id, Key, Modifiers, Ui};
 
 use super::outliner::Outliner;
 use super::rows::Row;
-use crate::app::editor::Ask;
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 
 /// Arrows belong to the list as long as it has the focus.
 const ARROWS: EventFilter =
@@ -69,7 +69,7 @@ impl Outliner<'_> {
     }
 
     fn level(&self, row: Row) -> usize {
-        row.level(self.editor.settings.layer_list.as_table)
+        row.level(self.state.settings.layer_list.as_table)
     }
 
     /// The cursor goes to a row and selects it, or all layers from the anchor to it.
@@ -79,7 +79,7 @@ impl Outliner<'_> {
         match row {
             Row::Layer(layer) if extends => self.select_range(rows, layer),
             Row::Layer(layer) => self.select_layer(layer),
-            _ => self.asks.extend(self.site.selection(row).map(Ask::Select)),
+            _ => self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it)))),
         }
     }
 
@@ -87,7 +87,7 @@ impl Outliner<'_> {
         if let Row::Object(place) | Row::Face(place, _) = row {
             let name = &self.site.whole.objects[place].name;
             let off = self.site.session.history.present().objects_off.contains(name);
-            self.asks.push(Ask::Switch(name.clone(), off));
+            self.asks.push(Ask::Decide(DecideAsk::SwitchObject(name.clone(), off)));
         }
     }
 }

@@ -7,9 +7,12 @@ use super::row::{Line, Look, text_in};
 use super::rows::Row;
 use super::table::columns;
 use crate::app::command::layers::AS_TABLE;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::{grouped, percent};
-use crate::app::selection::Selection;
+use crate::app::quality::filling::want_shares;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
@@ -24,16 +27,16 @@ const SHARE: f32 = 46.0;
 
 /// Sees to it that what the table shows is looked up.
 pub(super) fn want_figures(editor: &mut Editor, width: f32) {
-    let list = editor.settings.layer_list;
+    let list = editor.state.settings.layer_list;
     let shows_trust = list.as_table && columns(width, list.column).contains(&Column::Trust);
-    if let Some(photo) = editor.selected_photo().filter(|_| shows_trust) {
-        editor.want_shares(photo);
+    if let Some(photo) = editor.state.selected_photo().filter(|_| shows_trust) {
+        want_shares(&mut editor.state, &mut editor.work, photo);
     }
 }
 
-impl Editor {
+impl State {
     /// By layer of the selected photo how far its filling is trusted, 0 to 1, where that is known.
-    pub(super) fn layer_trust(&self) -> Vec<Option<f64>> {
+    pub fn layer_trust(&self) -> Vec<Option<f64>> {
         let shares = self.selected_photo().and_then(|photo| self.quality.fill.shares.get(&photo)?.found());
         let trust = |shares: &crate::recipe::fill::shares::LayerShares| {
             (shares.filled() > 0).then_some(shares.confidence)
@@ -50,11 +53,11 @@ impl Outliner<'_> {
         let name = format!("Layers of {name}{}", count.unwrap_or_default());
         let mut line = self.line(ui, Row::Layers, &name);
         let rect = line.take_right(TABLE).shrink2([0.0, 2.0].into());
-        let as_table = self.editor.settings.layer_list.as_table;
+        let as_table = self.state.settings.layer_list.as_table;
         let button = ui.put(rect, Button::selectable(as_table, RichText::new("Table").small()));
         button.widget_info(|| WidgetInfo::selected(Role::Button, true, as_table, AS_TABLE.name));
         if button.on_hover_text(AS_TABLE.tooltip).clicked() {
-            self.asks.push(Ask::Run(&AS_TABLE));
+            self.asks.push(AS_TABLE.asked(self.state));
         }
         line.text(ui, &name, Look::Strong);
         self.title_clicked(ui, Row::Layers, &line);
@@ -84,7 +87,7 @@ impl Outliner<'_> {
         let row = Row::Layer(place);
         let mut line = self.line(ui, row, &layer.name);
         let figures = LayerFigures::of(layer);
-        if self.editor.settings.layer_list.as_table {
+        if self.state.settings.layer_list.as_table {
             self.cells(ui, &mut line, place, layer);
         } else if figures.hidden > 0 {
             let share = percent(figures.hidden, figures.used);
@@ -112,7 +115,7 @@ impl Outliner<'_> {
                 (false, true) => {
                     let Some(photo) = self.site.photo else { return };
                     self.lists.anchor = Some((photo, place));
-                    self.asks.push(Ask::Toggle(photo, place));
+                    self.asks.push(Ask::Select(SelectAsk::Toggle(photo, place)));
                 }
                 (false, false) => self.select_layer(place),
             }
@@ -123,14 +126,14 @@ impl Outliner<'_> {
     pub(super) fn select_layer(&mut self, layer: usize) {
         let Some(photo) = self.site.photo else { return };
         self.lists.anchor = Some((photo, layer));
-        self.asks.push(Ask::Select(Selection::Layer { photo, layer }));
+        self.asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));
     }
 
     /// Selects the layers that are listed from where a range began to this one.
     pub(super) fn select_range(&mut self, rows: &[Row], to: usize) {
         let Some(photo) = self.site.photo else { return };
         let begun = self.lists.anchor.filter(|(of, _)| *of == photo).map(|(_, layer)| layer);
-        let selected = match self.editor.selection {
+        let selected = match self.state.selection {
             Selection::Layer { photo: of, layer } if of == photo => Some(layer),
             _ => None,
         };
@@ -140,7 +143,7 @@ impl Outliner<'_> {
             .collect();
         let from = begun.or(selected).unwrap_or(to);
         self.lists.anchor = Some((photo, from));
-        self.asks.push(Ask::SelectLayers(photo, between(&layers, from, to)));
+        self.asks.push(Ask::Select(SelectAsk::Layers(photo, between(&layers, from, to))));
     }
 }
 

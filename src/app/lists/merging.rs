@@ -2,9 +2,10 @@
 
 use eframe::egui::{Context, Grid, RichText, Ui};
 
-use crate::app::dialog::{Dialog, Keys};
 use crate::app::editor::Editor;
 use crate::app::panel::{answers_ui, grouped, percent};
+use crate::app::state::State;
+use crate::app::widget::dialog::{Dialog, Keys};
 use crate::recipe::decide::{LayerEdit, MergeCost};
 
 /// The answer that merges.
@@ -17,6 +18,22 @@ pub struct Merging {
 }
 
 impl Editor {
+    /// The question, while it waits.
+    pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
+        let Some(Merging { cost, .. }) = &self.state.lists.merging else { return };
+        let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
+        if asked.inner.is_none() && !asked.is_left() {
+            return;
+        }
+        if let Some(Merging { edit, .. }) =
+            self.state.lists.merging.take().filter(|_| asked.inner == Some(true))
+        {
+            self.state.decide(&edit);
+        }
+    }
+}
+
+impl State {
     /// What the image layer would cost that several of a photo would become; none for fewer than two.
     pub fn merge_cost(&self, photo: usize, layers: &[usize]) -> Option<MergeCost> {
         let session = self.session.as_ref()?;
@@ -26,20 +43,8 @@ impl Editor {
     }
 
     /// Asks before a merge is made.
-    pub(in crate::app) fn ask_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
+    pub fn ask_to_merge(&mut self, edit: LayerEdit, cost: MergeCost) {
         self.lists.merging = Some(Merging { edit, cost });
-    }
-
-    /// The question, while it waits.
-    pub(in crate::app) fn merging_ui(&mut self, context: &Context) {
-        let Some(Merging { cost, .. }) = &self.lists.merging else { return };
-        let asked = Dialog::new("merging", 420.0).show(context, |ui, keys| question_ui(ui, keys, cost));
-        if asked.inner.is_none() && !asked.is_left() {
-            return;
-        }
-        if let Some(Merging { edit, .. }) = self.lists.merging.take().filter(|_| asked.inner == Some(true)) {
-            self.decide(&edit);
-        }
     }
 }
 

@@ -3,15 +3,15 @@
 //! Both are one list of rows of one height, of which only those in sight are made: a model of twenty thousand faces
 //! costs what one of twenty costs.
 
-mod keys;
-mod layers;
-mod merging;
-mod objects;
-mod outliner;
-mod row;
-mod rows;
-mod switching;
-mod table;
+pub mod keys;
+pub mod layers;
+pub mod merging;
+pub mod objects;
+pub mod outliner;
+pub mod row;
+pub mod rows;
+pub mod switching;
+pub mod table;
 
 use std::collections::BTreeSet;
 
@@ -21,7 +21,7 @@ use self::merging::Merging;
 pub use self::outliner::outliner_ui;
 use self::rows::Row;
 pub use self::table::LayerList;
-use super::selection::Selection;
+use crate::app::state::selection::Selection;
 
 /// What is open, searched for and pointed at in the lists.
 #[derive(Default)]

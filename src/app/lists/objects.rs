@@ -7,8 +7,8 @@ use super::row::{Line, Look, text_in};
 use super::rows::Row;
 use crate::app::command::edit::ALL_ON;
 use crate::app::command::view::FRAME;
-use crate::app::editor::Ask;
 use crate::app::panel::grouped;
+use crate::app::state::ask::{Ask, DecideAsk, SelectAsk};
 
 impl Outliner<'_> {
     pub(super) fn objects_title(&mut self, ui: &mut Ui) {
@@ -21,7 +21,7 @@ impl Outliner<'_> {
             let rect = line.take_right(58.0).shrink2([0.0, 2.0].into());
             let button = ui.put(rect, Button::new(RichText::new("All on").small()));
             if button.on_hover_text(ALL_ON.tooltip).clicked() {
-                self.asks.push(Ask::Run(&ALL_ON));
+                self.asks.push(ALL_ON.asked(self.state));
             }
         }
         line.text(ui, &name, Look::Strong);
@@ -47,7 +47,7 @@ impl Outliner<'_> {
         let mut line = self.line(ui, row, &object.name);
         if line.eye(ui, self.id(row), &object.name, !off) {
             self.lists.cursor = Some(row);
-            self.asks.push(Ask::Switch(object.name.clone(), off));
+            self.asks.push(Ask::Decide(DecideAsk::SwitchObject(object.name.clone(), off)));
         }
         line.take_right(4.0);
         let count = line.take_right(40.0);
@@ -84,7 +84,7 @@ impl Outliner<'_> {
             self.activate(row);
         } else if line.response.clicked() {
             self.take_focus(ui, row);
-            self.asks.extend(self.site.selection(row).map(Ask::Select));
+            self.asks.extend(self.site.selection(row).map(|it| Ask::Select(SelectAsk::Only(it))));
         }
     }
 
@@ -92,12 +92,18 @@ impl Outliner<'_> {
     pub(super) fn activate(&mut self, row: Row) {
         match row {
             Row::Layer(_) => {
-                let show = Ask::Run(&crate::app::command::flat::SHOW_LAYER);
-                self.asks.extend(self.site.selection(row).map(Ask::Select).into_iter().chain([show]));
+                let show = crate::app::command::flat::SHOW_LAYER.asked(self.state);
+                self.asks.extend(
+                    self.site
+                        .selection(row)
+                        .map(|it| Ask::Select(SelectAsk::Only(it)))
+                        .into_iter()
+                        .chain([show]),
+                );
             }
             Row::Object(_) | Row::Face(..) => {
                 if let Some(this) = self.site.selection(row) {
-                    self.asks.extend([Ask::Select(this), Ask::Run(&FRAME)]);
+                    self.asks.extend([Ask::Select(SelectAsk::Only(this)), FRAME.asked(self.state)]);
                 }
             }
             row if row.opens() => {

@@ -5,8 +5,10 @@ use eframe::egui::{Id, Rect, Role, ScrollArea, Sense, TextEdit, Ui, WidgetInfo, 
 use super::Lists;
 use super::row::ROW;
 use super::rows::{Row, Site, rows};
-use crate::app::editor::{Ask, Editor};
-use crate::app::selection::Selection;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::selection::Selection;
 
 /// Lists of more rows than this are searched: fewer are seen at a glance.
 const SEARCHED: usize = 12;
@@ -20,16 +22,17 @@ const RIGHT: f32 = 4.0;
 pub fn outliner_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     super::layers::want_figures(editor, ui.available_width());
     // The lists change while what they show is looked at.
-    let mut lists = std::mem::take(&mut editor.lists);
-    if let Some(site) = Site::of(editor) {
-        Outliner { editor, site: &site, lists: &mut lists, asks }.ui(ui);
+    let mut lists = std::mem::take(&mut editor.state.lists);
+    let state = &editor.state;
+    if let Some(site) = Site::of(state) {
+        Outliner { state, site: &site, lists: &mut lists, asks }.ui(ui);
     }
-    editor.lists = lists;
+    editor.state.lists = lists;
 }
 
 /// What drawing needs.
 pub(super) struct Outliner<'a> {
-    pub editor: &'a Editor,
+    pub state: &'a State,
     pub site: &'a Site<'a>,
     pub lists: &'a mut Lists,
     pub asks: &'a mut Vec<Ask>,
@@ -40,7 +43,7 @@ impl Outliner<'_> {
         ui.add_space(4.0);
         self.filter_ui(ui);
         let follows = self.follow_selection();
-        let rows = rows(self.editor, self.lists, self.site);
+        let rows = rows(self.state, self.lists, self.site);
         let id = ui.make_persistent_id("layers and objects");
         self.lists.id = Some(id);
         let list = ui.interact(ui.available_rect_before_wrap(), id, Sense::focusable_noninteractive());
@@ -103,11 +106,11 @@ impl Outliner<'_> {
 
     /// What was selected elsewhere is shown here, too; whether something was.
     fn follow_selection(&mut self) -> bool {
-        let selection = self.editor.selection;
+        let selection = self.state.selection;
         if std::mem::replace(&mut self.lists.known, selection) == selection {
             return false;
         }
-        let as_table = self.editor.settings.layer_list.as_table;
+        let as_table = self.state.settings.layer_list.as_table;
         let Some((row, above)) = self.site.row_of(selection, as_table) else { return false };
         above.into_iter().for_each(|row| self.lists.set_open(row, true));
         self.lists.cursor = Some(row);
@@ -116,12 +119,12 @@ impl Outliner<'_> {
 
     /// Whether a row is selected, alone or with others.
     pub(super) fn is_selected(&self, row: Row) -> bool {
-        let editor = self.editor;
+        let state = self.state;
         self.site.selection(row).is_some_and(|this| match this {
             Selection::Layer { photo, layer } => {
-                editor.selection == this || editor.more_layers.contains(&(photo, layer))
+                state.selection == this || state.more_layers.contains(&(photo, layer))
             }
-            _ => editor.selection == this,
+            _ => state.selection == this,
         })
     }
 

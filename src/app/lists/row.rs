@@ -8,7 +8,7 @@ use eframe::egui::{
 
 use super::outliner::Outliner;
 use super::rows::Row;
-use crate::app::settings::focus_stroke;
+use crate::app::widget::look::focus_stroke;
 
 /// Height of a row in points: a line of text with a little air, large enough to be hit.
 pub const ROW: f32 = 23.0;
@@ -52,7 +52,7 @@ impl Outliner<'_> {
         if self.lists.cursor == Some(row) && self.lists.has_focus(ui.ctx()) {
             ui.painter().rect_stroke(rect, ROUND, focus_stroke(visuals), StrokeKind::Inside);
         }
-        let level = row.level(self.editor.settings.layer_list.as_table);
+        let level = row.level(self.state.settings.layer_list.as_table);
         let left = rect.left() + LEFT + level as f32 * STEP;
         let room = Rect::from_min_max(pos2(left, rect.top()), rect.max - vec2(RIGHT, 0.0));
         let mut line = Line { room, response, color };

@@ -1,9 +1,9 @@
 //! The rows of the lists, from top to bottom, as far as they are open.
 
 use super::Lists;
-use crate::app::editor::Editor;
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::layer_table::sorted;
 use crate::scene::{FaceId, Model, ObjectId};
@@ -77,10 +77,10 @@ pub struct Site<'a> {
 
 impl<'a> Site<'a> {
     /// Of what is open; none without a project.
-    pub fn of(editor: &'a Editor) -> Option<Self> {
-        let session = editor.session.as_ref()?;
+    pub fn of(state: &'a State) -> Option<Self> {
+        let session = state.session.as_ref()?;
         let whole = &*session.opened.whole;
-        Some(Self { session, whole, used: places(whole, session.model()), photo: editor.selected_photo() })
+        Some(Self { session, whole, used: places(whole, session.model()), photo: state.selected_photo() })
     }
 
     /// The stack of the photo whose layers are listed.
@@ -134,13 +134,13 @@ fn places(whole: &Model, part: &Model) -> Vec<Option<ObjectId>> {
 }
 
 /// All rows that are open and pass the filter.
-pub fn rows(editor: &Editor, lists: &Lists, site: &Site<'_>) -> Vec<Row> {
+pub fn rows(state: &State, lists: &Lists, site: &Site<'_>) -> Vec<Row> {
     let mut rows = Vec::new();
     let wanted = lists.filter.trim().to_lowercase();
     if site.photo.is_some() {
         rows.push(Row::Layers);
         if lists.is_open(Row::Layers) {
-            layers(editor, lists, site, &wanted, &mut rows);
+            layers(state, lists, site, &wanted, &mut rows);
         }
     }
     rows.push(Row::Objects);
@@ -154,17 +154,17 @@ fn passes(name: &str, wanted: &str) -> bool {
     wanted.is_empty() || name.to_lowercase().contains(wanted)
 }
 
-fn layers(editor: &Editor, lists: &Lists, site: &Site<'_>, wanted: &str, rows: &mut Vec<Row>) {
+fn layers(state: &State, lists: &Lists, site: &Site<'_>, wanted: &str, rows: &mut Vec<Row>) {
     let Some(stack) = site.stack() else {
         rows.push(Row::Say("Not built yet: Layers › Build layers makes them."));
         return;
     };
     let before = rows.len();
     let passing = |place: &usize| passes(&stack.image_layers[*place].name, wanted);
-    let list = &editor.settings.layer_list;
+    let list = &state.settings.layer_list;
     if list.as_table {
         rows.push(Row::Head);
-        let trust = editor.layer_trust();
+        let trust = state.layer_trust();
         let table = sorted(stack, list.column, list.falling, |place| trust.get(place).copied().flatten());
         rows.extend(table.into_iter().filter(passing).map(Row::Layer));
     } else {

@@ -2,18 +2,20 @@
 
 use std::path::Path;
 
-use crate::app::authored::{Follows, not_followed};
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::notes::{Note, Weight};
-use crate::app::selection::Selection;
-use crate::app::session::{PhotoStatus, survey};
+use crate::app::action::decide::{Follows, not_followed};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, BuildAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::{PhotoStatus, survey};
+use crate::app::work::Work;
 use crate::document::Project;
 use crate::recipe::objects::{ObjectEdit, edited};
 use crate::recipe::open::Opened;
 use crate::scene::Model;
 
-impl Editor {
+impl State {
     /// Switches an object off or on, by its name.
     pub fn switch_object(&mut self, name: &str, on: bool) {
         match on {
@@ -50,37 +52,37 @@ impl Editor {
         }
     }
 
-    /// Takes the model as objects are switched now, and looks which stacks are of another one.
-    pub(in crate::app) fn follow_objects(&mut self) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        let project = Project::clone(session.history.present());
-        self.jobs.stop_kind(Kind::Survey);
-        self.jobs.start(Kind::Open, "Switching objects", move |task| {
-            let switched = || {
-                let opened = opened.with_objects(&folder, project, task)?;
-                let photos = survey(&folder, &opened, &[], task)?;
-                Ok((opened, photos))
-            };
-            match switched() {
-                Ok((opened, photos)) => {
-                    Ok(Box::new(move |editor| editor.take_model(&folder, opened, photos)))
-                }
-                Err(error) => Ok(not_followed(folder, Follows::Objects, error)),
-            }
-        });
-    }
-
-    fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) {
-        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else { return };
+    fn take_model(&mut self, folder: &Path, opened: Opened, photos: Vec<PhotoStatus>) -> Vec<Ask> {
+        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
+            return Vec::new();
+        };
         let before = session.opened.site.model.clone();
         session.set_site(opened, photos);
         self.selection = carried(self.selection, &before, session.model());
         self.space.forget_faces();
         self.quality.forget_stacks();
         self.space.refresh();
-        self.prepare_painter();
+        vec![BuildAsk::RestartPainter.into()]
     }
+}
+
+/// Takes the model as objects are switched now, and looks which stacks are of another one.
+pub fn follow_objects(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let project = Project::clone(session.history.present());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Open, "Switching objects", move |task| {
+        let switched = || {
+            let opened = opened.with_objects(&folder, project, task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
+            Ok((opened, photos))
+        };
+        match switched() {
+            Ok((opened, photos)) => Ok(Box::new(move |state| state.take_model(&folder, opened, photos))),
+            Err(error) => Ok(not_followed(folder, Follows::Objects, error)),
+        }
+    });
 }
 
 /// The same object or face in another model, by its name; nothing where it has none.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use super::outliner::Outliner;
 use super::row::{Line, styled_text_in, text_in};
 use super::rows::Row;
-use crate::app::editor::Ask;
+use crate::app::state::ask::{Ask, WindowAsk};
 use crate::document::ImageLayer;
 use crate::recipe::layer_table::{Column, LayerFigures};
 
@@ -27,7 +27,7 @@ pub struct LayerList {
 impl LayerList {
     /// Sorts by a column; by the one that it is sorted by already, the other way round.
     pub fn sort_by(&mut self, column: Column) {
-        self.falling = if self.column == column { !self.falling } else { column.falls_at_first() };
+        self.falling = if self.column == column { !self.falling } else { column.descends_by_default() };
         self.column = column;
     }
 }
@@ -91,8 +91,8 @@ pub(super) fn columns(width: f32, sorted_by: Column) -> Vec<Column> {
 impl Outliner<'_> {
     pub(super) fn cells(&self, ui: &Ui, line: &mut Line, place: usize, layer: &ImageLayer) {
         let figures = LayerFigures::of(layer);
-        let list = self.editor.settings.layer_list;
-        let trust = self.editor.layer_trust().get(place).copied().flatten();
+        let list = self.state.settings.layer_list;
+        let trust = self.state.layer_trust().get(place).copied().flatten();
         for column in columns(ui.available_width(), list.column).into_iter().rev() {
             let (_, width, _) = heading(column);
             let rect = line.take_right(width);
@@ -105,7 +105,7 @@ impl Outliner<'_> {
 
     /// The headings: a click sorts.
     pub(super) fn head(&mut self, ui: &mut Ui, rect: Rect) {
-        let list = self.editor.settings.layer_list;
+        let list = self.state.settings.layer_list;
         ui.painter().rect_filled(rect, 0.0, ui.visuals().panel_fill);
         let shown = columns(rect.width(), list.column);
         let (low, high) = (rect.min + vec2(LEFT, 0.0), rect.max - vec2(RIGHT, 0.0));
@@ -132,7 +132,7 @@ impl Outliner<'_> {
 
     fn heading(&mut self, ui: &Ui, rect: Rect, column: Column) {
         let (name, _, tooltip) = heading(column);
-        let list = self.editor.settings.layer_list;
+        let list = self.state.settings.layer_list;
         let sorts = list.column == column;
         let response = ui.interact(rect, self.id(Row::Head).with(name), Sense::click());
         response.widget_info(|| {
@@ -154,7 +154,7 @@ impl Outliner<'_> {
             ui.painter().add(Shape::convex_polygon(corners, color, Stroke::NONE));
         }
         if response.clicked() {
-            self.asks.push(Ask::SortLayers(column));
+            self.asks.push(Ask::Window(WindowAsk::SortLayers(column)));
         }
         response.on_hover_text(tooltip);
     }
@@ -171,7 +171,7 @@ impl Outliner<'_> {
                 let (name, _, tooltip) = heading(*column);
                 let text = format!("Sort by {}", name.to_lowercase());
                 if ui.button(text).on_hover_text(tooltip).clicked() {
-                    self.asks.push(Ask::SortLayers(*column));
+                    self.asks.push(Ask::Window(WindowAsk::SortLayers(*column)));
                 }
             }
         });

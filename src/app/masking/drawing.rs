@@ -10,6 +10,8 @@ use super::suggesting::Shown;
 use super::{Masking, Tool};
 use crate::app::editor::Editor;
 use crate::app::flat::placement::Seen;
+use crate::app::masking::known::want_masks;
+use crate::app::masking::suggesting::want_suggestions;
 use crate::geometry::Spans;
 use crate::geometry::grid::{Grid, boxes, rim};
 
@@ -46,19 +48,19 @@ struct Outlines {
 
 /// Draws all of it over the photo, and starts to read what is not known yet.
 pub fn masks_ui(editor: &mut Editor, ui: &Ui, seen: &Seen, photo: usize) {
-    editor.want_masks(photo);
-    editor.want_suggestions();
+    want_masks(&mut editor.state, &mut editor.work, photo);
+    want_suggestions(&mut editor.state, &mut editor.work);
     let painter = ui.painter_at(seen.rect);
-    if editor.masking.shown
-        && let Some(pixels) = editor.covered(photo)
+    if editor.state.masking.shown
+        && let Some(pixels) = editor.state.covered(photo)
     {
-        masked(&mut editor.masking, &painter, seen, pixels);
+        masked(&mut editor.state.masking, &painter, seen, pixels);
     }
     suggested(editor, &painter, seen, photo);
-    if let (Some(tool), Some(size)) = (editor.masking.tool, editor.selected_photo_size()) {
-        line(&editor.masking, &painter, seen);
+    if let (Some(tool), Some(size)) = (editor.state.masking.tool, editor.state.selected_photo_size()) {
+        line(&editor.state.masking, &painter, seen);
         if tool == Tool::Brush {
-            let radius = (editor.masking.radius_px(size) * seen.scale) as f32;
+            let radius = (editor.state.masking.radius_px(size) * seen.scale) as f32;
             circle(ui, &painter, seen, radius);
         }
     }
@@ -123,15 +125,15 @@ fn circle(ui: &Ui, painter: &Painter, seen: &Seen, radius: f32) {
 }
 
 fn suggested(editor: &mut Editor, painter: &Painter, seen: &Seen, photo: usize) {
-    let open = editor.suggestions_of(photo);
-    if !editor.masking.suggested.shown || open.is_empty() {
+    let open = editor.state.suggestions_of(photo);
+    if !editor.state.masking.suggested.shown || open.is_empty() {
         return;
     }
     let grid = seen.grid();
-    let pointed = editor.masking.suggested.pointed;
+    let pointed = editor.state.masking.suggested.pointed;
     let of: Vec<(u32, bool)> =
         open.iter().map(|shown| (shown.it.number, pointed == Some(shown.it.number))).collect();
-    let known = editor.masking.overlay.outlines.take().filter(|o| o.grid == grid && o.of == of);
+    let known = editor.state.masking.overlay.outlines.take().filter(|o| o.grid == grid && o.of == of);
     let known = known.unwrap_or_else(|| {
         let mut mesh = Mesh::default();
         for (shown, (_, pointed)) in open.iter().zip(&of) {
@@ -141,7 +143,7 @@ fn suggested(editor: &mut Editor, painter: &Painter, seen: &Seen, photo: usize) 
         Outlines { grid, of, mesh: Arc::new(mesh) }
     });
     painter.add(Shape::Mesh(known.mesh.clone()));
-    editor.masking.overlay.outlines = Some(known);
+    editor.state.masking.overlay.outlines = Some(known);
     open.iter().for_each(|shown| number(painter, seen, shown));
 }
 

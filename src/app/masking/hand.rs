@@ -4,12 +4,14 @@ use eframe::egui::{CursorIcon, Event, Key, Modifiers, PointerButton, Pos2, Respo
 use glam::DVec2;
 use std::sync::Arc;
 
-use super::keeping::Work;
+use super::keeping::MaskWork;
 use super::{Masking, Tool};
-use crate::app::dialog;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::flat::placement::Seen;
-use crate::document::masks::MaskFrom;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::widget::dialog;
+use crate::document::masks::MaskOrigin;
 use crate::geometry::drawn::{brushed, enclosed};
 use crate::geometry::{PixelRect, Spans};
 use crate::recipe::masks::MaskEdit;
@@ -58,8 +60,8 @@ impl Stroke {
 }
 
 /// Whether the left button draws now; else it moves the photo, as ever. Other buttons move it always.
-pub fn draws(editor: &Editor, ui: &Ui) -> bool {
-    editor.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
+pub fn draws(state: &State, ui: &Ui) -> bool {
+    state.masking.tool.is_some() && !ui.input(|input| input.key_down(Key::Space))
 }
 
 /// Takes in what mouse and keys draw; a stroke that ends becomes an edit.
@@ -71,43 +73,43 @@ pub fn hand_ui(
     (photo, within): (usize, PixelRect),
     asks: &mut Vec<Ask>,
 ) {
-    let Some(tool) = editor.masking.tool else { return };
+    let Some(tool) = editor.state.masking.tool else { return };
     if escaped(ui) {
         // The stroke first, and then the tool.
-        if editor.masking.stroke.take().is_none() {
-            editor.masking.tool = None;
+        if editor.state.masking.stroke.take().is_none() {
+            editor.state.masking.tool = None;
         }
         return;
     }
     if response.hovered() {
         ui.ctx().set_cursor_icon(CursorIcon::Crosshair);
-        resize(&mut editor.masking, ui, [within.w, within.h]);
+        resize(&mut editor.state.masking, ui, [within.w, within.h]);
         // So that Space moves the photo, and plays no flight.
         if ui.memory(|memory| memory.focused().is_none()) {
             response.request_focus();
         }
     }
-    editor.masking.stroke = editor.masking.stroke.take().filter(|stroke| stroke.photo == photo);
+    editor.state.masking.stroke = editor.state.masking.stroke.take().filter(|stroke| stroke.photo == photo);
     let may_begin = draws(editor, ui) && (response.hovered() || response.is_pointer_button_down_on());
     for event in ui.input(|input| input.events.clone()) {
         match event {
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: true, modifiers }
                 if may_begin
                     && seen.rect.contains(pos)
-                    && !editor.flat.photo.line.is_some_and(|line| line.contains(pos)) =>
+                    && !editor.state.flat.photo.line.is_some_and(|line| line.contains(pos)) =>
             {
                 response.request_focus();
-                let mut stroke = begun(&editor.masking, tool, modifiers, (photo, within), pos);
+                let mut stroke = begun(&editor.state.masking, tool, modifiers, (photo, within), pos);
                 stroke.go_to(pos, seen, within);
-                editor.masking.stroke = Some(stroke);
+                editor.state.masking.stroke = Some(stroke);
             }
             Event::PointerMoved(at) => {
-                if let Some(stroke) = &mut editor.masking.stroke {
+                if let Some(stroke) = &mut editor.state.masking.stroke {
                     stroke.go_to(at, seen, within);
                 }
             }
             Event::PointerButton { pos, button: PointerButton::Primary, pressed: false, .. } => {
-                if let Some(mut stroke) = editor.masking.stroke.take() {
+                if let Some(mut stroke) = editor.state.masking.stroke.take() {
                     stroke.go_to(pos, seen, within);
                     asks.extend(edit(editor, &stroke, within));
                 }
@@ -143,9 +145,9 @@ fn begun(
     Stroke { photo, tool, uncovers, radius_px, line: Vec::new(), pixels: Spans::default(), last }
 }
 
-fn edit(editor: &Editor, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
+fn edit(state: &State, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
     let pixels = stroke.drawn(within);
-    let photo = editor.session.as_ref()?.opened.site.photos[stroke.photo].name.clone();
+    let photo = state.session.as_ref()?.opened.site.photos[stroke.photo].name.clone();
     let tool = stroke.tool.name();
     let (name, edit) = match stroke.uncovers {
         true => {
@@ -153,8 +155,8 @@ fn edit(editor: &Editor, stroke: &Stroke, within: PixelRect) -> Option<Ask> {
         }
         false => {
             let name = format!("mask of {photo} by {tool}");
-            (name, MaskEdit::Add { photo, from: MaskFrom::Drawn, masked: pixels.clone() })
+            (name, MaskEdit::Add { photo, from: MaskOrigin::Drawn, masked: pixels.clone() })
         }
     };
-    (!pixels.is_empty()).then(|| Ask::Mask(name, Work::Edits(Arc::new(vec![edit]))))
+    (!pixels.is_empty()).then(|| Ask::Mask(MaskAsk::Mask(name, MaskWork::Edits(Arc::new(vec![edit])))))
 }

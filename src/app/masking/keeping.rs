@@ -4,9 +4,11 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use crate::app::editor::Editor;
-use crate::app::jobs::{JobId, Kind};
-use crate::app::notes::{Note, Weight};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::{JobId, Kind};
+use crate::app::work::Work;
 use crate::document::{Masks, Project};
 use crate::error::Result;
 use crate::geometry::Spans;
@@ -30,12 +32,12 @@ pub struct Waiting {
     /// What is undone.
     pub name: String,
     /// What is done.
-    pub work: Work,
+    pub work: MaskWork,
 }
 
 /// What becomes of masks.
 #[derive(Clone)]
-pub enum Work {
+pub enum MaskWork {
     /// These edits.
     Edits(Arc<Vec<MaskEdit>>),
     /// What a photo shows of an object is masked, with a margin.
@@ -58,8 +60,8 @@ impl Keeping {
     /// What will be masked of a photo, of which `masked` is by now.
     pub fn applied_to(&self, masked: Spans, photo: &str) -> Spans {
         let edits = self.queue.iter().flat_map(|waiting| match &waiting.work {
-            Work::Edits(edits) => edits.as_slice(),
-            Work::Object { .. } => &[],
+            MaskWork::Edits(edits) => edits.as_slice(),
+            MaskWork::Object { .. } => &[],
         });
         edits.fold(masked, |masked, edit| match edit {
             MaskEdit::Put { photo: of, masked: more, .. } | MaskEdit::Add { photo: of, masked: more, .. }
@@ -81,39 +83,11 @@ struct Kept {
     read: Vec<(String, Spans)>,
 }
 
-impl Editor {
-    /// Changes masks: a step of the history, `name` is what is undone.
-    pub fn mask(&mut self, name: String, work: Work) {
-        self.masking.keeping.queue.push_back(Waiting { name, work });
-        self.masking.known.revision += 1;
-        self.keep_masks();
-    }
-
-    /// Goes on with what waits. A job that died has told why, and what it was to keep is gone.
-    pub(in crate::app) fn keep_masks(&mut self) {
-        if let Some(job) = self.masking.keeping.working {
-            if self.jobs.is_running(job) {
-                return;
-            }
-            self.masking.keeping.working = None;
-            self.masking.keeping.queue.pop_front();
-            self.masking.known.revision += 1;
-        }
-        let (Some(session), Some(waiting)) = (&self.session, self.masking.keeping.queue.front()) else {
-            return;
+impl State {
+    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<Kept>) -> Vec<Ask> {
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else {
+            return Vec::new();
         };
-        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-        let (base, work) = (session.history.present().masks.clone(), waiting.work.clone());
-        let job = self.jobs.start(Kind::Mask, "Keeping a mask", move |task| {
-            let made = kept(&folder, &opened, &base, &work, task);
-            drop(lock);
-            Ok(Box::new(move |editor| editor.mask_kept(&folder, &base, made)))
-        });
-        self.masking.keeping.working = Some(job);
-    }
-
-    fn mask_kept(&mut self, folder: &PathBuf, base: &Masks, made: Result<Kept>) {
-        let Some(session) = self.session.as_ref().filter(|session| session.folder == *folder) else { return };
         self.masking.keeping.working = None;
         let present = session.history.present().clone();
         // Where something else has changed masks meanwhile, this is made again, of what holds now.
@@ -123,7 +97,7 @@ impl Editor {
             match made {
                 Ok(Kept { masks, .. }) if masks == *base => {
                     self.masking.known.revision += 1;
-                    if let Work::Object { photo, object, .. } = waiting.work {
+                    if let MaskWork::Object { photo, object, .. } = waiting.work {
                         self.tell(Note::new(
                             Weight::Info,
                             format!("{photo} shows nothing of {object} that is not masked"),
@@ -140,15 +114,45 @@ impl Editor {
                 }
             }
         }
-        self.keep_masks();
+        vec![MaskAsk::WriteNext.into()]
     }
 }
 
+/// Changes masks: a step of the history, `name` is what is undone.
+pub fn queue_mask(state: &mut State, work: &mut Work, name: String, change: MaskWork) {
+    state.masking.keeping.queue.push_back(Waiting { name, work: change });
+    state.masking.known.revision += 1;
+    keep_masks(state, work);
+}
+
+/// Goes on with what waits. A job that died has told why, and what it was to keep is gone.
+pub fn keep_masks(state: &mut State, work: &mut Work) {
+    if let Some(job) = state.masking.keeping.working {
+        if state.running.is_running(job) {
+            return;
+        }
+        state.masking.keeping.working = None;
+        state.masking.keeping.queue.pop_front();
+        state.masking.known.revision += 1;
+    }
+    let (Some(session), Some(waiting)) = (&state.session, state.masking.keeping.queue.front()) else {
+        return;
+    };
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let (base, change) = (session.history.present().masks.clone(), waiting.work.clone());
+    let job = work.jobs.start(&mut state.running, Kind::Mask, "Keeping a mask", move |task| {
+        let made = kept(&folder, &opened, &base, &change, task);
+        drop(lock);
+        Ok(Box::new(move |state| state.mask_kept(&folder, &base, made)))
+    });
+    state.masking.keeping.working = Some(job);
+}
+
 /// Writes the new masks, and reads them as they are now.
-fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &Work, task: &Task) -> Result<Kept> {
+fn kept(folder: &Path, opened: &Opened, base: &Masks, work: &MaskWork, task: &Task) -> Result<Kept> {
     let masks = match work {
-        Work::Edits(edits) => edited(folder, base, edits, &opened.site)?,
-        Work::Object { photo, object, margin_px } => {
+        MaskWork::Edits(edits) => edited(folder, base, edits, &opened.site)?,
+        MaskWork::Object { photo, object, margin_px } => {
             let edit = object_edit(folder, opened, photo, object, *margin_px, task)?;
             edited(folder, base, &[edit], &opened.site)?
         }
@@ -183,16 +187,17 @@ fn object_edit(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::masks::MaskFrom;
+    use crate::document::masks::MaskOrigin;
     use crate::geometry::PixelRect;
 
     #[test]
     fn what_waits_is_shown_as_if_it_were_done_in_its_photo_alone() {
         let block = |x: i32, w: u32| Spans::of_pixels(PixelRect { x, y: 0, w, h: 1 }, |_, _| true);
-        let add = |photo: &str, masked| MaskEdit::Add { photo: photo.into(), from: MaskFrom::Drawn, masked };
+        let add =
+            |photo: &str, masked| MaskEdit::Add { photo: photo.into(), from: MaskOrigin::Drawn, masked };
         let uncover = MaskEdit::Uncover { photo: "a".into(), pixels: block(2, 2) };
         let edits = vec![add("a", block(0, 9)), add("b", block(20, 5)), uncover];
-        let waiting = Waiting { name: String::new(), work: Work::Edits(Arc::new(edits)) };
+        let waiting = Waiting { name: String::new(), work: MaskWork::Edits(Arc::new(edits)) };
         let keeping = Keeping { queue: VecDeque::from([waiting]), working: None };
         assert_eq!(keeping.applied_to(block(30, 1), "a").count(), 1 + 9 - 2);
         assert_eq!(keeping.applied_to(block(30, 1), "b").count(), 1 + 5);

@@ -3,13 +3,15 @@
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-use crate::app::editor::Editor;
-use crate::app::jobs::{JobId, Kind};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
+use crate::app::state::running::{JobId, Kind};
+use crate::app::work::Work;
 use crate::document::Masks;
 use crate::document::masks::Mask;
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::open::Unmasked;
+use crate::recipe::open::UnusableMask;
 
 /// So many files are kept in memory before those that no mask is made of are given up: a few hundred kilobytes each.
 const MOST: usize = 200;
@@ -48,9 +50,9 @@ impl Known {
     }
 }
 
-impl Editor {
+impl State {
     /// What is masked of a photo as far as it is known, with what waits to be kept.
-    pub(super) fn covered(&mut self, photo: usize) -> Option<Arc<Spans>> {
+    pub fn covered(&mut self, photo: usize) -> Option<Arc<Spans>> {
         let session = self.session.as_ref()?;
         let photo = &session.opened.site.photos.get(photo)?.name;
         let masks = session.history.present().masks.of(photo);
@@ -70,37 +72,44 @@ impl Editor {
         Some(pixels)
     }
 
-    /// Starts to read what is not known of a photo's masks.
-    pub(super) fn want_masks(&mut self, photo: usize) {
-        let Some(session) = &self.session else { return };
-        let (folder, photo) = (session.folder.clone(), &session.opened.site.photos[photo]);
-        let missing = self.masking.known.missing(session.history.present().masks.of(&photo.name));
-        let reads = self.masking.known.reading.is_some_and(|job| self.jobs.is_running(job));
-        if missing.is_empty() || reads {
-            return;
-        }
-        let photo = photo.clone();
-        let size = [photo.camera.width, photo.camera.height];
-        let job = self.jobs.start(Kind::FlatView, "Reading masks", move |task| {
-            let store = MaskStore::new(&folder);
-            let (mut read, mut told) = (Vec::new(), Vec::new());
-            for mask in missing {
-                task.go_on()?;
-                let pixels = store.read(&mask.file, size).unwrap_or_else(|error| {
-                    let (photo, mask, problem) = (photo.clone(), mask.clone(), error.to_string());
-                    told.push(Unmasked { photo, mask, problem });
-                    Spans::default()
-                });
-                read.push((mask.file, pixels));
-            }
-            Ok(Box::new(move |editor| editor.masks_read(&folder, read, told)))
-        });
-        self.masking.known.reading = Some(job);
-    }
-
-    fn masks_read(&mut self, folder: &std::path::Path, read: Vec<(String, Spans)>, told: Vec<Unmasked>) {
-        let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else { return };
+    fn masks_read(
+        &mut self,
+        folder: &std::path::Path,
+        read: Vec<(String, Spans)>,
+        told: Vec<UnusableMask>,
+    ) -> Vec<Ask> {
+        let Some(session) = self.session.as_ref().filter(|session| session.folder == folder) else {
+            return Vec::new();
+        };
         self.masking.known.add(read, &session.history.present().masks);
-        self.tell_masks(told, "cannot be built");
+        vec![MaskAsk::Report(told, "cannot be built").into()]
     }
+}
+
+/// Starts to read what is not known of a photo's masks.
+pub fn want_masks(state: &mut State, work: &mut Work, photo: usize) {
+    let Some(session) = &state.session else { return };
+    let (folder, photo) = (session.folder.clone(), &session.opened.site.photos[photo]);
+    let missing = state.masking.known.missing(session.history.present().masks.of(&photo.name));
+    let reads = state.masking.known.reading.is_some_and(|job| state.running.is_running(job));
+    if missing.is_empty() || reads {
+        return;
+    }
+    let photo = photo.clone();
+    let size = [photo.camera.width, photo.camera.height];
+    let job = work.jobs.start(&mut state.running, Kind::FlatView, "Reading masks", move |task| {
+        let store = MaskStore::new(&folder);
+        let (mut read, mut told) = (Vec::new(), Vec::new());
+        for mask in missing {
+            task.go_on()?;
+            let pixels = store.read(&mask.file, size).unwrap_or_else(|error| {
+                let (photo, mask, problem) = (photo.clone(), mask.clone(), error.to_string());
+                told.push(UnusableMask { photo, mask, problem });
+                Spans::default()
+            });
+            read.push((mask.file, pixels));
+        }
+        Ok(Box::new(move |state| state.masks_read(&folder, read, told)))
+    });
+    state.masking.known.reading = Some(job);
 }

@@ -7,7 +7,7 @@
 pub mod drawing;
 pub mod hand;
 pub mod keeping;
-mod known;
+pub mod known;
 pub mod repairing;
 pub mod strip;
 pub mod suggesting;
@@ -17,7 +17,7 @@ use self::hand::Stroke;
 use self::keeping::Keeping;
 use self::known::Known;
 use self::suggesting::Suggested;
-use super::editor::Editor;
+use crate::app::state::State;
 
 /// What draws masks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -126,7 +126,7 @@ impl Masking {
     }
 }
 
-impl Editor {
+impl State {
     /// The size of the selected photo.
     pub fn selected_photo_size(&self) -> Option<[u32; 2]> {
         let photo = self.selected_photo()?;

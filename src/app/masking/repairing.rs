@@ -4,75 +4,35 @@
 use std::path::PathBuf;
 use std::time::SystemTime;
 
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::leaving::ago;
-use crate::app::notes::{Note, Remedy, Weight};
-use crate::app::opening::Purpose;
 use crate::app::panel::masks::in_words;
+use crate::app::state::State;
+use crate::app::state::notes::ago;
+use crate::app::state::notes::{Note, Remedy, Weight};
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
 use crate::document::Project;
 use crate::document::masks::{Mask, MaskChange};
 use crate::io::mask_file::read_mask;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::open::{Opened, Unmasked};
+use crate::recipe::open::{Opened, UnusableMask};
 use crate::scene::Photo;
 
-impl Editor {
-    /// Says what of the site could not be read; of masks, with what helps.
-    pub(in crate::app) fn tell_problems(&mut self) {
-        let Some(session) = &self.session else { return };
-        let opened = session.opened.clone();
-        let of_masks: Vec<String> = opened.unmasked.iter().map(|it| it.error().to_string()).collect();
-        let others = opened.problems.iter().map(ToString::to_string);
-        for problem in others.filter(|problem| !of_masks.contains(problem)) {
-            self.notes.add(Note::new(Weight::Problem, problem));
-        }
-        self.tell_masks(opened.unmasked.to_vec(), "is left out of everything");
-    }
-
-    /// Tells masks that cannot be used, `therefore` says what comes of it, and offers what helps.
-    pub(in crate::app) fn tell_masks(&mut self, unusable: Vec<Unmasked>, therefore: &'static str) {
-        let Some(session) = self.session.as_ref().filter(|_| !unusable.is_empty()) else { return };
-        let folder = session.folder.clone();
-        self.jobs.start(Kind::Look, "Looking for older masks", move |_| {
-            let store = MaskStore::new(&folder);
-            let note = |it: Unmasked| {
-                let size = [it.photo.camera.width, it.photo.camera.height];
-                let older = store.older(&it.photo.name, it.mask.from.stem(), &it.mask.file, size);
-                note_of(it, therefore, older)
-            };
-            let notes: Vec<Note> = unusable.into_iter().map(note).collect();
-            Ok(Box::new(move |editor| {
-                if editor.session.as_ref().is_some_and(|session| session.folder == folder) {
-                    notes.into_iter().for_each(|note| editor.tell(note));
-                }
-            }))
-        });
-    }
-
+impl State {
     /// It helps as things are: not where the mask is another one by now.
-    pub(in crate::app) fn can_remedy(&self, remedy: &Remedy) -> bool {
-        let Some(session) = &self.session else { return matches!(remedy, Remedy::Run(_)) };
+    pub fn can_remedy(&self, remedy: &Remedy) -> bool {
+        let Some(session) = &self.session else { return matches!(remedy, Remedy::ReadAgain) };
         let stands =
             |photo: &str, mask: &Mask| session.history.present().masks.find(photo, &mask.from) == Some(mask);
         match remedy {
             // Where it must wait, a click says what for.
-            Remedy::Run(_) => true,
+            Remedy::ReadAgain => true,
             Remedy::SetMask(change) => change.before.as_ref().is_some_and(|mask| stands(&change.photo, mask)),
             Remedy::ChooseMask(it) => stands(&it.photo.name, &it.mask),
         }
     }
 
-    /// Does what helps.
-    pub(in crate::app) fn remedy(&mut self, remedy: Remedy) {
-        match remedy {
-            Remedy::Run(command) => self.run(command),
-            Remedy::SetMask(change) => self.set_mask(&change),
-            Remedy::ChooseMask(it) => self.choose(Purpose::Mask(it)),
-        }
-    }
-
-    fn set_mask(&mut self, MaskChange { photo, from, after, .. }: &MaskChange) {
+    pub fn set_mask(&mut self, MaskChange { photo, from, after, .. }: &MaskChange) {
         let Some(session) = &self.session else { return };
         let mut project = Project::clone(session.history.present());
         project.masks.set(photo, from, after.clone());
@@ -80,28 +40,8 @@ impl Editor {
         self.edit(format!("{what} of {photo}"), project, None);
     }
 
-    /// Takes a file as the mask.
-    pub(in crate::app) fn bring_mask(&mut self, it: Unmasked, path: PathBuf) {
-        let Some(session) = &self.session else { return };
-        let (folder, lock) = (session.folder.clone(), session.lock.clone());
-        self.jobs.start(Kind::Mask, "Keeping a mask", move |_| {
-            let size = [it.photo.camera.width, it.photo.camera.height];
-            let masked = read_mask(&path, size)?;
-            let file = MaskStore::new(&folder).add(&it.photo.name, it.mask.from.stem(), &masked, size)?;
-            drop(lock);
-            let Unmasked { photo, mask, .. } = it;
-            let after = Mask { from: mask.from.clone(), file, pixels: masked.count() };
-            let change = changed(&photo, mask, Some(after));
-            Ok(Box::new(move |editor| {
-                if editor.session.as_ref().is_some_and(|session| session.folder == folder) {
-                    editor.set_mask(&change);
-                }
-            }))
-        });
-    }
-
     /// Where no dialog is at hand: the file belongs there.
-    pub(in crate::app) fn tell_place_of_mask(&mut self, it: &Unmasked) {
+    pub fn tell_place_of_mask(&mut self, it: &UnusableMask) {
         let Some(session) = &self.session else { return };
         let place = MaskStore::new(&session.folder).path(&it.mask.file);
         let text = format!(
@@ -112,22 +52,74 @@ impl Editor {
     }
 }
 
+/// Says what of the site could not be read; of masks, with what helps.
+pub fn tell_problems(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let opened = session.opened.clone();
+    let of_masks: Vec<String> = opened.unmasked.iter().map(|it| it.error().to_string()).collect();
+    let others = opened.problems.iter().map(ToString::to_string);
+    for problem in others.filter(|problem| !of_masks.contains(problem)) {
+        state.notes.add(Note::new(Weight::Problem, problem));
+    }
+    tell_masks(state, work, opened.unmasked.to_vec(), "is left out of everything");
+}
+
+/// Tells masks that cannot be used, `therefore` says what comes of it, and offers what helps.
+pub fn tell_masks(state: &mut State, work: &mut Work, unusable: Vec<UnusableMask>, therefore: &'static str) {
+    let Some(session) = state.session.as_ref().filter(|_| !unusable.is_empty()) else { return };
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, Kind::Look, "Looking for older masks", move |_| {
+        let store = MaskStore::new(&folder);
+        let note = |it: UnusableMask| {
+            let size = [it.photo.camera.width, it.photo.camera.height];
+            let older = store.older(&it.photo.name, it.mask.from.stem(), &it.mask.file, size);
+            note_of(it, therefore, older)
+        };
+        let notes: Vec<Note> = unusable.into_iter().map(note).collect();
+        Ok(arrival(move |state| {
+            if state.session.as_ref().is_some_and(|session| session.folder == folder) {
+                notes.into_iter().for_each(|note| state.tell(note));
+            }
+        }))
+    });
+}
+
+/// Takes a file as the mask.
+pub fn bring_mask(state: &mut State, work: &mut Work, it: UnusableMask, path: PathBuf) {
+    let Some(session) = &state.session else { return };
+    let (folder, lock) = (session.folder.clone(), session.lock.clone());
+    work.jobs.start(&mut state.running, Kind::Mask, "Keeping a mask", move |_| {
+        let size = [it.photo.camera.width, it.photo.camera.height];
+        let masked = read_mask(&path, size)?;
+        let file = MaskStore::new(&folder).add(&it.photo.name, it.mask.from.stem(), &masked, size)?;
+        drop(lock);
+        let UnusableMask { photo, mask, .. } = it;
+        let after = Mask { from: mask.from.clone(), file, pixels: masked.count() };
+        let change = changed(&photo, mask, Some(after));
+        Ok(arrival(move |state| {
+            if state.session.as_ref().is_some_and(|session| session.folder == folder) {
+                state.set_mask(&change);
+            }
+        }))
+    });
+}
+
 /// Of these photos, the masks that are damaged: only who reads them to their end knows.
-pub fn damaged_masks<'a>(opened: &Opened, photos: impl Iterator<Item = &'a String>) -> Vec<Unmasked> {
+pub fn damaged_masks<'a>(opened: &Opened, photos: impl Iterator<Item = &'a String>) -> Vec<UnusableMask> {
     let photos = photos.filter_map(|name| opened.site.photos.iter().find(|photo| photo.name == *name));
     let masks_of = |photo: &'_ Photo| {
         let size = [photo.camera.width, photo.camera.height];
         let masks = opened.project.masks.of(&photo.name).iter().zip(&photo.masks);
         let damaged = masks.filter_map(|(mask, file)| {
             let problem = read_mask(file, size).err()?.to_string();
-            Some(Unmasked { photo: photo.clone(), mask: mask.clone(), problem })
+            Some(UnusableMask { photo: photo.clone(), mask: mask.clone(), problem })
         });
         damaged.collect::<Vec<_>>()
     };
     photos.flat_map(masks_of).collect()
 }
 
-fn note_of(it: Unmasked, therefore: &str, older: Option<(String, u64, SystemTime)>) -> Note {
+fn note_of(it: UnusableMask, therefore: &str, older: Option<(String, u64, SystemTime)>) -> Note {
     let words = in_words(&it.mask.from);
     let text = format!("{therefore}: its mask, {words}, cannot be used: {}.", it.problem);
     let note = Note::about(Weight::Problem, &it.photo.name, text);

@@ -4,59 +4,60 @@ use eframe::egui::{Slider, SliderClamping, Ui};
 
 use super::{RADII_PX, Tool};
 use crate::app::command::{Command, keys_text, mask};
-use crate::app::editor::{Ask, Editor};
 use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::inspector::button;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk};
 
 /// Of the brush's slider, in points: the row has room for all of it in a window of usual size.
 const SLIDER: f32 = 60.0;
 
 /// What is needed most comes first.
-const PARTS: &[Part] = &[
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::BRUSH, "Brush", asks)),
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::LASSO, "Lasso", asks)),
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::UNCOVER, "Uncover", asks)),
+const PARTS: &[Part<()>] = &[
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::BRUSH, "Brush", asks)),
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::LASSO, "Lasso", asks)),
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::UNCOVER, "Uncover", asks)),
     Part::Tool(brush),
     Part::Gap,
     Part::Tool(suggestions),
-    Part::Tool(|editor, ui, _, asks| toggle(editor, ui, &mask::SHOW, "Show masks", asks)),
+    Part::Tool(|ui, state, (), _, asks| toggle(state, ui, &mask::SHOW, "Show masks", asks)),
 ];
 
 /// Draws it.
-pub fn strip_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn strip_ui(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         ui.label("Mask").on_hover_text("What of the photo must not be used: people, cars, flare.");
-        bar_ui(editor, ui, "masks", None, PARTS, asks);
+        bar_ui(ui, state, &mut (), ("masks", None), PARTS, asks);
     });
 }
 
 /// How large the brush is; always there, so that the photo does not move when a tool is taken up.
-fn brush(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let brush = editor.masking.tool == Some(Tool::Brush);
-    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(editor, ui)));
+fn brush(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
+    let brush = state.masking.tool == Some(Tool::Brush);
+    ui.add_enabled_ui(brush, |ui| ui.horizontal(|ui| radius(ui, state, asks)));
 }
 
-fn suggestions(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
-    if editor.masking.suggested.count() > 0 {
-        toggle(editor, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
+fn suggestions(ui: &mut Ui, state: &State, (): &mut (), _: Place, asks: &mut Vec<Ask>) {
+    if state.masking.suggested.count() > 0 {
+        toggle(state, ui, &mask::SUGGESTIONS, "Show suggestions", asks);
     } else {
-        button(editor, ui, &mask::LOOK, asks);
+        button(state, ui, &mask::LOOK, asks);
     }
 }
 
 /// A command that switches, by a shorter text: the row says what it is about.
-fn toggle(editor: &Editor, ui: &mut Ui, command: &'static Command, text: &str, asks: &mut Vec<Ask>) {
-    let on = command.on.is_some_and(|on| on(editor));
+fn toggle(state: &State, ui: &mut Ui, command: &'static Command, text: &str, asks: &mut Vec<Ask>) {
+    let on = command.on.is_some_and(|on| on(state));
     let keys = command.keys.first().map(|keys| format!(" ({})", keys_text(ui.ctx(), keys)));
     let tooltip = format!("{}{}", command.tooltip, keys.unwrap_or_default());
     if ui.selectable_label(on, text).on_hover_text(tooltip).clicked() {
-        asks.push(Ask::Run(command));
+        asks.push(command.asked(state));
     }
 }
 
-fn radius(editor: &mut Editor, ui: &mut Ui) {
-    let Some(size) = editor.selected_photo_size() else { return };
-    let before = editor.masking.radius_px(size);
+fn radius(ui: &mut Ui, state: &State, asks: &mut Vec<Ask>) {
+    let Some(size) = state.selected_photo_size() else { return };
+    let before = state.masking.radius_px(size);
     let mut radius = before;
     ui.spacing_mut().slider_width = SLIDER;
     let slider = Slider::new(&mut radius, RADII_PX)
@@ -71,18 +72,18 @@ fn radius(editor: &mut Editor, ui: &mut Ui) {
         "How large the brush is, in pixels of the photo: also Ctrl and the wheel, {larger} and {smaller}."
     ));
     if radius != before {
-        editor.masking.resize(radius / before, size);
+        asks.push(MaskAsk::ResizeBrush(radius / before).into());
     }
 }
 
 /// What the mouse does now, while a tool is in use.
-pub fn hint(editor: &Editor, ui: &Ui) -> Option<String> {
-    let way = match editor.masking.tool? {
+pub fn hint(state: &State, ui: &Ui) -> Option<String> {
+    let way = match state.masking.tool? {
         Tool::Lasso => "A line around something",
         Tool::Brush => "A drag",
     };
     let held = ui.input(|input| input.modifiers.command || input.modifiers.alt);
-    let does = if editor.masking.uncovers ^ held { "uncovers" } else { "masks" };
+    let does = if state.masking.uncovers ^ held { "uncovers" } else { "masks" };
     Some(format!(
         "{way} {does}, with Ctrl the other way round. Space or the middle button moves the photo, Esc ends."
     ))

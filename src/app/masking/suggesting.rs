@@ -3,12 +3,15 @@
 use std::path::Path;
 use std::sync::Arc;
 
-use crate::app::editor::Editor;
-use crate::app::jobs::{JobId, Kind};
-use crate::app::layout::Pane;
-use crate::app::masking::keeping::Work;
-use crate::app::notes::{Note, Weight};
-use crate::document::masks::MaskFrom;
+use crate::app::masking::keeping::MaskWork;
+use crate::app::masking::keeping::queue_mask;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::panes::Pane;
+use crate::app::state::running::{JobId, Kind};
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::document::masks::MaskOrigin;
 use crate::error::Result;
 use crate::geometry::Spans;
 use crate::recipe::budget::default_memory;
@@ -80,7 +83,7 @@ impl Shown {
 
     fn edit(&self) -> MaskEdit {
         let masked = Spans::clone(&self.masked);
-        MaskEdit::Add { photo: self.it.photo.clone(), from: MaskFrom::Suggested, masked }
+        MaskEdit::Add { photo: self.it.photo.clone(), from: MaskOrigin::Suggested, masked }
     }
 }
 
@@ -103,7 +106,7 @@ impl Suggested {
     }
 }
 
-impl Editor {
+impl State {
     /// Suggestions for a photo that are not masked: one that was masked comes back when that is undone.
     pub fn suggestions_of(&mut self, photo: usize) -> Arc<Vec<Shown>> {
         let Some(covered) = self.covered(photo) else { return Arc::default() };
@@ -131,20 +134,6 @@ impl Editor {
         // The smallest: what lies within another one can be reached, too.
         let at = open.iter().filter(|shown| shown.masked.holds(x, y));
         at.min_by_key(|shown| shown.it.pixels).map(|shown| shown.it.number)
-    }
-
-    /// Looks for what stands in these photos alone, or in any where none is named.
-    pub fn look_for_strangers(&mut self, photos: Vec<String>) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        let job = self.jobs.start(Kind::Suggest, "Looking for what only one photo shows", move |task| {
-            let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
-            let list = shown(&folder, found.list, task)?;
-            Ok(Box::new(move |editor| editor.strangers_found(&folder, &photos, list)))
-        });
-        self.masking.suggested.looking = Some(job);
-        self.masking.suggested.dismissed.clear();
-        self.layout.show(Pane::Photo);
     }
 
     fn strangers_found(&mut self, folder: &Path, looked_at: &[String], mut list: Vec<Shown>) {
@@ -194,37 +183,6 @@ impl Editor {
         self.masking.suggested.outcome = None;
     }
 
-    /// Reads what was suggested in earlier runs, once.
-    pub(in crate::app) fn want_suggestions(&mut self) {
-        let Some(session) = &self.session else { return };
-        if std::mem::replace(&mut self.masking.suggested.read, true) {
-            return;
-        }
-        let folder = session.folder.clone();
-        self.jobs.start(Kind::Look, "Reading suggestions", move |task| {
-            // None yet, or of a program that wrote them otherwise: they can be looked for again.
-            let list = suggestions(&folder).and_then(|found| shown(&folder, found.list, task));
-            Ok(Box::new(move |editor| {
-                let same = editor.session.as_ref().is_some_and(|session| session.folder == folder);
-                if let (Ok(list), true) = (list, same && editor.masking.suggested.looking.is_none()) {
-                    editor.masking.suggested.put(list);
-                }
-            }))
-        });
-    }
-
-    /// Masks suggestions by their numbers: one step.
-    pub fn accept_suggestions(&mut self, numbers: &[u32]) {
-        let list = self.masking.suggested.list.clone();
-        let meant: Vec<&Shown> = list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
-        let name = match meant[..] {
-            [] => return,
-            [one] => format!("mask of {} by suggestion {}", one.it.photo, one.it.number),
-            _ => format!("mask by {} suggestions", meant.len()),
-        };
-        self.mask(name, Work::Edits(Arc::new(meant.into_iter().map(Shown::edit).collect())));
-    }
-
     /// The numbers of the suggestions for the selected photo that are not masked.
     pub fn open_suggestions(&self) -> Vec<u32> {
         let photo = self.selected_photo_name();
@@ -250,13 +208,63 @@ impl Editor {
         let rest = list.filter(|shown| !numbers.contains(&shown.it.number)).cloned().collect();
         let dismissed = dismiss(&session.folder, numbers);
         self.masking.suggested.put(rest);
-        if self.jobs.runs(Kind::Suggest) {
+        if self.running.runs(Kind::Suggest) {
             self.masking.suggested.dismissed.extend(numbers);
         }
         if let Err(error) = dismissed {
             self.tell(Note::new(Weight::Warning, error.to_string()));
         }
     }
+}
+
+/// Looks for what stands in these photos alone, or in any where none is named.
+pub fn look_for_strangers(state: &mut State, work: &mut Work, photos: Vec<String>) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let job = work.jobs.start(
+        &mut state.running,
+        Kind::Suggest,
+        "Looking for what only one photo shows",
+        move |task| {
+            let found = suggest(&folder, &opened, &photos, default_memory(), task)?;
+            let list = shown(&folder, found.list, task)?;
+            Ok(arrival(move |state| state.strangers_found(&folder, &photos, list)))
+        },
+    );
+    state.masking.suggested.looking = Some(job);
+    state.masking.suggested.dismissed.clear();
+    state.panes.show(Pane::Photo);
+}
+
+/// Reads what was suggested in earlier runs, once.
+pub fn want_suggestions(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    if std::mem::replace(&mut state.masking.suggested.read, true) {
+        return;
+    }
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, Kind::Look, "Reading suggestions", move |task| {
+        // None yet, or of a program that wrote them otherwise: they can be looked for again.
+        let list = suggestions(&folder).and_then(|found| shown(&folder, found.list, task));
+        Ok(arrival(move |state| {
+            let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
+            if let (Ok(list), true) = (list, same && state.masking.suggested.looking.is_none()) {
+                state.masking.suggested.put(list);
+            }
+        }))
+    });
+}
+
+/// Masks suggestions by their numbers: one step.
+pub fn accept_suggestions(state: &mut State, work: &mut Work, numbers: &[u32]) {
+    let list = state.masking.suggested.list.clone();
+    let meant: Vec<&Shown> = list.iter().filter(|shown| numbers.contains(&shown.it.number)).collect();
+    let name = match meant[..] {
+        [] => return,
+        [one] => format!("mask of {} by suggestion {}", one.it.photo, one.it.number),
+        _ => format!("mask by {} suggestions", meant.len()),
+    };
+    queue_mask(state, work, name, MaskWork::Edits(Arc::new(meant.into_iter().map(Shown::edit).collect())));
 }
 
 const NOTHING: &str = "Nothing was found that the other photos do not show, too.";

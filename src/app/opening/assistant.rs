@@ -4,15 +4,19 @@ use std::path::{Path, PathBuf};
 
 use super::place::Place;
 use super::{if_wanted, looking::Looking, typed_path};
-use crate::app::command::words::in_window;
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::session::Session;
+use crate::app::action::build::close_project;
+use crate::app::action::build::opened;
+use crate::app::state::State;
+use crate::app::state::ask::ProjectAsk;
+use crate::app::state::running::Kind;
+use crate::app::state::session::Session;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
 use crate::error::{Error, Result};
 use crate::geometry::Similarity;
-use crate::io::project::refuse_content;
+use crate::io::project::check_is_empty;
 use crate::layers::Options;
-use crate::recipe::create::{NewProject, create_project};
+use crate::recipe::create::{self, NewProject};
 use crate::recipe::discover::{Candidates, Part, Parts, find_site, folder_beside, part_at};
 
 /// What the assistant knows.
@@ -57,7 +61,7 @@ impl Assistant {
     pub fn judge_folder(&mut self) {
         let folder = self.folder.path();
         if folder != self.judged.0 {
-            let refused = refuse_content(&folder).err().map(|error| error.to_string());
+            let refused = check_is_empty(&folder).err().map(|error| error.to_string());
             self.judged = (folder, refused);
         }
     }
@@ -93,8 +97,9 @@ impl Assistant {
             error => std::slice::from_ref(error),
         };
         let of = |wanted: Option<Part>| {
-            let errors: Vec<&Error> = errors.iter().filter(|error| parts.part_of(error) == wanted).collect();
-            Error::gathered(&errors).into_iter().map(|error| in_window(&error))
+            let errors: Vec<&Error> =
+                errors.iter().filter(|error| parts.part_of_error(error) == wanted).collect();
+            Error::gathered(&errors).into_iter()
         };
         for part in Part::ALL {
             self.places[part as usize].errors.extend(of(Some(part)));
@@ -103,46 +108,7 @@ impl Assistant {
     }
 }
 
-impl Editor {
-    /// Shows the assistant; with a folder, looks for a site in it; with a part of a site, takes that.
-    pub fn start_assistant(&mut self, path: Option<&Path>) {
-        if self.opening.assistant.is_none() {
-            self.opening.looking = Looking::default();
-        }
-        let assistant = self.opening.assistant.get_or_insert_default();
-        let Some(path) = path else { return };
-        let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
-        let part = part_at(&path);
-        if let Some(part) = part {
-            assistant.places[part as usize].set(&path);
-            if !assistant.root.is_empty() {
-                return;
-            }
-        }
-        let root = if path.is_dir() { path.clone() } else { path.parent().unwrap_or(&path).to_path_buf() };
-        assistant.root = root.display().to_string();
-        self.search(root, part.map(|part| (part, path)));
-    }
-
-    /// Looks for a site in the folder that is typed.
-    pub(super) fn search_site(&mut self) {
-        let root = self.opening.assistant.as_ref().map(|assistant| typed_path(&assistant.root));
-        root.into_iter().for_each(|root| self.search(root, None));
-    }
-
-    /// Looks for a site in `root`, of which one part is known already.
-    fn search(&mut self, root: PathBuf, known: Option<(Part, PathBuf)>) {
-        self.jobs.stop_kind(Kind::Search);
-        let name = format!("Looking through {}", root.display());
-        self.jobs.start(Kind::Search, name, move |task| {
-            let found = match find_site(&root, task) {
-                Err(Error::Cancelled) => return Err(Error::Cancelled),
-                found => found,
-            };
-            Ok(Box::new(move |editor| editor.searched(&root, found, known)))
-        });
-    }
-
+impl State {
     fn searched(&mut self, root: &Path, found: Result<Candidates>, known: Option<(Part, PathBuf)>) {
         let Some(assistant) = &mut self.opening.assistant else { return };
         assistant.root_error = found.as_ref().err().map(ToString::to_string);
@@ -151,44 +117,87 @@ impl Editor {
             assistant.places[part as usize].set(&path);
         }
     }
+}
 
-    /// Makes the project and opens it; what is wrong is shown where it belongs.
-    pub(in crate::app) fn create_project(&mut self) {
-        let Some(assistant) = &mut self.opening.assistant else { return };
-        let (parts, folder) = (assistant.parts(), assistant.folder.path());
-        assistant.places.iter_mut().for_each(|place| place.errors.clear());
-        assistant.folder.errors.clear();
-        let name = format!("Making {}", folder.display());
-        let round = self.opening.round;
-        self.jobs.start(Kind::Open, name, move |task| {
-            let new = NewProject {
-                photos: parts.photos.clone(),
-                cameras: parts.cameras.clone(),
-                model: parts.model.clone(),
-                world_from_model: Similarity::IDENTITY,
-                options: Options::default(),
-            };
-            let made =
-                create_project(&folder, &new, task).and_then(|opened| Session::of(&folder, opened, task));
-            match made {
-                Err(Error::Cancelled) => Err(Error::Cancelled),
-                made => Ok(if_wanted(round, Box::new(move |editor| editor.created(&parts, made)))),
-            }
-        });
+/// Shows the assistant; with a folder, looks for a site in it; with a part of a site, takes that.
+pub fn start_assistant(state: &mut State, work: &mut Work, path: Option<&Path>) {
+    if state.opening.assistant.is_none() {
+        state.opening.looking = Looking::default();
     }
+    let assistant = state.opening.assistant.get_or_insert_default();
+    let Some(path) = path else { return };
+    let path = std::path::absolute(path).unwrap_or_else(|_| path.to_path_buf());
+    let part = part_at(&path);
+    if let Some(part) = part {
+        assistant.places[part as usize].set(&path);
+        if !assistant.root.is_empty() {
+            return;
+        }
+    }
+    let root = if path.is_dir() { path.clone() } else { path.parent().unwrap_or(&path).to_path_buf() };
+    assistant.root = root.display().to_string();
+    search_in(state, work, root, part.map(|part| (part, path)));
+}
 
-    fn created(&mut self, parts: &Parts, made: Result<Session>) {
+/// Looks for a site in the folder that is typed.
+pub fn search_site(state: &mut State, work: &mut Work) {
+    let root = state.opening.assistant.as_ref().map(|assistant| typed_path(&assistant.root));
+    root.into_iter().for_each(|root| search_in(state, work, root, None));
+}
+
+/// Looks for a site in `root`, of which one part is known already.
+fn search_in(state: &mut State, work: &mut Work, root: PathBuf, known: Option<(Part, PathBuf)>) {
+    work.jobs.stop_kind(&mut state.running, Kind::Search);
+    let name = format!("Looking through {}", root.display());
+    work.jobs.start(&mut state.running, Kind::Search, name, move |task| {
+        let found = match find_site(&root, task) {
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            found => found,
+        };
+        Ok(arrival(move |state| state.searched(&root, found, known)))
+    });
+}
+
+/// Makes the project and opens it; what is wrong is shown where it belongs.
+pub fn create_project(state: &mut State, work: &mut Work) {
+    let Some(assistant) = &mut state.opening.assistant else { return };
+    let (parts, folder) = (assistant.parts(), assistant.folder.path());
+    assistant.places.iter_mut().for_each(|place| place.errors.clear());
+    assistant.folder.errors.clear();
+    let name = format!("Making {}", folder.display());
+    let round = state.opening.round;
+    work.jobs.start(&mut state.running, Kind::Open, name, move |task| {
+        let new = NewProject {
+            photos: parts.photos.clone(),
+            cameras: parts.cameras.clone(),
+            model: parts.model.clone(),
+            world_from_model: Similarity::IDENTITY,
+            options: Options::default(),
+        };
+        let made =
+            create::create_project(&folder, &new, task).and_then(|opened| Session::of(&folder, opened, task));
         match made {
-            Ok(session) => {
-                self.close_project();
-                self.opening.assistant = None;
-                self.opening.check_next = true;
-                self.opened(session);
+            Err(Error::Cancelled) => Err(Error::Cancelled),
+            made => {
+                let made = ProjectAsk::Created(parts, Box::new(made));
+                Ok(if_wanted(round, Box::new(move |_| vec![made.into()])))
             }
-            Err(error) => {
-                if let Some(assistant) = &mut self.opening.assistant {
-                    assistant.refuse(parts, &error);
-                }
+        }
+    });
+}
+
+/// A project was made, or why it was not.
+pub fn created(state: &mut State, work: &mut Work, parts: &Parts, made: Result<Session>) {
+    match made {
+        Ok(session) => {
+            close_project(state, work);
+            state.opening.assistant = None;
+            state.opening.check_next = true;
+            opened(state, work, session);
+        }
+        Err(error) => {
+            if let Some(assistant) = &mut state.opening.assistant {
+                assistant.refuse(parts, &error);
             }
         }
     }

@@ -5,9 +5,10 @@ use eframe::egui::{Button, Context, ProgressBar, RichText, Spinner, Ui};
 use super::assistant::Assistant;
 use super::place::{part_found, part_line, wrong, wrongs};
 use super::{Purpose, Wish, typed_ui};
-use crate::app::dialog::{Dialog, Keys, scrolled};
 use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
+use crate::app::state::State;
+use crate::app::state::running::Kind;
+use crate::app::widget::dialog::{Dialog, Keys, scrolled};
 use crate::recipe::discover::{Look, Part};
 
 /// Of the dialog, in points.
@@ -15,8 +16,8 @@ const WIDTH: f32 = 680.0;
 
 /// Draws it when it is open.
 pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
-    let Some(mut assistant) = editor.opening.assistant.take() else { return };
-    let makes = editor.jobs.runs(Kind::Open);
+    let Some(mut assistant) = editor.state.opening.assistant.take() else { return };
+    let makes = editor.state.running.runs(Kind::Open);
     // Escape leaves the line first.
     let types = context.text_edit_focused();
     let answer = Dialog::new("new project", WIDTH).show(context, |ui, keys| {
@@ -36,19 +37,19 @@ pub(super) fn assistant_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     if answer.escaped && !types && !makes {
         wishes.push(Wish::Cancel);
     }
-    editor.opening.looking.want(assistant.parts(), context.input(|input| input.time));
-    editor.opening.assistant = Some(assistant);
+    editor.state.opening.looking.want(assistant.parts(), context.input(|input| input.time));
+    editor.state.opening.assistant = Some(assistant);
 }
 
 /// Whether Enter was for one of its lines.
-fn contents(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
+fn contents(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
     ui.label(
         "A project is made of photos, their calibrated cameras and a coarse model. Drop a folder on the window, or \
          choose one: what is in it is found by itself. Nothing of it is changed.",
     );
     ui.add_space(6.0);
-    let searches = root(editor, assistant, ui, wishes);
-    let look = editor.opening.looking.look.as_ref();
+    let searches = root(state, assistant, ui, wishes);
+    let look = state.opening.looking.look.as_ref();
     for part in Part::ALL {
         ui.add_space(6.0);
         let place = &mut assistant.places[part as usize];
@@ -62,7 +63,7 @@ fn contents(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mu
 }
 
 /// Whether Enter was pressed in the line of the folder: it searches, and makes no project yet.
-fn root(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
+fn root(state: &State, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) -> bool {
     let mut entered = false;
     ui.strong("Look in");
     ui.horizontal(|ui| {
@@ -78,7 +79,7 @@ fn root(editor: &Editor, assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Ve
         if ui.button("Folder…").on_hover_text("Chooses the folder of the site.").clicked() {
             wishes.push(Wish::Choose(Purpose::Site));
         }
-        if editor.jobs.runs(Kind::Search) {
+        if state.running.runs(Kind::Search) {
             ui.add(Spinner::new().size(16.0));
         }
     });
@@ -114,20 +115,22 @@ fn folder(assistant: &mut Assistant, ui: &mut Ui, wishes: &mut Vec<Wish>) {
     });
 }
 
-fn progress(editor: &Editor, ui: &mut Ui) {
-    let Some((_, job)) = editor.jobs.running().find(|(_, job)| job.kind == Kind::Open) else { return };
+fn progress(editor: &mut Editor, ui: &mut Ui) {
+    let Some((id, job)) = editor.state.running.all().find(|(_, job)| job.kind == Kind::Open) else { return };
+    let mut stops = false;
     ui.horizontal(|ui| {
         ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(240.0));
         ui.label(&job.stage);
-        if ui.button("Stop").clicked() {
-            editor.jobs.stop_kind(Kind::Open);
-        }
+        stops = ui.button("Stop").clicked();
     });
+    if stops {
+        editor.work.jobs.stop(&mut editor.state.running, id);
+    }
 }
 
-fn buttons(editor: &Editor, assistant: &Assistant, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
+fn buttons(state: &State, assistant: &Assistant, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
-        let why_not = why_not(editor.opening.looking.now(), assistant);
+        let why_not = why_not(state.opening.looking.now(), assistant);
         let create = Button::new(RichText::new("Make the project").strong()).min_size([150.0, 30.0].into());
         let response = ui.add_enabled(why_not.is_none(), create);
         let response = response.on_hover_text("Reads everything once, makes the project and checks it.");

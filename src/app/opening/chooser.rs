@@ -8,11 +8,17 @@ use eframe::egui::{Context, RichText};
 
 use super::place::line;
 use super::{Wish, typed_path};
-use crate::app::dialog::Dialog;
 use crate::app::editor::Editor;
-use crate::app::notes::{Note, Weight};
+use crate::app::masking::repairing::bring_mask;
+use crate::app::opening::assistant::start_assistant;
+use crate::app::opening::open_project;
+use crate::app::opening::relinking::copy_photo;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::widget::dialog::Dialog;
+use crate::app::work::Work;
 use crate::recipe::discover::Part;
-use crate::recipe::open::Unmasked;
+use crate::recipe::open::UnusableMask;
 
 /// What something is chosen for.
 #[derive(Debug, Clone, PartialEq)]
@@ -28,7 +34,7 @@ pub enum Purpose {
     /// The file of a photo that is gone, by the photo's name.
     Photo(String),
     /// The file of a mask that cannot be used.
-    Mask(Box<Unmasked>),
+    Mask(Box<UnusableMask>),
 }
 
 impl Purpose {
@@ -64,58 +70,7 @@ pub struct Chooser {
     waiting: Option<(Purpose, Instant, Receiver<Option<PathBuf>>)>,
 }
 
-impl Editor {
-    /// Asks the user for a file or folder.
-    pub fn choose(&mut self, purpose: Purpose) {
-        let (send, receive) = channel();
-        let (context, asked) = (self.context.clone(), purpose.clone());
-        // The system's dialog waits for the user: not on the window's thread.
-        let ask = move || {
-            let _ = send.send(asked.ask());
-            context.request_repaint();
-        };
-        if std::thread::Builder::new().name("dialog".into()).spawn(ask).is_ok() {
-            self.opening.chooser.waiting = Some((purpose, Instant::now(), receive));
-        }
-    }
-
-    pub(super) fn take_chosen(&mut self) {
-        let Some((purpose, since, receive)) = &self.opening.chooser.waiting else { return };
-        let (purpose, at_once) = (purpose.clone(), since.elapsed() < NEVER_SEEN);
-        let chosen = match receive.try_recv() {
-            Ok(chosen) => chosen,
-            Err(TryRecvError::Disconnected) => None,
-            Err(TryRecvError::Empty) => return,
-        };
-        self.opening.chooser.waiting = None;
-        match chosen {
-            Some(path) => self.chosen(purpose, path),
-            None if at_once => self.without_dialog(&purpose),
-            None => (),
-        }
-    }
-
-    fn chosen(&mut self, purpose: Purpose, path: PathBuf) {
-        match purpose {
-            Purpose::Project => self.open_project(path),
-            Purpose::Site => self.start_assistant(Some(&path)),
-            Purpose::Photo(name) => self.bring_photo(&name, &path),
-            Purpose::Mask(it) => self.bring_mask(*it, path),
-            Purpose::Folder => {
-                if let Some(assistant) = &mut self.opening.assistant {
-                    assistant.goes_to(&path);
-                }
-            }
-            Purpose::Part(part) => {
-                if let Some(assistant) = &mut self.opening.assistant {
-                    assistant.places[part as usize].set(&path);
-                } else if let Some(relinking) = &mut self.opening.relinking {
-                    relinking.found(part, &path);
-                }
-            }
-        }
-    }
-
+impl State {
     fn without_dialog(&mut self, purpose: &Purpose) {
         if let Purpose::Mask(it) = purpose {
             return self.tell_place_of_mask(it);
@@ -128,18 +83,70 @@ impl Editor {
     }
 }
 
+/// Asks the user for a file or folder.
+pub fn choose(work: &mut Work, purpose: Purpose) {
+    let (send, receive) = channel();
+    let (waker, asked) = (work.waker.clone(), purpose.clone());
+    // The system's dialog waits for the user: not on the window's thread.
+    let ask = move || {
+        let _ = send.send(asked.ask());
+        waker.wake();
+    };
+    if std::thread::Builder::new().name("dialog".into()).spawn(ask).is_ok() {
+        work.chooser.waiting = Some((purpose, Instant::now(), receive));
+    }
+}
+
+/// Takes what was chosen in the dialog of the system.
+pub fn take_chosen(state: &mut State, work: &mut Work) {
+    let Some((purpose, since, receive)) = &work.chooser.waiting else { return };
+    let (purpose, at_once) = (purpose.clone(), since.elapsed() < NEVER_SEEN);
+    let chosen = match receive.try_recv() {
+        Ok(chosen) => chosen,
+        Err(TryRecvError::Disconnected) => None,
+        Err(TryRecvError::Empty) => return,
+    };
+    work.chooser.waiting = None;
+    match chosen {
+        Some(path) => take_choice(state, work, purpose, path),
+        None if at_once => state.without_dialog(&purpose),
+        None => (),
+    }
+}
+
+fn take_choice(state: &mut State, work: &mut Work, purpose: Purpose, path: PathBuf) {
+    match purpose {
+        Purpose::Project => open_project(state, work, path),
+        Purpose::Site => start_assistant(state, work, Some(&path)),
+        Purpose::Photo(name) => copy_photo(state, work, &name, &path),
+        Purpose::Mask(it) => bring_mask(state, work, *it, path),
+        Purpose::Folder => {
+            if let Some(assistant) = &mut state.opening.assistant {
+                assistant.goes_to(&path);
+            }
+        }
+        Purpose::Part(part) => {
+            if let Some(assistant) = &mut state.opening.assistant {
+                assistant.places[part as usize].set(&path);
+            } else if let Some(relinking) = &mut state.opening.relinking {
+                relinking.found(part, &path);
+            }
+        }
+    }
+}
+
 /// The path of a project is typed where there is no dialog for it.
 pub(super) fn typing_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
-    if !editor.opening.typing {
+    if !editor.state.opening.typing {
         return;
     }
     let answer = Dialog::new("type a path", 520.0).show(context, |ui, keys| {
         ui.heading("Open a project");
         ui.label("This desktop shows no dialog for folders. Type the path of a project's folder:");
-        keys.begin_at(&line(ui, &mut editor.opening.typed, "Folder of the project", 500.0));
+        keys.begin_at(&line(ui, &mut editor.state.opening.typed, "Folder of the project", 500.0));
         ui.add_space(6.0);
         ui.horizontal(|ui| {
-            let path = typed_path(&editor.opening.typed);
+            let path = typed_path(&editor.state.opening.typed);
             let there = path.is_dir();
             let open = ui.add_enabled(there, eframe::egui::Button::new(RichText::new("Open").strong()));
             if keys.press(&open) {

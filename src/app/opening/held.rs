@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use eframe::egui::{Context, Spinner};
 
 use super::Wish;
-use crate::app::dialog::Dialog;
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::io::lock::{ProjectLock, advice};
+use crate::app::state::State;
+use crate::app::state::ask::ProjectAsk;
+use crate::app::state::running::Kind;
+use crate::app::widget::dialog::Dialog;
+use crate::app::work::Work;
+use crate::io::lock::{ProjectLock, holder_message};
 
 /// Often enough to seem at once, seldom enough to cost nothing.
 const LOOKS_EVERY_S: f64 = 1.5;
@@ -27,35 +29,32 @@ impl Held {
     }
 }
 
-impl Editor {
-    /// Opens the project when it is free.
-    pub(super) fn watch_held(&mut self, context: &Context) {
-        let Some(held) = &mut self.opening.held else { return };
-        context.request_repaint_after_secs(LOOKS_EVERY_S as f32);
-        let now_s = context.input(|input| input.time);
-        if now_s - held.looked_s < LOOKS_EVERY_S || self.jobs.runs(Kind::Lock) {
-            return;
-        }
-        held.looked_s = now_s;
-        let folder = held.folder.clone();
-        self.jobs.start(Kind::Lock, "Asking for the project's lock", move |_| {
-            let is_free = ProjectLock::holder(&folder).is_none();
-            Ok(Box::new(move |editor| {
-                let waits = editor.opening.held.as_ref().is_some_and(|held| held.folder == folder);
-                if is_free && waits {
-                    editor.open_now(folder);
-                }
-            }))
-        });
+/// Opens the project when it is free.
+pub fn watch_held(state: &mut State, work: &mut Work) {
+    let Some(held) = &mut state.opening.held else { return };
+    let now_s = state.window.now_s;
+    state.window.wake_within(LOOKS_EVERY_S);
+    if now_s - held.looked_s < LOOKS_EVERY_S || state.running.runs(Kind::Lock) {
+        return;
     }
+    held.looked_s = now_s;
+    let folder = held.folder.clone();
+    work.jobs.start(&mut state.running, Kind::Lock, "Asking for the project's lock", move |_| {
+        let is_free = ProjectLock::holder(&folder).is_none();
+        Ok(Box::new(move |state| {
+            let waits = state.opening.held.as_ref().is_some_and(|held| held.folder == folder);
+            let opens = (is_free && waits).then(|| ProjectAsk::OpenNow(folder).into());
+            opens.into_iter().collect()
+        }))
+    });
 }
 
 /// Draws it.
-pub(super) fn held_ui(editor: &Editor, context: &Context, wishes: &mut Vec<Wish>) {
-    let Some(held) = &editor.opening.held else { return };
+pub(super) fn held_ui(state: &State, context: &Context, wishes: &mut Vec<Wish>) {
+    let Some(held) = &state.opening.held else { return };
     let answer = Dialog::new("held", 460.0).show(context, |ui, keys| {
         ui.heading("Somebody else has this project");
-        ui.label(format!("{}: {}.", held.folder.display(), advice(&held.holder)));
+        ui.label(format!("{}: {}.", held.folder.display(), holder_message(&held.holder)));
         ui.horizontal(|ui| {
             ui.add(Spinner::new().size(16.0));
             ui.label("It opens here by itself as soon as it is free.");

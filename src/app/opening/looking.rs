@@ -2,10 +2,10 @@
 
 use std::time::Instant;
 
-use eframe::egui::Context;
-
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
+use crate::app::state::State;
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
 use crate::recipe::discover::{Look, Parts, look_at};
 
 /// A path that did not change for so long is meant, not still being typed.
@@ -42,41 +42,38 @@ impl Looking {
     }
 }
 
-impl Editor {
-    /// Looks at paths that have been typed to their end.
-    pub(super) fn keep_looking(&mut self, context: &Context) {
-        let now_s = context.input(|input| input.time);
-        let is_shown = self.opening.assistant.is_some() || self.opening.relinking.is_some();
-        let looking = &mut self.opening.looking;
-        let is_new = looking.asked.as_ref().unwrap_or(&Parts::default()) != &looking.wanted;
-        // What is looked at is not asked for again before it is seen.
-        if !is_new && (!is_shown || looking.asked.is_none() || self.jobs.runs(Kind::Paths)) {
-            return;
-        }
-        let due_s = if is_new {
-            looking.since_s + TYPED_S
-        } else {
-            looking.asked_s + AGAIN_S.max(looking.took_s / SHARE)
-        };
-        let rest_s = due_s - now_s;
-        if rest_s > 0.0 {
-            context.request_repaint_after_secs(rest_s as f32);
-            return;
-        }
-        let (parts, before) = (looking.wanted.clone(), looking.look.clone());
-        (looking.asked, looking.asked_s) = (Some(parts.clone()), now_s);
-        self.jobs.stop_kind(Kind::Paths);
-        self.jobs.start(Kind::Paths, "Looking at files", move |task| {
-            let since = Instant::now();
-            let look = look_at(&parts, before.as_ref(), task)?;
-            let took_s = since.elapsed().as_secs_f64();
-            Ok(Box::new(move |editor| {
-                // A later look may have been asked for, and may even have been quicker.
-                if editor.opening.looking.asked.as_ref() == Some(&look.parts()) {
-                    editor.opening.looking.look = Some(look);
-                    editor.opening.looking.took_s = took_s;
-                }
-            }))
-        });
+/// Looks at paths that have been typed to their end.
+pub fn keep_looking(state: &mut State, work: &mut Work) {
+    let now_s = state.window.now_s;
+    let is_shown = state.opening.assistant.is_some() || state.opening.relinking.is_some();
+    let looking = &mut state.opening.looking;
+    let is_new = looking.asked.as_ref().unwrap_or(&Parts::default()) != &looking.wanted;
+    // What is looked at is not asked for again before it is seen.
+    if !is_new && (!is_shown || looking.asked.is_none() || state.running.runs(Kind::Paths)) {
+        return;
     }
+    let due_s = if is_new {
+        looking.since_s + TYPED_S
+    } else {
+        looking.asked_s + AGAIN_S.max(looking.took_s / SHARE)
+    };
+    let rest_s = due_s - now_s;
+    if rest_s > 0.0 {
+        return state.window.wake_within(rest_s);
+    }
+    let (parts, before) = (looking.wanted.clone(), looking.look.clone());
+    (looking.asked, looking.asked_s) = (Some(parts.clone()), now_s);
+    work.jobs.stop_kind(&mut state.running, Kind::Paths);
+    work.jobs.start(&mut state.running, Kind::Paths, "Looking at files", move |task| {
+        let since = Instant::now();
+        let look = look_at(&parts, before.as_ref(), task)?;
+        let took_s = since.elapsed().as_secs_f64();
+        Ok(arrival(move |state| {
+            // A later look may have been asked for, and may even have been quicker.
+            if state.opening.looking.asked.as_ref() == Some(&look.parts()) {
+                state.opening.looking.look = Some(look);
+                state.opening.looking.took_s = took_s;
+            }
+        }))
+    });
 }

@@ -5,12 +5,11 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::time::{Duration, Instant};
 
-use eframe::egui::Context;
-
-use crate::app::command::file::READ_AGAIN;
-use crate::app::editor::Editor;
-use crate::app::notes::{Note, Remedy, Weight};
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Remedy, Weight};
+use crate::app::state::session::Session;
+use crate::app::work::Work;
+use crate::app::work::waker::Waker;
 use crate::recipe::site_stamp::SiteStamp;
 
 /// Whoever exports a model looks at the window some seconds later.
@@ -34,7 +33,7 @@ impl Drop for OnDisk {
 
 impl OnDisk {
     /// None where the system gives no thread for it.
-    fn of(session: &Session, context: Context) -> Option<Self> {
+    fn of(session: &Session, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let ends = Arc::new(AtomicBool::new(false));
         let (folder, project) = (session.folder.clone(), session.history.present().clone());
@@ -53,7 +52,7 @@ impl OnDisk {
                     if send.send(now).is_err() {
                         return;
                     }
-                    context.request_repaint();
+                    waker.wake();
                 }
             }
         };
@@ -74,21 +73,18 @@ fn waited(time: Duration, ends: &AtomicBool) -> bool {
     !ends.load(Ordering::Relaxed)
 }
 
-impl Editor {
-    /// Looks from now on for changes to what the site was read from.
-    pub(in crate::app) fn watch_disk(&mut self) {
-        self.opening.on_disk =
-            self.session.as_ref().and_then(|session| OnDisk::of(session, self.context.clone()));
-    }
+/// Looks from now on for changes to what the site was read from.
+pub fn watch_disk(state: &mut State, work: &mut Work) {
+    work.on_disk = state.session.as_ref().and_then(|session| OnDisk::of(session, work.waker.clone()));
+}
 
-    /// Tells what has changed.
-    pub(super) fn take_changes(&mut self) {
-        let (Some(on_disk), Some(session)) = (&self.opening.on_disk, &self.session) else { return };
-        let Some(now) = on_disk.receive.try_iter().last() else { return };
-        let changes = session.seen.changes(&now);
-        if !changes.is_empty() {
-            self.tell(changed(&changes).with("Read files again", Remedy::Run(&READ_AGAIN)));
-        }
+/// Tells what has changed.
+pub fn take_changes(state: &mut State, work: &mut Work) {
+    let (Some(on_disk), Some(session)) = (&work.on_disk, &state.session) else { return };
+    let Some(now) = on_disk.receive.try_iter().last() else { return };
+    let changes = session.seen.changes(&now);
+    if !changes.is_empty() {
+        state.tell(changed(&changes).with("Read files again", Remedy::ReadAgain));
     }
 }
 

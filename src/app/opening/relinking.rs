@@ -6,10 +6,13 @@ use eframe::egui::{Button, Context, RichText, ScrollArea, Ui};
 
 use super::place::{Place, part_found, part_line, wrongs};
 use super::{Purpose, Wish};
-use crate::app::command::words::in_window;
-use crate::app::dialog::{Dialog, Keys, scrolled};
 use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
+use crate::app::opening::open_project;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::running::Kind;
+use crate::app::widget::dialog::{Dialog, Keys, scrolled};
+use crate::app::work::Work;
 use crate::error::Result;
 use crate::io::lock::ProjectLock;
 use crate::recipe::discover::{Part, Parts};
@@ -91,50 +94,48 @@ impl Relinking {
     }
 }
 
-impl Editor {
-    /// Copies the file of a photo to where the project looks for it.
-    pub(super) fn bring_photo(&mut self, name: &str, file: &Path) {
-        let Some(relinking) = &mut self.opening.relinking else { return };
-        relinking.errors.clear();
-        let (photos, name, file) = (relinking.was.photos.clone(), name.to_owned(), file.to_path_buf());
-        self.jobs.start(Kind::Import, format!("Copying {name}"), move |_| {
-            let brought = bring_photo(&photos, &name, &file);
-            Ok(Box::new(move |editor| editor.brought(&name, brought)))
-        });
-    }
-
-    fn brought(&mut self, name: &str, brought: Result<()>) {
-        let Some(relinking) = &mut self.opening.relinking else { return };
+impl State {
+    fn brought(&mut self, name: &str, brought: Result<()>) -> Vec<Ask> {
+        let Some(relinking) = &mut self.opening.relinking else { return Vec::new() };
         match brought {
             Ok(()) => relinking.photos.retain(|photo| photo != name),
-            Err(error) => relinking.errors.push(in_window(&error.to_string())),
+            Err(error) => relinking.errors.push(error.to_string()),
         }
-        if relinking.photos.is_empty() {
-            let folder = relinking.folder.clone();
-            self.open_project(folder);
-        }
+        let is_whole = relinking.photos.is_empty();
+        is_whole.then(|| ProjectAsk::Open(relinking.folder.clone()).into()).into_iter().collect()
     }
+}
 
-    /// Tells the project of the places that were found: an open one by a step that can be undone, one that cannot be
-    /// opened by its file.
-    pub(super) fn relink(&mut self) {
-        let Some(relinking) = &self.opening.relinking else { return };
-        let (folder, parts) = (relinking.folder.clone(), relinking.parts());
-        let open = self.session.as_ref().filter(|session| session.folder == folder);
-        let told = match open {
-            Some(session) => relinked(session.history.present(), &folder, &parts).map(Some),
-            None => ProjectLock::take(&folder).and_then(|_lock| relink(&folder, &parts)).map(|()| None),
-        };
-        match told {
-            Ok(Some(project)) => {
-                self.opening.relinking = None;
-                self.edit("new places of files", project, None);
-            }
-            Ok(None) => self.open_project(folder),
-            Err(error) => {
-                if let Some(relinking) = &mut self.opening.relinking {
-                    relinking.errors = vec![in_window(&error.to_string())];
-                }
+/// Copies the file of a photo to where the project looks for it.
+pub fn copy_photo(state: &mut State, work: &mut Work, name: &str, file: &Path) {
+    let Some(relinking) = &mut state.opening.relinking else { return };
+    relinking.errors.clear();
+    let (photos, name, file) = (relinking.was.photos.clone(), name.to_owned(), file.to_path_buf());
+    work.jobs.start(&mut state.running, Kind::Import, format!("Copying {name}"), move |_| {
+        let brought = bring_photo(&photos, &name, &file);
+        Ok(Box::new(move |state| state.brought(&name, brought)))
+    });
+}
+
+/// Tells the project of the places that were found: an open one by a step that can be undone, one that cannot be
+/// opened by its file.
+pub fn relink_parts(state: &mut State, work: &mut Work) {
+    let Some(relinking) = &state.opening.relinking else { return };
+    let (folder, parts) = (relinking.folder.clone(), relinking.parts());
+    let open = state.session.as_ref().filter(|session| session.folder == folder);
+    let told = match open {
+        Some(session) => relinked(session.history.present(), &folder, &parts).map(Some),
+        None => ProjectLock::take(&folder).and_then(|_lock| relink(&folder, &parts)).map(|()| None),
+    };
+    match told {
+        Ok(Some(project)) => {
+            state.opening.relinking = None;
+            state.edit("new places of files", project, None);
+        }
+        Ok(None) => open_project(state, work, folder),
+        Err(error) => {
+            if let Some(relinking) = &mut state.opening.relinking {
+                relinking.errors = vec![error.to_string()];
             }
         }
     }
@@ -142,7 +143,7 @@ impl Editor {
 
 /// Draws it.
 pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut Vec<Wish>) {
-    let Some(mut relinking) = editor.opening.relinking.take() else { return };
+    let Some(mut relinking) = editor.state.opening.relinking.take() else { return };
     // Escape leaves the line first.
     let types = context.text_edit_focused();
     let answer = Dialog::new("relink", 680.0).show(context, |ui, keys| {
@@ -157,21 +158,21 @@ pub(super) fn relinking_ui(editor: &mut Editor, context: &Context, wishes: &mut 
     if answer.escaped && !types {
         wishes.push(Wish::Cancel);
     }
-    editor.opening.looking.want(relinking.parts(), context.input(|input| input.time));
-    editor.opening.relinking = Some(relinking);
+    editor.state.opening.looking.want(relinking.parts(), context.input(|input| input.time));
+    editor.state.opening.relinking = Some(relinking);
 }
 
-fn parts_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn parts_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
     ui.heading("Parts of the project have moved");
     ui.label(format!(
         "{} is whole, but what it is made of is not where it was. Say where it is now; what belongs with it is found \
          by itself.",
         relinking.folder.display()
     ));
-    asked_ui(editor, relinking, ui, wishes);
+    asked_ui(state, relinking, ui, wishes);
 }
 
-fn asked_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn asked_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
     for part in relinking.asked.clone() {
         ui.add_space(6.0);
         let place = &mut relinking.places[part as usize];
@@ -187,11 +188,11 @@ fn asked_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mu
                 ui.weak("Guessed: look whether it is the right one.");
             }
         });
-        part_found(ui, part, place, editor.opening.looking.look.as_ref());
+        part_found(ui, part, place, state.opening.looking.look.as_ref());
     }
 }
 
-fn photos_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
+fn photos_ui(state: &State, relinking: &mut Relinking, ui: &mut Ui, wishes: &mut Vec<Wish>) {
     ui.heading("Photos are missing");
     ui.label(
         "The cameras name these photos, and they are not in the photos' folder. All else works without them.",
@@ -211,15 +212,15 @@ fn photos_ui(editor: &Editor, relinking: &mut Relinking, ui: &mut Ui, wishes: &m
         }
     });
     ui.label("Or all photos are in another folder now:");
-    asked_ui(editor, relinking, ui, wishes);
+    asked_ui(state, relinking, ui, wishes);
 }
 
-fn buttons(editor: &Editor, relinking: &Relinking, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
+fn buttons(state: &State, relinking: &Relinking, ui: &mut Ui, keys: &mut Keys, wishes: &mut Vec<Wish>) {
     ui.horizontal(|ui| {
-        let whole = editor.opening.looking.now().is_some_and(|look| look.is_whole());
+        let whole = state.opening.looking.now().is_some_and(|look| look.is_whole());
         let moved = relinking.parts() != relinking.was;
         let button = Button::new(RichText::new("Use these places").strong()).min_size([150.0, 30.0].into());
-        let response = ui.add_enabled(whole && moved && !editor.jobs.runs(Kind::Open), button);
+        let response = ui.add_enabled(whole && moved && !state.running.runs(Kind::Open), button);
         let response = response.on_hover_text("The project is told of them and opened.");
         let response = response.on_disabled_hover_text("Something is still missing, or nothing has changed.");
         if keys.press(&response) {

@@ -4,7 +4,8 @@ use eframe::egui::{Button, Id, Label, Popup, PopupCloseBehavior, RichText, Role,
 
 use super::{text_width, toggle_ui};
 use crate::app::command::Command;
-use crate::app::editor::{Ask, Editor};
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 
 /// Where a part of a bar is drawn.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,16 +16,15 @@ pub enum Place {
     Menu,
 }
 
-/// Draws a part.
-pub type Draw = fn(&mut Editor, &mut Ui, Place, &mut Vec<Ask>);
+/// Draws a part; it may change what its bar remembers.
+pub type Draw<M> = fn(&mut Ui, &State, &mut M, Place, &mut Vec<Ask>);
 
 /// A part of a bar.
-#[derive(Clone, Copy)]
-pub enum Part {
+pub enum Part<M> {
     /// A command that switches something.
     Switch(&'static Command),
     /// Anything else.
-    Tool(Draw),
+    Tool(Draw<M>),
     /// A line between what belongs together.
     Gap,
 }
@@ -42,12 +42,12 @@ const SHORT_RAIL: f32 = 56.0;
 
 /// Draws a bar of tools `of` something: the name of what it is about, as far as there is room for it, and its parts. The
 /// first ones are those that are needed most: the last ones go behind the button first.
-pub fn bar_ui(
-    editor: &mut Editor,
+pub fn bar_ui<M>(
     ui: &mut Ui,
-    of: &str,
-    name: Option<&str>,
-    parts: &[Part],
+    state: &State,
+    memory: &mut M,
+    (of, name): (&str, Option<&str>),
+    parts: &[Part<M>],
     asks: &mut Vec<Ask>,
 ) {
     let id = ui.scope_id().with(of);
@@ -70,13 +70,13 @@ pub fn bar_ui(
             });
         }
         let mut measured = widths.clone().unwrap_or_else(|| vec![0.0; parts.len()]);
-        let is_tool = |part: &Part| !matches!(part, Part::Gap);
+        let is_tool = |part: &Part<M>| !matches!(part, Part::Gap);
         let last = parts[..shown].iter().rposition(is_tool).map_or(0, |last| last + 1);
         for (part, width) in parts[..last].iter().zip(&mut measured) {
-            *width = part_ui(editor, ui, *part, asks);
+            *width = part_ui(ui, state, memory, part, asks);
         }
         if shown < parts.len() {
-            more_ui(editor, ui, (id, of), &parts[shown..], asks);
+            more_ui(ui, state, memory, (id, of, &parts[shown..]), asks);
         }
         if widths.is_none() {
             ui.ctx().request_discard("a bar is measured");
@@ -99,26 +99,32 @@ fn share(widths: &[f32], gap: f32, room: f32, name: Option<f32>) -> (usize, Opti
 }
 
 /// Draws a part in the row; how wide it is.
-fn part_ui(editor: &mut Editor, ui: &mut Ui, part: Part, asks: &mut Vec<Ask>) -> f32 {
+fn part_ui<M>(ui: &mut Ui, state: &State, memory: &mut M, part: &Part<M>, asks: &mut Vec<Ask>) -> f32 {
     let drawn = ui.scope(|ui| match part {
-        Part::Switch(command) => toggle_ui(editor, ui, command, asks),
-        Part::Tool(draw) => draw(editor, ui, Place::Bar, asks),
+        Part::Switch(command) => toggle_ui(state, ui, command, asks),
+        Part::Tool(draw) => draw(ui, state, memory, Place::Bar, asks),
         Part::Gap => drop(ui.separator()),
     });
     drawn.response.rect.width()
 }
 
 /// `of`: what the tools belong to, for who hears the window.
-fn more_ui(editor: &mut Editor, ui: &mut Ui, (id, of): (Id, &str), parts: &[Part], asks: &mut Vec<Ask>) {
+fn more_ui<M>(
+    ui: &mut Ui,
+    state: &State,
+    memory: &mut M,
+    (id, of, parts): (Id, &str, &[Part<M>]),
+    asks: &mut Vec<Ask>,
+) {
     let button = ui.add(Button::new("…").min_size([MORE_BUTTON, 0.0].into()));
     button.widget_info(|| WidgetInfo::labeled(Role::Button, true, format!("More tools: {of}")));
     let menu = Popup::menu(&button).id(id.with("more"));
     // Several may be switched, and sliders moved, before it is closed.
     menu.close_behavior(PopupCloseBehavior::CloseOnClickOutside).show(|ui| {
         for part in parts.iter().skip_while(|part| matches!(part, Part::Gap)) {
-            match *part {
-                Part::Switch(command) => toggle_ui(editor, ui, command, asks),
-                Part::Tool(draw) => draw(editor, ui, Place::Menu, asks),
+            match part {
+                Part::Switch(command) => toggle_ui(state, ui, command, asks),
+                Part::Tool(draw) => draw(ui, state, memory, Place::Menu, asks),
                 Part::Gap => drop(ui.separator()),
             }
         }

@@ -4,8 +4,11 @@ use eframe::egui::{Button, DragValue, Grid, Response, RichText, ScrollArea, Slid
 
 use super::{name_cell, room_for_names, slider_ui, text_width, toggle_ui};
 use crate::app::command::flat;
-use crate::app::editor::{Ask, Editor};
-use crate::app::selection::Selection;
+use crate::app::editor::Editor;
+use crate::app::quality::colour::want_estimate;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::app::state::selection::Selection;
 use crate::recipe::colour::{ColourEdit, ColourReport, PhotoColour};
 
 /// Sliders reach so far: photos of one site rarely differ by more. Numbers can be typed beyond it.
@@ -22,20 +25,20 @@ fn shown(stops: f64) -> f64 {
 
 /// Draws it.
 pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let any_stack = editor.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+    let any_stack = editor.state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first: then photos can be compared where they show the same surface.");
         return;
     }
-    editor.want_estimate();
-    if editor.quality.colour.failed(&editor.jobs) {
+    want_estimate(&mut editor.state, &mut editor.work);
+    if editor.state.quality.colour.failed(&editor.state.running) {
         ui.label("The photos could not be compared; the notes say why.");
         if ui.button("Try again").clicked() {
-            editor.quality.colour = Default::default();
+            editor.state.quality.colour = Default::default();
         }
         return;
     }
-    let Some(report) = editor.colour_report() else {
+    let Some(report) = editor.state.colour_report() else {
         ui.horizontal(|ui| {
             ui.add(Spinner::new());
             ui.label("Comparing exposures…");
@@ -44,7 +47,7 @@ pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     };
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         switches(editor, &report, ui, asks);
-        if let Some(photo) = editor.selected_photo().and_then(|place| report.photos.get(place)) {
+        if let Some(photo) = editor.state.selected_photo().and_then(|place| report.photos.get(place)) {
             selected(editor, photo, &report, ui, asks);
         }
         ui.separator();
@@ -55,11 +58,11 @@ pub fn colour_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn decide(asks: &mut Vec<Ask>, edit: ColourEdit) {
-    asks.push(Ask::Colour { edits: vec![edit], goes_on: false });
+    asks.push(Ask::Quality(QualityAsk::Colour { edits: vec![edit], goes_on: false }));
 }
 
-fn switches(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(colour) = editor.colour() else { return };
+fn switches(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(colour) = state.colour() else { return };
     let mut switch = |on: bool, name: &str, tooltip: &str, edit: fn(bool) -> ColourEdit| {
         let mut on = on;
         if ui.checkbox(&mut on, name).on_hover_text(tooltip).changed() {
@@ -80,7 +83,7 @@ fn switches(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<
 }
 
 /// The photo that is selected, with all that can be decided about it.
-fn selected(editor: &Editor, photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn selected(state: &State, photo: &PhotoColour, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.separator();
     ui.weak("Photo");
     ui.label(RichText::new(&photo.photo).strong());
@@ -97,7 +100,7 @@ fn selected(editor: &Editor, photo: &PhotoColour, report: &ColourReport, ui: &mu
     });
     ui.horizontal_wrapped(|ui| {
         ui.weak("In the photo’s view:");
-        toggle_ui(editor, ui, &flat::EVEN, asks);
+        toggle_ui(state, ui, &flat::EVEN, asks);
     });
     ui.label(origin(photo));
     ui.horizontal_wrapped(|ui| {
@@ -146,18 +149,18 @@ fn drag(response: &Response, photo: &PhotoColour, stops: [f64; 3], asks: &mut Ve
     if changed || (response.drag_stopped() && photo.fixed) {
         let goes_on = response.dragged() && !ends;
         let edits = vec![ColourEdit::Fix(photo.photo.clone(), stops)];
-        asks.push(Ask::Colour { edits, goes_on });
+        asks.push(Ask::Quality(QualityAsk::Colour { edits, goes_on }));
     }
 }
 
 /// All photos, each with its exposure.
-fn all(editor: &Editor, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn all(state: &State, report: &ColourReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     Grid::new("exposures").num_columns(3).spacing([8.0, 4.0]).show(ui, |ui| {
         for (place, photo) in report.photos.iter().enumerate() {
-            if name_cell(ui, editor.photo == Some(place), &photo.photo, names).clicked() {
-                asks.push(Ask::Select(Selection::Photo(place)));
+            if name_cell(ui, state.photo == Some(place), &photo.photo, names).clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(place))));
             }
             let mean = shown(photo.stops.iter().sum::<f64>() / 3.0);
             let mut moved = mean;

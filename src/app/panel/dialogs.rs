@@ -2,11 +2,16 @@
 
 use eframe::egui::{Button, Context, Grid, RichText, ScrollArea, TextEdit, Ui};
 
-use crate::app::dialog::Dialog;
-use crate::app::editor::{Ask, Editor};
-use crate::app::jobs::Kind;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, TripAsk};
+use crate::app::state::running::Kind;
 use crate::app::trip::choosing::Wanted;
+use crate::app::trip::choosing::choose_path;
+use crate::app::widget::dialog::Dialog;
 use crate::document::export_record::ExportFormat;
+use crate::io::layered::FORMATS;
+use crate::io::layered::format::file_names;
 use crate::io::programs::{ImageEditor, check_program};
 
 /// Draws those that are open.
@@ -20,11 +25,12 @@ pub fn dialogs_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
 const WIDTH: f32 = 470.0;
 
 fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(mut dialog) = editor.trip.import.clone() else { return };
+    let Some(mut dialog) = editor.state.trip.import.clone() else { return };
     let (mut open, mut choose, mut done) = (true, false, false);
     let answer = Dialog::new("import", WIDTH).show(context, |ui, keys| {
         ui.heading("Import edited files");
-        ui.label("PSD, XCF or OpenRaster files that were exported from this project, or exported folders.");
+        let files = file_names();
+        ui.label(format!("{files} files that were exported from this project, or exported folders."));
         ui.weak("They can also be dropped on the window.");
         for (place, path) in dialog.paths.iter_mut().enumerate() {
             ui.horizontal(|ui| {
@@ -46,17 +52,17 @@ fn import_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             open = !ui.add(button("Cancel")).clicked();
         });
     });
-    editor.trip.import = (open && !answer.escaped).then_some(dialog);
+    editor.state.trip.import = (open && !answer.escaped).then_some(dialog);
     if choose {
-        editor.choose_path(Wanted::Layered);
+        choose_path(&mut editor.state, &mut editor.work, Wanted::Layered);
     }
     if done {
-        asks.push(Ask::Import);
+        asks.push(Ask::Trip(TripAsk::Import));
     }
 }
 
 fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(mut dialog) = editor.trip.export.clone() else { return };
+    let Some(mut dialog) = editor.state.trip.export.clone() else { return };
     let (mut open, mut choose, mut go, mut show) = (true, false, false, None);
     let answer = Dialog::new("export", WIDTH).show(context, |ui, keys| {
         ui.heading("Export layered files");
@@ -85,7 +91,7 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
         }
         ui.add_space(8.0);
         ui.horizontal(|ui| {
-            let runs = editor.jobs.runs(Kind::Export);
+            let runs = editor.state.running.runs(Kind::Export);
             go = keys.press(&ui.add_enabled(problem.is_none() && !runs, usual("Export")));
             open = !ui.add(button("Close")).clicked();
             if runs {
@@ -99,15 +105,15 @@ fn export_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
             }
         });
     });
-    editor.trip.export = (open && !answer.escaped).then_some(dialog);
+    editor.state.trip.export = (open && !answer.escaped).then_some(dialog);
     if choose {
-        editor.choose_path(Wanted::ExportFolder);
+        choose_path(&mut editor.state, &mut editor.work, Wanted::ExportFolder);
     }
     if go {
-        asks.push(Ask::Export);
+        asks.push(Ask::Trip(TripAsk::Export));
     }
     if let Some(folder) = show {
-        editor.show_folder(&folder);
+        editor.state.show_folder(&folder);
     }
 }
 
@@ -121,25 +127,20 @@ fn usual(text: &str) -> Button<'_> {
 }
 
 fn formats(ui: &mut Ui, format: &mut ExportFormat) {
-    for (value, name) in [
-        (ExportFormat::Psd, "PSD"),
-        (ExportFormat::Xcf, "XCF (GIMP)"),
-        (ExportFormat::Ora, "OpenRaster"),
-        (ExportFormat::Folder, "Folder of PNG"),
-    ] {
-        ui.radio_value(format, value, name);
+    for entry in FORMATS {
+        ui.radio_value(format, entry.format, entry.title);
     }
 }
 
 /// Which photos: all that have layers, or some.
-fn photos(editor: &Editor, chosen: &mut std::collections::BTreeSet<usize>, ui: &mut Ui) {
-    let Some(session) = &editor.session else { return };
+fn photos(state: &State, chosen: &mut std::collections::BTreeSet<usize>, ui: &mut Ui) {
+    let Some(session) = &state.session else { return };
     ui.horizontal(|ui| {
         if ui.radio(chosen.is_empty(), "All photos that have layers").clicked() {
             chosen.clear();
         }
         if ui.radio(!chosen.is_empty(), "Only some").clicked() && chosen.is_empty() {
-            chosen.extend(editor.selected_photo().or(Some(0)));
+            chosen.extend(state.selected_photo().or(Some(0)));
         }
     });
     if chosen.is_empty() {
@@ -163,11 +164,11 @@ fn photos(editor: &Editor, chosen: &mut std::collections::BTreeSet<usize>, ui: &
 }
 
 fn editor_ui(editor: &mut Editor, context: &Context) {
-    if !editor.trip.choosing_editor {
+    if !editor.state.trip.choosing_editor {
         return;
     }
-    let found = editor.editors_found().to_vec();
-    let mut choice = editor.settings.image_editor.clone();
+    let found = editor.state.editors_found().to_vec();
+    let mut choice = editor.state.settings.image_editor.clone();
     let (mut open, mut choose, mut again) = (true, false, false);
     let answer = Dialog::new("image editor", WIDTH).show(context, |ui, keys| {
         ui.heading("Image editor");
@@ -206,12 +207,12 @@ fn editor_ui(editor: &mut Editor, context: &Context) {
             again = ui.button("Look again").on_hover_text("Looks for image editors once more.").clicked();
         });
     });
-    editor.settings.image_editor = choice;
-    editor.trip.choosing_editor = open && !answer.is_left();
+    editor.state.settings.image_editor = choice;
+    editor.state.trip.choosing_editor = open && !answer.is_left();
     if choose {
-        editor.choose_path(Wanted::Program);
+        choose_path(&mut editor.state, &mut editor.work, Wanted::Program);
     }
     if again {
-        editor.trip.found = None;
+        editor.state.trip.found = None;
     }
 }

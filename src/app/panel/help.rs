@@ -3,9 +3,9 @@
 use eframe::egui::{Context, Grid, ScrollArea, Window};
 
 use crate::app::command;
-use crate::app::dialog::escaped;
 use crate::app::editor::Editor;
-use crate::app::settings::Navigation;
+use crate::app::state::settings::Navigation;
+use crate::app::widget::dialog::escaped;
 
 /// What the mouse does in the 3D view.
 const SIMPLE: &[(&str, &str)] = &[
@@ -46,11 +46,11 @@ pub fn mouse(navigation: Navigation) -> &'static [(&'static str, &'static str)] 
 
 /// Shows it when it is wanted.
 pub fn help_ui(editor: &mut Editor, context: &Context) {
-    let mut open = editor.help_shown;
+    let mut open = editor.state.help_shown;
     let window = Window::new("Keys and mouse").open(&mut open).default_width(420.0).default_height(520.0);
     window.show(context, |ui| {
         ScrollArea::vertical().show(ui, |ui| {
-            let mouse = mouse(editor.settings.navigation);
+            let mouse = mouse(editor.state.settings.navigation);
             Grid::new("mouse").num_columns(2).striped(true).show(ui, |ui| {
                 for (keys, what) in mouse.iter().chain(LISTS) {
                     ui.strong(*keys);
@@ -67,5 +67,5 @@ pub fn help_ui(editor: &mut Editor, context: &Context) {
             });
         });
     });
-    editor.help_shown = open && !escaped(context);
+    editor.state.help_shown = open && !escaped(context);
 }

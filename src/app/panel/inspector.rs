@@ -4,23 +4,25 @@ use eframe::egui::{Label, RichText, ScrollArea, Ui};
 
 use super::{counted, grouped, layer_options, masks, percent, text_width};
 use crate::app::command::{layers, paint, view};
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::inspect::{face_page, layer_page, object_page};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::decide::decided;
 
 /// Draws it.
 pub fn inspector_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
-    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match editor.selection {
+    ScrollArea::vertical().auto_shrink(false).show(ui, |ui| match editor.state.selection {
         Selection::Object(object) => object_page(editor, object, ui, asks),
         Selection::Face(face) => face_page(editor, face, ui, asks),
         Selection::Layer { photo, layer } => layer_page(editor, photo, layer, ui, asks),
         Selection::Nothing | Selection::Photo(_) => {
-            let Some(session) = &editor.session else { return };
-            match editor.selection {
+            let Some(session) = &editor.state.session else { return };
+            match editor.state.selection {
                 Selection::Photo(photo) => {
                     photo_ui(editor, session, photo, ui, asks);
                     masks::masks_ui(editor, photo, ui, asks);
@@ -64,18 +66,18 @@ pub fn rows(ui: &mut Ui, rows: &[(&str, String)]) {
 
 /// A button for a command; where it is not ready it says why.
 pub fn button(
-    editor: &Editor,
+    state: &State,
     ui: &mut Ui,
     command: &'static crate::app::command::Command,
     asks: &mut Vec<Ask>,
 ) {
-    let ready = (command.ready)(editor);
-    let on = command.on.is_some_and(|on| on(editor));
+    let ready = (command.ready)(state);
+    let on = command.on.is_some_and(|on| on(state));
     let button = eframe::egui::Button::new(command.name).selected(on);
     let response = ui.add_enabled(ready.is_ok(), button);
     let response = response.on_hover_text(command.tooltip);
     if response.on_disabled_hover_text(ready.err().unwrap_or_default()).clicked() {
-        asks.push(Ask::Run(command));
+        asks.push(command.asked(state));
     }
 }
 
@@ -97,7 +99,7 @@ fn nothing(session: &Session, ui: &mut Ui) {
     ui.weak("Click a photo, an object or a layer to see what is known of it.");
 }
 
-fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn photo_ui(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let photo = &session.opened.site.photos[place];
     let status = &session.photos[place];
     title(ui, "Photo", &photo.name);
@@ -127,17 +129,17 @@ fn photo_ui(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
     }
     ui.add_space(6.0);
     ui.horizontal_wrapped(|ui| {
-        button(editor, ui, &view::SNAP, asks);
+        button(state, ui, &view::SNAP, asks);
         if !status.is_current() {
-            button(editor, ui, &layers::BUILD_PHOTO, asks);
+            button(state, ui, &layers::BUILD_PHOTO, asks);
         }
         if status.stack.is_some() {
-            button(editor, ui, &paint::EDIT, asks);
+            button(state, ui, &paint::EDIT, asks);
         }
     });
     decisions(session, &photo.name, ui, asks);
     ui.add_space(8.0);
-    layer_options::photo_options_ui(session, &photo.name, ui, asks);
+    layer_options::photo_options_ui(state, session, &photo.name, ui, asks);
 }
 
 /// How many there are, and at how many depths: one that holds surfaces of several visibility layers lies behind all
@@ -160,7 +162,7 @@ fn decisions(session: &Session, name: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
     for decision in decided(decisions) {
         ui.horizontal_wrapped(|ui| {
             if ui.small_button("Forget").on_hover_text("Takes this decision back.").clicked() {
-                asks.push(Ask::ForgetDecision(name.to_owned(), decision.number));
+                asks.push(Ask::Decide(DecideAsk::Forget(name.to_owned(), decision.number)));
             }
             ui.label(&decision.text);
         });

@@ -5,11 +5,13 @@ use eframe::egui::{
 };
 
 use super::{slider_ui, small_button, text_width};
+use crate::app::action::layers::OptionsEdit;
 use crate::app::command::layers;
-use crate::app::dialog::escaped;
-use crate::app::editor::{Ask, Editor};
-use crate::app::layer_work::OptionsEdit;
-use crate::app::session::Session;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, DecideAsk};
+use crate::app::state::session::Session;
+use crate::app::widget::dialog::escaped;
 use crate::document::decisions::PhotoOptions;
 use crate::layers::{BoxShape, Options};
 
@@ -66,13 +68,13 @@ fn number(ui: &mut Ui, of: &Number, value: f64, asks: &mut Vec<Ask>) -> Option<(
 
 fn wanted(response: &Response, moved: f64, asks: &mut Vec<Ask>) -> Option<(f64, bool)> {
     if response.drag_stopped() && !response.changed() {
-        asks.push(Ask::EndGesture);
+        asks.push(Ask::Decide(DecideAsk::EndGesture));
     }
     response.changed().then(|| (moved, response.dragged() && !response.drag_stopped()))
 }
 
 /// Those of a photo, each as the project has it or its own.
-pub fn photo_options_ui(session: &Session, photo: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn photo_options_ui(state: &State, session: &Session, photo: &str, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let project = session.history.present();
     let own = project.decisions.photos.get(photo).map(|decided| decided.options).unwrap_or_default();
     let title = if own.is_default() { "Layer options: as the project" } else { "Layer options: its own" };
@@ -92,7 +94,7 @@ pub fn photo_options_ui(session: &Session, photo: &str, ui: &mut Ui, asks: &mut 
             ..own
         });
         if ui.button(layers::OPTIONS.name).on_hover_text(layers::OPTIONS.tooltip).clicked() {
-            asks.push(Ask::Run(&layers::OPTIONS));
+            asks.push(layers::OPTIONS.asked(state));
         }
     });
 }
@@ -109,7 +111,7 @@ impl Rows<'_> {
         let Self { photo, ui, asks } = self;
         let edit = |options| OptionsEdit::Photo((*photo).to_owned(), options);
         if let Some((moved, goes_on)) = number(ui, of, value, asks) {
-            asks.push(Ask::Options { edit: edit(with(Some(moved))), goes_on });
+            asks.push(Ask::Decide(DecideAsk::Options { edit: edit(with(Some(moved))), goes_on }));
         }
         ui.horizontal(|ui| {
             ui.add_space(12.0);
@@ -119,7 +121,7 @@ impl Rows<'_> {
             }
             let name = format!("{} as the project", of.name);
             if small_button(ui, "As the project", &name, "Takes the photo’s own number back.").clicked() {
-                asks.push(Ask::Options { edit: edit(with(None)), goes_on: false });
+                asks.push(Ask::Decide(DecideAsk::Options { edit: edit(with(None)), goes_on: false }));
             }
         });
     }
@@ -127,8 +129,8 @@ impl Rows<'_> {
 
 /// Shows the project's options when they are wanted.
 pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
-    let mut open = editor.layer_options_shown;
+    let Some(session) = &editor.state.session else { return };
+    let mut open = editor.state.layer_options_shown;
     let window = Window::new("Options of layers").open(&mut open).resizable(false).collapsible(false);
     let middle = context.content_rect().center();
     window.default_width(430.0).pivot(Align2::CENTER_CENTER).default_pos(middle).show(context, |ui| {
@@ -144,18 +146,21 @@ pub fn layer_options_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<A
         ui.horizontal(|ui| {
             let reset = ui.add_enabled(*options != usual, Button::new("Usual options"));
             if reset.on_hover_text("Puts all of them back to what they are in a new project.").clicked() {
-                asks.push(Ask::Options { edit: OptionsEdit::Project(usual), goes_on: false });
+                asks.push(Ask::Decide(DecideAsk::Options {
+                    edit: OptionsEdit::Project(usual),
+                    goes_on: false,
+                }));
             }
             super::inspector::button(editor, ui, &layers::BUILD, asks);
         });
     });
-    editor.layer_options_shown = open && !escaped(context);
+    editor.state.layer_options_shown = open && !escaped(context);
 }
 
 fn numbers(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let ask = |moved: Option<(f64, bool)>, with: &dyn Fn(f64) -> Options, asks: &mut Vec<Ask>| {
         if let Some((value, goes_on)) = moved {
-            asks.push(Ask::Options { edit: OptionsEdit::Project(with(value)), goes_on });
+            asks.push(Ask::Decide(DecideAsk::Options { edit: OptionsEdit::Project(with(value)), goes_on }));
         }
     };
     let moved = number(ui, &TOLERANCE, percent(options.tolerance), asks);
@@ -199,7 +204,7 @@ fn shape(options: &Options, ui: &mut Ui, asks: &mut Vec<Ask>) {
         "Surfaces share an image layer only with those that are hidden by as many others; image layers are more then.",
     );
     if wanted != *options {
-        asks.push(Ask::Options { edit: OptionsEdit::Project(wanted), goes_on: false });
+        asks.push(Ask::Decide(DecideAsk::Options { edit: OptionsEdit::Project(wanted), goes_on: false }));
     }
 }
 

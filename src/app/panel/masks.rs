@@ -5,10 +5,13 @@ use eframe::egui::{DragValue, RichText, Ui};
 use super::inspector::button;
 use super::{counted, percent, small_button};
 use crate::app::command::{Command, mask};
-use crate::app::editor::{Ask, Editor};
-use crate::app::masking::keeping::Work;
+use crate::app::editor::Editor;
+use crate::app::masking::keeping::MaskWork;
 use crate::app::masking::suggesting::Shown;
-use crate::document::masks::{Mask, MaskFrom};
+use crate::app::masking::suggesting::want_suggestions;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
+use crate::document::masks::{Mask, MaskOrigin};
 use crate::recipe::masks::MaskEdit;
 
 /// Margins around objects, in pixels: the command line's.
@@ -16,9 +19,9 @@ const MOST_MARGIN: u32 = 4096;
 
 /// Draws it.
 pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    editor.want_suggestions();
-    let open = editor.suggestions_of(photo);
-    let Some(session) = &editor.session else { return };
+    want_suggestions(&mut editor.state, &mut editor.work);
+    let open = editor.state.suggestions_of(photo);
+    let Some(session) = &editor.state.session else { return };
     let it = &session.opened.site.photos[photo];
     let all = u64::from(it.camera.width) * u64::from(it.camera.height);
     let masks = session.history.present().masks.of(&it.name);
@@ -43,13 +46,8 @@ pub fn masks_ui(editor: &mut Editor, photo: usize, ui: &mut Ui, asks: &mut Vec<A
     buttons(editor, [&mask::ACCEPT, &mask::DISMISS], ui, asks);
 }
 
-fn buttons<const N: usize>(
-    editor: &Editor,
-    commands: [&'static Command; N],
-    ui: &mut Ui,
-    asks: &mut Vec<Ask>,
-) {
-    ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(editor, ui, command, asks)));
+fn buttons<const N: usize>(state: &State, commands: [&'static Command; N], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.horizontal_wrapped(|ui| commands.into_iter().for_each(|command| button(state, ui, command, asks)));
 }
 
 /// What might be masked of a photo of `all` pixels, and what may be done with it.
@@ -61,11 +59,11 @@ fn suggestion(shown: &Shown, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec
                 asks.push(ask);
             }
         };
-        asked("Mask", "Masks what is outlined.", Ask::Accept(vec![number]));
+        asked("Mask", "Masks what is outlined.", Ask::Mask(MaskAsk::Accept(vec![number])));
         asked(
             "Dismiss",
             "It is nothing: it is not shown any more, until one looks again.",
-            Ask::Dismiss(vec![number]),
+            Ask::Mask(MaskAsk::Dismiss(vec![number])),
         );
         let text = format!("{number}: {}, {}", shown.confidence(), percent(shown.it.pixels, all));
         let tooltip = format!(
@@ -74,7 +72,7 @@ fn suggestion(shown: &Shown, photo: usize, all: u64, ui: &mut Ui, asks: &mut Vec
             shown.it.score.exp()
         );
         if ui.link(RichText::new(text)).on_hover_text(tooltip).clicked() {
-            asks.push(Ask::Show(photo, shown.it.rect));
+            asks.push(Ask::Select(SelectAsk::ShowRect(photo, shown.it.rect)));
         }
     });
 }
@@ -86,7 +84,7 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
         if remove.clicked() {
             let edit = MaskEdit::Remove { photo: photo.to_owned(), from: of_one.from.clone() };
             let name = format!("removal of mask {words} of {photo}");
-            asks.push(Ask::Mask(name, Work::Edits(vec![edit].into())));
+            asks.push(Ask::Mask(MaskAsk::Mask(name, MaskWork::Edits(vec![edit].into()))));
         }
         ui.label(format!("{words}: {} of the photo", percent(of_one.pixels, all)))
             .on_hover_text(counted(of_one.pixels, "pixel"));
@@ -94,25 +92,25 @@ fn row(photo: &str, of_one: &Mask, all: u64, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Who made it, as people here know it.
-pub fn in_words(from: &MaskFrom) -> String {
+pub fn in_words(from: &MaskOrigin) -> String {
     match from {
-        MaskFrom::Drawn => "drawn by hand".into(),
-        MaskFrom::Suggested => "from suggestions".into(),
+        MaskOrigin::Drawn => "drawn by hand".into(),
+        MaskOrigin::Suggested => "from suggestions".into(),
         other => other.words(),
     }
 }
 
 /// Masks what the selected photo shows of the selected object.
-pub fn object_mask_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn object_mask_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
-        button(editor, ui, &mask::OBJECT, asks);
-        let mut margin = editor.masking.margin_px;
+        button(state, ui, &mask::OBJECT, asks);
+        let mut margin = state.masking.margin_px;
         let value = DragValue::new(&mut margin).range(0..=MOST_MARGIN).suffix(" px");
         let field = ui.add(value);
         let label = ui.label("margin");
         let tooltip = "Around the object: models are wrong by a few pixels.";
         if field.labelled_by(label.id).on_hover_text(tooltip).changed() {
-            asks.push(Ask::Margin(margin));
+            asks.push(Ask::Mask(MaskAsk::Margin(margin)));
         }
     });
 }

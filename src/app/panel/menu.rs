@@ -4,8 +4,11 @@ use eframe::egui::containers::menu::{MenuBar, MenuConfig};
 use eframe::egui::{Button, ScrollArea, Ui};
 
 use crate::app::command::{self, Command, Menu, first_keys};
-use crate::app::editor::{Ask, Editor};
-use crate::app::settings::{Navigation, menu_look};
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::settings::Navigation;
+use crate::app::widget::look::menu_look;
 
 /// Of menus, in points: names and keys stand apart.
 const WIDTH: f32 = 230.0;
@@ -33,7 +36,7 @@ fn entries(editor: &mut Editor, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
             ui.separator();
         }
         if item(editor, ui, command) {
-            asks.push(Ask::Run(command));
+            asks.push(command.asked(editor));
         }
         if command.name == command::file::OPEN.name {
             recent(editor, ui, asks);
@@ -45,11 +48,11 @@ fn entries(editor: &mut Editor, menu: Menu, ui: &mut Ui, asks: &mut Vec<Ask>) {
     }
 }
 
-fn item(editor: &Editor, ui: &mut Ui, command: &Command) -> bool {
-    let why_not = (command.ready)(editor).err();
+fn item(state: &State, ui: &mut Ui, command: &Command) -> bool {
+    let why_not = (command.ready)(state).err();
     let keys = first_keys(ui.ctx(), command);
-    let on = command.on.is_some_and(|on| on(editor));
-    let detail = command.detail.and_then(|detail| detail(editor));
+    let on = command.on.is_some_and(|on| on(state));
+    let detail = command.detail.and_then(|detail| detail(state));
     let name = detail.map_or(command.name.to_owned(), |detail| format!("{} {detail}", command.name));
     let button = Button::selectable(on, name).shortcut_text(keys);
     let response = ui.add_enabled(why_not.is_none(), button).on_hover_text(command.tooltip);
@@ -58,13 +61,13 @@ fn item(editor: &Editor, ui: &mut Ui, command: &Command) -> bool {
         .clicked()
 }
 
-fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    ui.add_enabled_ui(!editor.settings.recent.is_empty(), |ui| {
+fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    ui.add_enabled_ui(!state.settings.recent.is_empty(), |ui| {
         ui.menu_button("Open recent", |ui| {
-            for project in &editor.settings.recent {
+            for project in &state.settings.recent {
                 let button = Button::new(project.display().to_string());
                 if ui.add_enabled(project.is_dir(), button).on_disabled_hover_text("It is gone.").clicked() {
-                    asks.push(Ask::Open(project.clone()));
+                    asks.push(Ask::Project(ProjectAsk::Open(project.clone())));
                 }
             }
         });
@@ -73,7 +76,7 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 
 fn navigation(editor: &mut Editor, ui: &mut Ui) {
     ui.menu_button("Mouse in the 3D view", |ui| {
-        let settings = &mut editor.settings.navigation;
+        let settings = &mut editor.state.settings.navigation;
         for navigation in Navigation::ALL {
             ui.radio_value(settings, navigation, navigation.name());
         }

@@ -1,17 +1,19 @@
 //! The panels around the views.
 
 pub mod bar;
-mod colour;
+pub mod colour;
 pub mod dialogs;
-mod fill;
+pub mod fill;
 pub mod help;
 pub mod inspector;
 pub mod layer_options;
+pub mod leaving;
 pub mod masks;
 pub mod menu;
 pub mod notes;
-mod paint;
-mod photos;
+pub mod paint;
+pub mod palette;
+pub mod photos;
 pub mod settings;
 pub mod side;
 pub mod sized;
@@ -24,9 +26,11 @@ use eframe::egui::{
 };
 
 use super::command::Command;
-use super::dialog::Keys;
-use super::editor::{Ask, Editor};
 use super::lists::outliner_ui;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::widget::dialog::Keys;
 use sized::{Edge, Sizes, sized_panel};
 
 /// The most that the left side takes of the window's width: in a small window, and with large text, the views have room.
@@ -36,12 +40,12 @@ const RIGHT_MOST: f32 = 0.33;
 /// Lists on the left, what is known of the selection on the right.
 pub fn sides_ui(editor: &mut Editor, sizes: &mut Sizes, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let width = ui.available_width();
-    if editor.settings.lists_shown {
+    if editor.state.settings.lists_shown {
         let (place, most) = ((Edge::Left, "outliner"), LEFT_MOST * width);
         let photos = &mut sizes.photos;
         sized_panel(ui, place, &mut sizes.left, most, |ui| left_ui(editor, photos, ui, asks));
     }
-    if editor.settings.side_shown {
+    if editor.state.settings.side_shown {
         let (place, most) = ((Edge::Right, "inspector"), RIGHT_MOST * width);
         sized_panel(ui, place, &mut sizes.right, most, |ui| side::side_ui(editor, ui, asks));
     }
@@ -58,10 +62,10 @@ fn left_ui(editor: &mut Editor, height: &mut f32, ui: &mut Ui, asks: &mut Vec<As
 }
 
 /// A command that switches something, as a label that is lit while that is on.
-pub fn toggle_ui(editor: &Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
-    let on = command.on.is_some_and(|on| on(editor));
+pub fn toggle_ui(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+    let on = command.on.is_some_and(|on| on(state));
     if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
-        asks.push(Ask::Run(command));
+        asks.push(command.asked(state));
     }
 }
 

@@ -3,9 +3,13 @@
 use eframe::egui::{Align, Color32, Layout, ProgressBar, RichText, ScrollArea, Ui};
 
 use super::status::left;
-use crate::app::editor::{Ask, Editor};
-use crate::app::notes::{Note, Weight};
-use crate::app::selection::Selection;
+use crate::app::command::file::READ_AGAIN;
+use crate::app::command::words::in_window;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, BuildAsk, MaskAsk, SelectAsk};
+use crate::app::state::notes::{Note, Remedy, Weight};
+use crate::app::state::selection::Selection;
 
 /// Draws it.
 pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -14,49 +18,49 @@ pub fn notes_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.strong("Notes and jobs");
         ui.with_layout(Layout::right_to_left(Align::Center), |ui| {
             if ui.button("Clear").on_hover_text("Forgets all notes.").clicked() {
-                editor.notes.clear();
+                editor.state.notes.clear();
             }
         });
     });
     ScrollArea::vertical().auto_shrink(false).stick_to_bottom(true).show(ui, |ui| {
-        editor.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
+        editor.state.notes.list().iter().for_each(|note| note_ui(editor, ui, note, asks));
         // Whatever was looked at: what is new is seen.
-        let (id, count) = (ui.scope_id().with("notes"), editor.notes.list().len());
+        let (id, count) = (ui.scope_id().with("notes"), editor.state.notes.list().len());
         let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or(id, 0), count));
         if count > before {
             ui.scroll_to_cursor(Some(Align::BOTTOM));
         }
         jobs(editor, ui, asks);
-        if editor.notes.list().is_empty() && editor.jobs.is_idle() {
+        if editor.state.notes.list().is_empty() && editor.state.running.is_idle() {
             ui.weak("Nothing to say. What goes wrong, and what was done, is told here.");
         }
     });
-    editor.notes.see();
+    editor.state.notes.see();
 }
 
-fn jobs(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    for (id, job) in editor.jobs.running() {
+fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    for (id, job) in state.running.all() {
         ui.horizontal(|ui| {
             ui.add(ProgressBar::new(job.share().unwrap_or_default()).desired_width(120.0));
             ui.label(&job.name);
             ui.weak(&job.stage);
             ui.weak(left(job));
             if ui.small_button("Stop").clicked() {
-                asks.push(Ask::Stop(id));
+                asks.push(Ask::Build(BuildAsk::Stop(id)));
             }
         });
     }
 }
 
-fn note_ui(editor: &Editor, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
+fn note_ui(state: &State, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         let (mark, color) = mark(ui, note.weight);
         ui.label(RichText::new(mark).color(color).strong());
         if !note.subject.is_empty() {
-            match place_of(editor, &note.subject) {
+            match place_of(state, &note.subject) {
                 Some(place) => {
                     if ui.link(&note.subject).on_hover_text("Goes there.").clicked() {
-                        asks.push(Ask::Select(place));
+                        asks.push(Ask::Select(SelectAsk::Only(place)));
                     }
                 }
                 None => {
@@ -64,11 +68,11 @@ fn note_ui(editor: &Editor, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
                 }
             }
         }
-        ui.label(&note.text);
-        let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| editor.can_remedy(remedy)).collect();
+        ui.label(in_window(&note.text));
+        let open: Vec<_> = note.remedies.iter().filter(|(_, remedy)| state.can_remedy(remedy)).collect();
         for (words, remedy) in &open {
             if ui.link(words).clicked() {
-                asks.push(Ask::Remedy(Box::new(remedy.clone())));
+                asks.push(remedy_ask(remedy, state));
             }
         }
         if open.is_empty() && !note.remedies.is_empty() {
@@ -80,6 +84,15 @@ fn note_ui(editor: &Editor, ui: &mut Ui, note: &Note, asks: &mut Vec<Ask>) {
     });
 }
 
+/// What a click on a remedy asks for.
+fn remedy_ask(remedy: &Remedy, state: &State) -> Ask {
+    match remedy {
+        Remedy::ReadAgain => READ_AGAIN.asked(state),
+        Remedy::SetMask(change) => MaskAsk::Set(change.clone()).into(),
+        Remedy::ChooseMask(unmasked) => MaskAsk::Choose(unmasked.clone()).into(),
+    }
+}
+
 fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
     match weight {
         Weight::Info => ("Done", ui.visuals().weak_text_color()),
@@ -89,8 +102,8 @@ fn mark(ui: &Ui, weight: Weight) -> (&'static str, Color32) {
 }
 
 /// What a note is about, to be selected.
-fn place_of(editor: &Editor, subject: &str) -> Option<Selection> {
-    let site = &editor.session.as_ref()?.opened.site;
+fn place_of(state: &State, subject: &str) -> Option<Selection> {
+    let site = &state.session.as_ref()?.opened.site;
     let photo = site.photos.iter().position(|photo| photo.name == subject).map(Selection::Photo);
     photo.or_else(|| {
         let object = site.model.objects.iter().position(|object| object.name == subject)?;

@@ -1,15 +1,21 @@
 //! What was painted and came home: the last import with pictures before and after, and those that can be taken back.
 
-use eframe::egui::{Color32, Image, Rect, RichText, ScrollArea, Sense, Ui, Vec2, pos2, vec2};
+use eframe::egui::{
+    Color32, Context, Image, Rect, RichText, ScrollArea, Sense, TextureOptions, Ui, Vec2, pos2, vec2,
+};
 
 use super::inspector::button;
 use super::{counted, grouped};
 use crate::app::command::paint;
-use crate::app::editor::{Ask, Editor};
-use crate::app::selection::Selection;
+use crate::app::editor::Editor;
+use crate::app::pictures::image;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
 use crate::app::trip::importing::{LayerLook, Report};
 use crate::app::trip::shown_path;
 use crate::document::paint::PaintImport;
+use crate::projection::Picture;
 use crate::recipe::import::report::{FileReport, LayerReport, LayerState};
 
 /// Draws it.
@@ -21,7 +27,10 @@ pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             }
         });
         ui.separator();
-        match &editor.trip.report {
+        if let Some(report) = &mut editor.state.trip.report {
+            load_looks(report, ui.ctx());
+        }
+        match &editor.state.trip.report {
             Some(report) => report_ui(editor, report, ui, asks),
             None => {
                 ui.weak(
@@ -35,7 +44,7 @@ pub fn paint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-fn report_ui(editor: &Editor, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn report_ui(state: &State, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let imported = &report.imported;
     ui.horizontal_wrapped(|ui| {
         match imported.number {
@@ -51,11 +60,11 @@ fn report_ui(editor: &Editor, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>)
     if imported.changed > 0 {
         ui.label(format!("{} painted that the project did not have.", counted(imported.changed, "pixel")));
     }
-    let folder = editor.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
+    let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
     for file in &imported.files {
         ui.add_space(6.0);
         ui.strong(shown_path(&folder, &file.file));
-        file_ui(editor, file, report, ui, asks);
+        file_ui(state, file, report, ui, asks);
     }
     for (path, problem) in &imported.failed {
         ui.add_space(6.0);
@@ -64,7 +73,7 @@ fn report_ui(editor: &Editor, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>)
     }
 }
 
-fn file_ui(editor: &Editor, file: &FileReport, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn file_ui(state: &State, file: &FileReport, report: &Report, ui: &mut Ui, asks: &mut Vec<Ask>) {
     file.notes.iter().for_each(|note| {
         ui.weak(note);
     });
@@ -72,7 +81,7 @@ fn file_ui(editor: &Editor, file: &FileReport, report: &Report, ui: &mut Ui, ask
         layer.state == LayerState::Unchanged && layer.changed == 0 && layer.moved.is_none() && !layer.renamed
     };
     for layer in file.layers.iter().filter(|layer| !plain(layer)) {
-        layer_ui(editor, file, layer, ui, asks);
+        layer_ui(state, file, layer, ui, asks);
         let is_it = |look: &&LayerLook| {
             look.layer.photo == file.photo && Some(&look.layer.token) == layer.token.as_ref()
         };
@@ -93,15 +102,15 @@ fn file_ui(editor: &Editor, file: &FileReport, report: &Report, ui: &mut Ui, ask
     }
 }
 
-fn layer_ui(editor: &Editor, file: &FileReport, layer: &LayerReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn layer_ui(state: &State, file: &FileReport, layer: &LayerReport, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         let warns = !matches!(layer.state, LayerState::Unchanged | LayerState::Painted);
         let color = if warns { ui.visuals().warn_fg_color } else { ui.visuals().hyperlink_color };
         ui.label(RichText::new(layer.state.word()).color(color).strong());
-        match place_of(editor, file, layer) {
+        match place_of(state, file, layer) {
             Some(place) => {
                 if ui.link(&layer.name).on_hover_text("Selects the layer.").clicked() {
-                    asks.push(Ask::Select(place));
+                    asks.push(Ask::Select(SelectAsk::Only(place)));
                 }
             }
             None => {
@@ -142,12 +151,24 @@ fn facts(layer: &LayerReport) -> String {
 }
 
 /// The layer of today that a layer of a file is.
-fn place_of(editor: &Editor, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
-    let session = editor.session.as_ref()?;
+fn place_of(state: &State, file: &FileReport, layer: &LayerReport) -> Option<Selection> {
+    let session = state.session.as_ref()?;
     let photo = session.opened.site.photos.iter().position(|photo| photo.name == file.photo)?;
     let layers = &session.photos[photo].stack.as_ref()?.image_layers;
     let layer = layers.iter().position(|other| Some(&other.id) == layer.token.as_ref())?;
     Some(Selection::Layer { photo, layer })
+}
+
+/// Brings pictures that were made to the device.
+fn load_looks(report: &mut Report, context: &Context) {
+    let number = report.imported.number.unwrap_or_default();
+    for LayerLook { layer, textures } in report.looks.iter_mut().filter(|look| look.textures.is_none()) {
+        let texture = |when: &str, picture: &Picture| {
+            let name = format!("{} {when} import {number}", layer.token);
+            context.load_texture(name, image(picture), TextureOptions::LINEAR)
+        };
+        *textures = Some([texture("before", &layer.before), texture("after", &layer.after)]);
+    }
 }
 
 /// Both pictures, side by side where there is room, else one above the other.
@@ -155,8 +176,9 @@ fn before_and_after(look: &LayerLook, ui: &mut Ui) {
     let room = ui.available_width();
     let gap = ui.spacing().item_spacing.x;
     let width = ((room - gap) / 2.0).max(80.0).min(room);
+    let Some([before, after]) = &look.textures else { return };
     ui.horizontal_wrapped(|ui| {
-        for (texture, name) in [(&look.before, "Before"), (&look.after, "After")] {
+        for (texture, name) in [(before, "Before"), (after, "After")] {
             let size = texture.size_vec2();
             // A few painted pixels are shown large enough to be seen, and never wider than there is room.
             let shown = size * (width / size.x).min(width / size.y).min(8.0);
@@ -196,12 +218,12 @@ fn checkerboard(ui: &Ui, rect: Rect) {
 }
 
 /// Imports that can be taken back, the last one first.
-fn history(editor: &Editor, ui: &mut Ui) {
+fn history(state: &State, ui: &mut Ui) {
     ui.strong("Imports");
-    if editor.trip.history.is_empty() {
+    if state.trip.history.is_empty() {
         ui.weak("None can be taken back.");
     }
-    for import in editor.trip.history.iter().rev() {
+    for import in state.trip.history.iter().rev() {
         ui.horizontal_wrapped(|ui| {
             ui.label(RichText::new(format!("{}", import.number)).strong());
             ui.label(in_words(import));

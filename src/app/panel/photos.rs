@@ -7,10 +7,13 @@ use eframe::egui::{
 
 use super::percent;
 use crate::app::command::layers::BUILD;
-use crate::app::editor::{Ask, Editor};
-use crate::app::selection::Selection;
-use crate::app::session::{BUILT, PhotoStatus, Session};
-use crate::app::settings::{focus_stroke, good};
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::{BUILT, PhotoStatus, Session};
+use crate::app::widget::look::focus_stroke;
+use crate::app::widget::look::good;
 
 /// Of a row, in points.
 const ROW: f32 = 62.0;
@@ -27,7 +30,7 @@ const SIGN: f32 = 10.0;
 /// Draws the list.
 pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let behind = session.photos.iter().filter(|photo| !photo.is_current()).count();
     ui.horizontal(|ui| {
         ui.strong("Photos");
@@ -36,7 +39,7 @@ pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let ready = (BUILD.ready)(editor).is_ok();
             let button = eframe::egui::Button::new(text).small();
             if ui.add_enabled(ready, button).on_hover_text(BUILD.tooltip).clicked() {
-                asks.push(Ask::Run(&BUILD));
+                asks.push(BUILD.asked(editor));
             }
         }
     });
@@ -53,10 +56,10 @@ pub fn photos_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// The photo that was selected since the last frame, wherever that was done: its row comes into sight.
-fn gone_to(editor: &Editor, ui: &Ui) -> Option<usize> {
+fn gone_to(state: &State, ui: &Ui) -> Option<usize> {
     let id = Id::unique("photo in sight");
-    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), editor.photo));
-    editor.photo.filter(|_| before != editor.photo)
+    let before = ui.data_mut(|data| std::mem::replace(data.get_temp_mut_or_default(id), state.photo));
+    state.photo.filter(|_| before != state.photo)
 }
 
 /// Scrolls as little as is needed. `first` is the row that `ui` begins with.
@@ -71,7 +74,7 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     let photo = &session.opened.site.photos[place];
     let status = &session.photos[place];
     let (rect, response) = ui.allocate_exact_size(vec2(ui.available_width(), ROW), Sense::click());
-    let selected = editor.photo == Some(place);
+    let selected = editor.state.photo == Some(place);
     let changes = Changes::of(editor, session, &photo.name);
     response.widget_info(|| {
         let label = format!("{}, {}{}", photo.name, status.word, changes.words(", "));
@@ -88,7 +91,7 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     }
     let size = vec2(PICTURE.x.min(PICTURE_SHARE * rect.width()), PICTURE.y);
     let picture = Rect::from_min_size(rect.min + vec2(3.0, 3.0), size);
-    match editor.pictures.small(place) {
+    match editor.work.pictures.small(place) {
         Some(texture) => {
             let image = Image::new((texture.id(), texture.size_vec2())).maintain_aspect_ratio(true);
             image.fit_to_exact_size(size).paint_at(ui, fitted(picture, texture.size_vec2()));
@@ -104,9 +107,9 @@ fn row(editor: &Editor, session: &Session, ui: &mut Ui, place: usize, asks: &mut
     state(&mut ui, status, changes);
     details(&mut ui, status);
     if response.double_clicked() {
-        asks.push(Ask::FlyTo(place));
+        asks.push(Ask::Space(SpaceAsk::FlyToPhoto(place)));
     } else if response.clicked() {
-        asks.push(Ask::Select(Selection::Photo(place)));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(place))));
     }
     response.on_hover_ui(|ui| tooltip(ui, &photo.name, status, changes));
 }
@@ -125,9 +128,9 @@ struct Changes {
 }
 
 impl Changes {
-    fn of(editor: &Editor, session: &Session, photo: &str) -> Self {
+    fn of(state: &State, session: &Session, photo: &str) -> Self {
         let masked = !session.history.present().masks.of(photo).is_empty();
-        Self { painted: editor.trip.painted.contains(photo), masked }
+        Self { painted: state.trip.painted.contains(photo), masked }
     }
 
     /// Each behind `between`; empty where nothing was done.

@@ -3,31 +3,32 @@
 use eframe::egui::{Button, Context, Grid, RichText, Slider, Ui};
 
 use crate::app::command::{file, first_keys, paint};
-use crate::app::dialog::Dialog;
-use crate::app::editor::{Ask, Editor};
-use crate::app::settings::{Colours, Navigation, Settings};
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::settings::{Colours, Navigation, Settings};
+use crate::app::widget::dialog::Dialog;
 
 /// Shows them when they are wanted.
 pub fn settings_ui(editor: &mut Editor, context: &Context, asks: &mut Vec<Ask>) {
-    if !editor.settings_shown {
+    if !editor.state.settings_shown {
         return;
     }
-    let mut wanted = editor.settings.clone();
+    let mut wanted = editor.state.settings.clone();
     let answer = Dialog::new("settings", 480.0).show(context, |ui, keys| {
         ui.heading("Settings");
         ui.add_space(4.0);
         contents(&mut wanted, ui);
         ui.add_space(8.0);
-        let leads_on = commands(ui, asks);
+        let leads_on = commands(&editor.state, ui, asks);
         ui.add_space(8.0);
         let close = ui.add(Button::new(RichText::new("Close").strong()).min_size([96.0, 28.0].into()));
         keys.press(&close) || leads_on
     });
-    if wanted != editor.settings {
-        editor.settings = wanted;
-        editor.settings.apply_to(context);
+    if wanted != editor.state.settings {
+        editor.state.settings = wanted;
     }
-    editor.settings_shown = !answer.inner && !answer.is_left();
+    editor.state.settings_shown = !answer.inner && !answer.is_left();
 }
 
 fn contents(settings: &mut Settings, ui: &mut Ui) {
@@ -76,12 +77,12 @@ fn contents(settings: &mut Settings, ui: &mut Ui) {
 }
 
 /// What else can be set; whether one was chosen, which is done where these settings are not in its way.
-fn commands(ui: &mut Ui, asks: &mut Vec<Ask>) -> bool {
+fn commands(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) -> bool {
     let mut chosen = false;
     ui.horizontal(|ui| {
         for command in [&paint::CHOOSE_EDITOR, &file::KEYS, &file::LAYOUT] {
             if ui.button(command.name).on_hover_text(command.tooltip).clicked() {
-                asks.push(Ask::Run(command));
+                asks.push(command.asked(state));
                 chosen = true;
             }
         }

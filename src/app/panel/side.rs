@@ -5,7 +5,8 @@ use eframe::egui::Ui;
 use serde::{Deserialize, Serialize};
 
 use super::{colour, fill, inspector, paint};
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
+use crate::app::state::ask::Ask;
 
 /// What the right side shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
@@ -54,14 +55,14 @@ pub fn side_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             (ui.spacing_mut().item_spacing.x, ui.spacing_mut().button_padding.x) = (3.0, 5.0);
         }
         for tab in Tab::ALL {
-            let shown = editor.settings.side == tab;
+            let shown = editor.state.settings.side == tab;
             if ui.selectable_label(shown, tab.name()).on_hover_text(tab.tooltip()).clicked() {
-                editor.settings.side = tab;
+                editor.state.settings.side = tab;
             }
         }
     });
     ui.separator();
-    match editor.settings.side {
+    match editor.state.settings.side {
         Tab::Selection => inspector::inspector_ui(editor, ui, asks),
         Tab::Fill => fill::fill_ui(editor, ui, asks),
         Tab::Colour => colour::colour_ui(editor, ui, asks),

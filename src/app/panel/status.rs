@@ -4,9 +4,11 @@ use eframe::egui::{Align, Layout, ProgressBar, RichText, Spinner, Ui};
 
 use super::{grouped, text_width};
 use crate::app::command::{edit, file};
-use crate::app::editor::{Ask, Editor};
-use crate::app::jobs::Job;
-use crate::app::notes::Weight;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, BuildAsk};
+use crate::app::state::notes::Weight;
+use crate::app::state::running::Job;
 
 /// Draws it.
 pub fn status_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
@@ -20,8 +22,8 @@ pub fn status_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     });
 }
 
-fn jobs(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some((id, job)) = editor.jobs.running().next() else {
+fn jobs(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some((id, job)) = state.running.all().next() else {
         ui.weak("Ready");
         return;
     };
@@ -32,9 +34,9 @@ fn jobs(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.label(&job.name);
     ui.weak(left(job));
     if ui.add_enabled(!job.is_stopping(), eframe::egui::Button::new("Stop").small()).clicked() {
-        asks.push(Ask::Stop(id));
+        asks.push(Ask::Build(BuildAsk::Stop(id)));
     }
-    let more = editor.jobs.running().count() - 1;
+    let more = state.running.all().count() - 1;
     if more > 0 {
         ui.weak(format!("and {more} more"));
     }
@@ -54,8 +56,8 @@ pub fn left(job: &Job) -> String {
     }
 }
 
-fn notes(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let (count, weight) = editor.notes.unseen();
+fn notes(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let (count, weight) = state.notes.unseen();
     let text = match (count, weight) {
         (0, _) => RichText::new("Notes"),
         (count, Some(Weight::Problem)) => {
@@ -66,17 +68,17 @@ fn notes(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         }
         (count, _) => RichText::new(format!("Notes ({count})")),
     };
-    if ui.selectable_label(editor.settings.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
-        asks.push(Ask::Run(&file::NOTES));
+    if ui.selectable_label(state.settings.notes_shown, text).on_hover_text(file::NOTES.tooltip).clicked() {
+        asks.push(file::NOTES.asked(state));
     }
 }
 
-fn unsaved(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    if editor.session.is_some() && editor.is_dirty() {
+fn unsaved(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    if state.session.is_some() && state.is_dirty() {
         ui.separator();
         let text = RichText::new("Not saved").color(ui.visuals().warn_fg_color);
         if ui.button(text).on_hover_text(edit::SAVE.tooltip).clicked() {
-            asks.push(Ask::Run(&edit::SAVE));
+            asks.push(edit::SAVE.asked(state));
         }
     }
 }
@@ -85,13 +87,13 @@ fn unsaved(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 const BETWEEN: f32 = 24.0;
 
 /// What draws, and how large all is: from the right, as far as there is room.
-fn site(editor: &Editor, ui: &mut Ui) {
-    let Some(session) = &editor.session else { return };
+fn site(state: &State, ui: &mut Ui) {
+    let Some(session) = &state.session else { return };
     let stacks = || session.photos.iter().filter_map(|photo| photo.stack.as_ref());
     let texels: u64 = stacks().map(|stack| stack.texels_used).sum();
     let megabytes = stacks().map(|stack| stack.bytes).sum::<u64>() / 1_000_000;
     let (photos, faces) = (session.photos.len(), session.model().faces.len());
-    let adapter = session.painter.as_ref().map(|painter| painter.adapter.clone());
+    let adapter = state.device.clone();
     // Its name without what makers put behind it: `llvmpipe (LLVM 15.0.6, 256 bits)`.
     let device = adapter.as_ref().map(|name| name.split(" (").next().unwrap_or_default().to_owned());
     let size = format!("{} texels, {} MB of layers", grouped(texels), grouped(megabytes));

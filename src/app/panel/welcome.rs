@@ -4,9 +4,11 @@ use eframe::egui::{Align, Button, Layout, RichText, Role, ScrollArea, Spinner, U
 
 use super::small_button;
 use crate::app::command::{Command, file, first_keys};
-use crate::app::editor::{Ask, Editor};
-use crate::app::jobs::Kind;
+use crate::app::editor::Editor;
 use crate::app::opening::{Wish, is_entered, line, typed_path};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::running::Kind;
 
 /// A project opened last.
 const RECENT: Vec2 = vec2(360.0, 28.0);
@@ -32,7 +34,7 @@ fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
                 .size(16.0),
         );
         ui.add_space(24.0);
-        if editor.jobs.runs(Kind::Open) {
+        if editor.state.running.runs(Kind::Open) {
             ui.add(Spinner::new().size(32.0));
             ui.label("Opening…");
             return;
@@ -48,37 +50,37 @@ fn contents(editor: &mut Editor, above: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn typed(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let line = line(ui, &mut editor.opening.typed, "Folder of a site or project", 300.0);
-    let path = typed_path(&editor.opening.typed);
+    let line = line(ui, &mut editor.state.opening.typed, "Folder of a site or project", 300.0);
+    let path = typed_path(&editor.state.opening.typed);
     if is_entered(&line) {
         match path.exists() {
-            true => asks.push(Ask::Opening(Wish::Take(path.clone()))),
+            true => asks.push(Ask::Project(ProjectAsk::Dialog(Wish::Take(path.clone())))),
             // It is typed on.
             false => line.request_focus(),
         }
     }
-    if !editor.opening.typed.trim().is_empty() && !path.exists() {
+    if !editor.state.opening.typed.trim().is_empty() && !path.exists() {
         ui.weak("There is no such folder.");
     }
 }
 
-fn large(editor: &Editor, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
+fn large(state: &State, ui: &mut Ui, command: &'static Command, asks: &mut Vec<Ask>) {
     let keys = first_keys(ui.ctx(), command);
     let button =
         Button::new(RichText::new(command.name).size(16.0)).shortcut_text(keys).min_size(vec2(300.0, 38.0));
-    let ready = (command.ready)(editor).is_ok();
+    let ready = (command.ready)(state).is_ok();
     if ui.add_enabled(ready, button).on_hover_text(command.tooltip).clicked() {
-        asks.push(Ask::Run(command));
+        asks.push(command.asked(state));
     }
 }
 
-fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    if editor.settings.recent.is_empty() {
+fn recent(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    if state.settings.recent.is_empty() {
         return;
     }
     ui.add_space(22.0);
     ui.strong("Opened last");
-    for project in &editor.settings.recent {
+    for project in &state.settings.recent {
         let there = project.is_dir();
         let name = project.file_name().unwrap_or_default().to_string_lossy().into_owned();
         let row = |ui: &mut Ui| {
@@ -88,11 +90,11 @@ fn recent(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             response.widget_info(|| WidgetInfo::labeled(Role::Button, there, &name));
             let gone = format!("{} is gone.", project.display());
             if response.on_disabled_hover_text(gone).clicked() {
-                asks.push(Ask::Open(project.clone()));
+                asks.push(Ask::Project(ProjectAsk::Open(project.clone())));
             }
             let tooltip = format!("Takes {name} off this list; its files stay.");
             if small_button(ui, "×", &format!("Forget {name}"), &tooltip).clicked() {
-                asks.push(Ask::Forget(project.clone()));
+                asks.push(Ask::Project(ProjectAsk::Forget(project.clone())));
             }
         };
         ui.allocate_ui_with_layout(ROW, Layout::left_to_right(Align::Center), row);

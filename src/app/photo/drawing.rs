@@ -3,11 +3,11 @@
 
 use eframe::egui::{Align2, Color32, FontId, Painter, Rect, Stroke, StrokeKind, Ui};
 
-use super::super::editor::Editor;
 use super::super::flat::Version;
 use super::super::flat::placement::Seen;
-use super::super::selection::Selection;
-use super::super::session::Session;
+use crate::app::state::State;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::recipe::peel::{PhotoLayers, Shape};
 use crate::scene::{FaceId, ObjectId};
@@ -81,17 +81,17 @@ pub fn face_of(shape: &Shape, session: &Session) -> Option<FaceId> {
 }
 
 /// Draws all of it.
-pub fn drawing_ui(editor: &Editor, ui: &Ui, seen: &Seen, photo: usize) {
-    let Some(session) = &editor.session else { return };
+pub fn drawing_ui(state: &State, ui: &Ui, seen: &Seen, photo: usize) {
+    let Some(session) = &state.session else { return };
     let Some(version) = Version::of(session, photo) else { return };
-    let pane = &editor.flat.photo;
-    let picked = Picked::of(editor.selection, session, photo);
+    let pane = &state.flat.photo;
+    let picked = Picked::of(state.selection, session, photo);
     let drawing = Drawing { painter: ui.painter_at(seen.rect), seen, taken_off: pane.taken_off };
     if let Some(layers) = pane.loading.layers(&version) {
-        if editor.flat.switches.outlines {
+        if state.flat.switches.outlines {
             drawing.elements(&layers);
         }
-        let more = |shape: &Shape| editor.more_layers.contains(&(photo, shape.layer));
+        let more = |shape: &Shape| state.more_layers.contains(&(photo, shape.layer));
         for shape in layers.shapes.iter().filter(|shape| picked.has(shape) || more(shape)) {
             drawing.shape(shape, Stroke::new(2.5, SELECTED), Stroke::new(1.0, SELECTED.gamma_multiply(0.6)));
         }
@@ -99,9 +99,9 @@ pub fn drawing_ui(editor: &Editor, ui: &Ui, seen: &Seen, photo: usize) {
             drawing.shape(shape, Stroke::new(1.8, POINTED), Stroke::new(1.8, POINTED));
         }
     }
-    drawing.rectangles(&version.stack, picked, editor.flat.switches.rectangles);
+    drawing.rectangles(&version.stack, picked, state.flat.switches.rectangles);
     if let Some((face, mark)) = pane.mark
-        && editor.selection == Selection::Face(face)
+        && state.selection == Selection::Face(face)
     {
         drawing.cross(seen.at(mark));
     }

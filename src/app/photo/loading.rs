@@ -10,7 +10,8 @@ use crate::app::flat::placement::Seen;
 use crate::app::flat::slot::{Slot, Wish};
 use crate::app::flat::tiled::{Tiled, levels_of};
 use crate::app::flat::{Switches, Version};
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::session::Session;
 use crate::projection::hatching::Mask;
 use crate::recipe::peel::{Peeling, PhotoLayers, photo_picture};
 
@@ -134,9 +135,7 @@ impl Loading {
         let file = &session.opened.site.photos[photo].file;
         let tiled = peeled.map(|peeled| &peeled.tiled).or_else(|| self.photos.get(file))?;
         let picture = tiled.picture();
-        let inside = x >= 0 && y >= 0 && (x as u32) < picture.width && (y as u32) < picture.height;
-        let at = 4 * (y.max(0) as usize * picture.width as usize + x.max(0) as usize);
-        let [r, g, b, a] = picture.rgba.get(at..at + 4).filter(|_| inside)?.try_into().ok()?;
+        let [r, g, b, a] = picture.pixels()[picture.rect().index(x, y)?];
         (a > 0).then(|| Color32::from_rgb(r, g, b))
     }
 }
@@ -147,7 +146,8 @@ fn peeling(taken_off: u32, switches: &Switches) -> Peeling {
 
 /// Starts the jobs that are due.
 pub fn load(editor: &mut Editor, photo: usize) {
-    let Editor { session, jobs, flat, .. } = editor;
+    let State { session, running, flat, .. } = &mut editor.state;
+    let jobs = &mut editor.work.jobs;
     let Some(session) = session else { return };
     let (switches, taken_off) = (&flat.switches, flat.photo.taken_off);
     let loading = &mut flat.photo.loading;
@@ -157,9 +157,9 @@ pub fn load(editor: &mut Editor, photo: usize) {
         key: file.clone(),
         name: "Reading the photo",
         gives_up: true,
-        slot: |editor| &mut editor.flat.photo.loading.photos,
+        slot: |state| &mut state.flat.photo.loading.photos,
     };
-    loading.photos.want(jobs, wish, move |task| {
+    loading.photos.want(jobs, running, wish, move |task| {
         let picture = photo_picture(&it)?;
         task.go_on()?;
         Ok(Tiled::new(levels_of(picture)))
@@ -170,9 +170,11 @@ pub fn load(editor: &mut Editor, photo: usize) {
         key: version.clone(),
         name: "Reading the photo's layers",
         gives_up: true,
-        slot: |editor| &mut editor.flat.photo.loading.layers,
+        slot: |state| &mut state.flat.photo.loading.layers,
     };
-    loading.layers.want(jobs, wish, move |task| Ok(Arc::new(PhotoLayers::read(&folder, &stack, task)?)));
+    loading
+        .layers
+        .want(jobs, running, wish, move |task| Ok(Arc::new(PhotoLayers::read(&folder, &stack, task)?)));
     let key = (version, peeling(taken_off, switches));
     if !loading.is_peeled(&key) {
         return;
@@ -183,9 +185,9 @@ pub fn load(editor: &mut Editor, photo: usize) {
         key,
         name: "Taking layers off",
         gives_up: false,
-        slot: |editor| &mut editor.flat.photo.loading.peeled,
+        slot: |state| &mut state.flat.photo.loading.peeled,
     };
-    loading.peeled.want(jobs, wish, move |task| {
+    loading.peeled.want(jobs, running, wish, move |task| {
         let peeled = layers.peeled(&levels[0], peeling, task)?;
         Ok(PeeledPicture { tiled: Tiled::new(levels_of(peeled.picture)), hidden: peeled.hidden })
     });

@@ -1,10 +1,10 @@
 //! The photo with its layers: at full resolution, with what the sort found drawn over it, layer by layer.
 
-mod drawing;
-mod loading;
-mod pointing;
-mod reasons;
-mod tools;
+pub mod drawing;
+pub mod loading;
+pub mod pointing;
+pub mod reasons;
+pub mod tools;
 
 use eframe::egui::{CentralPanel, Frame, Panel, Pos2, Rect, Role, Sense, Ui, UiBuilder, WidgetInfo};
 use glam::DVec2;
@@ -13,21 +13,23 @@ use self::drawing::Picked;
 pub use self::drawing::colour_of_depth;
 use self::loading::Loading;
 use self::pointing::Pointed;
-pub use self::reasons::words as reason_words;
 pub use self::tools::scale_ui;
 use super::command::{Command, layers};
-use super::editor::{Ask, Editor};
 use super::flat::hatch::hatch;
 use super::flat::placement::Seen;
 use super::flat::tiled::AS_IT_IS;
 use super::flat::{LeftButton, Version, View, background, navigate, nothing_ui};
-use super::layout::Pane;
 use super::masking::drawing::masks_ui;
 use super::masking::hand::{draws, hand_ui};
 use super::masking::strip::strip_ui;
 use super::panel::inspector::button;
 use super::panel::sized::{Edge, sized_panel};
-use super::selection::Selection;
+use crate::app::editor::Editor;
+use crate::app::quality::colour::want_estimate;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::panes::Pane;
+use crate::app::state::selection::Selection;
 use crate::geometry::PixelRect;
 use crate::projection::hatching::Mask;
 use crate::scene::FaceId;
@@ -108,17 +110,19 @@ impl PhotoPane {
 
 /// Draws the view and takes in what the user does in it.
 pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(photo) = editor.selected_photo() else {
+    let Some(photo) = editor.state.selected_photo() else {
         return nothing_ui(ui, "Select a photo in the list to see it here.");
     };
-    editor.flat.photo.turn_to(photo);
+    editor.state.flat.photo.turn_to(photo);
+    let mut taken_off = editor.state.flat.photo.taken_off;
     Panel::top("photo tools").show(ui, |ui| {
-        tools::tools_ui(editor, ui, photo, asks);
-        strip_ui(editor, ui, asks);
+        tools::tools_ui(ui, &editor.state, &mut taken_off, photo, asks);
+        strip_ui(ui, &editor.state, asks);
     });
+    editor.state.flat.photo.taken_off = taken_off;
     let status = Panel::bottom("photo status").exact_size(STATUS);
     status.show(ui, |ui| pointing::status_ui(editor, ui));
-    if editor.flat.photo.reasons_shown {
+    if editor.state.flat.photo.reasons_shown {
         untextured_ui(editor, ui, photo, asks);
     }
     CentralPanel::no_frame().show(ui, |ui| canvas_ui(editor, ui, photo, asks));
@@ -126,14 +130,14 @@ pub fn photo_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 
 /// The list of untextured faces: beside the photo where there is room for both, else below it.
 fn untextured_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
-    let mut sizes = editor.settings.sizes;
+    let mut sizes = editor.state.settings.sizes;
     let room = ui.available_size() * LIST_MOST;
     let (place, size, most) = match ui.available_width() {
         WIDE.. => ((Edge::Right, "untextured faces"), &mut sizes.faces_beside, room.x),
         _ => ((Edge::Bottom, "untextured faces below"), &mut sizes.faces_below, room.y),
     };
     sized_panel(ui, place, size, most, |ui| reasons::reasons_ui(editor, ui, photo, asks));
-    editor.settings.sizes = sizes;
+    editor.state.settings.sizes = sizes;
 }
 
 fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
@@ -142,9 +146,9 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>
     let Some(bounds) = bounds(editor, photo) else { return };
     let fill = background(ui);
     ui.painter_at(rect).rect_filled(rect, 0.0, fill);
-    editor.flat.photo.show_sought(rect);
+    editor.state.flat.photo.show_sought(rect);
     let left = if draws(editor, ui) { LeftButton::Draws } else { LeftButton::Moves };
-    let seen = navigate(&mut editor.flat.photo.view.placement, ui, &response, (rect, bounds), left);
+    let seen = navigate(&mut editor.state.flat.photo.view.placement, ui, &response, (rect, bounds), left);
     loading::load(editor, photo);
     hand_ui(editor, ui, &response, &seen, (photo, bounds), asks);
     picture(editor, ui, &seen, bounds, photo);
@@ -154,8 +158,8 @@ fn canvas_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>
     hint(editor, ui, rect, photo, asks);
 }
 
-fn bounds(editor: &Editor, photo: usize) -> Option<PixelRect> {
-    let camera = &editor.session.as_ref()?.opened.site.photos[photo].camera;
+fn bounds(state: &State, photo: usize) -> Option<PixelRect> {
+    let camera = &state.session.as_ref()?.opened.site.photos[photo].camera;
     Some(PixelRect { x: 0, y: 0, w: camera.width, h: camera.height })
 }
 
@@ -163,7 +167,8 @@ fn bounds(editor: &Editor, photo: usize) -> Option<PixelRect> {
 fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: usize) {
     update_selected_hidden(editor, photo);
     let light = light(editor, photo);
-    let Editor { session, flat, pictures, .. } = editor;
+    let State { session, flat, .. } = &mut editor.state;
+    let pictures = &editor.work.pictures;
     let Some(session) = session else { return };
     let (switches, pane) = (&flat.switches, &mut flat.photo);
     let painter = ui.painter_at(seen.rect);
@@ -184,16 +189,16 @@ fn picture(editor: &mut Editor, ui: &Ui, seen: &Seen, bounds: PixelRect, photo: 
 
 /// What the photo's light is multiplied with, R, G, B: as it is blended, where that is wanted and known.
 fn light(editor: &mut Editor, photo: usize) -> [f64; 3] {
-    if !editor.flat.switches.even {
+    if !editor.state.flat.switches.even {
         return AS_IT_IS;
     }
-    editor.want_estimate();
-    editor.even_factors(photo).unwrap_or(AS_IT_IS)
+    want_estimate(&mut editor.state, &mut editor.work);
+    editor.state.even_factors(photo).unwrap_or(AS_IT_IS)
 }
 
 /// Finds what the photo does not show of the selection, when that has changed.
 fn update_selected_hidden(editor: &mut Editor, photo: usize) {
-    let Editor { session, flat, selection, .. } = editor;
+    let State { session, flat, selection, .. } = &mut editor.state;
     let version = session.as_ref().and_then(|session| Version::of(session, photo));
     let pane = &mut flat.photo;
     let (Some(session), Some(version)) = (session, version) else {
@@ -216,25 +221,25 @@ fn update_selected_hidden(editor: &mut Editor, photo: usize) {
 /// What was found that might be masked; else what to do where a photo has no layers yet, or older ones than what was
 /// decided or masked.
 fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut Vec<Ask>) {
-    editor.flat.photo.line = None;
+    editor.state.flat.photo.line = None;
     // While a stroke goes on nothing is in its way.
-    if editor.masking.is_drawing() {
+    if editor.state.masking.is_drawing() {
         return;
     }
     // What was asked for last is told last; layers that are out of date stay so.
-    let is_stale = editor.session.as_ref().is_some_and(|session| session.photos[photo].word == "stale");
-    if let Some(outcome) = editor.outcome_in(photo).filter(|_| !is_stale) {
+    let is_stale = editor.state.session.as_ref().is_some_and(|session| session.photos[photo].word == "stale");
+    if let Some(outcome) = editor.state.outcome_in(photo).filter(|_| !is_stale) {
         let (read, line) = over(ui, rect, |ui| {
             ui.label(outcome);
             ui.button("OK").on_hover_text("Hides this line.").clicked()
         });
-        editor.flat.photo.line = Some(line);
+        editor.state.flat.photo.line = Some(line);
         if read {
-            editor.forget_outcome();
+            editor.state.forget_outcome();
         }
         return;
     }
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let status = &session.photos[photo];
     let text = match status.word {
         "stale" => "This photo’s layers are from before the last change.",
@@ -250,7 +255,7 @@ fn hint(editor: &mut Editor, ui: &mut Ui, rect: Rect, photo: usize, asks: &mut V
         ui.label(text);
         commands.iter().for_each(|command| button(editor, ui, command, asks));
     });
-    editor.flat.photo.line = Some(line);
+    editor.state.flat.photo.line = Some(line);
 }
 
 /// A line over the photo, in the middle below, and where it is.
@@ -272,10 +277,10 @@ fn over<R>(ui: &mut Ui, rect: Rect, contents: impl FnOnce(&mut Ui) -> R) -> (R, 
     (drawn.inner.inner, line)
 }
 
-impl Editor {
+impl State {
     /// Shows a rectangle of the photo, with as much again around it.
-    pub(super) fn show_rect(&mut self, photo: usize, rect: PixelRect) {
-        self.layout.show(Pane::Photo);
+    pub fn show_rect(&mut self, photo: usize, rect: PixelRect) {
+        self.panes.show(Pane::Photo);
         let corner = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
         let (low, high) = (corner(rect.x, rect.y), corner(rect.right(), rect.bottom()));
         let around = DVec2::splat((high - low).max_element());

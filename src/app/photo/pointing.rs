@@ -3,12 +3,14 @@
 use eframe::egui::{Color32, Label, Response, RichText, Sense, TextWrapMode, Ui, vec2};
 
 use super::drawing::face_of;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::flat::Version;
 use crate::app::flat::placement::Seen;
 use crate::app::masking::strip::hint;
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, MaskAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::recipe::peel::{Hit, PhotoLayers, Shape};
 
 /// A pixel under the pointer, and what is there.
@@ -31,27 +33,27 @@ impl Pointed {
 pub fn point(editor: &mut Editor, response: &Response, seen: &Seen, photo: usize, asks: &mut Vec<Ask>) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let pointed = hovered.and_then(|at| pointed(editor, seen.pixel(at), photo));
-    let suggestion = pointed.as_ref().and_then(|pointed| editor.suggestion_at(photo, pointed.pixel));
-    editor.flat.photo.pointed = pointed;
+    let suggestion = pointed.as_ref().and_then(|pointed| editor.state.suggestion_at(photo, pointed.pixel));
+    editor.state.flat.photo.pointed = pointed;
     // What a tool draws with selects nothing.
-    let free = editor.masking.tool.is_none();
-    editor.masking.suggested.pointed = suggestion.filter(|_| free);
-    let Some(session) = &editor.session else { return };
+    let free = editor.state.masking.tool.is_none();
+    editor.state.masking.suggested.pointed = suggestion.filter(|_| free);
+    let Some(session) = &editor.state.session else { return };
     match suggestion {
         _ if !free || !response.clicked() => (),
-        Some(number) => asks.push(Ask::Accept(vec![number])),
+        Some(number) => asks.push(Ask::Mask(MaskAsk::Accept(vec![number]))),
         None => select(editor, session, photo, asks),
     }
 }
 
-fn pointed(editor: &Editor, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
-    let session = editor.session.as_ref()?;
+fn pointed(state: &State, pixel: (i32, i32), photo: usize) -> Option<Pointed> {
+    let session = state.session.as_ref()?;
     let camera = &session.opened.site.photos[photo].camera;
     let inside = |at: i32, size: u32| at >= 0 && (at as u32) < size;
     if !inside(pixel.0, camera.width) || !inside(pixel.1, camera.height) {
         return None;
     }
-    let (pane, switches) = (&editor.flat.photo, &editor.flat.switches);
+    let (pane, switches) = (&state.flat.photo, &state.flat.switches);
     let version = Version::of(session, photo);
     let layers = version.as_ref().and_then(|version| pane.loading.layers(version));
     let hits = layers.map(|layers| layers.at(pixel.0, pixel.1, pane.taken_off)).unwrap_or_default();
@@ -62,15 +64,15 @@ fn pointed(editor: &Editor, pixel: (i32, i32), photo: usize) -> Option<Pointed> 
 /// A click selects the image layer in front, one more its object, one more its face, and so round; with Ctrl or Shift
 /// one more layer.
 fn select(editor: &Editor, session: &Session, photo: usize, asks: &mut Vec<Ask>) {
-    let pane = &editor.flat.photo;
+    let pane = &editor.state.flat.photo;
     let pointed = pane.pointed.as_ref();
     let layers = pointed.and_then(|pointed| pane.loading.layers(pointed.version.as_ref()?));
     let shape = layers.as_ref().and_then(|layers| pointed?.shape(layers));
     let more = editor.context.input(|input| input.modifiers.command || input.modifiers.shift);
     asks.push(match shape {
-        Some(shape) if more => Ask::Toggle(photo, shape.layer),
-        Some(shape) => Ask::Select(next(editor.selection, photo, shape, session)),
-        None => Ask::Select(Selection::Photo(photo)),
+        Some(shape) if more => Ask::Select(SelectAsk::Toggle(photo, shape.layer)),
+        Some(shape) => Ask::Select(SelectAsk::Only(next(editor.state.selection, photo, shape, session))),
+        None => Ask::Select(SelectAsk::Only(Selection::Photo(photo))),
     });
 }
 
@@ -87,15 +89,15 @@ fn next(now: Selection, photo: usize, shape: &Shape, session: &Session) -> Selec
 
 /// The lines below the photo: pixel, colour, and what is there. Always as high, else the photo would move; what is longer
 /// than a line is shortened, and whole where the pointer is on it.
-pub fn status_ui(editor: &Editor, ui: &mut Ui) {
+pub fn status_ui(state: &State, ui: &mut Ui) {
     ui.style_mut().wrap_mode = Some(TextWrapMode::Truncate);
-    if let Some(number) = editor.masking.suggested.pointed {
+    if let Some(number) = state.masking.suggested.pointed {
         ui.strong(format!("Suggestion {number}: only this photo shows it."));
         ui.weak("A click masks it; the list beside the photo has it, too, to be masked or dismissed.");
         return;
     }
-    let Some(pointed) = &editor.flat.photo.pointed else {
-        if let Some(hint) = hint(editor, ui) {
+    let Some(pointed) = &state.flat.photo.pointed else {
+        if let Some(hint) = hint(state, ui) {
             ui.weak(hint);
             return;
         }
@@ -103,7 +105,7 @@ pub fn status_ui(editor: &Editor, ui: &mut Ui) {
         ui.weak("A click selects the image layer, one more its object, one more its face.");
         return;
     };
-    let layers = pointed.version.as_ref().and_then(|version| editor.flat.photo.loading.layers(version));
+    let layers = pointed.version.as_ref().and_then(|version| state.flat.photo.loading.layers(version));
     let front = pointed.hits.first();
     ui.horizontal(|ui| {
         ui.monospace(format!("{}, {}", pointed.pixel.0, pointed.pixel.1));
@@ -127,7 +129,7 @@ pub fn status_ui(editor: &Editor, ui: &mut Ui) {
             }
         }
     });
-    if let Some(hint) = hint(editor, ui) {
+    if let Some(hint) = hint(state, ui) {
         ui.add(Label::new(RichText::new(hint).weak()).truncate());
     } else if let (Some(layers), Some(front)) = (&layers, front) {
         order(ui, layers, front, &pointed.hits[1..]);

@@ -1,66 +1,39 @@
 //! Faces that the photo gives no texture, each with the reason: a click goes to the face.
 
-use std::sync::Arc;
-
 use eframe::egui::{Button, ComboBox, RichText, Ui};
 use glam::DVec2;
 
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::{long_list, named};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
-use crate::document::Stack;
-use crate::document::stack::{Reason, Untextured};
-use crate::recipe::decide::excluded;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::document::stack::{Untextured, UntexturedReason};
 use crate::recipe::survey::face_named;
+use crate::recipe::untextured::{REASONS, untextured, words};
 use crate::scene::FaceId;
 
 /// Which reasons are listed; none for all.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
-pub struct Filter(Option<Reason>);
+pub struct Filter(Option<UntexturedReason>);
 
-/// All reasons, those that can be mended first.
-const REASONS: [Reason; 7] = [
-    Reason::Hidden,
-    Reason::Masked,
-    Reason::TooSmall,
-    Reason::Outside,
-    Reason::Behind,
-    Reason::Excluded,
-    Reason::Degenerate,
-];
-
-/// Why a face has no texture, for people.
-pub fn words(reason: Reason) -> &'static str {
-    match reason {
-        Reason::Hidden => "hidden",
-        Reason::Masked => "masked",
-        Reason::TooSmall => "too small or edge-on",
-        Reason::Outside => "outside the photo",
-        Reason::Behind => "behind the camera",
-        Reason::Excluded => "excluded by hand",
-        Reason::Degenerate => "without area",
-    }
-}
-
-/// What a photo's stack says of faces without texture, and those that were excluded since. None before it is built.
-fn told(session: &Session, photo: usize) -> Option<(Arc<Stack>, Vec<Untextured>)> {
-    let stack = session.photos.get(photo)?.stack.clone()?;
+/// The faces without texture of a photo, whose layers are built.
+fn listed(session: &Session, photo: usize) -> Option<Vec<Untextured>> {
+    let stack = session.photos.get(photo)?.stack.as_ref()?;
     let decided = session.history.present().decisions.of(&session.opened.site.photos[photo].name);
-    let excluded = excluded(&stack, &decided);
-    Some((stack, excluded))
+    Some(untextured(stack, &decided))
 }
 
 /// Draws the list.
 pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
     ui.add_space(4.0);
     ui.strong("Faces without texture from this photo");
-    let Some((stack, excluded)) = editor.session.as_ref().and_then(|session| told(session, photo)) else {
+    let Some(faces) = editor.state.session.as_ref().and_then(|session| listed(session, photo)) else {
         ui.weak("Known when the photo's layers are built.");
         return;
     };
-    let faces: Vec<&Untextured> = stack.untextured.iter().chain(&excluded).collect();
-    let filter = &mut editor.flat.photo.reasons;
+    let faces: Vec<&Untextured> = faces.iter().collect();
+    let filter = &mut editor.state.flat.photo.reasons;
     choose(ui, filter, &faces);
     let wanted = filter.0;
     let is_wanted = |face: &&Untextured| wanted.is_none_or(|reason| face.reason == reason);
@@ -78,10 +51,10 @@ pub fn reasons_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec
 }
 
 fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
-    let count = |reason: Option<Reason>| {
+    let count = |reason: Option<UntexturedReason>| {
         faces.iter().filter(|face| reason.is_none_or(|reason| face.reason == reason)).count()
     };
-    let text = |reason: Option<Reason>| {
+    let text = |reason: Option<UntexturedReason>| {
         let name = reason.map_or("all reasons", words);
         format!("{name} ({})", count(reason))
     };
@@ -97,9 +70,9 @@ fn choose(ui: &mut Ui, filter: &mut Filter, faces: &[&Untextured]) {
 }
 
 fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let face = face(session, &it.object, it.face);
-    let selected = face.is_some_and(|face| editor.selection == Selection::Face(face));
+    let selected = face.is_some_and(|face| editor.state.selection == Selection::Face(face));
     let mut gone_to = false;
     ui.horizontal(|ui| {
         let name = format!("{}[{}]", it.object, it.face);
@@ -110,7 +83,7 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
                 ui.weak("hidden by");
                 let front = face_named(session.model(), by).ok();
                 if ui.link(by).on_hover_text("Selects the face in front.").clicked() {
-                    asks.extend(front.map(|front| Ask::Select(Selection::Face(front))));
+                    asks.extend(front.map(|front| Ask::Select(SelectAsk::Only(Selection::Face(front)))));
                 }
             }
             None => {
@@ -119,9 +92,9 @@ fn row(editor: &mut Editor, ui: &mut Ui, it: &Untextured, asks: &mut Vec<Ask>) {
         }
     });
     if let Some(face) = face.filter(|_| gone_to) {
-        asks.push(Ask::Select(Selection::Face(face)));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
         let at = it.at.map(|[x, y]| DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
-        editor.flat.photo.go_to(face, at);
+        editor.state.flat.photo.go_to(face, at);
     }
 }
 

@@ -4,9 +4,10 @@ use eframe::egui::{Button, Color32, RichText, Sense, Slider, Spinner, Ui, Vec2};
 
 use super::drawing::colour_of_depth;
 use crate::app::command::flat;
-use crate::app::editor::{Ask, Editor};
 use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::{button_ui, named};
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 
 /// Of the sign that something is being made, in points.
 const SPINNER: f32 = 14.0;
@@ -14,10 +15,10 @@ const SPINNER: f32 = 14.0;
 const BETWEEN: f32 = 3.0;
 
 /// What one looks at; what is needed most comes first.
-const LOOKED_AT: &[Part] =
+const LOOKED_AT: &[Part<u32>] =
     &[Part::Tool(taken_off), Part::Gap, Part::Tool(scale), Part::Gap, Part::Tool(untextured)];
 /// What is drawn.
-const DRAWN: &[Part] = &[
+const DRAWN: &[Part<u32>] = &[
     Part::Switch(&flat::OUTLINES),
     Part::Tool(legend),
     Part::Gap,
@@ -28,25 +29,25 @@ const DRAWN: &[Part] = &[
     Part::Switch(&flat::EVEN),
 ];
 
-/// Draws them.
-pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, photo: usize, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
-    let name = session.opened.site.photos[photo].name.clone();
-    bar_ui(editor, ui, "photo", Some(&name), LOOKED_AT, asks);
-    bar_ui(editor, ui, "what is drawn", None, DRAWN, asks);
+/// Draws them; so many visibility layers are `taken_off`.
+pub fn tools_ui(ui: &mut Ui, state: &State, taken_off: &mut u32, photo: usize, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    let name = &session.opened.site.photos[photo].name;
+    bar_ui(ui, state, taken_off, ("photo", Some(name)), LOOKED_AT, asks);
+    bar_ui(ui, state, taken_off, ("what is drawn", None), DRAWN, asks);
 }
 
 /// Visibility layers of the photo that is looked at; 0 before it is built.
-fn depth(editor: &Editor) -> u32 {
-    editor.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
+fn depth(state: &State) -> u32 {
+    state.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32)
 }
 
-fn taken_off(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let depth = depth(editor);
-    let busy = editor.flat.photo.loading.is_busy();
+fn taken_off(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut Vec<Ask>) {
+    let depth = depth(state);
+    let busy = state.flat.photo.loading.is_busy();
     ui.horizontal(|ui| {
         ui.add_enabled_ui(depth > 0, |ui| {
-            let slider = Slider::new(&mut editor.flat.photo.taken_off, 0..=depth);
+            let slider = Slider::new(taken_off, 0..=depth);
             let slider = slider.custom_formatter(move |value, _| format!("{value:.0} of {depth}"));
             let slider = ui.horizontal(|ui| ui.add(slider.text("taken off"))).inner;
             named(&slider, "layers taken off");
@@ -62,25 +63,26 @@ fn taken_off(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
     });
 }
 
-fn untextured(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
-    let untextured = editor.selected_stack().map_or(0, |stack| stack.untextured.len());
+fn untextured(ui: &mut Ui, state: &State, _: &mut u32, _: Place, asks: &mut Vec<Ask>) {
+    let untextured = state.selected_stack().map_or(0, |stack| stack.untextured.len());
     let text = format!("{} ({untextured})", flat::UNTEXTURED.name);
-    let list = ui.selectable_label(editor.flat.photo.reasons_shown, text);
+    let list = ui.selectable_label(state.flat.photo.reasons_shown, text);
     if list.on_hover_text(flat::UNTEXTURED.tooltip).clicked() {
-        asks.push(Ask::Run(&flat::UNTEXTURED));
+        asks.push(flat::UNTEXTURED.asked(state));
     }
 }
 
-fn scale(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
-    scale_ui(ui, editor.flat.photo.view.placement.magnification(ui.ctx().pixels_per_point()), asks);
+fn scale(ui: &mut Ui, state: &State, _: &mut u32, _: Place, asks: &mut Vec<Ask>) {
+    let magnification = state.flat.photo.view.placement.magnification(ui.ctx().pixels_per_point());
+    scale_ui(state, ui, magnification, asks);
 }
 
 /// Fit, 1:1, and how large pixels are.
-pub fn scale_ui(ui: &mut Ui, magnification: f64, asks: &mut Vec<Ask>) {
+pub fn scale_ui(state: &State, ui: &mut Ui, magnification: f64, asks: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
         for (command, text) in [(&flat::FIT, "Fit"), (&flat::PIXELS, "1:1")] {
             if button_ui(ui, command, Button::new(text).small()) {
-                asks.push(Ask::Run(command));
+                asks.push(command.asked(state));
             }
         }
         ui.monospace(format!("{:.0} %", 100.0 * magnification));
@@ -88,12 +90,12 @@ pub fn scale_ui(ui: &mut Ui, magnification: f64, asks: &mut Vec<Ask>) {
 }
 
 /// What the colours of outlines mean: the visibility layers, from the front.
-fn legend(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let depth = if editor.flat.switches.outlines { depth(editor) } else { 0 };
+fn legend(ui: &mut Ui, state: &State, taken_off: &mut u32, _: Place, _: &mut Vec<Ask>) {
+    let depth = if state.flat.switches.outlines { depth(state) } else { 0 };
     ui.horizontal(|ui| {
         ui.spacing_mut().item_spacing.x = BETWEEN;
         for layer in 0..depth {
-            let gone = layer < editor.flat.photo.taken_off;
+            let gone = layer < *taken_off;
             let text = RichText::new(format!(" {} ", layer + 1));
             // Dark on its colour: light letters in these colours are hard to read on light.
             let text = match gone {

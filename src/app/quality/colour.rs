@@ -2,10 +2,13 @@
 
 use std::sync::Arc;
 
-use crate::app::editor::Editor;
-use crate::app::jobs::{JobId, Jobs, Kind};
-use crate::app::notes::{Note, Weight};
-use crate::app::painter::Change;
+use crate::app::state::State;
+use crate::app::state::ask::QualityAsk;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Running;
+use crate::app::state::running::{JobId, Kind};
+use crate::app::work::Work;
+use crate::app::work::painter::Change;
 use crate::document::history::Gesture;
 use crate::document::{Colour, Project};
 use crate::projection::exposure::Estimate;
@@ -26,8 +29,8 @@ pub struct ColourDesk {
 
 impl ColourDesk {
     /// The job has ended without an estimate; why is in the notes.
-    pub fn failed(&self, jobs: &Jobs) -> bool {
-        self.estimate.is_none() && self.estimating.as_ref().is_some_and(|(_, job)| !jobs.is_running(*job))
+    pub fn failed(&self, running: &Running) -> bool {
+        self.estimate.is_none() && self.estimating.as_ref().is_some_and(|(_, job)| !running.is_running(*job))
     }
 }
 
@@ -48,7 +51,7 @@ impl Asked {
     }
 }
 
-impl Editor {
+impl State {
     /// What was decided about colour.
     pub fn colour(&self) -> Option<&Colour> {
         Some(&self.session.as_ref()?.opened.project.colour)
@@ -60,76 +63,77 @@ impl Editor {
         Some(told_of(estimate, self.colour()?, &self.session.as_ref()?.opened.site))
     }
 
-    /// Sees to it that there is an estimate for what was decided.
-    pub fn want_estimate(&mut self) {
-        let (Some(colour), Some(session)) = (self.colour().cloned(), &self.session) else { return };
-        let asked = Asked::of(&colour);
-        let desk = &mut self.quality.colour;
-        let known = desk.estimate.as_ref().is_some_and(|(of, _)| *of == asked);
-        if known || desk.estimating.as_ref().is_some_and(|(of, _)| *of == asked) {
-            return;
-        }
-        let sought = asked.clone();
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        let job = self.jobs.start(Kind::Colour, "Comparing exposures", move |task| {
-            let estimate = Arc::new(estimate(&folder, &opened, &colour, task)?);
-            Ok(Box::new(move |editor| {
-                if editor.session.as_ref().is_some_and(|session| session.folder == folder) {
-                    editor.quality.colour.estimate = Some((asked, estimate));
-                    editor.show_gains();
-                }
-            }))
-        });
-        self.quality.colour.estimating = Some((sought, job));
-    }
-
     /// What a photo's linear colours are multiplied with to look as the others, R, G, B; none until that is known.
     pub fn even_factors(&self, photo: usize) -> Option<[f64; 3]> {
         self.quality.colour.factors.get(photo).copied()
     }
 
-    /// Decides something about colour. `goes_on`: the gesture has not ended; all of it is one step.
-    pub fn edit_colour(&mut self, edits: &[ColourEdit], goes_on: bool) {
-        let Some(session) = &self.session else { return };
-        let project = session.history.present();
-        let colour = match edited(&project.colour, edits, &session.opened.site) {
-            Ok(colour) => colour,
-            Err(error) => return self.tell(Note::new(Weight::Problem, error.to_string())),
-        };
-        let project = Project { colour, ..Project::clone(project) };
-        self.edit(name_of(edits), project, Some(DRAG));
-        if !goes_on {
-            self.end_gesture();
-        }
-        self.show_gains();
-    }
-
-    /// Decisions about colour were undone or done again.
-    pub(in crate::app) fn follow_colour(&mut self) {
-        self.show_exposure();
-        self.want_estimate();
-        self.show_gains();
-    }
-
     /// The 3D view comes out with the exposure that was decided.
-    pub(in crate::app) fn show_exposure(&mut self) {
+    pub fn show_exposure(&mut self) {
         if let Some(session) = &self.session {
             self.space.look.exposure = usual_exposure(&session.opened);
         }
     }
+}
 
-    /// The 3D view shows photos as it was decided, as far as that is known.
-    fn show_gains(&mut self) {
-        self.show_exposure();
-        let Some((_, estimate)) = self.quality.colour.estimate.clone() else { return };
-        let Some(colour) = self.colour().cloned() else { return };
-        let Some(session) = &mut self.session else { return };
-        let gains = decided_gains(&estimate, &colour, &session.opened.site);
-        self.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
-        if let Some(painter) = &mut session.painter {
-            painter.change(Change::Gains(gains));
-            self.space.redraw();
-        }
+/// Sees to it that there is an estimate for what was decided.
+pub fn want_estimate(state: &mut State, work: &mut Work) {
+    let (Some(colour), Some(session)) = (state.colour().cloned(), &state.session) else { return };
+    let asked = Asked::of(&colour);
+    let desk = &mut state.quality.colour;
+    let known = desk.estimate.as_ref().is_some_and(|(of, _)| *of == asked);
+    if known || desk.estimating.as_ref().is_some_and(|(of, _)| *of == asked) {
+        return;
+    }
+    let sought = asked.clone();
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let job = work.jobs.start(&mut state.running, Kind::Colour, "Comparing exposures", move |task| {
+        let estimate = Arc::new(estimate(&folder, &opened, &colour, task)?);
+        Ok(Box::new(move |state| {
+            if state.session.as_ref().is_none_or(|session| session.folder != folder) {
+                return Vec::new();
+            }
+            state.quality.colour.estimate = Some((asked, estimate));
+            vec![QualityAsk::ShowGains.into()]
+        }))
+    });
+    state.quality.colour.estimating = Some((sought, job));
+}
+
+/// Decides something about colour. `goes_on`: the gesture has not ended; all of it is one step.
+pub fn edit_colour(state: &mut State, work: &mut Work, edits: &[ColourEdit], goes_on: bool) {
+    let Some(session) = &state.session else { return };
+    let project = session.history.present();
+    let colour = match edited(&project.colour, edits, &session.opened.site) {
+        Ok(colour) => colour,
+        Err(error) => return state.tell(Note::new(Weight::Problem, error.to_string())),
+    };
+    let project = Project { colour, ..Project::clone(project) };
+    state.edit(name_of(edits), project, Some(DRAG));
+    if !goes_on {
+        state.end_gesture();
+    }
+    show_gains(state, work);
+}
+
+/// Decisions about colour were undone or done again.
+pub fn follow_colour(state: &mut State, work: &mut Work) {
+    state.show_exposure();
+    want_estimate(state, work);
+    show_gains(state, work);
+}
+
+/// The 3D view shows photos as it was decided, as far as that is known.
+pub fn show_gains(state: &mut State, work: &mut Work) {
+    state.show_exposure();
+    let Some((_, estimate)) = state.quality.colour.estimate.clone() else { return };
+    let Some(colour) = state.colour().cloned() else { return };
+    let Some(session) = &mut state.session else { return };
+    let gains = decided_gains(&estimate, &colour, &session.opened.site);
+    state.quality.colour.factors = factors(&gains.of_photo, &colour, &session.opened.site);
+    if let Some(painter) = &mut work.painter {
+        painter.change(Change::Gains(gains));
+        state.space.redraw();
     }
 }
 

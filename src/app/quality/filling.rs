@@ -4,24 +4,29 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use super::lookup::Lookup;
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::layout::Pane;
+use crate::app::action::build::fill_hidden;
+use crate::app::state::State;
+use crate::app::state::panes::Pane;
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
 use crate::document::{Bookmark, CameraPath, Project, Stack};
 use crate::layers::fill::FillOptions;
 use crate::projection::navigation::Viewpoint;
 use crate::recipe::budget::default_memory;
-use crate::recipe::fill::lookouts::{Lookouts, View};
-use crate::recipe::fill::propagation::{Painter, SpreadOn, most_disputed_first, painters, with_all};
+use crate::recipe::fill::lookouts::{View, Viewpoints};
+use crate::recipe::fill::propagation::{
+    Painter, PropagationToPhoto, most_disputed_first, painters, with_all,
+};
 use crate::recipe::fill::shares::{LayerShares, layer_shares};
-use crate::recipe::fill::worst::{HiddenLayer, worst_first};
+use crate::recipe::fill::worst::{HiddenLayer, hidden_layers_by_visibility};
 use crate::recipe::fill::{FillRequest, tell};
 
 /// What is known of fillings.
 #[derive(Default)]
 pub struct FillDesk {
     /// Where a viewer looks from, as somebody chose; else as is usual for the project.
-    pub lookouts: Option<Lookouts>,
+    pub lookouts: Option<Viewpoints>,
     /// Layers by how much of their hidden parts is seen.
     pub worst: Lookup<Worst>,
     /// The views that were asked about.
@@ -31,7 +36,7 @@ pub struct FillDesk {
     /// Photos that somebody has painted on.
     pub painters: Lookup<Vec<Painter>>,
     /// Paint that would be laid over the photos, with the options that it was looked up for.
-    pub offered: Lookup<(FillOptions, Vec<SpreadOn>)>,
+    pub offered: Lookup<(FillOptions, Vec<PropagationToPhoto>)>,
     /// Objects that are left out, as they are being typed.
     pub without: Option<String>,
 }
@@ -47,7 +52,7 @@ pub struct Worst {
 /// What the views are made of.
 #[derive(PartialEq)]
 struct Asked {
-    lookouts: Lookouts,
+    lookouts: Viewpoints,
     kept: Vec<Bookmark>,
     flight: Option<CameraPath>,
 }
@@ -65,44 +70,12 @@ impl FillDesk {
     }
 }
 
-impl Editor {
+impl State {
     /// Where a viewer is taken to look from.
-    pub fn lookouts(&self) -> Lookouts {
-        let usual = self.session.as_ref().map_or(Lookouts::Photos, |s| Lookouts::usual(&s.opened.project));
+    pub fn lookouts(&self) -> Viewpoints {
+        let usual =
+            self.session.as_ref().map_or(Viewpoints::Photos, |s| Viewpoints::usual(&s.opened.project));
         self.quality.fill.lookouts.unwrap_or(usual)
-    }
-
-    /// Sees to it that layers are ranked by how much of their hidden parts is seen.
-    pub fn want_worst(&mut self) {
-        let lookouts = self.lookouts();
-        let Some(session) = &self.session else { return };
-        let project = &session.opened.project;
-        let desk = &mut self.quality.fill;
-        let is_asked = |asked: &Asked| {
-            asked.lookouts == lookouts
-                && (lookouts == Lookouts::Photos
-                    || (asked.kept == project.views && asked.flight == project.flight))
-        };
-        let known = desk.asked.as_ref().is_some_and(is_asked);
-        // While a keyframe is dragged one look follows the other.
-        if !known && !desk.worst.is_sought(&self.jobs) {
-            let (kept, flight) = (project.views.clone(), project.flight.clone());
-            desk.asked = Some(Asked { lookouts, kept, flight });
-            desk.worst = Lookup::default();
-        }
-        if !desk.worst.is_due() {
-            return;
-        }
-        let (opened, up) = (session.opened.clone(), session.ground.up);
-        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
-        let ticket = desk.worst.ticket();
-        let job = self.jobs.start(Kind::Look, "Looking for hidden parts", move |task| {
-            let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
-            let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
-            let layers = worst_first(&opened.site, &stacks, &views, task)?;
-            Ok(Box::new(move |editor| editor.quality.fill.worst.find(&ticket, Worst { layers, views })))
-        });
-        self.quality.fill.worst.is_sought_by(job);
     }
 
     /// Flies to where a view looks from; what is selected stays.
@@ -112,82 +85,8 @@ impl Editor {
         let eye = view.pose.center_in_world();
         let near = session.solid.nearest(eye, ahead).map_or(session.ground.center, |hit| eye + ahead * hit.t);
         let there = Viewpoint::of_camera(&view.camera, &view.pose, near);
-        self.layout.show(Pane::Space);
+        self.panes.show(Pane::Space);
         self.fly_to_viewpoint(there);
-    }
-
-    /// Sees to it that one knows what fills the layers of a photo.
-    pub fn want_shares(&mut self, photo: usize) {
-        let Some(session) = &self.session else { return };
-        let lookup = self.quality.fill.shares.entry(photo).or_default();
-        if !lookup.is_due() {
-            return;
-        }
-        let (folder, name) = (session.folder.clone(), session.opened.site.photos[photo].name.clone());
-        let ticket = lookup.ticket();
-        let job = self.jobs.start(Kind::Look, format!("Looking at fillings of {name}"), move |task| {
-            let shares = layer_shares(&folder, &name, task)?;
-            Ok(Box::new(move |editor| {
-                editor.quality.fill.shares.entry(photo).or_default().find(&ticket, shares);
-            }))
-        });
-        lookup.is_sought_by(job);
-    }
-
-    /// Sees to it that one knows who has painted.
-    pub fn want_painters(&mut self) {
-        let Some(session) = self.session.as_ref().filter(|_| self.quality.fill.painters.is_due()) else {
-            return;
-        };
-        let (folder, ticket) = (session.folder.clone(), self.quality.fill.painters.ticket());
-        let job = self.jobs.start(Kind::Look, "Looking for paint", move |_| {
-            let painters = painters(&folder)?;
-            Ok(Box::new(move |editor| editor.quality.fill.painters.find(&ticket, painters)))
-        });
-        self.quality.fill.painters.is_sought_by(job);
-    }
-
-    /// Looks what paint would be laid over which photos; nothing is written.
-    pub fn look_at_propagation(&mut self) {
-        let Some(session) = &self.session else { return };
-        let (folder, opened) = (session.folder.clone(), session.opened.clone());
-        let decided = &opened.project.fill;
-        let options = if decided.propagate.is_empty() { with_all(decided, true) } else { decided.clone() };
-        self.quality.fill.offered = Lookup::default();
-        let ticket = self.quality.fill.offered.ticket();
-        let job = self.jobs.start(Kind::Look, "Looking where paint would go", move |task| {
-            let (photos, memory) = (Vec::new(), default_memory());
-            let request =
-                FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
-            let told = tell(&folder, &opened, &request, task)?;
-            let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
-            let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
-            let spread =
-                spread.flat_map(|(photo, all)| all.into_iter().map(move |paint| SpreadOn { photo, paint }));
-            let spread = most_disputed_first(spread.collect());
-            Ok(Box::new(move |editor| editor.quality.fill.offered.find(&ticket, (options, spread))))
-        });
-        self.quality.fill.offered.is_sought_by(job);
-    }
-
-    /// Lays paint over other photos, that of all where nothing else was decided, and fills.
-    pub fn propagate_paint(&mut self) {
-        let Some(session) = &self.session else { return };
-        let options = session.opened.project.fill.clone();
-        if options.propagate.is_empty() {
-            self.edit_fill(with_all(&options, true));
-        }
-        self.fill();
-    }
-
-    /// Takes all paint off that was laid over other photos.
-    pub fn take_propagated_off(&mut self) {
-        let Some(session) = &self.session else { return };
-        let options = session.opened.project.fill.clone();
-        if !options.propagate.is_empty() {
-            self.edit_fill(with_all(&options, false));
-        }
-        self.fill();
     }
 
     /// Paint of some photo is laid over another one, or was decided to be.
@@ -210,4 +109,116 @@ impl Editor {
         let project = Project { fill: options, ..Project::clone(before) };
         self.edit(step, project, None);
     }
+}
+
+/// Sees to it that layers are ranked by how much of their hidden parts is seen.
+pub fn want_worst(state: &mut State, work: &mut Work) {
+    let lookouts = state.lookouts();
+    let Some(session) = &state.session else { return };
+    let project = &session.opened.project;
+    let desk = &mut state.quality.fill;
+    let is_asked = |asked: &Asked| {
+        asked.lookouts == lookouts
+            && (lookouts == Viewpoints::Photos
+                || (asked.kept == project.views && asked.flight == project.flight))
+    };
+    let known = desk.asked.as_ref().is_some_and(is_asked);
+    // While a keyframe is dragged one look follows the other.
+    if !known && !desk.worst.is_sought(&state.running) {
+        let (kept, flight) = (project.views.clone(), project.flight.clone());
+        desk.asked = Some(Asked { lookouts, kept, flight });
+        desk.worst = Lookup::default();
+    }
+    if !desk.worst.is_due() {
+        return;
+    }
+    let (opened, up) = (session.opened.clone(), session.ground.up);
+    let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.clone()).collect();
+    let ticket = desk.worst.ticket();
+    let job = work.jobs.start(&mut state.running, Kind::Look, "Looking for hidden parts", move |task| {
+        let stacks: Vec<Option<&Stack>> = stacks.iter().map(Option::as_deref).collect();
+        let views = Arc::new(lookouts.views(&opened.project, &opened.site, up));
+        let layers = hidden_layers_by_visibility(&opened.site, &stacks, &views, task)?;
+        Ok(arrival(move |state| state.quality.fill.worst.find(&ticket, Worst { layers, views })))
+    });
+    state.quality.fill.worst.is_sought_by(job);
+}
+
+/// Sees to it that one knows what fills the layers of a photo.
+pub fn want_shares(state: &mut State, work: &mut Work, photo: usize) {
+    let Some(session) = &state.session else { return };
+    let lookup = state.quality.fill.shares.entry(photo).or_default();
+    if !lookup.is_due() {
+        return;
+    }
+    let (folder, name) = (session.folder.clone(), session.opened.site.photos[photo].name.clone());
+    let ticket = lookup.ticket();
+    let job = work.jobs.start(
+        &mut state.running,
+        Kind::Look,
+        format!("Looking at fillings of {name}"),
+        move |task| {
+            let shares = layer_shares(&folder, &name, task)?;
+            Ok(arrival(move |state| {
+                state.quality.fill.shares.entry(photo).or_default().find(&ticket, shares);
+            }))
+        },
+    );
+    lookup.is_sought_by(job);
+}
+
+/// Sees to it that one knows who has painted.
+pub fn want_painters(state: &mut State, work: &mut Work) {
+    let Some(session) = state.session.as_ref().filter(|_| state.quality.fill.painters.is_due()) else {
+        return;
+    };
+    let (folder, ticket) = (session.folder.clone(), state.quality.fill.painters.ticket());
+    let job = work.jobs.start(&mut state.running, Kind::Look, "Looking for paint", move |_| {
+        let painters = painters(&folder)?;
+        Ok(arrival(move |state| state.quality.fill.painters.find(&ticket, painters)))
+    });
+    state.quality.fill.painters.is_sought_by(job);
+}
+
+/// Looks what paint would be laid over which photos; nothing is written.
+pub fn look_at_propagation(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let decided = &opened.project.fill;
+    let options = if decided.propagate.is_empty() { with_all(decided, true) } else { decided.clone() };
+    state.quality.fill.offered = Lookup::default();
+    let ticket = state.quality.fill.offered.ticket();
+    let job = work.jobs.start(&mut state.running, Kind::Look, "Looking where paint would go", move |task| {
+        let (photos, memory) = (Vec::new(), default_memory());
+        let request =
+            FillRequest { options: options.clone(), photos, memory, force: false, keep_former: false };
+        let told = tell(&folder, &opened, &request, task)?;
+        let place = |name: &str| opened.site.photos.iter().position(|photo| photo.name == name);
+        let spread = told.into_iter().filter_map(|it| Some((place(&it.photo)?, it.spread)));
+        let spread = spread
+            .flat_map(|(photo, all)| all.into_iter().map(move |paint| PropagationToPhoto { photo, paint }));
+        let spread = most_disputed_first(spread.collect());
+        Ok(arrival(move |state| state.quality.fill.offered.find(&ticket, (options, spread))))
+    });
+    state.quality.fill.offered.is_sought_by(job);
+}
+
+/// Lays paint over other photos, that of all where nothing else was decided, and fills.
+pub fn propagate_paint(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let options = session.opened.project.fill.clone();
+    if options.propagate.is_empty() {
+        state.edit_fill(with_all(&options, true));
+    }
+    fill_hidden(state, work);
+}
+
+/// Takes all paint off that was laid over other photos.
+pub fn take_propagated_off(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let options = session.opened.project.fill.clone();
+    if !options.propagate.is_empty() {
+        state.edit_fill(with_all(&options, false));
+    }
+    fill_hidden(state, work);
 }

@@ -2,7 +2,8 @@
 
 use std::sync::Arc;
 
-use crate::app::jobs::{JobId, Jobs};
+use crate::app::state::running::JobId;
+use crate::app::state::running::Running;
 
 /// What was looked up, and by whom.
 pub struct Lookup<T> {
@@ -33,8 +34,8 @@ impl<T> Lookup<T> {
     }
 
     /// A job is looking for it.
-    pub fn is_sought(&self, jobs: &Jobs) -> bool {
-        self.found.is_none() && self.job.is_some_and(|job| jobs.is_running(job))
+    pub fn is_sought(&self, running: &Running) -> bool {
+        self.found.is_none() && self.job.is_some_and(|job| running.is_running(job))
     }
 
     /// For whoever is going to look for it.
@@ -55,8 +56,8 @@ impl<T> Lookup<T> {
     }
 
     /// The job has ended without finding it; why is in the notes.
-    pub fn failed(&self, jobs: &Jobs) -> bool {
-        self.found.is_none() && self.job.is_some_and(|job| !jobs.is_running(job))
+    pub fn failed(&self, running: &Running) -> bool {
+        self.found.is_none() && self.job.is_some_and(|job| !running.is_running(job))
     }
 }
 

@@ -8,19 +8,21 @@ use glam::{DVec2, DVec3};
 
 use super::overlay::SELECTED;
 use super::{FIELD_RAD, px_of};
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::flat::Version;
 use crate::app::flat::slot::{Slot, Wish};
 use crate::app::photo::colour_of_depth;
 use crate::app::pictures::image;
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::document::Stack;
 use crate::io::stack_store::StackStore;
 use crate::projection::exploded::Stand;
 use crate::projection::flight::FrameLens;
 use crate::projection::navigation::Viewpoint;
-use crate::recipe::exploded::sheets::{SheetPicture, sheet_pictures};
+use crate::recipe::exploded::sheets::{LayerThumbnail, layer_thumbnails};
 
 /// Sheets are as high as this share of the site's radius, so that one moves among them as in the site.
 const HEIGHT_SHARE: f64 = 0.8;
@@ -44,6 +46,8 @@ pub struct Exploded {
     pub apart: f32,
     /// How far they are on their way there.
     now_apart: f32,
+    /// They are pulled apart from the beginning.
+    begins: bool,
     /// Where one looked from before, and the photo that one looked through.
     back: Option<(Viewpoint, Option<usize>)>,
     made: Slot<Version, Sheets>,
@@ -53,14 +57,22 @@ pub struct Exploded {
 
 /// The sheets of a stack.
 pub struct Sheets {
-    pictures: Vec<SheetPicture>,
+    pictures: Vec<LayerThumbnail>,
     /// As far as they are on the window's device.
     textures: Vec<TextureHandle>,
 }
 
 impl Default for Exploded {
     fn default() -> Self {
-        Self { photo: None, apart: APART, now_apart: 0.0, back: None, made: Slot::new(1), hovered: None }
+        Self {
+            photo: None,
+            apart: APART,
+            now_apart: 0.0,
+            begins: false,
+            back: None,
+            made: Slot::new(1),
+            hovered: None,
+        }
     }
 }
 
@@ -76,11 +88,11 @@ impl Exploded {
     }
 }
 
-impl Editor {
+impl State {
     /// Pulls the selected photo's layers apart and looks at them from the side, or puts them back.
     pub fn toggle_exploded(&mut self) {
         if self.space.exploded.photo.take().is_some() {
-            let now_s = self.now_s();
+            let now_s = self.window.now_s;
             let back = self.space.exploded.back.take();
             if let (Some((view, through)), Some(session)) = (back, &self.session) {
                 self.space.fly(view, through, session, now_s);
@@ -94,14 +106,14 @@ impl Editor {
     /// Pulls the layers of the photo that is selected now apart.
     fn pull_apart(&mut self) {
         let Some(photo) = self.selected_photo() else { return };
-        self.layout.show(crate::app::layout::Pane::Space);
+        self.panes.show(crate::app::state::panes::Pane::Space);
         self.space.exploded.photo = Some(photo);
         self.space.exploded.now_apart = 0.0;
         let apart = self.space.exploded.apart;
         let (Some(stand), Some(session)) = (self.stand(apart), &self.session) else { return };
         let lens = FrameLens::with_field_of_view(FIELD_RAD);
-        let there = stand.from_aside(last_order(session, photo), lens, session.ground.up);
-        self.context.animate_value_with_time(animation(), 0.0, 0.0);
+        let there = stand.side_view(last_order(session, photo), lens, session.ground.up);
+        self.space.exploded.begins = true;
         self.fly_to_viewpoint(there);
     }
 
@@ -127,7 +139,7 @@ impl Editor {
         let photo = session.opened.site.photos.get(place)?;
         let height = HEIGHT_SHARE * session.ground.radius;
         let step = f64::from(apart) / f64::from(last_order(session, place).max(1));
-        Some(Stand::of_height(photo.camera, photo.pose, height, step))
+        Some(Stand::with_height(photo.camera, photo.pose, height, step))
     }
 
     /// The point of the nearest sheet along a ray from the viewpoint, and its layer's place in the stack.
@@ -156,8 +168,8 @@ fn animation() -> Id {
 
 /// Draws the sheets, names the one under the pointer, and selects it when it is clicked.
 pub fn exploded_ui(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
-    if editor.selected_photo() != editor.space.exploded.photo {
-        editor.pull_apart();
+    if editor.state.selected_photo() != editor.state.space.exploded.photo {
+        editor.state.pull_apart();
     }
     make(editor, ui);
     pick(editor, ui, response, rect, asks);
@@ -166,7 +178,9 @@ pub fn exploded_ui(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect
 
 /// Has the sheets made, and brings them to the window's device, one in a frame.
 fn make(editor: &mut Editor, ui: &Ui) {
-    let (Some(photo), Some(session)) = (editor.space.exploded.photo, &editor.session) else { return };
+    let (Some(photo), Some(session)) = (editor.state.space.exploded.photo, &editor.state.session) else {
+        return;
+    };
     let Some(version) = Version::of(session, photo) else { return };
     let (folder, stack) =
         (StackStore::new(&session.folder).folder(&version.stack.photo.name), version.stack.clone());
@@ -174,11 +188,14 @@ fn make(editor: &mut Editor, ui: &Ui) {
         key: version.clone(),
         name: "Pulling layers apart",
         gives_up: true,
-        slot: |editor| &mut editor.space.exploded.made,
+        slot: |state| &mut state.space.exploded.made,
     };
-    let exploded = &mut editor.space.exploded;
-    exploded.made.want(&mut editor.jobs, wish, move |task| {
-        let pictures = sheet_pictures(&folder, &stack, LONGEST_PX, task)?;
+    let exploded = &mut editor.state.space.exploded;
+    if std::mem::take(&mut exploded.begins) {
+        ui.ctx().animate_value_with_time(animation(), 0.0, 0.0);
+    }
+    exploded.made.want(&mut editor.work.jobs, &mut editor.state.running, wish, move |task| {
+        let pictures = layer_thumbnails(&folder, &stack, LONGEST_PX, task)?;
         Ok(Sheets { pictures, textures: Vec::new() })
     });
     let Some(sheets) = exploded.made.take_up(&version) else { return };
@@ -196,11 +213,13 @@ fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mu
     let pointer = response.hover_pos().filter(|_| !response.dragged());
     let ray = pointer.map(|at| {
         let px = px_of(at - rect.min, ui.ctx().pixels_per_point());
-        editor.space.viewpoint.ray(px, editor.space.size_px)
+        editor.state.space.viewpoint.ray(px, editor.state.space.size_px)
     });
-    let layer = ray.and_then(|ray| editor.sheet_along(ray)).map(|(_, layer)| layer);
-    editor.space.exploded.hovered = layer;
-    let (Some(photo), Some(session)) = (editor.space.exploded.photo, &editor.session) else { return };
+    let layer = ray.and_then(|ray| editor.state.sheet_along(ray)).map(|(_, layer)| layer);
+    editor.state.space.exploded.hovered = layer;
+    let (Some(photo), Some(session)) = (editor.state.space.exploded.photo, &editor.state.session) else {
+        return;
+    };
     match layer {
         Some(layer) => {
             let stack = session.photos.get(photo).and_then(|photo| photo.stack.as_ref());
@@ -208,30 +227,30 @@ fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mu
             let text = named.map(|named| format!("{}, {} from the front", named.name, named.order));
             response.clone().on_hover_text_at_pointer(text.unwrap_or_default());
             if response.clicked() {
-                asks.push(Ask::Select(Selection::Layer { photo, layer }));
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Layer { photo, layer })));
             }
         }
-        None if response.clicked() => asks.push(Ask::Select(Selection::Photo(photo))),
+        None if response.clicked() => asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(photo)))),
         None => (),
     }
 }
 
-fn draw(editor: &Editor, ui: &Ui, rect: Rect) {
-    let exploded = &editor.space.exploded;
-    let Some(stand) = editor.stand(exploded.now_apart) else { return };
-    let Some(sheets) = editor.sheets() else { return };
-    let canvas = Canvas { painter: ui.painter_at(rect), rect, view: editor.space.viewpoint, stand };
+fn draw(state: &State, ui: &Ui, rect: Rect) {
+    let exploded = &state.space.exploded;
+    let Some(stand) = state.stand(exploded.now_apart) else { return };
+    let Some(sheets) = state.sheets() else { return };
+    let canvas = Canvas { painter: ui.painter_at(rect), rect, view: state.space.viewpoint, stand };
     let orders: Vec<u32> = sheets.pictures.iter().map(|sheet| sheet.order).collect();
     let weak = ui.visuals().weak_text_color();
     canvas.rays(orders.iter().copied().max().unwrap_or(0), Stroke::new(1.0, weak.gamma_multiply(0.5)));
-    for place in stand.from_behind(&orders, editor.space.viewpoint.position()) {
+    for place in stand.from_behind(&orders, state.space.viewpoint.position()) {
         let Some(texture) = sheets.textures.get(place) else { continue };
         let sheet = &sheets.pictures[place];
         canvas.sheet(sheet, texture);
         let is_selected = exploded.photo.is_some_and(|photo| {
             let layer = sheet.layer;
-            editor.selection == Selection::Layer { photo, layer }
-                || editor.more_layers.contains(&(photo, layer))
+            state.selection == Selection::Layer { photo, layer }
+                || state.more_layers.contains(&(photo, layer))
         });
         let colour = if is_selected { SELECTED } else { colour_of_depth(sheet.order) };
         let width: f32 = if is_selected { 3.0 } else { 1.0 };
@@ -266,13 +285,13 @@ impl Canvas {
         corners.into_iter().for_each(|corner| self.line(eye, corner, stroke));
     }
 
-    fn outline(&self, sheet: &SheetPicture, stroke: Stroke) {
+    fn outline(&self, sheet: &LayerThumbnail, stroke: Stroke) {
         let corners = self.stand.corners(sheet.order, sheet.rect);
         (0..4).for_each(|i| self.line(corners[i], corners[(i + 1) % 4], stroke));
     }
 
     /// A sheet in pieces; those that are behind the eye in part are left out.
-    fn sheet(&self, sheet: &SheetPicture, texture: &TextureHandle) {
+    fn sheet(&self, sheet: &LayerThumbnail, texture: &TextureHandle) {
         let rect = sheet.rect;
         let mut mesh = Mesh::with_texture(texture.id());
         let mut seen = Vec::new();

@@ -3,8 +3,9 @@
 use eframe::egui::{Grid, Ui};
 
 use crate::app::command::file;
-use crate::app::editor::{Ask, Editor};
 use crate::app::panel::help::mouse;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 
 /// So many lines of the help are enough to begin.
 const FIRST: usize = 5;
@@ -14,12 +15,12 @@ const ROOM: f32 = 440.0;
 const WORDS: f32 = 460.0;
 
 /// It is wanted, and there is something to move through.
-pub fn is_wanted(editor: &Editor) -> bool {
-    editor.settings.hints && editor.space.has_picture()
+pub fn is_wanted(state: &State) -> bool {
+    state.settings.hints && state.space.has_picture()
 }
 
 /// Draws it.
-pub fn hint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+pub fn hint_ui(ui: &mut Ui, state: &State, hints: &mut bool, asks: &mut Vec<Ask>) {
     let room = ui.available_width();
     ui.set_max_width(room.min(WORDS));
     ui.strong("First steps");
@@ -27,7 +28,7 @@ pub fn hint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     if room >= ROOM {
         ui.add_space(4.0);
         Grid::new("first steps").num_columns(2).striped(true).show(ui, |ui| {
-            for (keys, what) in &mouse(editor.settings.navigation)[..FIRST] {
+            for (keys, what) in &mouse(state.settings.navigation)[..FIRST] {
                 ui.strong(*keys);
                 ui.label(*what);
                 ui.end_row();
@@ -37,11 +38,11 @@ pub fn hint_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.add_space(6.0);
     ui.horizontal(|ui| {
         if ui.button("Got it").on_hover_text("Does not show this again.").clicked() {
-            editor.settings.hints = false;
+            *hints = false;
         }
         if ui.button("All keys").on_hover_text(file::KEYS.tooltip).clicked() {
-            editor.settings.hints = false;
-            asks.push(Ask::Run(&file::KEYS));
+            *hints = false;
+            asks.push(file::KEYS.asked(state));
         }
     });
 }

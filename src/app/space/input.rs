@@ -4,8 +4,9 @@ use eframe::egui::{InputState, Key, PointerButton, Rect, Response, Ui, Vec2};
 use glam::{DVec2, DVec3};
 
 use super::{Editor, px_of};
-use crate::app::dialog;
-use crate::app::settings::Navigation;
+use crate::app::state::State;
+use crate::app::state::settings::Navigation;
+use crate::app::widget::dialog;
 use crate::projection::navigation::Viewpoint;
 
 /// Half a turn for a drag across the view's height.
@@ -20,7 +21,7 @@ const HURRY: f64 = 4.0;
 
 /// Does what mouse and keys say; whether the view moves.
 pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, now_s: f64) -> bool {
-    let before = editor.space.viewpoint;
+    let before = editor.state.space.viewpoint;
     if response.clicked() || response.drag_started() {
         response.request_focus();
     }
@@ -32,9 +33,9 @@ pub fn navigate(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, n
     if flying && !ui.ctx().text_edit_focused() && !dialog::is_open(ui.ctx()) {
         fly(editor, ui);
     }
-    let moves = editor.space.viewpoint != before;
+    let moves = editor.state.space.viewpoint != before;
     if moves {
-        editor.space.moved(now_s);
+        editor.state.space.moved(now_s);
         ui.ctx().request_repaint();
     }
     moves || response.dragged()
@@ -54,7 +55,7 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
         (held.shift, held.command, held.alt)
     });
     let with = |button| response.dragged_by(button);
-    let drag = match editor.settings.navigation {
+    let drag = match editor.state.settings.navigation {
         Navigation::Simple if with(PointerButton::Primary) && (shift || ctrl) => Drag::Pan,
         Navigation::Simple if with(PointerButton::Primary) && alt => Drag::Look,
         Navigation::Simple if with(PointerButton::Primary) => Drag::Orbit,
@@ -70,11 +71,11 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
     if by == Vec2::ZERO {
         return;
     }
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let up = session.ground.up;
     let turn =
         -DVec2::new(f64::from(by.x), f64::from(by.y)) * (TURN_RAD_PER_HEIGHT / f64::from(rect.height()));
-    let view = &mut editor.space.viewpoint;
+    let view = &mut editor.state.space.viewpoint;
     match drag {
         Drag::Orbit => view.orbit(turn.x, -turn.y, up),
         Drag::Look => view.look(turn.x, turn.y, up),
@@ -85,23 +86,23 @@ fn drag(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect) {
 /// What is under the pointer is what one turns around and moves.
 fn hold(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let held = ui.input(|input| input.pointer.press_origin()).and_then(|at| under(editor, ui, at - rect.min));
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     match held {
-        Some(point) => editor.space.viewpoint.pivot = point,
-        None => editor.space.viewpoint.settle_pivot(&session.ground),
+        Some(point) => editor.state.space.viewpoint.pivot = point,
+        None => editor.state.space.viewpoint.settle_pivot(&session.ground),
     }
 }
 
 /// The point of what is shown under a place of the view: of the model, or of the sheets that it is pulled apart into.
-pub fn under(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<DVec3> {
-    let session = editor.session.as_ref()?;
-    let (view, size_px) = (&editor.space.viewpoint, editor.space.size_px);
+pub fn under(state: &State, ui: &Ui, offset: Vec2) -> Option<DVec3> {
+    let session = state.session.as_ref()?;
+    let (view, size_px) = (&state.space.viewpoint, state.space.size_px);
     let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), size_px);
-    let backs = !editor.space.look.without_backs;
-    if editor.space.exploded.is_on() {
-        return editor.sheet_along(ray).map(|(point, _)| point);
+    let backs = !state.space.look.without_backs;
+    if state.space.exploded.is_on() {
+        return state.sheet_along(ray).map(|(point, _)| point);
     }
-    let hit = session.solid.first_seen(view.position(), ray, backs)?;
+    let hit = session.solid.first_visible(view.position(), ray, backs)?;
     Some(view.position() + ray * hit.t)
 }
 
@@ -115,19 +116,19 @@ fn wheel(editor: &mut Editor, ui: &Ui, rect: Rect) {
     let Some(pointer) = ui.input(|input| input.pointer.hover_pos()) else { return };
     let target =
         under(editor, ui, pointer - rect.min).unwrap_or_else(|| beyond(editor, ui, pointer - rect.min));
-    let Some(session) = &editor.session else { return };
-    editor.space.viewpoint.zoom(target, factor, &session.ground);
+    let Some(session) = &editor.state.session else { return };
+    editor.state.space.viewpoint.zoom(target, factor, &session.ground);
 }
 
 /// Where nothing is: the point of the ray at the pivot's depth.
-fn beyond(editor: &Editor, ui: &Ui, offset: Vec2) -> DVec3 {
-    let view: &Viewpoint = &editor.space.viewpoint;
-    let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), editor.space.size_px);
+fn beyond(state: &State, ui: &Ui, offset: Vec2) -> DVec3 {
+    let view: &Viewpoint = &state.space.viewpoint;
+    let ray = view.ray(px_of(offset, ui.ctx().pixels_per_point()), state.space.size_px);
     view.position() + ray * view.pose.camera_from_world(view.pivot).z.max(f64::MIN_POSITIVE)
 }
 
 fn fly(editor: &mut Editor, ui: &Ui) {
-    let Some(session) = &editor.session else { return };
+    let Some(session) = &editor.state.session else { return };
     let held =
         |key| ui.input(|input| is_held(input, key) && !input.modifiers.command && !input.modifiers.alt);
     let axis = |more, less| f64::from(held(more)) - f64::from(held(less));
@@ -137,10 +138,10 @@ fn fly(editor: &mut Editor, ui: &Ui) {
     }
     let (seconds, shift) = ui.input(|input| (f64::from(input.stable_dt.min(0.1)), input.modifiers.shift));
     let hurry = if shift { HURRY } else { 1.0 };
-    let backs = !editor.space.look.without_backs;
-    let view = &mut editor.space.viewpoint;
+    let backs = !editor.state.space.look.without_backs;
+    let view = &mut editor.state.space.viewpoint;
     let first =
-        |origin: DVec3, ray| session.solid.first_seen(origin, ray, backs).map(|hit| hit.t * ray.length());
+        |origin: DVec3, ray| session.solid.first_visible(origin, ray, backs).map(|hit| hit.t * ray.length());
     let pace = view.ahead(&session.ground, first) / SECONDS_AHEAD;
     view.fly(direction.normalize() * (pace * seconds * hurry));
     ui.ctx().request_repaint();

@@ -3,8 +3,9 @@
 use eframe::egui::{Color32, Label, Rect, ScrollArea, Sense, TextStyle, Ui, Vec2, pos2, vec2};
 
 use crate::app::command;
-use crate::app::editor::{Ask, Editor};
 use crate::app::panel::{small_button, text_width};
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
 use crate::projection::Shown;
 use crate::projection::legend::{Legend, Ramp, colour_at, legend};
 
@@ -20,16 +21,16 @@ const STEPS: u32 = 80;
 const HIGHEST: f32 = 280.0;
 
 /// What is shown has a legend, and it is wanted.
-pub fn is_shown(editor: &Editor) -> bool {
-    let space = &editor.space;
+pub fn is_shown(state: &State) -> bool {
+    let space = &state.space;
     space.legend_shown && space.look.shown != Shown::Colour && !space.exploded.is_on()
 }
 
 /// Draws it.
-pub fn legend_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+pub fn legend_ui(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
     let photos: Vec<&str> = session.opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
-    let Some(legend) = legend(editor.space.look.shown, &photos) else { return };
+    let Some(legend) = legend(state.space.look.shown, &photos) else { return };
     let title = match &legend {
         Legend::Entries { title, .. } | Legend::Scale { title, .. } => title,
         Legend::Words(words) => words,
@@ -37,7 +38,7 @@ pub fn legend_ui(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.horizontal_wrapped(|ui| {
         ui.strong(*title);
         if small_button(ui, "Hide", "Hide the legend", command::view::LEGEND.tooltip).clicked() {
-            asks.push(Ask::Run(&command::view::LEGEND));
+            asks.push(command::view::LEGEND.asked(state));
         }
     });
     match &legend {

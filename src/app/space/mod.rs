@@ -1,23 +1,25 @@
 //! The 3D view: the live preview, and how one moves through it.
 
-mod exploded;
-mod hint;
-mod input;
-mod legend;
-mod overlay;
-mod pace;
-mod picking;
-mod tools;
+pub mod exploded;
+pub mod hint;
+pub mod input;
+pub mod legend;
+pub mod overlay;
+pub mod pace;
+pub mod picking;
+pub mod tools;
 
 use eframe::egui::{Color32, Id, Rect, Sense, TextureHandle, TextureOptions, Ui, Vec2, pos2};
 
 use self::exploded::Exploded;
 use self::pace::Pace;
-use super::command::words::in_window;
-use super::editor::{Ask, Editor};
-use super::notes::{Note, Weight};
-use super::painter::{Painted, Request};
-use super::session::Session;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::session::Session;
+use crate::app::work::Work;
+use crate::app::work::painter::{Painted, Request};
 use crate::projection::Quality;
 use crate::projection::flight::{Flight, FrameLens};
 use crate::projection::navigation::Viewpoint;
@@ -222,15 +224,15 @@ impl Space {
 pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let (rect, response) = ui.allocate_exact_size(ui.available_size(), Sense::click_and_drag());
     response.widget_info(|| eframe::egui::WidgetInfo::labeled(eframe::egui::Role::Canvas, true, "3D view"));
-    editor.space.id = Some(response.id);
+    editor.state.space.id = Some(response.id);
     let density = ui.ctx().pixels_per_point();
     let side = |points: f32| ((points * density).round() as u32).max(1);
-    editor.space.size_px = [side(rect.width()), side(rect.height())];
+    editor.state.space.size_px = [side(rect.width()), side(rect.height())];
     let now_s = ui.input(|input| input.time);
-    let flies = editor.space.travel(now_s);
-    let moves = input::navigate(editor, ui, &response, rect, now_s) || editor.plays();
+    let flies = editor.state.space.travel(now_s);
+    let moves = input::navigate(editor, ui, &response, rect, now_s) || editor.state.plays();
     receive(editor, ui);
-    if editor.space.exploded.is_on() {
+    if editor.state.space.exploded.is_on() {
         ui.painter_at(rect).rect_filled(rect, 0.0, background(ui));
         exploded::exploded_ui(editor, ui, &response, rect, asks);
     } else {
@@ -238,20 +240,22 @@ pub fn space_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         paint(editor, ui, rect);
         picking::pick(editor, ui, &response, rect, asks);
     }
-    tools::tools_ui(editor, ui, rect, asks);
+    let mut controls = tools::Controls::new(&editor.state);
+    tools::tools_ui(ui, &editor.state, &mut controls, rect, asks);
+    controls.put_back(&mut editor.state);
 }
 
 /// Takes in the newest picture.
 fn receive(editor: &mut Editor, ui: &Ui) {
-    let Some(session) = &mut editor.session else { return };
-    let Some(painter) = &mut session.painter else { return };
+    let Some(session) = &mut editor.state.session else { return };
+    let Some(painter) = &mut editor.work.painter else { return };
     match painter.receive() {
         Some(Ok(painted)) => {
             // Rays meet what is shown.
             session.solid = painted.surface.clone();
-            editor.space.show(painted, ui);
+            editor.state.space.show(painted, ui);
         }
-        Some(Err(error)) => editor.space_failed(&error),
+        Some(Err(error)) => space_failed(&mut editor.state, &mut editor.work, &error),
         None => (),
     }
 }
@@ -276,8 +280,8 @@ impl Space {
 /// Asks for the picture that is due: a coarse one while the view moves, a fine one when it rests.
 fn ask(editor: &mut Editor, ui: &Ui, now_s: f64, moves: bool) {
     let background = background(ui);
-    let Some(painter) = editor.session.as_mut().and_then(|session| session.painter.as_mut()) else { return };
-    let space = &mut editor.space;
+    let Some(painter) = &mut editor.work.painter else { return };
+    let space = &mut editor.state.space;
     if space.stirred {
         space.changed_s = now_s;
     }
@@ -309,7 +313,7 @@ fn background(ui: &Ui) -> Color32 {
 fn paint(editor: &mut Editor, ui: &mut Ui, rect: Rect) {
     let painter = ui.painter_at(rect);
     painter.rect_filled(rect, 0.0, background(ui));
-    if let Some(shown) = &editor.space.shown {
+    if let Some(shown) = &editor.state.space.shown {
         // A picture of the view as it was a moment ago is better than none.
         painter.image(
             shown.texture.id(),
@@ -326,44 +330,29 @@ fn px_of(offset: Vec2, density: f32) -> glam::DVec2 {
     glam::DVec2::new(f64::from(offset.x * density), f64::from(offset.y * density))
 }
 
-impl Editor {
+impl State {
     /// Flies to a viewpoint that is no photo's.
     pub fn fly_to_viewpoint(&mut self, there: Viewpoint) {
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
         self.space.fly(there, None, session, now_s);
     }
 
-    /// The view cannot be drawn: said in its place, until it is started anew.
-    pub fn space_failed(&mut self, error: &crate::Error) {
-        (self.space.asked, self.space.shown) = (None, None);
-        if let Some(session) = &mut self.session {
-            session.painter = None;
-        }
-        let trouble = in_window(&error.to_string());
-        // It is tried again with every change of the layers: once is enough to say that there is no driver.
-        let is_told = self.space.told.as_ref() == Some(&trouble);
-        if !is_told {
-            self.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
-        }
-        (self.space.told, self.space.trouble) = (Some(trouble.clone()), Some(trouble));
-    }
-
     /// Flies into the camera of a photo.
     pub fn fly_to_photo(&mut self, photo: usize) {
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
         if self.space.through.is_none() && self.space.travel.is_none() {
             self.space.back = Some(self.space.viewpoint);
         }
         self.space.fly(session.viewpoint_of(photo), Some(photo), session, now_s);
-        self.select(super::selection::Selection::Photo(photo));
+        self.select(crate::app::state::selection::Selection::Photo(photo));
     }
 
     /// Into the selected photo, or back to where one was.
     pub fn snap(&mut self) {
         let Some(photo) = self.selected_photo() else { return };
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         match (self.space.through, self.space.back.take()) {
             (Some(through), Some(back)) if through == photo => {
                 let Some(session) = &self.session else { return };
@@ -389,7 +378,7 @@ impl Editor {
         {
             self.fly_to_photo(photo);
         } else {
-            self.select(super::selection::Selection::Photo(photo));
+            self.select(crate::app::state::selection::Selection::Photo(photo));
         }
     }
 
@@ -413,7 +402,7 @@ impl Editor {
     }
 
     fn fly_to_ball(&mut self, center: glam::DVec3, radius: f64) {
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
         let mut there = self.space.viewpoint;
         there.lens = FrameLens::with_field_of_view(FIELD_RAD);
@@ -423,10 +412,23 @@ impl Editor {
 
     /// A level horizon.
     pub fn level(&mut self) {
-        let now_s = self.now_s();
+        let now_s = self.window.now_s;
         let Some(session) = &self.session else { return };
         let mut there = self.space.viewpoint;
         there.level(session.ground.up);
         self.space.fly(there, None, session, now_s);
     }
+}
+
+/// The view cannot be drawn: said in its place, until it is started anew.
+pub fn space_failed(state: &mut State, work: &mut Work, error: &crate::Error) {
+    (state.space.asked, state.space.shown) = (None, None);
+    work.drop_painter(state);
+    let trouble = error.to_string();
+    // It is tried again with every change of the layers: once is enough to say that there is no driver.
+    let is_told = state.space.told.as_ref() == Some(&trouble);
+    if !is_told {
+        state.tell(Note::new(Weight::Problem, format!("The 3D view: {error}")));
+    }
+    (state.space.told, state.space.trouble) = (Some(trouble.clone()), Some(trouble));
 }

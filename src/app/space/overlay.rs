@@ -6,7 +6,7 @@ use glam::DVec3;
 
 use super::picking::faces_of;
 use crate::app::editor::Editor;
-use crate::app::session::Session;
+use crate::app::state::session::Session;
 use crate::projection::navigation::Viewpoint;
 use crate::scene::{FaceId, Photo};
 
@@ -29,13 +29,13 @@ const NEAR: f64 = 5.0;
 /// Draws all of it.
 pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
     photo_over(editor, ui, rect);
-    let Some(session) = &editor.session else { return };
-    let space = &editor.space;
+    let Some(session) = &editor.state.session else { return };
+    let space = &editor.state.space;
     let canvas = Canvas { painter: ui.painter_at(rect), rect, view: space.viewpoint };
-    if space.wireframe || session.painter.is_none() {
+    if space.wireframe || editor.state.device.is_none() {
         canvas.wires(session, if ui.visuals().dark_mode { WIRE } else { WIRE_ON_LIGHT });
     }
-    for face in faces_of(editor.selection, session) {
+    for face in faces_of(editor.state.selection, session) {
         canvas.outline(session, face, Stroke::new(2.0, SELECTED));
     }
     if let Some(face) = space.hovered {
@@ -48,9 +48,9 @@ pub fn overlay_ui(editor: &mut Editor, ui: &Ui, rect: Rect) {
 
 fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
     for (place, photo) in session.opened.site.photos.iter().enumerate() {
-        let selected = editor.photo == Some(place);
+        let selected = editor.state.photo == Some(place);
         let color = if selected { SELECTED } else { CAMERA };
-        let texture = editor.pictures.small(place).map(|texture| texture.id());
+        let texture = editor.work.pictures.small(place).map(|texture| texture.id());
         let size = session.ground.radius * CAMERA_SHARE;
         // A camera that one stands at would hide what one looks at.
         if canvas.view.position().distance(photo.pose.center_in_world()) < NEAR * size {
@@ -63,18 +63,25 @@ fn cameras(editor: &Editor, session: &Session, canvas: &Canvas) {
 /// The photo one looks through: its frame fills the view's height, as its camera does.
 fn photo_over(editor: &mut Editor, ui: &Ui, rect: Rect) {
     // What is typed is no command.
-    let typed = ui.ctx().text_edit_focused() || crate::app::dialog::is_open(ui.ctx());
+    let typed = ui.ctx().text_edit_focused() || crate::app::widget::dialog::is_open(ui.ctx());
     let flips = !typed && ui.input(|input| input.key_down(eframe::egui::Key::X));
-    let shown = editor.space.photo_over != flips;
-    let (Some(photo), Some(session), true) = (editor.space.through, &editor.session, shown) else { return };
+    let shown = editor.state.space.photo_over != flips;
+    let (Some(photo), Some(session), true) = (editor.state.space.through, &editor.state.session, shown)
+    else {
+        return;
+    };
     let camera = &session.opened.site.photos[photo].camera;
     let width = rect.height() * camera.width as f32 / camera.height as f32;
     let frame = Rect::from_center_size(rect.center(), vec2(width, rect.height()));
     let opened = session.opened.clone();
-    let (opacity, wipe) = (editor.space.photo_opacity, editor.space.wipe);
-    let Some(texture) = editor.pictures.large(photo, &opened, &mut editor.jobs) else { return };
+    let (opacity, wipe) = (editor.state.space.photo_opacity, editor.state.space.wipe);
+    let Some(texture) =
+        editor.work.pictures.large(photo, &opened, &mut editor.work.jobs, &mut editor.state.running)
+    else {
+        return;
+    };
     let clip = Rect::from_min_max(rect.min, pos2(rect.left() + rect.width() * wipe, rect.bottom()));
-    let opacity = if flips && !editor.space.photo_over { 1.0 } else { opacity };
+    let opacity = if flips && !editor.state.space.photo_over { 1.0 } else { opacity };
     let tint = Color32::WHITE.gamma_multiply(opacity);
     let uv = Rect::from_min_max(pos2(0.0, 0.0), pos2(1.0, 1.0));
     ui.painter_at(clip).image(texture.id(), frame, uv, tint);

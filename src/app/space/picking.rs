@@ -4,37 +4,43 @@ use eframe::egui::{Rect, Response, Ui, Vec2};
 use glam::DVec3;
 
 use super::{Picture, px_of};
-use crate::app::editor::{Ask, Editor};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::scene::{FaceId, Model};
 
 /// Hovering names, a click selects the object and one more its face, a double click frames it.
 pub fn pick(editor: &mut Editor, ui: &Ui, response: &Response, rect: Rect, asks: &mut Vec<Ask>) {
     let hovered = response.hover_pos().filter(|_| !response.dragged());
     let face = hovered.and_then(|at| face_at(editor, ui, at - rect.min));
-    editor.space.hovered = face;
-    let Some(session) = &editor.session else { return };
+    editor.state.space.hovered = face;
+    let Some(session) = &editor.state.session else { return };
     let model = session.model();
     if let Some(face) = face {
         let (name, object) = (model.face_name(face), model.face(face).object);
         response.clone().on_hover_text_at_pointer(name);
         if response.double_clicked() {
-            asks.push(Ask::Select(Selection::Face(face)));
-            asks.push(Ask::Run(&crate::app::command::view::FRAME));
+            asks.push(Ask::Select(SelectAsk::Only(Selection::Face(face))));
+            asks.push(crate::app::command::view::FRAME.asked(editor));
         } else if response.clicked() {
-            let again = editor.selection == Selection::Object(object);
-            asks.push(Ask::Select(if again { Selection::Face(face) } else { Selection::Object(object) }));
+            let again = editor.state.selection == Selection::Object(object);
+            asks.push(Ask::Select(SelectAsk::Only(if again {
+                Selection::Face(face)
+            } else {
+                Selection::Object(object)
+            })));
         }
     } else if response.clicked() {
-        asks.push(Ask::Select(Selection::Nothing));
+        asks.push(Ask::Select(SelectAsk::Only(Selection::Nothing)));
     }
 }
 
 /// From the item buffer of the picture that is shown, where that is of this view; else by a ray.
-fn face_at(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<FaceId> {
-    let space = &editor.space;
-    let session = editor.session.as_ref()?;
+fn face_at(state: &State, ui: &Ui, offset: Vec2) -> Option<FaceId> {
+    let space = &state.space;
+    let session = state.session.as_ref()?;
     let px = px_of(offset, ui.ctx().pixels_per_point());
     let is_this =
         |shown: &&Picture| shown.request.shot.pose == space.viewpoint.pose && !shown.faces.is_empty();
@@ -48,7 +54,10 @@ fn face_at(editor: &Editor, ui: &Ui, offset: Vec2) -> Option<FaceId> {
         return face.checked_sub(1).map(FaceId);
     }
     let ray = space.viewpoint.ray(px, space.size_px);
-    session.solid.first_seen(space.viewpoint.position(), ray, !space.look.without_backs).map(|hit| hit.face)
+    session
+        .solid
+        .first_visible(space.viewpoint.position(), ray, !space.look.without_backs)
+        .map(|hit| hit.face)
 }
 
 /// A ball around what is selected, in the world; none for photos and for nothing.

@@ -4,11 +4,13 @@ use eframe::egui::{Align2, Area, Button, ComboBox, Frame, Id, Rect, RichText, Sl
 
 use super::{exploded, hint, legend};
 use crate::app::command;
-use crate::app::editor::{Ask, Editor};
-use crate::app::jobs::Kind;
 use crate::app::panel::bar::{Part, Place, bar_ui};
 use crate::app::panel::named;
+use crate::app::state::State;
+use crate::app::state::ask::Ask;
+use crate::app::state::running::Kind;
 use crate::projection::{Blend, Mode};
+use crate::recipe::render::Look;
 
 /// Height of the bar of the photo one looks through, with its distance from what is above it, in points.
 const PHOTO_BAR: f32 = 48.0;
@@ -23,7 +25,7 @@ const WORDS: f32 = 520.0;
 const SHOWN: f32 = 100.0;
 
 /// Over the view.
-const TOP: &[Part] = &[
+const TOP: &[Part<Controls>] = &[
     Part::Tool(shown),
     Part::Tool(mixing),
     Part::Tool(photos),
@@ -33,51 +35,85 @@ const TOP: &[Part] = &[
     Part::Switch(&command::view::BACKS),
 ];
 /// While one looks through a photo.
-const THROUGH: &[Part] = &[Part::Tool(photo_over), Part::Tool(opacity), Part::Tool(wipe)];
+const THROUGH: &[Part<Controls>] = &[Part::Tool(photo_over), Part::Tool(opacity), Part::Tool(wipe)];
 /// While a photo's layers are pulled apart.
-const APART: &[Part] = &[Part::Tool(distance), Part::Tool(together)];
+const APART: &[Part<Controls>] = &[Part::Tool(distance), Part::Tool(together)];
+
+/// What the tools of the 3D view change.
+#[derive(Clone)]
+pub struct Controls {
+    look: Look,
+    photo_over: bool,
+    photo_opacity: f32,
+    wipe: f32,
+    apart: f32,
+    hints: bool,
+}
+
+impl Controls {
+    /// As they are.
+    pub fn new(state: &State) -> Self {
+        let space = &state.space;
+        Self {
+            look: space.look.clone(),
+            photo_over: space.photo_over,
+            photo_opacity: space.photo_opacity,
+            wipe: space.wipe,
+            apart: space.exploded.apart,
+            hints: state.settings.hints,
+        }
+    }
+
+    /// As they were changed.
+    pub fn put_back(self, state: &mut State) {
+        let space = &mut state.space;
+        (space.look, space.photo_over, space.photo_opacity) =
+            (self.look, self.photo_over, self.photo_opacity);
+        (space.wipe, space.exploded.apart, state.settings.hints) = (self.wipe, self.apart, self.hints);
+    }
+}
 
 /// Draws it.
-pub fn tools_ui(editor: &mut Editor, ui: &mut Ui, rect: Rect, asks: &mut Vec<Ask>) {
+pub fn tools_ui(ui: &mut Ui, state: &State, controls: &mut Controls, rect: Rect, asks: &mut Vec<Ask>) {
     let id = ui.scope_id().with("tools");
-    let name = editor.selected_photo_name();
+    let name = state.selected_photo_name();
     let room = rect.width() - 2.0 * MARGIN - FRAME;
-    let bar = |ui: &mut Ui, editor: &mut Editor, id: &str, name: Option<&str>, parts, asks: &mut Vec<Ask>| {
+    let bar = |ui: &mut Ui, controls: &mut Controls, of, parts, asks: &mut Vec<Ask>| {
         ui.set_max_width(room);
-        bar_ui(editor, ui, id, name, parts, asks);
+        bar_ui(ui, state, controls, of, parts, asks);
     };
-    if editor.space.exploded.is_on() {
+    if state.space.exploded.is_on() {
         over(ui, id.with("exploded"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, editor, "layers pulled apart", name.as_deref(), APART, asks);
+            bar(ui, controls, ("layers pulled apart", name.as_deref()), APART, asks);
         });
         return;
     }
-    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, editor, "3D view", None, TOP, asks));
-    let looks_through = editor.space.through().is_some();
+    over(ui, id.with("top"), rect, Align2::LEFT_TOP, |ui| bar(ui, controls, ("3D view", None), TOP, asks));
+    let looks_through = state.space.through().is_some();
     // Above the photo's bar, which lies below in the middle.
     let lower = if looks_through { PHOTO_BAR } else { 0.0 };
     let above = rect.with_max_y(rect.bottom() - lower);
-    if legend::is_shown(editor) {
+    if legend::is_shown(state) {
         // One of another size is another one: it is placed by its size.
-        over(ui, id.with(("legend", editor.space.look.shown)), above, Align2::LEFT_BOTTOM, |ui| {
+        over(ui, id.with(("legend", state.space.look.shown)), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            legend::legend_ui(editor, ui, asks);
+            legend::legend_ui(state, ui, asks);
         });
-    } else if hint::is_wanted(editor) {
+    } else if hint::is_wanted(state) {
         over(ui, id.with("first steps"), above, Align2::LEFT_BOTTOM, |ui| {
             ui.set_max_width(room);
-            hint::hint_ui(editor, ui, asks);
+            hint::hint_ui(ui, state, &mut controls.hints, asks);
         });
     }
     if looks_through {
         over(ui, id.with("photo"), rect, Align2::CENTER_BOTTOM, |ui| {
-            bar(ui, editor, "photo over the view", name.as_deref(), THROUGH, asks);
+            bar(ui, controls, ("photo over the view", name.as_deref()), THROUGH, asks);
         });
     }
-    if let Some(why) = without_picture(editor) {
+    if let Some(why) = without_picture(state) {
         over(ui, id.with("empty"), rect, Align2::CENTER_CENTER, |ui| {
             ui.set_max_width(room.min(WORDS));
-            empty(editor, ui, why, asks);
+            empty(state, ui, why, asks);
         });
     }
 }
@@ -91,8 +127,8 @@ fn over(ui: &Ui, id: Id, rect: Rect, align: Align2, contents: impl FnOnce(&mut U
 }
 
 /// How photos are blended: a list in the bar, the choices themselves in the menu.
-fn mixing(editor: &mut Editor, ui: &mut Ui, place: Place, _: &mut Vec<Ask>) {
-    let mode = &mut editor.space.look.blend.mode;
+fn mixing(ui: &mut Ui, _: &State, controls: &mut Controls, place: Place, _: &mut Vec<Ask>) {
+    let mode = &mut controls.look.blend.mode;
     let title = "How photos are mixed";
     let choices = |ui: &mut Ui, mode: &mut Mode| {
         for other in Mode::ALL {
@@ -112,30 +148,30 @@ fn mixing(editor: &mut Editor, ui: &mut Ui, place: Place, _: &mut Vec<Ask>) {
     named(&combo.show_ui(ui, |ui| choices(ui, mode)).response, title);
 }
 
-fn photos(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+fn photos(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
-        ui.add(Slider::new(&mut editor.space.look.blend.photos, 1..=Blend::MOST).text("photos"))
+        ui.add(Slider::new(&mut controls.look.blend.photos, 1..=Blend::MOST).text("photos"))
             .on_hover_text("At most so many photos share a place.");
     });
 }
 
-fn relief(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let mut relief = !editor.space.look.flat;
+fn relief(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+    let mut relief = !controls.look.flat;
     ui.checkbox(&mut relief, "Relief").on_hover_text("Surfaces have the relief that the photos tell.");
-    editor.space.look.flat = !relief;
+    controls.look.flat = !relief;
 }
 
 /// Which of the understanding views is shown.
-fn shown(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+fn shown(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<Ask>) {
     let views = command::view::SHOWN;
-    let now = views.iter().find(|command| command.on.is_some_and(|on| on(editor)));
+    let now = views.iter().find(|command| command.on.is_some_and(|on| on(state)));
     let text = now.map_or("", |command| command.name);
     let combo = ComboBox::from_id_salt("shown").selected_text(text).width(SHOWN);
     let combo = combo.show_ui(ui, |ui| {
         for &command in views {
-            let on = command.on.is_some_and(|on| on(editor));
+            let on = command.on.is_some_and(|on| on(state));
             if ui.selectable_label(on, command.name).on_hover_text(command.tooltip).clicked() {
-                asks.push(Ask::Run(command));
+                asks.push(command.asked(state));
             }
         }
     });
@@ -143,73 +179,73 @@ fn shown(editor: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
 }
 
 /// How far a photo's layers are pulled apart.
-fn distance(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
+fn distance(ui: &mut Ui, state: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
     ui.horizontal(|ui| {
-        let slider = Slider::new(&mut editor.space.exploded.apart, 0.0..=exploded::MOST_APART);
+        let slider = Slider::new(&mut controls.apart, 0.0..=exploded::MOST_APART);
         ui.add(slider.show_value(false).text("distance of layers")).on_hover_text(
             "Pulls the image layers apart. Stripes: needed by a surface, and hidden by what is in front.",
         );
-        if !editor.sheets_are_complete() {
+        if !state.sheets_are_complete() {
             ui.spinner();
         }
     });
 }
 
-fn together(_: &mut Editor, ui: &mut Ui, _: Place, asks: &mut Vec<Ask>) {
+fn together(ui: &mut Ui, state: &State, _: &mut Controls, _: Place, asks: &mut Vec<Ask>) {
     if ui.button("Put together").on_hover_text("Goes back to the 3D view.").clicked() {
-        asks.push(Ask::Run(&command::view::EXPLODED));
+        asks.push(command::view::EXPLODED.asked(state));
     }
 }
 
-fn photo_over(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    ui.checkbox(&mut editor.space.photo_over, "Photo")
+fn photo_over(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+    ui.checkbox(&mut controls.photo_over, "Photo")
         .on_hover_text("Lays the photo over the view; hold X to flip.");
 }
 
-fn opacity(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let shown = editor.space.photo_over;
+fn opacity(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+    let shown = controls.photo_over;
     ui.add_enabled_ui(shown, |ui| {
-        let slider = Slider::new(&mut editor.space.photo_opacity, 0.0..=1.0);
+        let slider = Slider::new(&mut controls.photo_opacity, 0.0..=1.0);
         ui.horizontal(|ui| ui.add(slider.show_value(false).text("opacity")));
     });
 }
 
-fn wipe(editor: &mut Editor, ui: &mut Ui, _: Place, _: &mut Vec<Ask>) {
-    let shown = editor.space.photo_over;
+fn wipe(ui: &mut Ui, _: &State, controls: &mut Controls, _: Place, _: &mut Vec<Ask>) {
+    let shown = controls.photo_over;
     ui.add_enabled_ui(shown, |ui| {
-        let slider = Slider::new(&mut editor.space.wipe, 0.0..=1.0);
+        let slider = Slider::new(&mut controls.wipe, 0.0..=1.0);
         ui.horizontal(|ui| ui.add(slider.show_value(false).text("wipe")));
     });
 }
 
 /// What to do where there is nothing to see yet.
-fn without_picture(editor: &Editor) -> Option<&'static str> {
-    let session = editor.session.as_ref()?;
-    if editor.space.shown.is_some() {
+fn without_picture(state: &State) -> Option<&'static str> {
+    let session = state.session.as_ref()?;
+    if state.space.shown.is_some() {
         return None;
     }
-    Some(if session.painter.is_some() || editor.jobs.runs(Kind::Preview) {
+    Some(if state.device.is_some() || state.running.runs(Kind::Preview) {
         "Preparing the view…"
-    } else if editor.jobs.runs(Kind::Build) {
+    } else if state.running.runs(Kind::Build) {
         "Building layers…"
     } else if session.photos.iter().all(|photo| photo.stack.is_none()) {
         "No photo has layers yet."
-    } else if editor.space.trouble.is_some() {
+    } else if state.space.trouble.is_some() {
         "The 3D view cannot be drawn."
     } else {
         "The 3D view is not running."
     })
 }
 
-fn empty(editor: &Editor, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
+fn empty(state: &State, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
     ui.vertical_centered(|ui| {
         ui.label(RichText::new(why).heading());
-        let waits = [Kind::Preview, Kind::Build].into_iter().any(|kind| editor.jobs.runs(kind));
+        let waits = [Kind::Preview, Kind::Build].into_iter().any(|kind| state.running.runs(kind));
         if waits {
             ui.add(Spinner::new().size(24.0));
             return;
         }
-        if let Some(trouble) = &editor.space.trouble {
+        if let Some(trouble) = &state.space.trouble {
             ui.label(trouble);
             ui.add_space(4.0);
             ui.label("Until then there is no 3D view, there are no pictures and films of it, and no layers are built.");
@@ -219,14 +255,14 @@ fn empty(editor: &Editor, ui: &mut Ui, why: &str, asks: &mut Vec<Ask>) {
             );
             ui.add_space(6.0);
         }
-        let session = editor.session.as_ref();
+        let session = state.session.as_ref();
         let none_built =
             session.is_some_and(|session| session.photos.iter().all(|photo| photo.stack.is_none()));
         let command = if none_built { &command::layers::BUILD } else { &command::view::RESTART };
         ui.label(command.tooltip);
         ui.add_space(6.0);
         if ui.add(eframe::egui::Button::new(command.name).min_size(vec2(160.0, 30.0))).clicked() {
-            asks.push(Ask::Run(command));
+            asks.push(command.asked(state));
         }
     });
 }

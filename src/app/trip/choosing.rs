@@ -3,9 +3,9 @@
 use std::path::{Path, PathBuf};
 use std::sync::mpsc::{Receiver, channel};
 
-use eframe::egui::Context;
-
-use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::work::Work;
+use crate::app::work::waker::Waker;
 
 /// What a dialog is about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -26,13 +26,13 @@ pub struct Choosing {
 
 impl Choosing {
     /// Shows the dialog, beginning in `folder`; none where the system gives no thread for it.
-    fn start(wanted: Wanted, folder: &Path, context: Context) -> Option<Self> {
+    fn start(wanted: Wanted, folder: &Path, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let dialog = rfd::FileDialog::new().set_directory(folder);
         let ask = move || {
             // Whoever asked may be gone.
             let _ = send.send(asked(wanted, dialog));
-            context.request_repaint();
+            waker.wake();
         };
         std::thread::Builder::new().name("dialog".into()).spawn(ask).ok()?;
         Some(Self { wanted, receive })
@@ -43,7 +43,7 @@ fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     match wanted {
         Wanted::Layered => dialog
             .set_title("Import edited files")
-            .add_filter("Layered files", &["psd", "psb", "ora", "xcf"])
+            .add_filter("Layered files", &crate::io::layered::format::extensions())
             .pick_files()
             .unwrap_or_default(),
         Wanted::ExportFolder => dialog.set_title("Export to this folder").pick_folder().into_iter().collect(),
@@ -51,32 +51,31 @@ fn asked(wanted: Wanted, dialog: rfd::FileDialog) -> Vec<PathBuf> {
     }
 }
 
-impl Editor {
-    /// Shows a dialog of the system.
-    pub fn choose_path(&mut self, wanted: Wanted) {
-        let folder = self.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
-        self.trip.choosing = Choosing::start(wanted, &folder, self.context.clone());
-    }
+/// Shows a dialog of the system.
+pub fn choose_path(state: &mut State, work: &mut Work, wanted: Wanted) {
+    let folder = state.session.as_ref().map(|session| session.folder.clone()).unwrap_or_default();
+    work.choosing = Choosing::start(wanted, &folder, work.waker.clone());
+}
 
-    pub(super) fn take_chosen_files(&mut self) {
-        let Some(choosing) = &self.trip.choosing else { return };
-        let Ok(chosen) = choosing.receive.try_recv() else { return };
-        let wanted = choosing.wanted;
-        self.trip.choosing = None;
-        let Some(first) = chosen.first() else { return };
-        let text = first.display().to_string();
-        match wanted {
-            Wanted::Layered => {
-                if let Some(dialog) = &mut self.trip.import {
-                    dialog.paths = chosen.iter().map(|path| path.display().to_string()).collect();
-                }
+/// Takes what was chosen in the dialog of the system.
+pub fn take_chosen_files(state: &mut State, work: &mut Work) {
+    let Some(choosing) = &work.choosing else { return };
+    let Ok(chosen) = choosing.receive.try_recv() else { return };
+    let wanted = choosing.wanted;
+    work.choosing = None;
+    let Some(first) = chosen.first() else { return };
+    let text = first.display().to_string();
+    match wanted {
+        Wanted::Layered => {
+            if let Some(dialog) = &mut state.trip.import {
+                dialog.paths = chosen.iter().map(|path| path.display().to_string()).collect();
             }
-            Wanted::ExportFolder => {
-                if let Some(dialog) = &mut self.trip.export {
-                    dialog.folder = text;
-                }
-            }
-            Wanted::Program => self.settings.image_editor.program = text,
         }
+        Wanted::ExportFolder => {
+            if let Some(dialog) = &mut state.trip.export {
+                dialog.folder = text;
+            }
+        }
+        Wanted::Program => state.settings.image_editor.program = text,
     }
 }

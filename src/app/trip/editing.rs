@@ -5,14 +5,16 @@ use std::path::PathBuf;
 use serde::{Deserialize, Serialize};
 
 use super::shown_path;
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::notes::{Note, Weight};
-use crate::app::selection::Selection;
+use crate::app::state::State;
+use crate::app::state::ask::TripAsk;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::state::selection::Selection;
+use crate::app::work::Work;
 use crate::document::ImageLayer;
 use crate::document::export_record::ExportFormat;
 use crate::io::programs::{ImageEditor, check_program, image_editors, start_with};
-use crate::recipe::editing::to_edit;
+use crate::recipe::editing::document_to_edit;
 use crate::recipe::export::{ExportOptions, layer_name};
 
 /// Which image editor is used, kept from run to run.
@@ -61,54 +63,10 @@ impl EditorChoice {
     }
 }
 
-impl Editor {
+impl State {
     /// The image editors that are installed.
     pub fn editors_found(&mut self) -> &[(ImageEditor, PathBuf)] {
         self.trip.found.get_or_insert_with(image_editors)
-    }
-
-    /// Opens the selected photo's stack in the image editor. `fresh`: a new export, whatever was begun before.
-    pub fn edit_photo(&mut self, fresh: bool) {
-        let choice = self.settings.image_editor.clone();
-        let Some(tool) = choice.tool(self.editors_found()) else {
-            self.trip.choosing_editor = true;
-            return;
-        };
-        if let Err(error) = check_program(&tool.program) {
-            self.trip.choosing_editor = true;
-            return self.tell(Note::new(Weight::Problem, error.to_string()));
-        }
-        let (Some(session), Some(place)) = (&self.session, self.selected_photo()) else { return };
-        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-        let layer = self.paintable_layer(place).map(|layer| (layer.name.clone(), layer.id.clone()));
-        let decisions = Some(session.history.present().decisions.clone());
-        let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
-        self.jobs.start(Kind::Export, name, move |task| {
-            let photo = &opened.site.photos[place];
-            let selected = layer.as_ref().map(|(_, token)| token.clone());
-            let options =
-                ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
-            let document = to_edit(&folder, photo, &options, fresh, task)?;
-            drop(lock);
-            let (teller, name) = (task.clone(), tool.name.clone());
-            let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));
-            start_with(&tool.program, &document.file, failed)?;
-            let file = shown_path(&folder, &document.file);
-            let begun = if document.begun { ", as you left it," } else { "" };
-            let layer = layer.map_or(String::new(), |(name, token)| {
-                format!(" Paint on the layer “{}”.", layer_name(&name, &token))
-            });
-            let text = format!(
-                "{file}{begun} opens in {}.{layer} What you save there comes home by itself.",
-                tool.name
-            );
-            let note = Note::about(Weight::Info, &photo.name, text);
-            Ok(Box::new(move |editor| {
-                editor.tell(note);
-                editor.settings.notes_shown = true;
-                editor.watch_for_saves();
-            }))
-        });
     }
 
     /// The selected layer of a photo.
@@ -117,6 +75,47 @@ impl Editor {
         let stack = self.session.as_ref()?.photos[photo].stack.as_ref()?;
         stack.image_layers.get(layer).filter(|_| photo == place)
     }
+}
+
+/// Opens the selected photo's stack in the image editor. `fresh`: a new export, whatever was begun before.
+pub fn edit_photo(state: &mut State, work: &mut Work, fresh: bool) {
+    let choice = state.settings.image_editor.clone();
+    let Some(tool) = choice.tool(state.editors_found()) else {
+        state.trip.choosing_editor = true;
+        return;
+    };
+    if let Err(error) = check_program(&tool.program) {
+        state.trip.choosing_editor = true;
+        return state.tell(Note::new(Weight::Problem, error.to_string()));
+    }
+    let (Some(session), Some(place)) = (&state.session, state.selected_photo()) else { return };
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let layer = state.paintable_layer(place).map(|layer| (layer.name.clone(), layer.id.clone()));
+    let decisions = Some(session.history.present().decisions.clone());
+    let name = format!("Preparing {} for {}", opened.site.photos[place].name, tool.name);
+    work.jobs.start(&mut state.running, Kind::Export, name, move |task| {
+        let photo = &opened.site.photos[place];
+        let selected = layer.as_ref().map(|(_, token)| token.clone());
+        let options = ExportOptions { format: tool.format, selected, decisions, ..ExportOptions::default() };
+        let document = document_to_edit(&folder, photo, &options, fresh, task)?;
+        drop(lock);
+        let (teller, name) = (task.clone(), tool.name.clone());
+        let failed = move |how| teller.note(format!("{name} has ended at once: {how}"));
+        start_with(&tool.program, &document.file, failed)?;
+        let file = shown_path(&folder, &document.file);
+        let begun = if document.begun { ", as you left it," } else { "" };
+        let layer = layer.map_or(String::new(), |(name, token)| {
+            format!(" Paint on the layer “{}”.", layer_name(&name, &token))
+        });
+        let text =
+            format!("{file}{begun} opens in {}.{layer} What you save there comes home by itself.", tool.name);
+        let note = Note::about(Weight::Info, &photo.name, text);
+        Ok(Box::new(move |state| {
+            state.tell(note);
+            state.settings.notes_shown = true;
+            vec![TripAsk::WatchForSaves.into()]
+        }))
+    });
 }
 
 #[cfg(test)]

@@ -3,9 +3,11 @@
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::notes::{Note, Weight};
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
 use crate::document::export_record::ExportFormat;
 use crate::error::Error;
 use crate::io::programs::show_folder;
@@ -43,7 +45,7 @@ impl ExportDialog {
     }
 }
 
-impl Editor {
+impl State {
     /// Asks how to export.
     pub fn choose_export(&mut self) {
         self.trip.export.get_or_insert_with(|| ExportDialog {
@@ -54,39 +56,6 @@ impl Editor {
             provenance: false,
             even: false,
             done: None,
-        });
-    }
-
-    /// Exports as it was chosen.
-    pub fn export_chosen(&mut self) {
-        let (Some(dialog), Some(session)) = (self.trip.export.clone(), &self.session) else { return };
-        let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
-        let decisions = session.history.present().decisions.clone();
-        let out = folder.join(dialog.folder.trim());
-        let chosen = |place: &usize| match dialog.photos.is_empty() {
-            true => session.photos[*place].stack.is_some(),
-            false => dialog.photos.contains(place),
-        };
-        let places: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
-        self.jobs.start(Kind::Export, "Exporting", move |task| {
-            let photos: Vec<&Photo> = places.iter().map(|place| &opened.site.photos[*place]).collect();
-            let evened = match dialog.even {
-                true => even_factors(&folder, &opened, task)?,
-                false => BTreeMap::new(),
-            };
-            let options = ExportOptions {
-                format: dialog.format,
-                guides: dialog.guides,
-                evened,
-                decisions: Some(decisions.clone()),
-                ..ExportOptions::default()
-            };
-            let exported = export(&folder, &photos, &out, &options, task)?;
-            if dialog.provenance {
-                write_provenance(&folder, &photos, &decisions, &out, task)?;
-            }
-            drop(lock);
-            Ok(Box::new(move |editor| editor.exported(&exported, out)))
         });
     }
 
@@ -111,4 +80,37 @@ impl Editor {
             self.tell(Note::new(Weight::Warning, said(error)));
         }
     }
+}
+
+/// Exports as it was chosen.
+pub fn export_chosen(state: &mut State, work: &mut Work) {
+    let (Some(dialog), Some(session)) = (state.trip.export.clone(), &state.session) else { return };
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let decisions = session.history.present().decisions.clone();
+    let out = folder.join(dialog.folder.trim());
+    let chosen = |place: &usize| match dialog.photos.is_empty() {
+        true => session.photos[*place].stack.is_some(),
+        false => dialog.photos.contains(place),
+    };
+    let places: Vec<usize> = (0..session.photos.len()).filter(chosen).collect();
+    work.jobs.start(&mut state.running, Kind::Export, "Exporting", move |task| {
+        let photos: Vec<&Photo> = places.iter().map(|place| &opened.site.photos[*place]).collect();
+        let evened = match dialog.even {
+            true => even_factors(&folder, &opened, task)?,
+            false => BTreeMap::new(),
+        };
+        let options = ExportOptions {
+            format: dialog.format,
+            guides: dialog.guides,
+            evened,
+            decisions: Some(decisions.clone()),
+            ..ExportOptions::default()
+        };
+        let exported = export(&folder, &photos, &out, &options, task)?;
+        if dialog.provenance {
+            write_provenance(&folder, &photos, &decisions, &out, task)?;
+        }
+        drop(lock);
+        Ok(arrival(move |state| state.exported(&exported, out)))
+    });
 }

@@ -2,23 +2,26 @@
 
 use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::time::{Duration, Instant};
 
-use eframe::egui::{TextureHandle, TextureOptions};
+use eframe::egui::TextureHandle;
 
 use super::shown_path;
-use crate::app::authored::step_of_import;
-use crate::app::editor::Editor;
-use crate::app::jobs::Kind;
-use crate::app::notes::{Note, Weight};
-use crate::app::painter::Change;
+use crate::app::action::decide::step_of_import;
+use crate::app::action::decide::undo;
 use crate::app::panel::{counted, grouped, side::Tab};
-use crate::app::pictures::image;
-use crate::document::paint::PaintImport;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, TripAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::app::work::painter::Change;
+use crate::document::paint::{PaintBook, PaintImport};
 use crate::io::paint_store::PaintStore;
-use crate::projection::Picture;
 use crate::recipe::import::pictures::{ChangedLayer, changed_layers};
-use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back};
+use crate::recipe::import::{ImportOptions, Imported, history, import_once, take_back_with_book};
 use crate::task::Task;
 
 /// The longer side of a picture before or after, in pixels: as wide as the panel of a large window.
@@ -35,7 +38,7 @@ pub struct ImportDialog {
 
 /// How an import came about.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(super) enum Way {
+pub enum Way {
     /// Somebody saved a file in an image editor.
     Saved,
     /// Somebody asked for it, or for one that was taken back to be done again.
@@ -61,54 +64,19 @@ pub struct Report {
 pub struct LayerLook {
     /// Which one, and where.
     pub layer: ChangedLayer,
-    /// Before the import.
-    pub before: TextureHandle,
-    /// After it.
-    pub after: TextureHandle,
+    /// Its pictures before and after the import, once they were shown.
+    pub textures: Option<[TextureHandle; 2]>,
 }
 
-impl Editor {
+impl State {
     /// Asks what is to be imported.
     pub fn choose_imports(&mut self) {
         self.trip.import.get_or_insert_with(|| ImportDialog { paths: vec![String::new()], scaled: false });
     }
 
-    /// Imports what was chosen.
-    pub fn import_chosen(&mut self) {
-        let Some(dialog) = self.trip.import.take() else { return };
-        let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
-        let files: Vec<PathBuf> = paths.map(PathBuf::from).collect();
-        let options = ImportOptions { scaled: dialog.scaled, ..ImportOptions::default() };
-        self.import_with(files, options, None);
-    }
-
-    /// Imports edited files.
-    pub fn import_files(&mut self, files: Vec<PathBuf>) {
-        self.import_with(files, ImportOptions::default(), None);
-    }
-
-    /// Does an import again that was taken back.
-    pub(in crate::app) fn import_again(&mut self, number: u32, files: Vec<PathBuf>) {
-        // Whatever was allowed then is allowed again.
-        let options = ImportOptions { scaled: true, ..ImportOptions::default() };
-        self.import_with(files, options, Some(number));
-    }
-
-    fn import_with(&mut self, files: Vec<PathBuf>, options: ImportOptions, again: Option<u32>) {
-        let Some(session) = self.session.as_ref().filter(|_| !files.is_empty()) else { return };
-        let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), self.trip.turn.clone());
-        self.jobs.start(Kind::Import, "Importing", move |task| {
-            let _turn = turn.take();
-            let since = Instant::now();
-            let imported = import_once(&folder, &files, options, task)?;
-            drop(lock);
-            Ok(Box::new(move |editor| editor.paint_came(imported, since.elapsed(), Way::ByHand { again })))
-        });
-    }
-
     /// Takes in an import: says what came of it, and shows it everywhere.
-    pub(super) fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) {
-        let Some(session) = &self.session else { return };
+    pub fn paint_came(&mut self, imported: Imported, spent: Duration, way: Way) -> Vec<Ask> {
+        let Some(session) = &self.session else { return Vec::new() };
         let folder = session.folder.clone();
         let failed =
             imported.failed.iter().map(|(_, problem)| Note::new(Weight::Problem, problem.to_string()));
@@ -125,7 +93,7 @@ impl Editor {
         }
         // A save that changed nothing is no reason to turn to another panel.
         if imported.files.is_empty() || (way == Way::Saved && imported.number.is_none()) {
-            return;
+            return Vec::new();
         }
         let photos = imported.files.iter().map(|file| file.photo.clone()).collect();
         let number = imported.number;
@@ -134,75 +102,19 @@ impl Editor {
             let again = if let Way::ByHand { again } = way { again } else { None };
             self.remember_import(number, again, files, imported.masks.clone());
         }
+        let book = imported.book.clone();
         self.trip.report = Some(Report { imported, spent, looks: Vec::new(), taken_back: false });
         self.settings.side = Tab::Paint;
-        self.paint_changed(photos);
-        if let Some(number) = number {
-            self.look_at_import(number);
-        }
-    }
-
-    /// The paint of these photos is another one now.
-    fn paint_changed(&mut self, photos: BTreeSet<String>) {
-        self.read_history();
-        self.quality.forget_fillings();
-        if let Some(painter) = self.session.as_mut().and_then(|session| session.painter.as_mut()) {
-            painter.change(Change::Paint(photos.into_iter().collect()));
-            self.space.redraw();
-        }
-    }
-
-    /// Makes pictures of what an import changed.
-    fn look_at_import(&mut self, number: u32) {
-        let Some(session) = &self.session else { return };
-        let folder = session.folder.clone();
-        self.jobs.start(Kind::Look, "Looking at what was painted", move |task| {
-            let changed = changed_layers(&folder, number, PICTURE, task)?;
-            Ok(Box::new(move |editor| editor.show_looks(number, changed)))
-        });
+        let looks = number.map(|number| TripAsk::LookAtImport(number, book.clone()).into());
+        [TripAsk::PaintChanged(photos, book.clone()).into()].into_iter().chain(looks).collect()
     }
 
     fn show_looks(&mut self, number: u32, changed: Vec<ChangedLayer>) {
-        let context = self.context.clone();
-        let texture = |layer: &ChangedLayer, when: &str, picture: &Picture| {
-            let name = format!("{} {when} import {number}", layer.token);
-            context.load_texture(name, image(picture), TextureOptions::LINEAR)
-        };
-        let look = |layer: ChangedLayer| LayerLook {
-            before: texture(&layer, "before", &layer.before),
-            after: texture(&layer, "after", &layer.after),
-            layer,
-        };
+        let look = |layer| LayerLook { layer, textures: None };
         let report = self.trip.report.as_mut().filter(|report| report.imported.number == Some(number));
         if let Some(report) = report {
             report.looks = changed.into_iter().map(look).collect();
         }
-    }
-
-    /// Takes the last import back: a step undone, where it was the last one, else one that is no step any more.
-    pub fn take_back_last(&mut self) {
-        let Some(number) = self.trip.history.last().map(|import| import.number) else { return };
-        let step = self.session.as_ref().and_then(|session| session.history.undoes());
-        if step == Some(step_of_import(number).as_str()) {
-            return self.undo();
-        }
-        self.forget_import(number);
-        self.take_back_import(number);
-    }
-
-    /// Takes an import back, if it is the last one.
-    pub(in crate::app) fn take_back_import(&mut self, number: u32) {
-        let Some(session) = &self.session else { return };
-        let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), self.trip.turn.clone());
-        self.jobs.start(Kind::Import, "Taking an import back", move |_| {
-            let _turn = turn.take();
-            if history(&folder)?.last().map(|import| import.number) != Some(number) {
-                return Ok(Box::new(move |editor| editor.not_taken_back(number)));
-            }
-            let import = take_back(&folder)?;
-            drop(lock);
-            Ok(Box::new(move |editor| editor.taken_back(import)))
-        });
     }
 
     fn not_taken_back(&mut self, number: u32) {
@@ -213,7 +125,7 @@ impl Editor {
         self.tell(Note::new(Weight::Problem, text));
     }
 
-    fn taken_back(&mut self, import: PaintImport) {
+    fn taken_back(&mut self, import: PaintImport, book: Arc<PaintBook>) -> Vec<Ask> {
         let text = format!(
             "Import {} is taken back: {} of {} are as they were. The files are as they were saved; saving one again \
              imports it again.",
@@ -226,22 +138,112 @@ impl Editor {
             report.taken_back |= report.imported.number == Some(import.number);
         }
         self.forget_masks_of(&import);
-        self.paint_changed(import.photos.into_iter().collect());
+        vec![TripAsk::PaintChanged(import.photos.into_iter().collect(), book).into()]
     }
 
-    /// Reads which imports can be taken back, and which photos have paint.
-    pub(super) fn read_history(&mut self) {
-        let Some(session) = &self.session else { return };
-        let folder = session.folder.clone();
-        self.jobs.start(Kind::Look, "Reading the imports", move |_: &Task| {
-            let book = PaintStore::new(&folder).read()?;
-            let painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
-            Ok(Box::new(move |editor| {
-                let same = editor.session.as_ref().is_some_and(|session| session.folder == folder);
-                if same {
-                    (editor.trip.history, editor.trip.painted) = (book.imports, painted);
-                }
-            }))
-        });
+    /// Shows the imports that can be taken back, and which photos have paint, as they are in `book`.
+    fn history_is(&mut self, book: &PaintBook) {
+        self.trip.history = book.imports.clone();
+        self.trip.painted = book.entries.iter().map(|entry| entry.photo.clone()).collect();
     }
+}
+
+/// Imports what was chosen.
+pub fn import_chosen(state: &mut State, work: &mut Work) {
+    let Some(dialog) = state.trip.import.take() else { return };
+    let paths = dialog.paths.iter().map(|path| path.trim()).filter(|path| !path.is_empty());
+    let files: Vec<PathBuf> = paths.map(PathBuf::from).collect();
+    let options = ImportOptions { scaled: dialog.scaled, ..ImportOptions::default() };
+    import_with(state, work, files, options, None);
+}
+
+/// Imports edited files.
+pub fn import_files(state: &mut State, work: &mut Work, files: Vec<PathBuf>) {
+    import_with(state, work, files, ImportOptions::default(), None);
+}
+
+/// Does an import again that was taken back.
+pub fn import_again(state: &mut State, work: &mut Work, number: u32, files: Vec<PathBuf>) {
+    // Whatever was allowed then is allowed again.
+    let options = ImportOptions { scaled: true, ..ImportOptions::default() };
+    import_with(state, work, files, options, Some(number));
+}
+
+fn import_with(
+    state: &mut State,
+    work: &mut Work,
+    files: Vec<PathBuf>,
+    options: ImportOptions,
+    again: Option<u32>,
+) {
+    let Some(session) = state.session.as_ref().filter(|_| !files.is_empty()) else { return };
+    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
+    work.jobs.start(&mut state.running, Kind::Import, "Importing", move |task| {
+        let _turn = turn.take();
+        let since = Instant::now();
+        let imported = import_once(&folder, &files, options, task)?;
+        drop(lock);
+        Ok(Box::new(move |state| state.paint_came(imported, since.elapsed(), Way::ByHand { again })))
+    });
+}
+
+/// Shows the paint of these photos, which has changed to that of `book`.
+pub fn paint_changed(state: &mut State, work: &mut Work, photos: BTreeSet<String>, book: Arc<PaintBook>) {
+    state.history_is(&book);
+    state.quality.forget_fillings();
+    if let Some(painter) = &mut work.painter {
+        painter.change(Change::Paint(photos.into_iter().collect(), book));
+        state.space.redraw();
+    }
+}
+
+/// Makes pictures of what an import changed.
+pub fn look_at_import(state: &mut State, work: &mut Work, number: u32, book: Arc<PaintBook>) {
+    let Some(session) = &state.session else { return };
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, Kind::Look, "Looking at what was painted", move |task| {
+        let changed = changed_layers(&folder, &book, number, PICTURE, task)?;
+        Ok(arrival(move |state| state.show_looks(number, changed)))
+    });
+}
+
+/// Takes the last import back: a step undone, where it was the last one, else one that is no step any more.
+pub fn take_back_last(state: &mut State, work: &mut Work) {
+    let Some(number) = state.trip.history.last().map(|import| import.number) else { return };
+    let step = state.session.as_ref().and_then(|session| session.history.undoes());
+    if step == Some(step_of_import(number).as_str()) {
+        return undo(state, work);
+    }
+    state.forget_import(number);
+    take_back_import(state, work, number);
+}
+
+/// Takes an import back, if it is the last one.
+pub fn take_back_import(state: &mut State, work: &mut Work, number: u32) {
+    let Some(session) = &state.session else { return };
+    let (folder, lock, turn) = (session.folder.clone(), session.lock.clone(), work.turn.clone());
+    work.jobs.start(&mut state.running, Kind::Import, "Taking an import back", move |_| {
+        let _turn = turn.take();
+        if history(&folder)?.last().map(|import| import.number) != Some(number) {
+            return Ok(arrival(move |state| state.not_taken_back(number)));
+        }
+        let (import, book) = take_back_with_book(&folder)?;
+        drop(lock);
+        Ok(Box::new(move |state| state.taken_back(import, book)))
+    });
+}
+
+/// Reads which imports can be taken back, and which photos have paint.
+pub fn read_history(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let folder = session.folder.clone();
+    work.jobs.start(&mut state.running, Kind::Look, "Reading the imports", move |_: &Task| {
+        let book = PaintStore::new(&folder).read()?;
+        Ok(arrival(move |state| {
+            let same = state.session.as_ref().is_some_and(|session| session.folder == folder);
+            if same {
+                state.history_is(&book);
+            }
+        }))
+    });
 }

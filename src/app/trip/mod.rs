@@ -4,17 +4,21 @@ pub mod choosing;
 pub mod editing;
 pub mod exporting;
 pub mod importing;
-mod watching;
+pub mod watching;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
-use self::choosing::Choosing;
 use self::exporting::ExportDialog;
 use self::importing::{ImportDialog, Report};
-use self::watching::Watching;
-use super::editor::Editor;
+use crate::app::state::State;
+use crate::app::trip::choosing::take_chosen_files;
+use crate::app::trip::importing::import_files;
+use crate::app::trip::importing::read_history;
+use crate::app::trip::watching::take_saved;
+use crate::app::trip::watching::watch_for_saves;
+use crate::app::work::Work;
 use crate::document::paint::PaintImport;
 use crate::io::documents::is_document;
 use crate::io::programs::ImageEditor;
@@ -37,10 +41,6 @@ pub struct Trip {
     pub choosing_editor: bool,
     /// Image editors that are installed; looked for when somebody asks.
     pub found: Option<Vec<(ImageEditor, PathBuf)>>,
-    /// What is chosen in a dialog of the system.
-    choosing: Option<Choosing>,
-    watching: Option<Watching>,
-    turn: Turn,
 }
 
 /// Who writes the project's paint: one at a time.
@@ -62,41 +62,42 @@ impl Trip {
     }
 }
 
-impl Editor {
-    /// Takes in what was saved in image editors, and what was chosen in dialogs of the system.
-    pub(super) fn take_home(&mut self) {
-        self.take_saved();
-        self.take_chosen_files();
-    }
-
-    /// Another project is open, or none.
-    pub(super) fn leave_trip(&mut self) {
-        let found = self.trip.found.take();
-        self.trip = Trip { found, ..Trip::default() };
-    }
-
-    /// A project was opened: what was painted on while it was not comes home.
-    pub(super) fn begin_trip(&mut self) {
-        self.leave_trip();
-        self.watch_for_saves();
-        self.read_history();
-    }
-
+impl State {
     /// The folder of documents that are painted on, where there is one.
     pub fn editing_folder(&self) -> Option<PathBuf> {
         let folder = folder_of_documents(&self.session.as_ref()?.folder);
         folder.is_dir().then_some(folder)
     }
+}
 
-    /// Layered files that were dropped on the window are imported; whether there were any.
-    pub(super) fn import_dropped(&mut self, dropped: &[PathBuf]) -> bool {
-        let layered: Vec<PathBuf> = dropped.iter().filter(|path| is_document(path)).cloned().collect();
-        if self.session.is_none() || layered.is_empty() {
-            return false;
-        }
-        self.import_files(layered);
-        true
+/// Takes in what was saved in image editors, and what was chosen in dialogs of the system.
+pub fn take_home(state: &mut State, work: &mut Work) {
+    take_saved(state, work);
+    take_chosen_files(state, work);
+}
+
+/// Another project is open, or none.
+pub fn leave_trip(state: &mut State, work: &mut Work) {
+    let found = state.trip.found.take();
+    state.trip = Trip { found, ..Trip::default() };
+    (work.choosing, work.watching, work.turn) = (None, None, Turn::default());
+}
+
+/// A project was opened: what was painted on while it was not comes home.
+pub fn begin_trip(state: &mut State, work: &mut Work) {
+    leave_trip(state, work);
+    watch_for_saves(state, work);
+    read_history(state, work);
+}
+
+/// Layered files that were dropped on the window are imported; whether there were any.
+pub fn import_dropped(state: &mut State, work: &mut Work, dropped: &[PathBuf]) -> bool {
+    let layered: Vec<PathBuf> = dropped.iter().filter(|path| is_document(path)).cloned().collect();
+    if state.session.is_none() || layered.is_empty() {
+        return false;
     }
+    import_files(state, work, layered);
+    true
 }
 
 /// A file as people read it: from the project on, where it lies in that.

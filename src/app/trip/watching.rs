@@ -6,13 +6,14 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::Duration;
 
-use eframe::egui::Context;
-
 use super::Turn;
 use super::importing::Way;
-use crate::app::editor::Editor;
-use crate::app::notes::{Note, Weight};
-use crate::app::session::Session;
+use crate::app::action::apply;
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::session::Session;
+use crate::app::work::Work;
+use crate::app::work::waker::Waker;
 use crate::error::{Error, Result};
 use crate::recipe::editing;
 use crate::recipe::import::Imported;
@@ -34,12 +35,12 @@ pub struct Watching {
 impl Watching {
     /// Watches the folder of documents of a project that is open. What was saved there while nobody watched is
     /// imported at once; an import that was taken back stays so.
-    fn start(session: &Session, turn: Turn, context: Context) -> Option<Self> {
+    fn start(session: &Session, turn: Turn, waker: Waker) -> Option<Self> {
         let (send, receive) = channel();
         let tell = move |news: News| {
             // Nobody listens any more: another project is open.
             let _ = send.send(news);
-            context.request_repaint();
+            waker.wake();
         };
         let said = tell.clone();
         let task = Task::new(move |event| {
@@ -85,34 +86,36 @@ impl Drop for Watching {
     }
 }
 
-impl Editor {
-    /// Watches for saves, if there is a folder to watch and nobody does yet.
-    pub(super) fn watch_for_saves(&mut self) {
-        let Some(session) = &self.session else { return };
-        if self.trip.watching.is_none() && editing::folder(&session.folder).is_dir() {
-            self.trip.watching = Watching::start(session, self.trip.turn.clone(), self.context.clone());
-        }
+/// Watches for saves, if there is a folder to watch and nobody does yet.
+pub fn watch_for_saves(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    if work.watching.is_none() && editing::folder(&session.folder).is_dir() {
+        work.watching = Watching::start(session, work.turn.clone(), work.waker.clone());
     }
+}
 
-    /// Takes in what was saved.
-    pub(super) fn take_saved(&mut self) {
-        let Some(watching) = &self.trip.watching else { return };
-        let mut news = Vec::new();
-        let ended = loop {
-            match watching.receive.try_recv() {
-                Ok(one) => news.push(one),
-                Err(none) => break none,
+/// Takes in what was saved.
+pub fn take_saved(state: &mut State, work: &mut Work) {
+    let Some(watching) = &work.watching else { return };
+    let mut news = Vec::new();
+    let ended = loop {
+        match watching.receive.try_recv() {
+            Ok(one) => news.push(one),
+            Err(none) => break none,
+        }
+    };
+    // What ended can begin again.
+    if ended == TryRecvError::Disconnected {
+        work.watching = None;
+    }
+    for news in news {
+        let asks = match news {
+            News::Imported(imported, spent) => state.paint_came(imported, spent, Way::Saved),
+            News::Said(note) => {
+                state.tell(note);
+                Vec::new()
             }
         };
-        // What ended can begin again.
-        if ended == TryRecvError::Disconnected {
-            self.trip.watching = None;
-        }
-        for news in news {
-            match news {
-                News::Imported(imported, spent) => self.paint_came(imported, spent, Way::Saved),
-                News::Said(note) => self.tell(note),
-            }
-        }
+        asks.into_iter().for_each(|ask| apply(state, work, ask));
     }
 }

@@ -1,4 +1,4 @@
-//! What may be typed for `colour`.
+//! Arguments of `colour`.
 
 use std::path::PathBuf;
 
@@ -8,50 +8,51 @@ use crate::document::colour::MOST_STOPS;
 
 #[derive(Debug, Args)]
 pub struct ColourArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// Give this photo a gain, in stops by which it is brighter than the exposure that all are brought to:
-    /// red, green and blue, or one number for all three (may be given several times)
+    /// Fix this photo's gain, in stops by which it is brighter than the common exposure: red, green and blue,
+    /// or one number for all three (may be given several times)
     #[arg(long, value_name = "PHOTO=R,G,B", value_parser = fixed_gain)]
     pub fix: Vec<(String, [f64; 3])>,
-    /// Do not ask this photo when gains are estimated: its own is 0, unless it is fixed (may be given
-    /// several times)
+    /// Exclude this photo from the estimate: its own gain is 0 unless it is fixed (may be given several
+    /// times)
     #[arg(long, value_name = "PHOTO")]
     pub leave_out: Vec<String>,
-    /// Take back what was fixed or left out of this photo (may be given several times)
+    /// Remove what was fixed or left out for this photo (may be given several times)
     #[arg(long, value_name = "PHOTO")]
     pub free: Vec<String>,
-    /// Pictures come out with the exposure of this photo; `none`: with that of the photos near each view
+    /// Render with the exposure of this photo; `none`: with that of the photos near each view
     #[arg(long, value_name = "PHOTO|none")]
     pub reference: Option<String>,
-    /// Show, fill and compare photos as they are, and keep what was decided
+    /// Show, fill and compare photos without exposure matching, but keep all settings
     #[arg(long, conflicts_with = "on")]
     pub off: bool,
-    /// Even exposures out again
+    /// Match exposures again
     #[arg(long)]
     pub on: bool,
-    /// Estimate how lenses darken the corners, and take it out: where a camera took four photos or more that
-    /// share enough
+    /// Estimate and correct vignetting, for cameras with four or more photos that share enough points
     #[arg(long, value_enum)]
     pub vignetting: Option<Switch>,
-    /// Estimate the light that was added everywhere in a photo (haze, a wrong black level), and take it out
+    /// Estimate and correct light that was added everywhere in a photo (haze, a wrong black level)
     #[arg(long, value_enum)]
     pub offset: Option<Switch>,
-    /// Take back all decisions, before others of this command
+    /// Remove all settings first, before applying the others of this command
     #[arg(long)]
     pub reset: bool,
 }
 
+/// The value of an option that is switched on or off.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum Switch {
     On,
     Off,
 }
 
+/// Parses `PHOTO=R,G,B` or `PHOTO=STOPS`.
 fn fixed_gain(text: &str) -> Result<(String, [f64; 3]), String> {
     let expected =
         || format!("expected a photo and stops such as 0001.jpg=0.5,0.4,0.4, {MOST_STOPS} at most");
-    // Names may have a `=`, stops have none.
+    // Names may contain a `=`, stops never do.
     let (photo, stops) = text.rsplit_once('=').ok_or_else(expected)?;
     let stops: Vec<f64> =
         stops.split(',').map(|s| s.trim().parse()).collect::<Result<_, _>>().map_err(|_| expected())?;

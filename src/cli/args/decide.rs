@@ -1,4 +1,4 @@
-//! What may be typed for `decide`.
+//! Arguments of `decide`.
 
 use std::path::PathBuf;
 
@@ -8,65 +8,71 @@ use super::method;
 
 #[derive(Debug, Args)]
 #[command(
-    after_help = "WHAT is an object, faces of one as 'OBJECT[3, 5-8]', or the token of an image layer. Decisions \
-                        hold for every photo that is named, and `quadratura build` makes what they change."
+    after_help = "WHAT is an object, faces of an object as 'OBJECT[3, 5-8]', or the token of an image layer. \
+                  Decisions hold for every photo named; `quadratura build` applies them to the layers."
 )]
 pub struct DecideArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// About this photo (may be given several times); without a decision: show only its decisions
+    /// The photo to decide about (may be given several times); without a decision: list only its decisions
     #[arg(long = "photo", value_name = "NAME")]
     pub photos: Vec<String>,
-    /// These share one image layer, whatever it costs; refused where they lie before and behind each other
+    /// Put these into one image layer, whatever its size; refused where one lies in front of and behind
+    /// another
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub merge: Vec<String>,
-    /// These share an image layer with nothing else, or with nothing of --from
+    /// Separate these from everything else in image layers, or from what --from names
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub split: Vec<String>,
-    /// What --split keeps apart from
+    /// Separate the faces of --split from these
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "split")]
     pub from: Vec<String>,
-    /// Call the image layer of --of so; an empty name gives it its own back
+    /// Name the image layer of --of; an empty name restores its own
     #[arg(long, value_name = "NAME", requires = "of", requires = "photos")]
     pub name: Option<String>,
-    /// What the image layer to be named holds most of
+    /// Contents of the image layer to be named
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "name")]
     pub of: Vec<String>,
-    /// The photo gives these no texture
+    /// Do not texture these from the photo
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub exclude: Vec<String>,
-    /// The photo alone gives these texture, as far as it shows them
+    /// Texture these from this photo only, as far as it shows them
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub pin: Vec<String>,
-    /// The photo neither excludes these nor are they pinned to it, whatever was decided before
+    /// Remove exclusions and pins of these for the photo
     #[arg(long, value_name = "WHAT", num_args = 1.., requires = "photos")]
     pub free: Vec<String>,
-    /// The photo's own tolerance; `project`: that of the project again
+    /// The photo's own tolerance; `project`: use the project's
     #[arg(long, value_name = "T", value_parser = or_project(method::tolerance), requires = "photos")]
-    pub tolerance: Option<OwnOption<f32>>,
-    /// The photo's own min_support; `project`: that of the project again
+    pub tolerance: Option<OptionOverride<f32>>,
+    /// The photo's own min_support; `project`: use the project's
     #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
-    pub min_support: Option<OwnOption<u32>>,
-    /// The photo's own margin, in pixels; `project`: that of the project again
+    pub min_support: Option<OptionOverride<u32>>,
+    /// The photo's own margin, in pixels; `project`: use the project's
     #[arg(long, value_name = "N", value_parser = or_project(number), requires = "photos")]
-    pub margin: Option<OwnOption<u32>>,
-    /// Take the decision with this number back, before others of this command (may be given several times)
+    pub margin: Option<OptionOverride<u32>>,
+    /// Remove the decision with this number first, before applying others (may be given several times)
     #[arg(long, value_name = "N", requires = "photos")]
     pub forget: Vec<usize>,
-    /// Take all decisions about the photos back, or all there are, before others of this command
+    /// Remove all decisions about the photos, or all decisions, before applying others
     #[arg(long)]
     pub reset: bool,
 }
 
-/// An option of a photo: its own, or the project's.
+/// An option of a photo: `Some` for its own value, `None` for the project's.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OwnOption<T>(pub Option<T>);
+pub struct OptionOverride<T>(pub Option<T>);
 
+/// Returns a parser that also accepts the word `project`.
 fn or_project<T>(
     parse: impl Fn(&str) -> Result<T, String> + Clone,
-) -> impl Fn(&str) -> Result<OwnOption<T>, String> + Clone {
+) -> impl Fn(&str) -> Result<OptionOverride<T>, String> + Clone {
     move |text| {
-        if text == "project" { Ok(OwnOption(None)) } else { parse(text).map(|own| OwnOption(Some(own))) }
+        if text == "project" {
+            Ok(OptionOverride(None))
+        } else {
+            parse(text).map(|own| OptionOverride(Some(own)))
+        }
     }
 }
 

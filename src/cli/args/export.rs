@@ -1,42 +1,41 @@
-//! What may be typed for `export`.
+//! Arguments of `export`.
 
 use std::path::PathBuf;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 
 use super::{MemoryArg, PhotoArgs};
+use crate::document::export_record::ExportFormat;
+use crate::io::layered::FORMATS;
+use crate::io::layered::format::LayeredFormat;
 
 #[derive(Debug, Args)]
 pub struct ExportArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// What to write
-    #[arg(long, value_enum, default_value_t = FormatArg::Psd)]
-    pub format: FormatArg,
+    /// The format to write
+    #[arg(long, value_parser = formats(), default_value_t = ExportFormat::Psd)]
+    pub format: ExportFormat,
     /// The folder to write to
     #[arg(long, value_name = "DIR")]
     pub out: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Write also where every filled texel comes from: a coloured PNG per image layer and a legend
+    /// Also write the source of every filled texel: a coloured PNG per image layer and a legend
     #[arg(long)]
     pub provenance: bool,
-    /// With exposures evened out: to the reference that `colour` chose, else to the common exposure. For
-    /// looking at: such files cannot be imported
+    /// Export with matched exposures: to the reference set with `colour`, else to the common exposure. For
+    /// viewing only: such files cannot be imported
     #[arg(long)]
     pub even_colour: bool,
     #[command(flatten)]
     pub memory: MemoryArg,
 }
 
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum FormatArg {
-    /// One layered PSD a photo, for Photoshop, GIMP and Krita
-    Psd,
-    /// A folder of PNG files with stack.json
-    Folder,
-    /// OpenRaster, for Krita
-    Ora,
-    /// XCF, for GIMP: opens fastest, and locks hold
-    Xcf,
+/// Returns a parser for the formats in the table.
+fn formats() -> impl TypedValueParser<Value = ExportFormat> {
+    let value = |entry: &LayeredFormat| PossibleValue::new(entry.format.name()).help(entry.about);
+    let names = PossibleValuesParser::new(FORMATS.iter().map(value));
+    names.map(|name| name.parse().expect("the table names formats as they are parsed"))
 }

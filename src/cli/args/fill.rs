@@ -1,4 +1,4 @@
-//! What may be typed for `fill`.
+//! Arguments of `fill`.
 
 use std::path::PathBuf;
 
@@ -9,50 +9,51 @@ use crate::layers::fill::{FillOptions, Invent};
 
 #[derive(Debug, Args)]
 pub struct FillArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Leave this object as the photos show it (may be given several times; `NAME*` for all that begin
-    /// so) [default: the project's]
+    /// Do not fill this object (may be given several times; `NAME*` for all names with this beginning)
+    /// [default: the project's]
     #[arg(long, value_name = "OBJECT")]
     pub without: Vec<String>,
-    /// How that is made which no photo shows [default: the project's]
+    /// How to inpaint what no photo shows [default: the project's]
     #[arg(long, value_enum)]
     pub invent: Option<InventArg>,
-    /// Lay paint of other photos over what photos show of the same surfaces: that of all photos, or of this one
-    /// (`--propagate=NAME`, may be given several times; `NAME*` for all that begin so). Paint of a photo's own
-    /// stays; where the two say different things, that is told [default: the project's]
+    /// Project paint of other photos to what photos show of the same surfaces: paint of all photos, or of
+    /// this one (`--propagate=NAME`, may be given several times; `NAME*` for all names with this beginning).
+    /// A photo's own paint stays; conflicts are reported [default: the project's]
     #[arg(long, value_name = "PHOTO", num_args = 0..=1, require_equals = true, default_missing_value = "*",
           conflicts_with = "no_propagate")]
     pub propagate: Vec<String>,
-    /// Take such paint away again, whatever the project says
+    /// Remove such paint again, whatever the project's options say
     #[arg(long)]
     pub no_propagate: bool,
-    /// Only tell what paint would be laid over what photos: nothing is filled, and no layer is written
+    /// Preview what paint would be projected to which photos; nothing is filled or written
     #[arg(long, conflicts_with_all = ["save_options", "force"])]
     pub dry_run: bool,
-    /// Keep these options in project.json. Without it they hold for this time only, and the next fill
-    /// without them fills these photos again
+    /// Save these options in project.json. Without this they apply only once, and the next fill without them
+    /// fills these photos again
     #[arg(long)]
     pub save_options: bool,
     #[command(flatten)]
     pub memory: MemoryArg,
-    /// Fill again what is up to date
+    /// Fill photos that are up to date, too
     #[arg(long)]
     pub force: bool,
 }
 
+/// The methods of inpainting.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub enum InventArg {
-    /// Of patches of what photos show of the surface
+    /// Patch-based, with patches of what photos show of the surface
     Exemplar,
-    /// Smoothly
+    /// Smooth
     Diffusion,
 }
 
 impl FillArgs {
-    /// `options` with those that were given.
+    /// Returns `options` with those that were given replaced.
     pub fn applied_to(&self, options: &FillOptions) -> FillOptions {
         let invent = self.invent.map_or(options.invent, |invent| match invent {
             InventArg::Exemplar => Invent::Exemplar,

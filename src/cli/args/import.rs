@@ -1,4 +1,4 @@
-//! What may be typed for `import` and `watch`.
+//! Arguments of `import` and `watch`.
 
 use std::path::PathBuf;
 
@@ -6,36 +6,36 @@ use clap::Args;
 
 #[derive(Debug, Args)]
 pub struct ImportArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// Edited files, and folders that were exported as such
+    /// Edited files, exported folders, or folders that contain them
     #[arg(value_name = "PATH", required_unless_present_any = ["undo", "history"])]
     pub files: Vec<PathBuf>,
-    /// Only tell what would be imported
+    /// Preview what would be imported
     #[arg(long, conflicts_with_all = ["undo", "history"])]
     pub dry_run: bool,
-    /// Take the paint of an image home that was scaled in the editor: what is fainter than scaling's own errors is lost
+    /// Import an image that was scaled in the editor; paint fainter than the errors of scaling is lost
     #[arg(long)]
     pub scaled: bool,
-    /// Take back the last import
+    /// Undo the last import
     #[arg(long, conflicts_with_all = ["files", "history"])]
     pub undo: bool,
-    /// List the imports that can be taken back
+    /// List the imports that can be undone
     #[arg(long, conflicts_with = "files")]
     pub history: bool,
 }
 
 #[derive(Debug, Args)]
 pub struct WatchArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// The folder that the image editor saves to
+    /// The folder in which the image editor saves
     #[arg(value_name = "DIR")]
     pub folder: PathBuf,
-    /// End after the first import that changed something
+    /// Stop after the first import that changes something
     #[arg(long)]
     pub once: bool,
-    /// As for import
+    /// Import images that were scaled in the editor, as for import
     #[arg(long)]
     pub scaled: bool,
 }

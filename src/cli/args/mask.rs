@@ -1,4 +1,4 @@
-//! What may be typed for `mask` and `object`.
+//! Arguments of `mask` and `object`.
 
 use std::path::PathBuf;
 
@@ -9,39 +9,38 @@ use super::PhotoArgs;
 
 #[derive(Debug, Args)]
 pub struct MaskArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Take a PNG as a mask of the one photo that --photo names: as large as the photo as taken, black is
-    /// masked
+    /// Use a PNG as a mask of the photo that --photo names: as large as the original photo; black is masked
     #[arg(long, value_name = "FILE", requires = "names")]
     pub add: Option<PathBuf>,
-    /// Take the masks that lie beside the photos (NAME.mask.png, NAME_mask.png) or in a folder `masks`
-    /// (masks/NAME.jpg.png, as COLMAP has it); those taken before are read again
+    /// Use the masks found beside the photos (NAME.mask.png, NAME_mask.png) or in a folder `masks`
+    /// (masks/NAME.jpg.png, as in COLMAP); masks that were found before are read again
     #[arg(long)]
     pub find: bool,
-    /// Mask what the photos show of this object, also of one that is switched off (may be given several
-    /// times; `NAME*` for all that begin so)
+    /// Mask what the photos show of this object, even if it was removed from the model (may be given several
+    /// times; `NAME*` for all names with this beginning)
     #[arg(long, value_name = "OBJECT")]
     pub object: Vec<String>,
-    /// Mask also what is so many pixels around the object: models are wrong by a few
+    /// Also mask pixels within this distance of the object, because models are a few pixels off
     #[arg(long, value_name = "PX", requires = "object", default_value_t = 0,
           value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096))]
     pub margin: u32,
-    /// Look for what stands in one photo alone (people, cars), by asking the other photos: writes pictures and a list,
-    /// masks nothing
+    /// Find transient objects (people, cars), which only one photo shows, by comparing photos: writes
+    /// pictures and a list, and masks nothing
     #[arg(long)]
     pub suggest: bool,
-    /// Mask what was suggested: `all`, or numbers such as 1,4,7
+    /// Mask suggestions: `all`, or numbers such as 1,4,7
     #[arg(long, value_name = "all|N,N,..", value_parser = accepted)]
     pub accept: Option<Accepted>,
-    /// Take masks away, before others of this command are made
+    /// Remove masks first, before making others
     #[arg(long)]
     pub clear: bool,
 }
 
-/// Suggestions by number; none for all of them.
+/// Accepted suggestions by number; empty for all of them.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Accepted(pub Vec<u32>);
 
@@ -55,13 +54,13 @@ fn accepted(text: &str) -> Result<Accepted, String> {
 
 #[derive(Debug, Args)]
 pub struct ObjectArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
-    /// Switch this object off: it is as if the model did not have it (may be given several times; `NAME*`
-    /// for all that begin so)
+    /// Remove this object from the model in this project (may be given several times; `NAME*` for all names
+    /// with this beginning)
     #[arg(long, value_name = "OBJECT")]
     pub off: Vec<String>,
-    /// Switch it on again
+    /// Restore this object
     #[arg(long, value_name = "OBJECT")]
     pub on: Vec<String>,
 }

@@ -1,34 +1,35 @@
-//! The options of the method, as `new` and `build` take them.
+//! Options of the sorting method, which `new` and `build` take.
 
 use clap::builder::RangedU64ValueParser;
 use clap::{ArgAction, Args, ValueEnum};
 
 use crate::layers::{BoxShape, Method, Options};
 
-/// The options of the method; those not given are the project's.
+/// The options of the method; options that are not given are the project's.
 #[derive(Debug, Default, Args)]
 #[command(next_help_heading = "Options of the method")]
 pub struct OptionArgs {
-    /// How visibility layers are found: the occlusion graph, or stencil peeling as published in 2003
+    /// How visibility layers are computed: with the occlusion graph, or by stencil peeling as published in
+    /// 2003
     #[arg(long, value_enum)]
     pub method: Option<MethodArg>,
-    /// One surface hides another when it is nearer by more than this share of its depth
+    /// A surface hides another one when it is nearer by more than this fraction of its depth
     #[arg(long, value_name = "T", value_parser = tolerance)]
     pub tolerance: Option<f32>,
-    /// A contradiction of at most so many pixels is forgiven as contact noise
+    /// Ignore contradictions of at most this many pixels as contact noise
     #[arg(long, value_name = "N")]
     pub min_support: Option<u32>,
-    /// Pixels added around an image layer on every side
+    /// Pixels to add around an image layer on every side
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(0..=4096))]
     pub margin: Option<u32>,
-    /// Sides of image layers: as they are, or powers of two
+    /// Sizes of image layers: as needed, or powers of two
     #[arg(long, value_enum)]
     pub boxes: Option<BoxArg>,
-    /// Merge image layers within one visibility layer only, the rule of 2003
+    /// Merge image layers within one visibility layer only, as published in 2003
     #[arg(long, action = ArgAction::Set, num_args = 0..=1, require_equals = true,
           default_missing_value = "true", value_name = "true|false", hide_possible_values = true)]
     pub published: Option<bool>,
-    /// Give no image layer a longer side, in pixels: larger surfaces get several, side by side
+    /// Longest side of an image layer, in pixels: larger surfaces are split into several layers side by side
     #[arg(long, value_name = "N", value_parser = RangedU64ValueParser::<u32>::new().range(64..=1 << 20))]
     pub largest_side: Option<u32>,
 }
@@ -46,7 +47,7 @@ pub enum BoxArg {
 }
 
 impl OptionArgs {
-    /// `options` with those that were given.
+    /// Returns `options` with those that were given replaced.
     pub fn applied_to(&self, options: &Options) -> Options {
         Options {
             method: self.method.map_or(options.method, Method::from),
@@ -78,6 +79,7 @@ impl From<BoxArg> for BoxShape {
     }
 }
 
+/// Parses a depth tolerance and checks its range.
 pub(super) fn tolerance(text: &str) -> Result<f32, String> {
     let tolerance = text.parse().map_err(|_| "expected a number such as 0.0001".to_string())?;
     let options = Options { tolerance, ..Options::default() };
@@ -103,7 +105,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_out_of_range_is_wrong_usage() {
+    fn values_out_of_range_are_wrong_usage() {
         for option in ["--tolerance=1", "--tolerance=NaN", "--margin=-1", "--largest-side=0"] {
             let error = Cli::try_parse_from(NEW.split(' ').chain([option])).unwrap_err();
             assert_eq!(error.exit_code(), 2, "{option}");

@@ -1,7 +1,7 @@
-//! What may be typed.
+//! The command-line arguments.
 //!
-//! Here: the commands, and what several of them take. The arguments of a command that has many stand in a file
-//! of its own.
+//! This file has the commands and the arguments that several of them share. Commands with many arguments have
+//! files of their own.
 
 mod colour;
 mod decide;
@@ -17,8 +17,8 @@ use clap::builder::RangedU64ValueParser;
 use clap::{Args, Parser, Subcommand};
 
 pub use colour::{ColourArgs, Switch};
-pub use decide::{DecideArgs, OwnOption};
-pub use export::{ExportArgs, FormatArg};
+pub use decide::{DecideArgs, OptionOverride};
+pub use export::ExportArgs;
 pub use fill::FillArgs;
 pub use import::{ImportArgs, WatchArgs};
 pub use mask::{Accepted, MaskArgs, ObjectArgs};
@@ -27,11 +27,12 @@ pub use method::OptionArgs;
 use super::bytes::parse_bytes;
 use super::view_args::{RenderArgs, ScoreArgs};
 use crate::geometry::Similarity;
+use crate::io::cameras::accepted;
 use crate::recipe::budget::default_memory;
 use crate::recipe::open::Opened;
 use crate::task::Task;
 
-/// Calibrated photos and a coarse model become editable image layers, sorted by proven visibility.
+/// Turns calibrated photos and a coarse model into editable image layers, sorted by proven visibility.
 #[derive(Debug, Parser)]
 #[command(name = "quadratura", version, propagate_version = true, max_term_width = 100)]
 #[command(after_help = "Exit status: 0 done, 1 failed (also when one photo failed and the others \
@@ -39,69 +40,69 @@ use crate::task::Task;
 pub struct Cli {
     #[command(flatten)]
     pub global: Global,
-    /// Without one, the editor opens
+    /// Without a command, the editor opens
     #[command(subcommand)]
     pub command: Option<Command>,
 }
 
-/// What every command takes.
+/// Options of every command.
 #[derive(Debug, Args)]
 pub struct Global {
     /// Write the result to standard output as JSON
     #[arg(long, global = true)]
     pub json: bool,
-    /// Say nothing but results and errors
+    /// Print only results and errors
     #[arg(short, long, global = true)]
     pub quiet: bool,
-    /// Say more: how long every step of every photo took
+    /// Print more: how long every step of every photo took
     #[arg(short, long, global = true, conflicts_with = "quiet")]
     pub verbose: bool,
-    /// Use so many threads [default: one a core]
+    /// Number of threads to use [default: one per core]
     #[arg(long, global = true, value_name = "N", value_parser = RangedU64ValueParser::<usize>::new().range(1..=1024))]
     pub threads: Option<usize>,
-    /// Print a table of seconds by stage and photo, and the peak memory
+    /// Print a table of seconds per stage and photo, and the peak memory
     #[arg(long, global = true)]
     pub timings: bool,
 }
 
-/// What the editor is given.
+/// Arguments of `edit`.
 #[derive(Debug, Default, Args)]
 pub struct EditArgs {
-    /// The project's folder; without one the window asks
+    /// The project folder; without it the window asks for a project
     pub project: Option<PathBuf>,
 }
 
 #[derive(Debug, Subcommand)]
 pub enum Command {
-    /// Open the editor: the window in which all of it is done
+    /// Open the editor, the window for all of this
     Edit(EditArgs),
-    /// Make a project of photos, their cameras and a model
+    /// Create a project from photos, their cameras and a model
     New(NewArgs),
-    /// Judge the site before work starts: does the model fit the photos
+    /// Check the site before work starts: is the model aligned with the photos?
     Check(CheckArgs),
-    /// Sort the surfaces of every photo by visibility and make its layer stack
+    /// Sort the surfaces of every photo by visibility and build its layer stack
     Build(BuildArgs),
-    /// Fill what the photos did not show: from other photos, by example, or smoothly
+    /// Fill occluded areas: from other photos, else by inpainting
     Fill(FillArgs),
-    /// Write the stacks as files for an image editor
+    /// Write the stacks as layered files for an image editor
     Export(ExportArgs),
-    /// Show and decide how the photos' exposures are evened out
+    /// Show and set how exposures of the photos are matched
     Colour(ColourArgs),
-    /// Decide about photos' layers: merge, split, name; exclude a photo, or pin to it
+    /// Decide about the layers of photos: merge, split or name them; exclude a photo, or pin to it
     Decide(DecideArgs),
-    /// Say what in the photos is not in the model: it is filled from other photos
+    /// Mask what is in the photos but not in the model, so that it is filled from other photos
     Mask(MaskArgs),
-    /// Switch objects of the model off and on, and list them
+    /// List the model's objects, remove them in this project, or restore them
     Object(ObjectArgs),
-    /// Take edited files home: what was painted becomes the project's paint
+    /// Import edited files: what was painted becomes the project's paint
     Import(ImportArgs),
     /// Import whatever an image editor saves in a folder
     Watch(WatchArgs),
-    /// Project the stacks back onto the model: pictures from new viewpoints
+    /// Render pictures from new viewpoints by projecting the stacks onto the model
     Render(RenderArgs),
-    /// Predict photos from the others and measure how like they are
+    /// Predict photos from the others and measure how similar they are
     Score(ScoreArgs),
-    /// Show what a project holds, and why a face has no texture
+    /// Show the contents of a project, and why faces have no texture
     Info(InfoArgs),
     /// Print the completions of a shell
     #[command(hide = true)]
@@ -113,19 +114,18 @@ pub enum Command {
 
 #[derive(Debug, Args)]
 pub struct NewArgs {
-    /// The project's folder: new or empty
+    /// The project folder: new or empty
     pub project: PathBuf,
     /// The folder of the photos
     #[arg(long, value_name = "DIR")]
     pub photos: PathBuf,
-    /// COLMAP's cameras, text or binary: the folder, or one of its files
-    #[arg(long, value_name = "PATH")]
+    #[arg(long, value_name = "PATH", help = format!("The cameras: {}", accepted()))]
     pub cameras: PathBuf,
     /// The model: .obj, .gltf or .glb
     #[arg(long, value_name = "FILE")]
     pub model: PathBuf,
-    /// Takes the model into the cameras' world: a name such as y-up, axes such as x,-z,y, or the 16
-    /// numbers of a 4 x 4 matrix, row by row
+    /// The transform from the model to the cameras' world: a name such as y-up, axes such as x,-z,y, or the
+    /// 16 numbers of a 4 x 4 matrix, row by row
     #[arg(long, value_name = "M", allow_hyphen_values = true, value_parser = Similarity::parse)]
     pub model_transform: Option<Similarity>,
     #[command(flatten)]
@@ -134,27 +134,27 @@ pub struct NewArgs {
 
 #[derive(Debug, Args)]
 pub struct CheckArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
 }
 
 #[derive(Debug, Args)]
 pub struct BuildArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Keep the options of the method in project.json. Without it they hold for this time only, and
-    /// the next build without them builds these photos again
+    /// Save the options of the method in project.json. Without this they apply only once, and the next build
+    /// without them builds these photos again
     #[arg(long)]
     pub save_options: bool,
     #[command(flatten)]
     pub memory: MemoryArg,
-    /// Build again what is up to date
+    /// Build photos that are up to date, too
     #[arg(long)]
     pub force: bool,
-    /// Leave exposure gains and relief to whoever needs them first: the stacks are ready sooner, the first
-    /// picture later
+    /// Do not compute exposure gains and relief now: the stacks are ready sooner, but the first picture takes
+    /// longer
     #[arg(long)]
     pub stacks_only: bool,
     #[command(flatten)]
@@ -163,25 +163,25 @@ pub struct BuildArgs {
 
 #[derive(Debug, Args)]
 pub struct InfoArgs {
-    /// The project's folder
+    /// The project folder
     pub project: PathBuf,
     #[command(flatten)]
     pub photos: PhotoArgs,
-    /// Show this face only, in every photo; named as in the lists
+    /// Show only this face, in every photo; named as in the lists
     #[arg(long, value_name = "OBJECT[INDEX]")]
     pub face: Option<String>,
 }
 
 #[derive(Debug, Args)]
 pub struct PhotoArgs {
-    /// This photo only (may be given several times) [default: all]
+    /// Use only this photo (may be given several times) [default: all]
     #[arg(long = "photo", value_name = "NAME")]
     pub names: Vec<String>,
 }
 
 impl PhotoArgs {
-    /// Why photos are missing from the site, for the exit status. Whoever asked for photos by name
-    /// and got them is only told.
+    /// Returns the problems with photos of the site that affect the exit status. Where photos were given by
+    /// name, the others' problems are only notes.
     pub fn problems_of(&self, opened: &Opened, task: &Task) -> Vec<String> {
         let problems = opened.problems.iter().map(ToString::to_string);
         if self.names.is_empty() {
@@ -192,7 +192,7 @@ impl PhotoArgs {
     }
 }
 
-/// What one command may take of the machine.
+/// The memory limit of a command.
 #[derive(Debug, Args)]
 pub struct MemoryArg {
     /// Memory to use, such as 4G or 800M [default: a quarter of the machine's]
@@ -201,7 +201,7 @@ pub struct MemoryArg {
 }
 
 impl MemoryArg {
-    /// In bytes: what was given, else the default.
+    /// Returns the limit in bytes: as given, else the default.
     pub fn or_default(&self) -> u64 {
         self.bytes.unwrap_or_else(default_memory)
     }

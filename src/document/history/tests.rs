@@ -1,9 +1,9 @@
-//! Steps, gestures, saves and imports, against what a plain list would do.
+//! Steps, gestures, saves and imports, compared with a plain list.
 
 use super::*;
 use crate::geometry::Similarity;
 use crate::layers::Options;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 fn project(margin: u32) -> Project {
     let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
@@ -12,7 +12,7 @@ fn project(margin: u32) -> Project {
     Project { options: Options { margin, ..Options::default() }, ..project }
 }
 
-/// The names of all steps, oldest first, and how many of them lie in the past.
+/// Returns the names of all steps, oldest first, and how many of them are not undone.
 fn names(history: &History) -> (Vec<&str>, usize) {
     let names = history.steps.iter().map(|step| step.name.as_str()).collect();
     (names, history.steps.len() - history.undone)
@@ -30,7 +30,7 @@ fn steps_are_undone_and_done_again_by_name() {
     history.edit("split", project(3), None);
     assert_eq!(history.undoes(), Some("split"));
     assert_eq!(history.undo(), Some(Turn::Project));
-    assert_eq!((history.undoes(), history.redoes()), (Some("merge of 3 layers"), Some("split")));
+    assert_eq!((history.undoes(), history.redo_name()), (Some("merge of 3 layers"), Some("split")));
     assert_eq!(margin(&history), 2);
     history.undo();
     assert_eq!((margin(&history), history.undoes()), (1, None));
@@ -104,20 +104,20 @@ fn imports_are_steps_that_say_what_is_to_be_done() {
     assert_eq!(margin(&history), 2);
     assert_eq!(history.undo(), Some(Turn::Project));
     assert_eq!((history.redo(), history.redo()), (Some(Turn::Project), Some(Turn::ImportAgain(7, files))));
-    history.imported_again(7, 9, vec![]);
+    history.import_redone(7, 9, vec![]);
     assert_eq!(history.undo(), Some(Turn::TakeBack(9)));
     history.forget_import(9);
     assert_eq!((history.redo(), history.undoes()), (None, Some("a")));
 }
 
-/// The file of the only mask there may be.
+/// Returns the file of the only mask, if any.
 fn mask_of(history: &History) -> Option<&str> {
     history.present().masks.of("a.jpg").first().map(|mask| mask.file.as_str())
 }
 
 #[test]
 fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
-    let from = MaskFrom::Layer("9@a.psd".into());
+    let from = MaskOrigin::Layer("9@a.psd".into());
     let photo = "a.jpg".to_owned();
     let came = |file: &str| {
         let after = Some(Mask { from: from.clone(), file: file.into(), pixels: 3 });
@@ -130,17 +130,20 @@ fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
     history.edit("b", Project { masks: history.present().masks.clone(), ..project(2) }, None);
     history.undo();
     assert_eq!(history.undo(), Some(Turn::TakeBack(1)));
-    history.took_back(1, &went);
+    history.import_undone(1, &went);
     assert_eq!((mask_of(&history), history.is_dirty(), history.undoes()), (None, false, None));
     assert_eq!(history.redo(), Some(Turn::ImportAgain(1, vec![])));
-    history.imported_again(1, 2, came("first"));
-    assert_eq!((mask_of(&history), history.redoes(), history.is_dirty()), (Some("first"), Some("b"), false));
+    history.import_redone(1, 2, came("first"));
+    assert_eq!(
+        (mask_of(&history), history.redo_name(), history.is_dirty()),
+        (Some("first"), Some("b"), false)
+    );
     history.redo();
     assert_eq!((mask_of(&history), margin(&history)), (Some("first"), 2));
 
-    // Taken back when it is no longer the last step: no step brings its mask back.
+    // Undone when it is no longer the last step: no step restores its mask.
     history.forget_import(2);
-    history.took_back(2, &went);
+    history.import_undone(2, &went);
     assert_eq!(mask_of(&history), None);
     assert_eq!(history.undo(), Some(Turn::Project));
     assert_eq!((mask_of(&history), history.is_dirty(), history.undoes()), (None, false, None));
@@ -150,7 +153,7 @@ fn an_import_with_a_mask_is_one_step_and_the_mask_comes_and_goes_with_it() {
 
 #[test]
 fn what_came_another_time_is_in_the_steps_after_the_import_and_a_forgotten_one_stays_made() {
-    let from = MaskFrom::Layer("9@a.psd".into());
+    let from = MaskOrigin::Layer("9@a.psd".into());
     let photo = "a.jpg".to_owned();
     let came = |file: &str| {
         let after = Some(Mask { from: from.clone(), file: file.into(), pixels: 3 });
@@ -162,10 +165,10 @@ fn what_came_another_time_is_in_the_steps_after_the_import_and_a_forgotten_one_s
     history.edit("b", Project { masks: history.present().masks.clone(), ..project(2) }, None);
     history.undo();
     history.undo();
-    history.took_back(1, &[ImportedMask { photo: photo.clone(), from: from.clone(), before: None }]);
+    history.import_undone(1, &[ImportedMask { photo: photo.clone(), from: from.clone(), before: None }]);
     history.redo();
-    // The file was saved once more since.
-    history.imported_again(1, 2, came("second"));
+    // The file was saved again since.
+    history.import_redone(1, 2, came("second"));
     history.redo();
     assert_eq!((mask_of(&history), margin(&history)), (Some("second"), 2), "not the one that came first");
     history.forget_import(2);
@@ -187,12 +190,15 @@ fn a_thousand_steps_can_be_undone_and_no_more() {
     assert_eq!(margin(&history), 1200);
 }
 
-/// Against a list of states and a place in it.
+/// Compares the history with a list of states and an index.
 #[test]
 fn any_mixture_of_edits_undo_redo_and_saves_is_that_of_a_plain_list() {
-    let mut dice = Dice::new(31);
+    let mut dice = Rng::new(31);
     for _ in 0..50 {
-        let (mut history, mut list, mut at, mut saved) = (History::new(project(0)), vec![0], 0, 0);
+        let mut history = History::new(project(0));
+        let mut list = vec![0];
+        let mut at = 0;
+        let mut saved = 0;
         for number in 1..200 {
             match dice.whole(0, 9) {
                 0..=3 => {

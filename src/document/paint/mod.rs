@@ -1,5 +1,5 @@
-//! `paint/paint.json`: what artists painted, kept by the surface that it belongs to, in pixels of the photo
-//! (see `docs/formats.md`). Authored: nothing in it is derived from anything.
+//! The paint book `paint/paint.json`: all paint of a project by surface, in photo pixels (see `docs/formats.md`).
+//! It is authored data; nothing in it is derived.
 
 pub mod patch;
 
@@ -7,28 +7,28 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use serde::{Deserialize, Serialize};
 
-use super::masks::{Mask, MaskFrom};
+use super::masks::{Mask, MaskOrigin};
 use super::stack::{StackCamera, StackPhoto};
 use crate::geometry::PixelRect;
 
 pub use patch::{Colour, ERASED, Patch};
 
-/// The version this program writes; it reads no other.
+/// The version of the format that this program writes, and the only one that it reads.
 pub const PAINT_VERSION: u32 = 1;
 
-/// So many imports can be taken back.
+/// The number of imports that can be undone.
 pub const IMPORTS_KEPT: usize = 10;
 
-/// All paint of a project, without its pixels, and what is needed to take imports back.
+/// All paint of a project without its pixels, and what is needed to undo imports.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PaintBook {
-    /// [`PAINT_VERSION`].
+    /// The format's version, [`PAINT_VERSION`].
     pub version: u32,
-    /// Cameras under which paint was brought home, by [`PaintEntry::view`].
+    /// The cameras under which paint was imported, by [`PaintEntry::view`].
     pub views: BTreeMap<String, PaintedView>,
-    /// Sorted by photo, surface and import; where two have the same pixel the later import shows.
+    /// The entries, sorted by photo, surface and import. Where two have the same pixel, the later import is on top.
     pub entries: Vec<PaintEntry>,
-    /// The edited files as they were when they were last imported, by [`PaintEntry::document`].
+    /// The edited files as they were at their last import, by [`PaintEntry::document`].
     pub documents: BTreeMap<String, PaintedDocument>,
     /// The last [`IMPORTS_KEPT`] imports, oldest first.
     pub imports: Vec<PaintImport>,
@@ -39,108 +39,109 @@ pub struct PaintBook {
 pub struct PaintedView {
     /// The photo.
     pub photo: StackPhoto,
-    /// Its camera.
+    /// The photo's camera.
     pub camera: StackCamera,
 }
 
-/// What one import, or several in a row, painted on one surface of one photo.
+/// The paint of one import, or of several in a row, on one surface of one photo.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PaintEntry {
-    /// The photo.
+    /// The photo's name.
     pub photo: String,
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Of a face that is not planar, which of its triangles.
+    /// The triangle's index within the face, for a face that is not planar.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub triangle: Option<u32>,
-    /// Painted past all outlines of the image layer; this surface is the nearest one.
+    /// Whether the paint lies outside of all outlines of the image layer; this surface is the nearest one.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub beyond: bool,
-    /// Token of the image layer that it was painted in.
+    /// The token of the image layer in which it was painted.
     pub layer: String,
-    /// The document that it was painted in: key of the export, `@`, and the file's path from the project, because
+    /// The document in which it was painted: the export's key, `@`, and the file's path from the project, because
     /// two people may paint on copies of one export.
     pub document: String,
-    /// Number of the import that brought it; a higher one lies on top.
+    /// The number of the import; paint of a higher one lies on top.
     pub import: u32,
-    /// Its camera then, in [`PaintBook::views`].
+    /// The key in [`PaintBook::views`] of the camera at the time of the import.
     pub view: String,
-    /// The surface as it was then: one ring in world coordinates, holes bridged; empty when nobody knew.
+    /// The surface at the time of the import: one ring in world coordinates with bridged holes, or empty where it
+    /// is unknown.
     pub outline: Vec<[f64; 3]>,
-    /// RGBA PNG of `rect`, below `paint/`. Black without opacity: not painted; white without opacity:
-    /// painted away.
+    /// An RGBA PNG of `rect`, below `paint/`. A black transparent pixel is not painted, a white transparent one is
+    /// erased.
     pub file: String,
-    /// In photo pixels; may reach outside the photo.
+    /// The rectangle in photo pixels; it may extend beyond the photo.
     pub rect: PixelRect,
-    /// Painted pixels.
+    /// The number of painted pixels.
     pub pixels: u64,
 }
 
 /// An edited file at its last import.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PaintedDocument {
-    /// By token, those with paint.
+    /// The layers with paint, by token.
     pub layers: BTreeMap<String, PaintedLayer>,
 }
 
-/// An image layer in an edited file at its last import.
+/// An image layer of an edited file at its last import.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 pub struct PaintedLayer {
-    /// Hash of what it showed: one that still has it was not touched since.
+    /// The hash of its visible pixels; while it matches, the layer was not edited since.
     pub shown: String,
-    /// Painted pixels.
+    /// The number of painted pixels.
     pub painted: u64,
-    /// Those of them that were painted away.
+    /// The number of painted pixels that were erased.
     pub erased: u64,
 }
 
-/// One import, and how to take it back.
+/// An import, with what is needed to undo it.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PaintImport {
-    /// Counted from 1.
+    /// The number, counted from 1.
     pub number: u32,
-    /// When, in seconds since 1970, UTC.
+    /// The time in seconds since 1970, UTC.
     pub time: u64,
     /// The files that were imported.
     pub files: Vec<String>,
-    /// The photos that they are of.
+    /// The photos to which the files belong.
     pub photos: Vec<String>,
-    /// Painted pixels that were new or other than before.
+    /// The number of painted pixels that are new or were changed.
     pub pixels: u64,
-    /// Entries that it added.
-    pub added: Vec<EntryName>,
-    /// Entries that it replaced, as they were.
+    /// The entries that it added.
+    pub added: Vec<EntryKey>,
+    /// The entries that it replaced, as they were before.
     pub replaced: Vec<PaintEntry>,
-    /// The documents as they were; none where they were not known.
+    /// The documents as they were before; `None` where they were unknown.
     pub documents: BTreeMap<String, Option<PaintedDocument>>,
-    /// The masks that it put into `project.json`.
+    /// The masks that it added to `project.json`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub masks: Vec<ImportedMask>,
 }
 
-/// A mask that an import brought, and what stood in its place.
+/// A mask that came with an import, and the mask that it replaced.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct ImportedMask {
-    /// The photo.
+    /// The photo's name.
     pub photo: String,
-    /// Whose mask it is.
-    pub from: MaskFrom,
-    /// What the same maker had made before; none where there was nothing.
+    /// The origin of the mask.
+    pub from: MaskOrigin,
+    /// The earlier mask of the same origin; `None` where there was none.
     pub before: Option<Mask>,
 }
 
-/// What tells one entry from all others.
+/// The key of an entry, which is unique in the book.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
-pub struct EntryName {
-    /// [`PaintEntry::file`].
+pub struct EntryKey {
+    /// The value of [`PaintEntry::file`].
     pub file: String,
-    /// [`PaintEntry::document`].
+    /// The value of [`PaintEntry::document`].
     pub document: String,
-    /// [`PaintEntry::layer`].
+    /// The value of [`PaintEntry::layer`].
     pub layer: String,
-    /// [`PaintEntry::import`].
+    /// The value of [`PaintEntry::import`].
     pub import: u32,
 }
 
@@ -157,58 +158,62 @@ impl Default for PaintBook {
 }
 
 impl PaintEntry {
-    /// What the book is sorted by.
+    /// Returns the key by which the book is sorted.
     fn order(&self) -> impl Ord + use<'_> {
         let surface = (&self.photo, &self.object, self.face, self.triangle, self.beyond);
         (surface, self.import, &self.layer, &self.document, &self.file)
     }
 
-    /// What tells it from all others.
-    pub fn name(&self) -> EntryName {
-        let (file, document, layer) = (self.file.clone(), self.document.clone(), self.layer.clone());
-        EntryName { file, document, layer, import: self.import }
+    /// Returns the entry's key.
+    pub fn name(&self) -> EntryKey {
+        EntryKey {
+            file: self.file.clone(),
+            document: self.document.clone(),
+            layer: self.layer.clone(),
+            import: self.import,
+        }
     }
 
-    /// `object[index]`, how messages name its face.
+    /// Returns `object[index]`, the name of its face in messages.
     pub fn face_name(&self) -> String {
         format!("{}[{}]", self.object, self.face)
     }
 }
 
 impl PaintBook {
-    /// No paint, and nothing to take back.
+    /// Returns true when there is no paint and no import to undo.
     pub fn is_empty(&self) -> bool {
         self.entries.is_empty() && self.imports.is_empty() && self.documents.is_empty()
     }
 
-    /// The number of the next import.
+    /// Returns the number of the next import.
     pub fn next_import(&self) -> u32 {
         let entries = self.entries.iter().map(|entry| entry.import);
         entries.chain(self.imports.iter().map(|import| import.number)).max().unwrap_or(0) + 1
     }
 
-    /// The paint of one photo, earlier imports first.
+    /// Returns the paint of one photo, earlier imports first.
     pub fn of_photo(&self, photo: &str) -> Vec<&PaintEntry> {
         let mut entries: Vec<_> = self.entries.iter().filter(|entry| entry.photo == photo).collect();
         entries.sort_by_key(|entry| entry.import);
         entries
     }
 
-    /// Every file that is named, by entries or by imports that can be taken back.
+    /// Returns all files that are referred to, by entries or by imports that can be undone.
     pub fn files(&self) -> BTreeSet<&str> {
         let replaced = self.imports.iter().flat_map(|import| &import.replaced);
         self.entries.iter().chain(replaced).map(|entry| entry.file.as_str()).collect()
     }
 
-    /// Adds an import that was made to the history, which forgets the oldest one beyond [`IMPORTS_KEPT`].
+    /// Adds an import to the history and drops the oldest one beyond [`IMPORTS_KEPT`].
     pub fn remember(&mut self, import: PaintImport) {
         self.imports.push(import);
         let surplus = self.imports.len().saturating_sub(IMPORTS_KEPT);
         self.imports.drain(..surplus);
     }
 
-    /// Takes the last import back; none when there is none. What it added is gone, what it replaced is there
-    /// again.
+    /// Undoes the last import; `None` when there is none. The entries that it added are removed, those that it
+    /// replaced are restored.
     pub fn take_back(&mut self) -> Option<PaintImport> {
         let import = self.imports.pop()?;
         self.entries.retain(|entry| !import.added.contains(&entry.name()));
@@ -223,7 +228,7 @@ impl PaintBook {
         Some(import)
     }
 
-    /// Puts entries in order, and forgets views that none of them names.
+    /// Sorts the entries, and drops views to which none of them refers.
     pub fn tidy(&mut self) {
         self.entries.sort_by(|a, b| a.order().cmp(&b.order()));
         let replaced = self.imports.iter().flat_map(|import| &import.replaced);
@@ -255,7 +260,7 @@ mod tests {
         }
     }
 
-    fn import(number: u32, added: Vec<EntryName>, replaced: Vec<PaintEntry>) -> PaintImport {
+    fn import(number: u32, added: Vec<EntryKey>, replaced: Vec<PaintEntry>) -> PaintImport {
         PaintImport {
             number,
             time: 0,

@@ -1,111 +1,106 @@
-//! A patch of paint: some pixels of a photo, each as the artist left it.
+//! A patch of paint: some pixels of a photo as they were painted.
 
 use crate::geometry::PixelRect;
+use crate::raster::Image;
 
-/// R, G, B, A in 16 bits, alpha not multiplied in; 8 bits are scaled by 257, which loses nothing.
+/// R, G, B, A in 16 bits, not premultiplied; 8-bit values are scaled by 257, which is lossless.
 pub type Colour = [u16; 4];
 
-/// A pixel that was painted away: nothing of the surface is to be seen there in this photo.
+/// An erased pixel: this photo shows nothing of the surface there.
 pub const ERASED: Colour = [u16::MAX, u16::MAX, u16::MAX, 0];
 
 /// Painted pixels within a rectangle of the photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Patch {
-    rect: PixelRect,
-    /// Rows of `rect` from the top; `None` where nobody painted.
-    pixels: Vec<Option<Colour>>,
+    /// `None` where nothing was painted.
+    pixels: Image<Option<Colour>>,
 }
 
 impl Patch {
-    /// Nothing painted yet in `rect`, which is in photo pixels and may reach outside the photo.
+    /// Makes an empty patch of `rect`, which is in photo pixels and may extend beyond the photo.
     pub fn new(rect: PixelRect) -> Self {
-        Self { rect, pixels: vec![None; rect.area() as usize] }
+        Self { pixels: Image::filled(rect, None) }
     }
 
-    /// Where there may be paint.
+    /// Returns the rectangle outside of which there is no paint.
     pub fn rect(&self) -> PixelRect {
-        self.rect
+        self.pixels.rect()
     }
 
-    /// The paint at a pixel; none where nobody painted, and outside the rectangle.
+    /// All pixels of the rectangle; `None` where nobody painted.
+    pub fn pixels(&self) -> &Image<Option<Colour>> {
+        &self.pixels
+    }
+
+    /// Returns the paint at a pixel; `None` where nothing was painted, and outside the rectangle.
     pub fn at(&self, x: i32, y: i32) -> Option<Colour> {
-        self.index(x, y).and_then(|index| self.pixels[index])
+        self.pixels.get(x, y).copied().flatten()
     }
 
-    /// Paints a pixel within the rectangle. All colours without opacity are [`ERASED`].
+    /// Paints a pixel within the rectangle. All colours with zero opacity become [`ERASED`].
     pub fn put(&mut self, x: i32, y: i32, colour: Colour) {
-        if let Some(index) = self.index(x, y) {
-            self.pixels[index] = Some(if colour[3] == 0 { ERASED } else { colour });
+        if let Some(pixel) = self.pixels.get_mut(x, y) {
+            *pixel = Some(if colour[3] == 0 { ERASED } else { colour });
         }
     }
 
-    /// Takes the paint off a pixel.
+    /// Removes the paint of a pixel.
     pub fn clear(&mut self, x: i32, y: i32) {
-        if let Some(index) = self.index(x, y) {
-            self.pixels[index] = None;
+        if let Some(pixel) = self.pixels.get_mut(x, y) {
+            *pixel = None;
         }
     }
 
-    /// Every painted pixel, row by row.
+    /// Iterates over the painted pixels with their colours, row by row.
     pub fn iter(&self) -> impl Iterator<Item = (i32, i32, Colour)> {
-        let PixelRect { x, y, w, .. } = self.rect;
-        let rows = self.pixels.chunks_exact(w.max(1) as usize).zip(y..);
-        rows.flat_map(move |(row, y)| {
-            row.iter().zip(x..).filter_map(move |(pixel, x)| pixel.map(|colour| (x, y, colour)))
-        })
+        self.pixels.iter().filter_map(|((x, y), pixel)| pixel.map(|colour| (x, y, colour)))
     }
 
-    /// Painted pixels.
+    /// Returns the number of painted pixels.
     pub fn count(&self) -> u64 {
-        self.pixels.iter().flatten().count() as u64
+        self.painted().count() as u64
     }
 
-    /// Those that were painted away.
+    /// Returns the number of erased pixels.
     pub fn erased(&self) -> u64 {
-        self.pixels.iter().flatten().filter(|colour| **colour == ERASED).count() as u64
+        self.painted().filter(|colour| **colour == ERASED).count() as u64
     }
 
-    /// Nobody painted anything.
+    /// Returns true when nothing was painted.
     pub fn is_empty(&self) -> bool {
-        self.pixels.iter().all(Option::is_none)
+        self.painted().next().is_none()
     }
 
-    /// Only those pixels that `wanted` picks, in the smallest rectangle that holds them.
+    /// Returns the pixels for which `wanted` is true, in their bounding box.
     pub fn picked(&self, wanted: impl Fn(i32, i32, Colour) -> bool) -> Self {
         let kept: Vec<_> = self.iter().filter(|(x, y, colour)| wanted(*x, *y, *colour)).collect();
         Self::of_pixels(&kept)
     }
 
-    /// These pixels, in the smallest rectangle that holds them.
+    /// Makes a patch of these pixels, in their bounding box.
     pub fn of_pixels(pixels: &[(i32, i32, Colour)]) -> Self {
-        let one = |&(x, y, _): &(i32, i32, Colour)| PixelRect { x, y, w: 1, h: 1 };
+        let one = |&(x, y, _): &(i32, i32, Colour)| PixelRect::of_pixel(x, y);
         let rect = pixels.iter().map(one).reduce(|a, b| a.union(&b));
-        let mut patch = Self::new(rect.unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 }));
+        let mut patch = Self::new(rect.unwrap_or(PixelRect::EMPTY));
         pixels.iter().for_each(|(x, y, colour)| patch.put(*x, *y, *colour));
         patch
     }
 
-    /// Both together, `above` on top of this one: a pixel painted twice has the colour of `above`.
+    /// Returns this patch with `above` on top: a pixel painted in both has the colour of `above`.
     pub fn under(&self, above: &Self) -> Self {
-        let rect = match (self.rect.is_empty(), above.rect.is_empty()) {
-            (true, _) => above.rect,
-            (_, true) => self.rect,
-            _ => self.rect.union(&above.rect),
-        };
-        let mut both = Self::new(rect);
+        let mut both = Self::new(self.rect().hull(&above.rect()));
         self.iter().chain(above.iter()).for_each(|(x, y, colour)| both.put(x, y, colour));
         both
     }
 
-    /// True when 8 bits a sample hold it exactly.
+    /// Returns true when 8 bits per sample represent it exactly.
     pub fn fits_8_bits(&self) -> bool {
-        self.pixels.iter().flatten().flatten().all(|sample| sample % 257 == 0)
+        self.painted().flatten().all(|sample| sample % 257 == 0)
     }
 
-    fn index(&self, x: i32, y: i32) -> Option<usize> {
-        let (dx, dy) = (i64::from(x) - i64::from(self.rect.x), i64::from(y) - i64::from(self.rect.y));
-        let inside = dx >= 0 && dy >= 0 && dx < i64::from(self.rect.w) && dy < i64::from(self.rect.h);
-        inside.then(|| dy as usize * self.rect.w as usize + dx as usize)
+    /// Returns the index of a pixel; `None` outside the rectangle.
+    fn painted(&self) -> impl Iterator<Item = &Colour> {
+        self.pixels.pixels().iter().flatten()
     }
 }
 
@@ -141,7 +136,7 @@ mod tests {
         let below = Patch::of_pixels(&[(0, 0, RED), (1, 0, RED)]);
         let both = below.under(&Patch::of_pixels(&[(1, 0, BLUE), (4, 2, BLUE)]));
         assert_eq!(both.iter().map(|p| p.2).collect::<Vec<_>>(), [RED, BLUE, BLUE]);
-        assert_eq!(both.rect(), PixelRect { x: 0, y: 0, w: 5, h: 3 });
+        assert_eq!(both.rect(), PixelRect::of_size(5, 3));
         let nothing = Patch::of_pixels(&[]);
         assert_eq!(nothing.under(&below), below);
         assert_eq!(below.under(&nothing), below);

@@ -1,8 +1,8 @@
-//! Outlines that cross themselves, taken apart at their crossings.
+//! Self-intersecting outlines, split at their crossings.
 //!
-//! Constraints that split each other inside a floating-point triangulation were tried first: about
-//! one scribble in ten thousand came out wrong or panicked, because a rounded crossing lies beside both
-//! edges. Here the outline is put on a grid of whole numbers, where what comes out crosses nothing.
+//! Constraints that split each other inside a floating-point triangulation were tried first: about one scribble in
+//! ten thousand came out wrong or panicked, because a rounded crossing lies beside both edges. Here the outline is
+//! snapped to an integer grid, on which the resulting contours do not cross at all.
 
 use std::ops::Range;
 
@@ -17,28 +17,27 @@ use rustc_hash::FxHashMap;
 use super::flat::Flat;
 use super::triangulate::ring_edges;
 
-/// Grid steps per unit of extent: 2 nm on a 4 m wall. The sums of the grid stay within 31 bits.
+/// Grid steps per unit of extent: 2 nm on a 4 m wall. Sums of two grid coordinates fit into 31 bits.
 const GRID: f64 = (1 << 28) as f64;
 
-/// Longer outlines that cross themselves are left alone: looking for crossings takes the square of
-/// their length.
+/// The most edges of a self-intersecting outline that is split: the search for crossings takes quadratic time.
 const LONGEST: usize = 5000;
 
-/// An outline may cross itself this many times per point; more is a tangle that nobody drew.
+/// The most crossings per edge of an outline; an outline with more is a tangle that cannot be intended.
 const CROSSINGS_PER_POINT: usize = 8;
 
-/// The even-odd inside of an outline, bounded by edges that cross nothing.
+/// The even-odd inside of an outline, bounded by edges that do not cross.
 #[derive(Default)]
 pub(super) struct Uncrossed {
-    /// In the units of [`Flat`], exactly on the grid, all different.
+    /// Distinct points in the units of [`Flat`], exactly on the grid.
     pub points: Vec<DVec2>,
-    /// For each point, the first point of the outline there; `None` for a crossing.
+    /// For each point, the index of the outline's first point there; `None` for a crossing.
     pub outline_point: Vec<Option<u32>>,
-    /// Pairs of points.
+    /// Edges as pairs of indices into `points`.
     pub edges: Vec<[usize; 2]>,
 }
 
-/// `None` when the outline is too long or crosses itself too often.
+/// Splits the rings' edges at their crossings; `None` when the outline is too long or crosses itself too often.
 pub(super) fn uncross(flat: &Flat, rings: &[Range<usize>]) -> Option<Uncrossed> {
     if is_tangled(flat, rings) {
         return None;
@@ -57,6 +56,7 @@ pub(super) fn uncross(flat: &Flat, rings: &[Range<usize>]) -> Option<Uncrossed> 
 }
 
 impl Uncrossed {
+    /// Appends a grid point and returns its index.
     fn add(&mut self, point: IntPoint, grid: &[IntPoint]) -> usize {
         self.points.push(DVec2::new(point.x.into(), point.y.into()) / GRID);
         let same = grid.iter().position(|&p| p == point);
@@ -65,16 +65,19 @@ impl Uncrossed {
     }
 }
 
+/// Rounds a flat point to the grid.
 fn on_grid(point: DVec2) -> IntPoint {
     IntPoint::new((point.x * GRID).round() as i32, (point.y * GRID).round() as i32)
 }
 
-/// A corner that touches an edge lies beside it by rounding: the crossing next to it is the corner.
+/// Returns the outline's corner within two grid steps of a crossing: a corner that touches an edge lies beside it
+/// after rounding, so the crossing next to it is that corner.
 fn touched(grid: &[IntPoint], crossing: IntPoint) -> Option<usize> {
     let beside = |p: &IntPoint| (p.x - crossing.x).abs() <= 2 && (p.y - crossing.y).abs() <= 2;
     grid.iter().position(beside)
 }
 
+/// Returns the contours of the rings' even-odd inside, which neither cross nor touch along edges.
 fn simple_contours(grid: &[IntPoint], rings: &[Range<usize>]) -> impl Iterator<Item = Vec<IntPoint>> {
     let mut overlay =
         Overlay::new_custom(grid.len(), IntOverlayOptions::keep_all_points(), Solver::default());
@@ -84,6 +87,7 @@ fn simple_contours(grid: &[IntPoint], rings: &[Range<usize>]) -> impl Iterator<I
     overlay.overlay(OverlayRule::Subject, FillRule::EvenOdd).into_iter().flatten()
 }
 
+/// Returns true when the rings have more than [`LONGEST`] edges or too many crossings.
 fn is_tangled(flat: &Flat, rings: &[Range<usize>]) -> bool {
     let points = &flat.points;
     let edges: Vec<[DVec2; 2]> = rings.iter().flat_map(ring_edges).map(|e| e.map(|i| points[i])).collect();
@@ -95,6 +99,7 @@ fn is_tangled(flat: &Flat, rings: &[Range<usize>]) -> bool {
     pairs.filter(|&(i, k)| cross(edges[i], edges[k])).nth(most).is_some()
 }
 
+/// Returns true when two segments cross properly; touching does not count.
 fn cross([a, b]: [DVec2; 2], [c, d]: [DVec2; 2]) -> bool {
     let side = |a: DVec2, b: DVec2, p: DVec2| (b - a).perp_dot(p - a);
     side(a, b, c) * side(a, b, d) < 0.0 && side(c, d, a) * side(c, d, b) < 0.0

@@ -1,54 +1,54 @@
-//! A ring laid flat: two coordinates in its plane, local origin, unit extent.
+//! Rings in plane coordinates: two coordinates in the ring's plane, local origin, unit extent.
 
 use glam::{DVec2, DVec3};
 
 use super::plane_fit::{extent, resolution};
 use crate::geometry::Plane;
 
-/// Two axes in a plane, such that `u x v` is its normal: what runs counter-clockwise around the
-/// normal runs counter-clockwise in (u, v). Axis-parallel planes get axis-parallel axes.
+/// An orthonormal frame (u, v) of a plane with `u x v` its normal: what runs counter-clockwise around the normal
+/// runs counter-clockwise in (u, v). Axis-parallel planes get axis-parallel axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct PlaneFrame {
-    /// A point of the plane, (0, 0).
+    /// The point of the plane with coordinates (0, 0).
     pub origin: DVec3,
-    /// Unit length.
+    /// The first axis, of unit length.
     pub u: DVec3,
-    /// Unit length, at right angles to `u`.
+    /// The second axis, of unit length and at right angles to `u`.
     pub v: DVec3,
 }
 
 impl PlaneFrame {
-    /// The frame of a plane around its own point.
+    /// Makes a frame around the plane's own point.
     pub fn of(plane: &Plane) -> Self {
         let (u, v) = plane.normal.any_orthonormal_pair();
         Self { origin: plane.point, u, v }
     }
 
-    /// The point's foot in the plane, in its two coordinates.
+    /// Projects a point onto the plane and returns its two coordinates.
     pub fn flat(&self, point: DVec3) -> DVec2 {
         let offset = point - self.origin;
         DVec2::new(offset.dot(self.u), offset.dot(self.v))
     }
 
-    /// The point of the plane with these coordinates.
+    /// Returns the point of the plane with these coordinates.
     pub fn raised(&self, point: DVec2) -> DVec3 {
         self.origin + self.u * point.x + self.v * point.y
     }
 }
 
-/// Points laid flat and scaled to an extent of one, which keeps the products of tiny and of huge
-/// models within range.
+/// Points in plane coordinates, scaled to an extent of one, which keeps products of tiny and of huge models within
+/// the range of f64.
 pub(super) struct Flat {
     pub frame: PlaneFrame,
-    /// Units of the model per unit here.
+    /// Units of the model per unit of `points`.
     pub scale: f64,
     pub points: Vec<DVec2>,
-    /// Distances below this are rounding.
+    /// The distance, in units of `points`, below which differences are rounding errors.
     pub resolution: f64,
 }
 
 impl Flat {
-    /// `None` when the points coincide.
+    /// Projects points into their plane and scales them; `None` when all points coincide.
     pub fn new(points: &[DVec3], plane: &Plane) -> Option<Self> {
         let scale = extent(points);
         if !(scale > 0.0 && scale.is_finite()) {
@@ -64,13 +64,13 @@ impl Flat {
         })
     }
 
-    /// Takes a flat point back to the model.
+    /// Returns the point of the model at a flat point.
     pub fn raised(&self, point: DVec2) -> DVec3 {
         self.frame.raised(point * self.scale)
     }
 }
 
-/// The area of a ring, positive when it runs counter-clockwise.
+/// Returns the signed area of a ring, positive when it runs counter-clockwise.
 pub(super) fn signed_area(ring: impl ExactSizeIterator<Item = DVec2> + Clone) -> f64 {
     let next = ring.clone().cycle().skip(1);
     ring.zip(next).map(|(a, b)| a.perp_dot(b)).sum::<f64>() / 2.0

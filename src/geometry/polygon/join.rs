@@ -1,21 +1,21 @@
-//! Triangles of a mesh, joined back into the polygons that they were.
+//! Joins triangles of a mesh back into the polygons that they were made from.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
 
 use super::outline::outlines;
 
-/// Neighbours that bend less than this (tan 0.25 degrees) belong to one face. A round tower of 256
-/// facets bends 1.4 degrees at each, so its facets stay faces.
+/// Neighbours that bend less than this (tan 0.25 degrees) belong to one face. A round tower of 256 facets bends 1.4
+/// degrees at each, so its facets stay separate faces.
 const BEND: f64 = 0.004_36;
 
-/// Joins triangles that are edge neighbours and lie in one plane into weakly simple rings, holes
-/// bridged; the others come back as they are. Everything comes in order of its first triangle.
-/// `noise` is what a coordinate may be off by rounding, in the positions' unit.
+/// Joins triangles that share edges and lie in one plane into weakly simple rings with bridged holes; all others
+/// are returned as they are. Results are in the order of their first triangles. `noise` is the rounding error of a
+/// coordinate, in the positions' unit.
 pub fn join_coplanar(triangles: &[[u32; 3]], positions: &[DVec3], noise: f64) -> Vec<Vec<u32>> {
     let soup = Soup::new(triangles, positions, noise);
     let mut seeds: Vec<u32> = (0..triangles.len() as u32).collect();
-    // Large triangles know their plane best.
+    // Large triangles give the most accurate plane.
     seeds.sort_by(|&a, &b| soup.double_area(b).total_cmp(&soup.double_area(a)).then(a.cmp(&b)));
     let mut taken = vec![false; triangles.len()];
     let mut faces: Vec<(u32, Vec<u32>)> = Vec::new();
@@ -30,7 +30,8 @@ pub fn join_coplanar(triangles: &[[u32; 3]], positions: &[DVec3], noise: f64) ->
     faces.into_iter().map(|(_, ring)| ring).collect()
 }
 
-/// The outlines of triangles that are known to make one face; as they are where they have none.
+/// Returns the outlines of triangles that are known to make one face, or the triangles themselves where these have
+/// no outline.
 pub fn join_all(triangles: &[[u32; 3]], positions: &[DVec3]) -> Vec<Vec<u32>> {
     if let [single] = triangles {
         return vec![single.to_vec()];
@@ -41,16 +42,18 @@ pub fn join_all(triangles: &[[u32; 3]], positions: &[DVec3]) -> Vec<Vec<u32>> {
     if rings.is_empty() { polygons } else { rings }
 }
 
+/// Triangles with their normals and an index of their directed edges.
 struct Soup<'a> {
     triangles: &'a [[u32; 3]],
     positions: &'a [DVec3],
     noise: f64,
-    /// Twice the area, along the normal.
+    /// Each triangle's normal, scaled to twice its area.
     normals: Vec<DVec3>,
-    /// The only triangle with this directed edge; [`SEVERAL`] when there are more.
+    /// The only triangle with this directed edge, or [`SEVERAL`].
     by_edge: FxHashMap<[u32; 2], u32>,
 }
 
+/// Marks a directed edge that several triangles use.
 const SEVERAL: u32 = u32::MAX;
 
 impl<'a> Soup<'a> {
@@ -78,7 +81,7 @@ impl<'a> Soup<'a> {
         self.by_edge.get(&edge).copied().filter(|&owner| owner != SEVERAL)
     }
 
-    /// The seed and the triangles that continue its plane, edge by edge.
+    /// Grows a region of one plane from a seed triangle across shared edges, and marks its triangles as taken.
     fn grown(&self, seed: u32, taken: &mut [bool]) -> Vec<u32> {
         taken[seed as usize] = true;
         let mut region = vec![seed];
@@ -101,8 +104,8 @@ impl<'a> Soup<'a> {
         region
     }
 
-    /// True when the triangle's corner beside `edge` is in the plane, allowing for a bend that
-    /// grows with its distance from the edge: slivers have no normal worth comparing.
+    /// Returns true when the triangle's corner opposite `edge` lies in the plane. The tolerance grows with the
+    /// corner's distance from the edge, because slivers have no usable normal.
     fn continues(&self, triangle: u32, edge: [u32; 2], normal: DVec3, origin: DVec3) -> bool {
         let corners = self.triangles[triangle as usize];
         let Some(&apex) = corners.iter().find(|corner| !edge.contains(corner)) else { return false };
@@ -114,6 +117,7 @@ impl<'a> Soup<'a> {
         off <= BEND * reach + self.noise && self.normals[triangle as usize].dot(normal) >= 0.0
     }
 
+    /// Returns the outlines of a region.
     fn rings(&self, region: &[u32]) -> Vec<Vec<u32>> {
         let mut region = region.to_vec();
         region.sort_unstable();

@@ -1,33 +1,33 @@
-//! Walking around polygons that lie side by side.
+//! Outlines of groups of adjacent polygons, by walking along a half-edge mesh.
 
 use rustc_hash::{FxHashMap, FxHashSet};
 
-/// The outlines of polygons that lie side by side in one plane, given as cycles of point indices,
-/// all wound alike. Polygons that share an edge (in opposite directions) belong
-/// together; each such group becomes one weakly simple ring, wound like the polygons, its holes
-/// bridged along existing edges between them, those of least `bridge_cost(from, to)` first (their
-/// length, usually). Groups come in order of their first polygon.
+/// Returns the outlines of polygons that lie side by side in one plane, given as cycles of point indices, all wound
+/// alike. Polygons that share an edge (in opposite directions) form a group. Each group becomes one weakly simple
+/// ring, wound like the polygons, whose holes are bridged along existing edges, those of least `bridge_cost(from,
+/// to)` first (usually the length). Groups are in the order of their first polygon.
 ///
-/// An edge that more than two polygons use, or two in the same direction, joins nothing.
+/// An edge that more than two polygons use, or two in the same direction, connects nothing.
 pub fn outlines(polygons: &[Vec<u32>], bridge_cost: impl Fn(u32, u32) -> f64) -> Vec<Vec<u32>> {
     let mut mesh = Mesh::new(polygons);
     mesh.bridge_holes(bridge_cost);
     mesh.rings()
 }
 
-/// Directed edges of all polygons. `from[h] -> from[next[h]]`; `twin[h]` runs the other way in the
-/// neighbouring polygon.
+/// The directed edges of all polygons. Edge h runs `from[h] -> from[next[h]]`; `twin[h]` is the opposite edge in
+/// the neighbouring polygon.
 struct Mesh {
     from: Vec<u32>,
     next: Vec<u32>,
-    /// [`NONE`] on the outline.
+    /// The twin of each directed edge; [`NONE`] on the outline.
     twin: Vec<u32>,
     /// The group of each directed edge, numbered by first polygon.
     group: Vec<u32>,
-    /// Walk along this edge on both sides.
+    /// Whether the edge is a bridge, which is walked along on both sides.
     bridge: Vec<bool>,
 }
 
+/// Marks a directed edge without a twin or group.
 const NONE: u32 = u32::MAX;
 
 impl Mesh {
@@ -51,6 +51,7 @@ impl Mesh {
         mesh
     }
 
+    /// Returns the point at which a directed edge ends.
     fn to(&self, h: u32) -> u32 {
         self.from[self.next[h as usize] as usize]
     }
@@ -59,6 +60,7 @@ impl Mesh {
         0..self.from.len() as u32
     }
 
+    /// Pairs each directed edge with the only opposite one.
     fn find_twins(&mut self) {
         let mut by_ends: FxHashMap<(u32, u32), u32> = FxHashMap::default();
         for h in self.edges() {
@@ -74,6 +76,7 @@ impl Mesh {
         }
     }
 
+    /// Numbers the groups by flooding across polygons and twins.
     fn find_groups(&mut self) {
         let mut groups = 0;
         let mut open = Vec::new();
@@ -94,11 +97,12 @@ impl Mesh {
         }
     }
 
+    /// Returns true when an outline runs along this edge.
     fn is_walked(&self, h: u32) -> bool {
         self.twin[h as usize] == NONE || self.bridge[h as usize]
     }
 
-    /// The walked edge that follows `h`: the first one met turning through the polygons at its end.
+    /// Returns the walked edge that follows `h`: the first one met when turning through the polygons at its end.
     fn following(&self, h: u32) -> u32 {
         let mut h = self.next[h as usize];
         while !self.is_walked(h) {
@@ -107,7 +111,7 @@ impl Mesh {
         h
     }
 
-    /// Closed walks along the outline, each as directed edges.
+    /// Returns the closed walks along the outline, each as directed edges.
     fn loops(&self) -> Vec<Vec<u32>> {
         let mut seen = vec![false; self.from.len()];
         let mut loops = Vec::new();
@@ -126,8 +130,8 @@ impl Mesh {
         loops
     }
 
-    /// Joins the loops of each group by the cheapest inner edges that do it (Kruskal's tree over
-    /// the inner edges). Branches that end at a point inside join nothing and are taken back.
+    /// Connects the loops of each group by the cheapest inner edges that do (a minimum spanning tree by Kruskal's
+    /// algorithm). Branches that end at an inner point connect nothing and are removed.
     fn bridge_holes(&mut self, cost: impl Fn(u32, u32) -> f64) {
         let loops = self.loops();
         let groups = self.group.iter().max().map_or(0, |&g| g as usize + 1);
@@ -154,11 +158,12 @@ impl Mesh {
         }
     }
 
-    /// A point as one group sees it: groups that only touch there are not joined by it.
+    /// Returns the start point of an edge together with its group: groups that only touch at a point stay separate.
     fn corner(&self, h: u32) -> (u32, u32) {
         (self.group[h as usize], self.from[h as usize])
     }
 
+    /// Returns one directed edge per pair of twins, cheapest first.
     fn inner_edges_by_cost(&self, cost: impl Fn(u32, u32) -> f64) -> Vec<u32> {
         let cost_of = |h: u32| cost(self.from[h as usize], self.to(h));
         let inner = |h: &u32| self.twin[*h as usize] != NONE && *h < self.twin[*h as usize];
@@ -167,6 +172,7 @@ impl Mesh {
         edges.into_iter().map(|(_, h)| h).collect()
     }
 
+    /// Removes branches of the tree that end at a corner inside the outline.
     fn pruned(&self, tree: Vec<u32>, on_outline: &FxHashSet<(u32, u32)>) -> Vec<u32> {
         let ends = |h: u32| [self.corner(h), self.corner(self.next[h as usize])];
         let mut edges_at: FxHashMap<(u32, u32), Vec<u32>> = FxHashMap::default();
@@ -186,6 +192,7 @@ impl Mesh {
         tree.into_iter().filter(|h| !cut.contains(h)).collect()
     }
 
+    /// Returns the loops as rings of points, by group.
     fn rings(&self) -> Vec<Vec<u32>> {
         let mut loops = self.loops();
         loops.sort_by_key(|walk| self.group[walk[0] as usize]);
@@ -193,11 +200,12 @@ impl Mesh {
     }
 }
 
-/// Disjoint sets of corners.
+/// A union-find structure over corners.
 #[derive(Default)]
 struct Sets(FxHashMap<(u32, u32), (u32, u32)>);
 
 impl Sets {
+    /// Returns the representative of a corner's set and shortens the path to it.
     fn root(&mut self, mut at: (u32, u32)) -> (u32, u32) {
         while let Some(&up) = self.0.get(&at)
             && up != at
@@ -209,7 +217,7 @@ impl Sets {
         at
     }
 
-    /// False when they were together already.
+    /// Unites two sets; returns false when they were one already.
     fn join(&mut self, a: (u32, u32), b: (u32, u32)) -> bool {
         let (a, b) = (self.root(a), self.root(b));
         if a != b {

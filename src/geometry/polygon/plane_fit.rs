@@ -1,19 +1,19 @@
-//! The plane of an outline, and whether the outline keeps to it.
+//! Least-squares planes of outlines, and the test whether an outline is planar.
 
 use glam::DVec3;
 
 use crate::geometry::Plane;
 
-/// An outline is planar when no point is farther from its plane than this share of its extent.
+/// The planarity limit: no point of a planar outline is farther from its plane than this share of its extent.
 ///
-/// Files written with few decimals put the corners of flat faces beside their plane (the sample
-/// sites, four decimals in metres: up to 6e-5 of the extent), which must not turn walls into
-/// triangles. A face that fills a photo of 3000 pixels is off by 3 pixels at most at this limit.
+/// Files written with few decimals move the corners of flat faces off their plane (the sample sites, four decimals
+/// in metres: up to 6e-5 of the extent), which must not split walls into triangles. At this limit a face that fills
+/// a photo of 3000 pixels is off by at most 3 pixels.
 pub const PLANARITY: f64 = 1e-3;
 
-/// Newell's normal: twice the area vector of the ring, in the points' unit squared. Computed
-/// relative to the first point, so that a site far from the origin loses no digits.
-pub fn newell(ring: &[DVec3]) -> DVec3 {
+/// Returns Newell's normal: the ring's area vector times two, in the points' unit squared. It is computed relative
+/// to the first point, so that a site far from the origin loses no digits.
+pub fn newell_normal(ring: &[DVec3]) -> DVec3 {
     let Some(&origin) = ring.first() else { return DVec3::ZERO };
     let mut normal = DVec3::ZERO;
     let mut previous = ring[ring.len() - 1] - origin;
@@ -25,11 +25,11 @@ pub fn newell(ring: &[DVec3]) -> DVec3 {
     normal
 }
 
-/// The plane through the mean of the points with Newell's normal; `None` for a ring without area
-/// (fewer than three points, all on a line, or lobes that cancel out).
+/// Fits the plane through the mean of the points with Newell's normal; `None` for a ring without area (fewer than
+/// three points, all on a line, or lobes that cancel out).
 pub fn fit_plane(ring: &[DVec3]) -> Option<Plane> {
-    let normal = newell(ring);
-    // Twice the area of a ring thinner than the coordinates' own rounding is noise.
+    let normal = newell_normal(ring);
+    // A ring thinner than the rounding of its coordinates has a meaningless area.
     if ring.len() < 3 || normal.length() <= 2.0 * extent(ring) * resolution(ring) {
         return None;
     }
@@ -38,26 +38,26 @@ pub fn fit_plane(ring: &[DVec3]) -> Option<Plane> {
     Some(Plane { normal: normal.try_normalize()?, point: origin + mean })
 }
 
-/// The diagonal of the bounding box, in the points' unit.
+/// Returns the diagonal of the bounding box, in the points' unit.
 pub fn extent(ring: &[DVec3]) -> f64 {
     let Some(&first) = ring.first() else { return 0.0 };
     let (low, high) = ring.iter().fold((first, first), |(low, high), &p| (low.min(p), high.max(p)));
     (high - low).length()
 }
 
-/// The largest distance of a point of the ring from the plane.
-pub fn farthest_off(ring: &[DVec3], plane: &Plane) -> f64 {
+/// Returns the largest distance of the ring's points from the plane, in their unit.
+pub fn largest_distance(ring: &[DVec3], plane: &Plane) -> f64 {
     ring.iter().map(|&p| plane.signed_distance(p).abs()).fold(0.0, f64::max)
 }
 
-/// True when every point keeps to the plane within [`PLANARITY`] of the extent, or within the
-/// rounding of coordinates far from the origin.
+/// Returns true when every point is within [`PLANARITY`] of the extent from the plane, or within the rounding error
+/// of coordinates far from the origin.
 pub fn is_planar(ring: &[DVec3], plane: &Plane) -> bool {
-    farthest_off(ring, plane) <= (PLANARITY * extent(ring)).max(resolution(ring))
+    largest_distance(ring, plane) <= (PLANARITY * extent(ring)).max(resolution(ring))
 }
 
-/// Distances below this are rounding: 1e-12 of the extent, or a few units in the last place of the
-/// largest coordinate.
+/// Returns the distance below which differences are rounding errors: 1e-12 of the extent, or a few units in the
+/// last place of the largest coordinate.
 pub(super) fn resolution(ring: &[DVec3]) -> f64 {
     let largest = ring.iter().map(|p| p.abs().max_element()).fold(0.0, f64::max);
     (1e-12 * extent(ring)).max(8.0 * f64::EPSILON * largest)

@@ -1,4 +1,4 @@
-//! Cutting an outline by a plane, and bridging holes.
+//! Cutting an outline by a plane, and bridging its holes.
 
 use glam::DVec3;
 use rustc_hash::FxHashMap;
@@ -9,15 +9,14 @@ use super::plane_fit::{extent, fit_plane, resolution};
 use super::triangulate::{triangulate, triangulate_rings};
 use crate::geometry::Plane;
 
-/// A corner closer to the cutting plane than this share of the outline's extent lies on it: a cut
-/// leaves no slivers thinner than that.
+/// A corner closer to the cutting plane than this share of the outline's extent counts as on it, so that a cut
+/// leaves no thinner slivers.
 const ON_PLANE: f64 = 1e-9;
 
-/// Cuts a ring by a plane. Gives the rings on the plane's positive side and those on its negative
-/// side: weakly simple, holes bridged, wound like the ring, concave where it is, several where the
-/// cut separates it. Points of the ring keep their exact coordinates; a
-/// point within 1e-9 of the extent of the plane counts as on it. A ring that lies in the plane as
-/// a whole is on its positive side. A ring without area gives nothing.
+/// Cuts a ring by a plane and returns the rings on its positive side and those on its negative side. They are
+/// weakly simple, with bridged holes, wound like the ring, concave where it is, and several where the cut separates
+/// it. Points of the ring keep their exact coordinates; points within 1e-9 of the extent from the plane count as on
+/// it. A ring that lies in the plane as a whole is on the positive side. A ring without area gives no rings.
 pub fn split_by_plane(ring: &[DVec3], plane: &Plane) -> (Vec<Vec<DVec3>>, Vec<Vec<DVec3>>) {
     let Some(own_plane) = fit_plane(ring) else { return Default::default() };
     let triangulation = triangulate(ring, &own_plane);
@@ -28,10 +27,9 @@ pub fn split_by_plane(ring: &[DVec3], plane: &Plane) -> (Vec<Vec<DVec3>>, Vec<Ve
     (cut.rings(&cut.positive), cut.rings(&cut.negative))
 }
 
-/// One ring of an outer outline and its holes, each joined to the others by doubled edges that
-/// cross nothing. The result runs around the outer outline like `outer` does; the holes may be
-/// given either way round. Where the holes leave several separate areas, there are several rings.
-/// Empty when the outline has no area.
+/// Merges an outer outline and its holes into one ring, connected by doubled edges that cross nothing. The result
+/// is wound like `outer`; the holes may have either winding. Where the holes leave several separate areas, there
+/// are several rings. The result is empty when the outline has no area.
 pub fn bridge_holes(outer: &[DVec3], holes: &[Vec<DVec3>]) -> Vec<Vec<DVec3>> {
     let mut points = outer.to_vec();
     let mut rings: Vec<_> = std::iter::once(0..outer.len()).collect();
@@ -51,18 +49,19 @@ fn distance(points: &[DVec3], a: u32, b: u32) -> f64 {
     points[a as usize].distance(points[b as usize])
 }
 
-/// The triangles of a ring, cut one by one.
+/// A cut in progress: the ring's triangles, cut one by one.
 struct Cut {
     points: Vec<DVec3>,
-    /// Signed distance of each point from the plane; exactly zero for those that lie on it.
+    /// The signed distance of each point from the plane, exactly zero for points that count as on it.
     distances: Vec<f64>,
-    /// Where the plane meets an edge, by the edge's ends (lower index first): both neighbours of
-    /// the edge get the very same point.
+    /// The points where the plane crosses an edge, by the edge's ends (lower index first), so that both triangles
+    /// at the edge share one point.
     met: FxHashMap<[u32; 2], u32>,
-    /// Convex polygons, as indices into `points`.
+    /// Convex polygons on the positive side, as indices into `points`.
     positive: Vec<Vec<u32>>,
+    /// Convex polygons on the negative side, as indices into `points`.
     negative: Vec<Vec<u32>>,
-    /// From here on, points were made by the cut.
+    /// The index of the first point that the cut made.
     first_made: u32,
     extent: f64,
 }
@@ -84,6 +83,7 @@ impl Cut {
         }
     }
 
+    /// Cuts a triangle and files its parts by side.
     fn add(&mut self, triangle: &[u32; 3]) {
         let [mut front, mut back] = [Vec::with_capacity(4), Vec::with_capacity(4)];
         for (i, &a) in triangle.iter().enumerate() {
@@ -101,8 +101,8 @@ impl Cut {
                 back.push(middle);
             }
         }
-        // A triangle that only touches the plane leaves a point or an edge on the other side; one
-        // that lies in it is on the positive side.
+        // A triangle that only touches the plane would leave a point or an edge on the other side; a triangle in
+        // the plane belongs to the positive side.
         let off = |polygon: &[u32], d: &[f64]| polygon.iter().any(|&i| d[i as usize] != 0.0);
         let is_flat = !off(triangle, &self.distances);
         if is_flat || off(&front, &self.distances) {
@@ -113,6 +113,7 @@ impl Cut {
         }
     }
 
+    /// Returns the index of the point where the plane crosses an edge.
     fn meeting_point(&mut self, edge: [u32; 2]) -> u32 {
         if let Some(&known) = self.met.get(&edge) {
             return known;
@@ -126,16 +127,17 @@ impl Cut {
         index
     }
 
+    /// Joins the convex polygons of one side to rings.
     fn rings(&self, polygons: &[Vec<u32>]) -> Vec<Vec<DVec3>> {
-        // A bridge from a point of the ring needs no point of the cut, which could be left out.
+        // Bridges prefer points of the ring over points of the cut, which can be left out of the result.
         let detour = |i: u32| if i < self.first_made { 0.0 } else { self.extent };
         let cost = |a, b| distance(&self.points, a, b) + detour(a) + detour(b);
         let placed = |ring: Vec<u32>| self.without_seams(&ring).map(|i| self.points[i as usize]).collect();
         outlines(polygons, cost).into_iter().map(placed).collect()
     }
 
-    /// Leaves out the points that the cut made on edges between two triangles: the ring passes
-    /// them straight on, along the plane.
+    /// Leaves out the points that the cut made on edges between two triangles, where the ring runs straight on
+    /// along the plane.
     fn without_seams<'a>(&'a self, ring: &'a [u32]) -> impl Iterator<Item = u32> + 'a {
         let n = ring.len();
         let on_plane = |i: u32| self.distances[i as usize] == 0.0;

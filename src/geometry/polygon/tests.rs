@@ -26,10 +26,10 @@ fn area_vector([a, b, c]: [DVec3; 3]) -> DVec3 {
 }
 
 fn area(ring: &[DVec3]) -> f64 {
-    newell(ring).length() / 2.0
+    newell_normal(ring).length() / 2.0
 }
 
-/// A square with a square hole, bridged from corner to corner.
+/// Makes a square with a square hole, bridged from corner to corner.
 fn square_with_hole() -> Vec<DVec3> {
     flat(&[
         [0., 0.],
@@ -45,10 +45,10 @@ fn square_with_hole() -> Vec<DVec3> {
     ])
 }
 
-/// No triangle is turned over, and together they have the ring's area.
+/// Checks that no triangle is flipped, and that together they have the ring's area.
 fn check_triangles(ring: &[DVec3]) -> Result<(), TestCaseError> {
     let t = triangles_of(ring);
-    let normal = newell(ring) / 2.0;
+    let normal = newell_normal(ring) / 2.0;
     let areas: Vec<f64> =
         corners(ring, &t).into_iter().map(|c| area_vector(c).dot(normal.normalize())).collect();
     prop_assert_eq!(t.flaw, None);
@@ -228,7 +228,7 @@ fn squares_side_by_side_get_one_outline_and_points_inside_leave_no_trace() {
 
 #[test]
 fn a_hole_in_a_fine_grid_is_bridged_once_and_no_branch_is_left() {
-    // 30 x 30 squares without one: the bridge passes points inside, every other branch is taken back.
+    // 30 x 30 squares without one: the bridge passes inner points, and all other branches are removed.
     let positions: Vec<DVec3> =
         (0..961).map(|i| DVec3::new(f64::from(i % 31), f64::from(i / 31), 0.0)).collect();
     let square = |i: u32| {
@@ -245,7 +245,7 @@ fn a_hole_in_a_fine_grid_is_bridged_once_and_no_branch_is_left() {
     check_triangles(&points).unwrap();
 }
 
-/// A star-shaped outline around the origin, with star-shaped holes bridged in.
+/// Makes a star-shaped outline around the origin, with bridged star-shaped holes.
 fn star(radii: &[f64], centre: DVec2, size: f64) -> Vec<DVec3> {
     let corner = |(i, &r): (usize, &f64)| {
         let at = centre + DVec2::from_angle(TAU * i as f64 / radii.len() as f64) * (r * size);
@@ -254,7 +254,7 @@ fn star(radii: &[f64], centre: DVec2, size: f64) -> Vec<DVec3> {
     radii.iter().enumerate().map(corner).collect()
 }
 
-/// Rings in any plane, some with holes, some far away; all at least weakly simple.
+/// Makes rings in random planes, some with holes, some far away; all are at least weakly simple.
 fn rings() -> impl Strategy<Value = Vec<DVec3>> {
     let radii = |n| prop::collection::vec(0.5..1.0f64, n);
     let turn = prop::array::uniform4(0.1..1.0f64);
@@ -273,7 +273,7 @@ fn rings() -> impl Strategy<Value = Vec<DVec3>> {
     )
 }
 
-/// Where the ring's flat picture says "inside" by the even-odd rule.
+/// Returns true when a point is inside the flattened ring by the even-odd rule.
 fn even_odd(ring: &[DVec3], at: DVec2) -> bool {
     let n = ring.len();
     let met = |i: &usize| {
@@ -307,12 +307,12 @@ proptest! {
         let normal = DVec3::from_array(normal).try_normalize().unwrap_or(DVec3::X);
         let plane = Plane { normal, point: ring[through % ring.len()] + normal * shift };
         let (front, back) = split_by_plane(&ring, &plane);
-        let whole = newell(&ring);
-        let sum: DVec3 = front.iter().chain(&back).map(|r| newell(r)).sum();
+        let whole = newell_normal(&ring);
+        let sum: DVec3 = front.iter().chain(&back).map(|r| newell_normal(r)).sum();
         prop_assert!((sum - whole).length() < 1e-6 * whole.length(), "{} {}", sum, whole);
         for (pieces, sign) in [(&front, 1.0), (&back, -1.0)] {
             for piece in pieces {
-                prop_assert!(newell(piece).dot(whole) > 0.0, "wound like the face: {:?}", piece);
+                prop_assert!(newell_normal(piece).dot(whole) > 0.0, "wound like the face: {:?}", piece);
                 prop_assert!(piece.iter().all(|&p| sign * plane.signed_distance(p) > -1e-7));
                 for p in piece {
                     prop_assert!(ring.contains(p) || plane.signed_distance(*p).abs() < 1e-7);

@@ -1,4 +1,4 @@
-//! Triangles of an outline, by constrained Delaunay triangulation in its plane.
+//! Triangulation of outlines: constrained Delaunay triangulation in their plane.
 
 use std::ops::Range;
 
@@ -10,40 +10,41 @@ use super::crossing::uncross;
 use super::flat::{Flat, signed_area};
 use crate::geometry::Plane;
 
-/// What is wrong with an outline.
+/// A defect of an outline.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, serde::Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Flaw {
-    /// Fewer than three different points.
+    /// The outline has fewer than three different points.
     TooFewPoints,
-    /// Its points lie on a line, or its lobes cancel out; it has no triangles.
+    /// The points lie on a line, or the lobes cancel out; there are no triangles.
     NoArea,
-    /// It crosses itself; the crossings became points of their own.
+    /// The outline crosses itself; its crossings became additional points.
     SelfCrossing,
-    /// It crosses itself so often, or is so long, that it was left without triangles.
+    /// The outline crosses itself too often, or is too long, and was left without triangles.
     Tangled,
 }
 
 /// The result of [`triangulate`].
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Triangulation {
-    /// Corners as indices into the ring, wound like it; from the ring's length on, into `crossings`.
+    /// Triangles as indices into the ring, wound like it; indices from the ring's length on refer to `crossings`.
     pub triangles: Vec<[u32; 3]>,
-    /// Points where the outline crosses itself.
+    /// The points where the outline crosses itself.
     pub crossings: Vec<DVec3>,
-    /// What is wrong, if anything.
+    /// The outline's defect, if any.
     pub flaw: Option<Flaw>,
 }
 
 impl Triangulation {
+    /// Makes an empty triangulation with a defect.
     fn flawed(flaw: Flaw) -> Self {
         Self { flaw: Some(flaw), ..Self::default() }
     }
 }
 
-/// Triangulates a ring around `plane` (its own, [`super::fit_plane`]). Holes are bridged; inside is
-/// what an odd number of outline edges separates from outside, where a bridge counts twice. Uses no
-/// new points except where the outline crosses itself. Never fails: see [`Triangulation::flaw`].
+/// Triangulates a ring in `plane`, its own (see [`super::fit_plane`]). Holes are bridged. The inside is what an odd
+/// number of outline edges separates from the outside, where a bridge counts twice. No points are added except
+/// where the outline crosses itself. The function never fails; defects are in [`Triangulation::flaw`].
 pub fn triangulate(ring: &[DVec3], plane: &Plane) -> Triangulation {
     if ring.len() < 3 {
         return Triangulation::flawed(Flaw::TooFewPoints);
@@ -58,11 +59,12 @@ pub fn triangulate(ring: &[DVec3], plane: &Plane) -> Triangulation {
     triangulate_rings(&flat, std::slice::from_ref(&(0..ring.len())))
 }
 
-/// More points than any face has. They are put in one by one, each found by walking from the one
-/// before: a scribble of a million points would take minutes.
+/// The most points of an outline, more than any real face has. Points are inserted one by one, each located by
+/// walking from the one before: a scribble of a million points would take minutes.
 const MOST_POINTS: usize = 100_000;
 
-/// The same for several rings at once (an outer outline and its holes), given as ranges of points.
+/// Triangulates several rings at once (an outer outline and its holes), given as ranges of points; see
+/// [`triangulate`].
 pub(super) fn triangulate_rings(flat: &Flat, rings: &[Range<usize>]) -> Triangulation {
     if flat.points.len() > MOST_POINTS {
         return Triangulation::flawed(Flaw::Tangled);
@@ -76,38 +78,38 @@ pub(super) fn triangulate_rings(flat: &Flat, rings: &[Range<usize>]) -> Triangul
     }
 }
 
-/// The edges of a ring, as pairs of point indices.
+/// Returns the edges of a ring as pairs of point indices.
 pub(super) fn ring_edges(ring: &Range<usize>) -> impl Iterator<Item = [usize; 2]> + use<> {
     let (start, end) = (ring.start, ring.end);
     (start..end).map(move |i| [i, if i + 1 == end { start } else { i + 1 }])
 }
 
-/// Triangles around the first point.
+/// Returns the triangles of a convex ring, all around its first point.
 fn fan(corners: u32) -> Vec<[u32; 3]> {
     (1..corners - 1).map(|i| [0, i, i + 1]).collect()
 }
 
-/// True when every corner turns left, clearly, and the ring goes round once. Most faces of most
-/// models are such quads and need no triangulation.
+/// Returns true when every corner clearly turns left and the ring goes round once. Most faces of most models are
+/// such quads and need no triangulation.
 fn is_strictly_convex(ring: &[DVec2]) -> bool {
     let n = ring.len();
     let edge = |i: usize| ring[(i + 1) % n] - ring[i % n];
-    // Corners straighter than this go the slow way, which knows points on a line.
+    // Straighter corners take the general path, which handles points on a line.
     let turns_left =
         |a: DVec2, b: DVec2| a.perp_dot(b) > 1e-9 * (a.length_squared() * b.length_squared()).sqrt();
     let rises = |e: DVec2| e.y > 0.0 || (e.y == 0.0 && e.x > 0.0);
     let all_left = (0..n).all(|i| turns_left(edge(i), edge(i + 1)));
-    // A ring that goes round once rises and falls once; a five-pointed star does twice.
+    // A ring that goes round once rises and falls once; a five-pointed star does so twice.
     all_left && (0..n).filter(|&i| rises(edge(i)) != rises(edge(i + 1))).count() == 2
 }
 
-/// How often the outline runs along an edge of the triangulation.
+/// The number of times that the outline runs along an edge of the triangulation.
 #[derive(Debug, Clone, Copy, Default)]
 struct Uses(u32);
 
 type Cdt = ConstrainedDelaunayTriangulation<Point2<f64>, (), Uses>;
 
-/// The points' vertices in a fresh triangulation, and for each vertex its first point.
+/// A triangulation with the vertex of each point, and the first point of each vertex.
 struct Sites {
     cdt: Cdt,
     vertex_of_point: Vec<FixedVertexHandle>,
@@ -115,7 +117,7 @@ struct Sites {
 }
 
 impl Sites {
-    /// `None` when a coordinate is not a number.
+    /// Inserts all points; `None` when a coordinate is NaN.
     fn insert(points: &[DVec2]) -> Option<Self> {
         let mut sites = Self { cdt: Cdt::new(), vertex_of_point: Vec::new(), point_of_vertex: Vec::new() };
         for (i, &point) in points.iter().enumerate() {
@@ -133,13 +135,13 @@ impl Sites {
     }
 }
 
-/// Spade refuses coordinates closer to zero than 1e-43; ours have unit extent, so these are zero.
+/// Converts a point for spade, which rejects nonzero coordinates below 1e-43; at unit extent these are zero.
 fn spade_point(point: DVec2) -> Point2<f64> {
     let flushed = |x: f64| if x.abs() < 1e-40 { 0.0 } else { x };
     Point2::new(flushed(point.x), flushed(point.y))
 }
 
-/// The triangles inside; `None` when the outline crosses itself.
+/// Returns the triangles inside the outline; `None` when it crosses itself.
 fn without_crossings(points: &[DVec2], edges: impl Iterator<Item = [usize; 2]>) -> Option<Vec<[u32; 3]>> {
     let mut sites = Sites::insert(points)?;
     for edge in edges {
@@ -158,13 +160,13 @@ fn without_crossings(points: &[DVec2], edges: impl Iterator<Item = [usize; 2]>) 
     Some(inside(&sites))
 }
 
-/// Floods from outside over the edges, counting how many outline edges were crossed.
+/// Returns the triangles inside, by flooding from outside and counting the outline edges that are crossed.
 fn inside(sites: &Sites) -> Vec<[u32; 3]> {
     let cdt = &sites.cdt;
     let outer = cdt.outer_face().fix();
     let mut odd = vec![None; cdt.num_all_faces()];
     odd[outer.index()] = Some(false);
-    // The outer face has no three edges to walk: start from the hull.
+    // The outer face has no list of three edges, so the flood starts from the hull.
     let mut open: Vec<(FixedFaceHandle<PossiblyOuterTag>, bool)> = Vec::new();
     for edge in cdt.convex_hull() {
         let inner = if edge.face().is_outer() { edge.rev() } else { edge };
@@ -189,7 +191,7 @@ fn inside(sites: &Sites) -> Vec<[u32; 3]> {
     triangles.into_iter().map(|(_, corners)| corners).collect()
 }
 
-/// Triangles of an outline that crosses itself.
+/// Triangulates an outline that crosses itself.
 fn with_crossings(flat: &Flat, rings: &[Range<usize>]) -> Triangulation {
     let Some(uncrossed) = uncross(flat, rings) else { return Triangulation::flawed(Flaw::Tangled) };
     let simple = without_crossings(&uncrossed.points, uncrossed.edges.iter().copied());

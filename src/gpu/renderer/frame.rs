@@ -1,4 +1,4 @@
-//! What a shot is to the shaders (`Frame` of `shaders/surfaces.wgsl`).
+//! The uniform of a view (`Frame` of `shaders/surfaces.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -6,10 +6,10 @@ use glam::DVec3;
 use super::surfaces::split;
 use crate::projection::Shot;
 
-/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
+/// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f32 = 1e-4;
 
-/// `Frame` of the shaders.
+/// The uniform in the layout of the shaders (`Frame`), which document the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct FrameUniform {
@@ -32,7 +32,8 @@ pub struct FrameUniform {
 }
 
 impl FrameUniform {
-    /// `origin` is what positions are relative to; `near` the depth of the near plane.
+    /// Builds the uniform of a view. `origin` is the world point that positions are relative to, `near` the
+    /// depth of the near plane in world units.
     pub fn new(shot: &Shot, origin: DVec3, near: f64, cell_px: u32) -> Self {
         let [right, down, forward] = shot.pose.rotation_rows().map(|row| row.map(|v| v as f32));
         let (eye_high, eye_low) = split(shot.viewpoint() - origin);

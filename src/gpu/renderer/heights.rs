@@ -1,5 +1,5 @@
-//! The relief on the device: all faces' heights side by side in one texture, and where each lies
-//! (`Relief` of `shaders/project.wgsl`).
+//! The relief on the device: all faces' heights packed into one texture, and the position of each (`Relief`
+//! of `shaders/project.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
 use glam::{DVec2, DVec3};
@@ -12,10 +12,10 @@ use crate::gpu::device::Gpu;
 use crate::projection::relief::{FaceRelief, Relief};
 use crate::scene::{FaceId, Model};
 
-/// Width of the texture in cells, at least: any device has it.
+/// The least width of the texture in cells, which any device supports.
 const WIDTH: u32 = 2048;
 
-/// `Relief` of the shader.
+/// The relief of one face in the layout of the shader (`Relief`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct ReliefWords {
@@ -33,32 +33,38 @@ pub struct ReliefWords {
 /// The relief's texture and table.
 #[derive(Debug)]
 pub struct Heights {
+    /// The heights of all faces, in world units.
     pub texture: TextureView,
+    /// The table of [`ReliefWords`], one per face.
     pub places: Buffer,
-    /// By face, the largest height.
+    /// The largest height of each face, in world units.
     pub largest: Vec<f64>,
 }
 
 impl Heights {
-    /// `origin`: what positions are relative to.
+    /// Uploads the relief; `origin` is the world point that positions are relative to.
     pub fn new(gpu: &Gpu, model: &Model, relief: &Relief, origin: DVec3) -> Self {
-        let shelf = Shelf::of(model, relief, gpu.device.limits().max_texture_dimension_2d);
-        let mut cells = vec![f16::ZERO; (shelf.size[0] * shelf.size[1]) as usize];
+        let packing = Packing::new(model, relief, gpu.device.limits().max_texture_dimension_2d);
+        let mut cells = vec![f16::ZERO; (packing.size[0] * packing.size[1]) as usize];
         let mut places = vec![ReliefWords::zeroed(); model.faces.len().max(1)];
         let mut largest = vec![0.0; model.faces.len()];
-        for (face, corner) in shelf.places {
+        for (face, corner) in packing.positions {
             let Some(heights) = relief.of(face) else { continue };
             places[face.0 as usize] = words(heights, corner, origin);
             largest[face.0 as usize] = heights.largest();
             for (row, line) in heights.heights.chunks_exact(heights.size[0] as usize).enumerate() {
-                let first = ((corner[1] + row as u32) * shelf.size[0] + corner[0]) as usize;
+                let first = ((corner[1] + row as u32) * packing.size[0] + corner[0]) as usize;
                 let target = &mut cells[first..first + line.len()];
                 target.iter_mut().zip(line).for_each(|(t, h)| *t = f16::from_f32(*h));
             }
         }
         let descriptor = wgpu::TextureDescriptor {
             label: Some("heights"),
-            size: wgpu::Extent3d { width: shelf.size[0], height: shelf.size[1], depth_or_array_layers: 1 },
+            size: wgpu::Extent3d {
+                width: packing.size[0],
+                height: packing.size[1],
+                depth_or_array_layers: 1,
+            },
             mip_level_count: 1,
             sample_count: 1,
             dimension: wgpu::TextureDimension::D2,
@@ -82,7 +88,7 @@ impl Heights {
 }
 
 fn words(face: &FaceRelief, corner: [u32; 2], origin: DVec3) -> ReliefWords {
-    // Flat coordinates are affine: their directions are what a step along each world axis adds.
+    // Flat coordinates are affine, so their directions are what a step along each world axis adds.
     let zero = face.frame.flat(origin);
     let step = |axis: DVec3| face.frame.flat(origin + axis) - zero;
     let (x, y, z) = (step(DVec3::X), step(DVec3::Y), step(DVec3::Z));
@@ -104,33 +110,36 @@ fn words(face: &FaceRelief, corner: [u32; 2], origin: DVec3) -> ReliefWords {
     }
 }
 
-/// Faces' grids in rows of falling height.
-struct Shelf {
+/// A packing of faces' grids into rows of falling height.
+struct Packing {
     size: [u32; 2],
-    places: Vec<(FaceId, [u32; 2])>,
+    positions: Vec<(FaceId, [u32; 2])>,
 }
 
-impl Shelf {
-    /// `longest` is the longest side that the device's textures may have; faces with longer grids stay flat.
-    fn of(model: &Model, relief: &Relief, longest: u32) -> Self {
+impl Packing {
+    /// Packs the grids; `longest` is the longest side that the device's textures may have. Faces with longer
+    /// grids stay flat.
+    fn new(model: &Model, relief: &Relief, longest: u32) -> Self {
         let fits = |[w, h]: [u32; 2]| w.max(h) <= longest;
         let sizes = model.face_ids().filter_map(|f| relief.of(f).map(|r| (f, r.size)));
         let mut sizes: Vec<(FaceId, [u32; 2])> = sizes.filter(|(_, size)| fits(*size)).collect();
         sizes.sort_by_key(|(face, [_, height])| (std::cmp::Reverse(*height), *face));
         let cells: f64 = sizes.iter().map(|(_, [w, h])| f64::from(*w) * f64::from(*h)).sum();
-        // About square where it is large: neither side reaches the device's limit before it must.
+        // About square where it is large, so that neither side reaches the device's limit unnecessarily.
         let square = (cells.sqrt().ceil() as u32).clamp(WIDTH, longest.max(WIDTH));
         let width = sizes.iter().map(|(_, [w, _])| *w).fold(square, u32::max);
-        let (mut x, mut y, mut row_height) = (0, 0, 0);
-        let mut places = Vec::with_capacity(sizes.len());
+        let mut x = 0;
+        let mut y = 0;
+        let mut row_height = 0;
+        let mut positions = Vec::with_capacity(sizes.len());
         for (face, [w, h]) in sizes {
             if x + w > width {
                 (x, y, row_height) = (0, y + row_height, 0);
             }
-            places.push((face, [x, y]));
+            positions.push((face, [x, y]));
             x += w;
             row_height = row_height.max(h);
         }
-        Self { size: [width, (y + row_height).max(1)], places }
+        Self { size: [width, (y + row_height).max(1)], positions }
     }
 }

@@ -1,7 +1,8 @@
-//! The renderer: one pass over the model, in which every pixel asks the sheets that may serve it.
+//! The renderer: one pass over the model, in which every pixel samples the sheets that may texture it.
 //!
-//! A shot is drawn in three steps: cells with their candidates (on the CPU, [`crate::projection::cells`]),
-//! the tiles that they need, and the passes: *nearness* (depth), then *project* (colour) or *faces*.
+//! A view is drawn in three steps: the cells with their candidates (on the CPU,
+//! [`crate::projection::cells`]), the tiles that they need, and the passes: *nearness* (depth), then
+//! *project* (colour) or *faces*.
 
 mod frame;
 mod heights;
@@ -21,8 +22,6 @@ use std::sync::Arc;
 
 use glam::DVec3;
 
-pub use sliced::Sliced;
-
 use heights::Heights;
 use program::Program;
 use project::{Pass, Passes};
@@ -36,30 +35,39 @@ use super::tile_store::TextureOptions;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::projection::cells::{Cells, Confidence, cells};
-use crate::projection::exposure::{Optics, seen_shares};
+use crate::projection::exposure::{Optics, visible_shares};
 use crate::projection::relief::Relief;
-use crate::projection::residency::Want;
+use crate::projection::residency::TileRequest;
 use crate::projection::surface::Surface;
-use crate::projection::{Gains, PhotoId, Picture, Quality, Renders, SheetId, Shot, Shown, Sources, Texels};
+use crate::projection::{
+    Gains, LayerTextureId, PhotoId, Picture, Quality, Renders, Shot, Shown, SiteContent, SiteRenderer,
+    Sliced, Sources, Texels,
+};
 use crate::scene::Model;
 use crate::task::Task;
 
-/// A picture is so many cells wide, whatever its pixels: what a cell spans as an angle is what makes its
-/// list of candidates short. Smaller cells than the least cost more to prepare than they save.
+/// The number of cells across an image, whatever its size in pixels: the angle that a cell spans determines
+/// the length of its list of candidates. Cells smaller than [`LEAST_CELL_PX`] cost more to prepare than they
+/// save.
 const CELLS_ACROSS: u32 = 60;
 const LEAST_CELL_PX: u32 = 16;
 
-/// Draws shots of one site. Long-lived: textures, tables and pipelines stay from shot to shot.
+/// The divisor of the texture memory for provenance colours, which have little detail.
+const ORIGINS_SHARE: u64 = 4;
+
+/// A renderer of views of one site. It is long-lived: textures, tables and pipelines are reused from view to
+/// view.
 pub struct Renderer {
     gpu: Gpu,
     model: Arc<Model>,
     sources: Arc<Sources>,
-    /// Some face is pinned to a photo.
+    /// True when some face is pinned to a photo.
     pins: bool,
     gains: Gains,
     surface: Arc<Surface>,
     tiles: TileStore,
-    /// Where the sheets' texels come from, as colours; once somebody told.
+    /// The sheets' texels replaced by colours of their origins, for [`Shown::Provenance`]; `None` until
+    /// provided.
     origins: Option<TileStore>,
     surfaces: Surfaces,
     heights: Heights,
@@ -69,7 +77,17 @@ pub struct Renderer {
 }
 
 impl Renderer {
-    /// A renderer for the model's faces and what serves them.
+    /// Builds a renderer of a site, with texture memory of its own.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`].
+    pub fn of_site(gpu: &Gpu, site: SiteContent<'_>, textures: TextureOptions) -> Result<Self> {
+        let SiteContent { model, sources, gains, relief, texels } = site;
+        let tiles = TileStore::new(gpu, &sources, texels, textures)?;
+        Self::new(gpu, model, sources, gains, relief, tiles)
+    }
+
+    /// Builds a renderer for the model's faces and the sheets that texture them.
     ///
     /// # Errors
     /// [`crate::Error::Gpu`].
@@ -102,33 +120,12 @@ impl Renderer {
         })
     }
 
-    /// The model as rays meet it, and as it is drawn.
-    pub fn surface(&self) -> Arc<Surface> {
-        self.surface.clone()
-    }
-
-    /// The sheets' texels on the device.
+    /// Returns the sheets' texels on the device.
     pub fn tiles(&self) -> &TileStore {
         &self.tiles
     }
 
-    /// What [`Shown::Provenance`] shows: sheets in the colours of their texels' origins. None: nobody knows, and texture
-    /// memory for it is given back.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
-    pub fn set_origins(&mut self, origins: Option<(Arc<dyn Texels>, TextureOptions)>) -> Result<()> {
-        let store = |(texels, options)| TileStore::new(&self.gpu, &self.sources, texels, options);
-        self.origins = origins.map(store).transpose()?;
-        Ok(())
-    }
-
-    /// Somebody told where texels come from.
-    pub fn has_origins(&self) -> bool {
-        self.origins.is_some()
-    }
-
-    /// The texels that a shot shows.
+    /// Returns the texels that a view samples.
     fn store(&self, shot: &Shot) -> &TileStore {
         self.origins.as_ref().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&self.tiles)
     }
@@ -137,56 +134,23 @@ impl Renderer {
         self.origins.as_mut().filter(|_| shot.shown == Shown::Provenance).unwrap_or(&mut self.tiles)
     }
 
-    /// The same, to change them.
+    /// Returns the sheets' texels on the device, for changes.
     pub fn tiles_mut(&mut self) -> &mut TileStore {
         &mut self.tiles
     }
 
-    /// Shows surfaces with another relief from now on.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`] when the device cannot hold it; the old one stays.
-    pub fn set_relief(&mut self, relief: &Relief) -> Result<()> {
-        let origin = self.surfaces.origin();
-        self.heights = self
-            .gpu
-            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
-        Ok(())
-    }
-
-    /// Faces are served otherwise from now on, from the same photos and sheets.
-    ///
-    /// # Errors
-    /// [`crate::Error::Gpu`]; all stays as it was.
-    pub fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
-        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
-        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
-        self.surfaces = self.gpu.guarded("preparing the renderer", || {
-            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
-        })?;
-        self.surface = surface.into();
-        self.pins = sources.servers.iter().any(|server| server.pinned);
-        self.sources = sources;
-        Ok(())
-    }
-
-    /// Shows photos with other gains from now on.
-    pub fn set_gains(&mut self, gains: Gains) {
-        self.gains = gains;
-    }
-
-    /// Per photo and channel, what its linear colours are multiplied with in this shot.
+    /// Computes the exposure factor of each photo and channel in this view.
     fn factors(&self, shot: &Shot, cells: &Cells) -> Vec<[f32; 3]> {
         if shot.shown == Shown::Provenance {
-            // Colours that stand for something have no exposure.
+            // These colours are symbols and have no exposure.
             return vec![[1.0; 3]; self.sources.photos.len()];
         }
-        let shares = || seen_shares(shot, &self.model, &self.sources, &self.surface, cells);
+        let shares = || visible_shares(shot, &self.model, &self.sources, &self.surface, cells);
         let factors = self.gains.factors(shot, shares);
         factors.into_iter().map(|factor| factor.map(|f| f as f32)).collect()
     }
 
-    /// Side of a cell of the shot, in pixels.
+    /// Returns the side of a cell of the view, in pixels.
     fn cell_px(&self, shot: &Shot) -> u32 {
         shot.camera.width.div_ceil(CELLS_ACROSS).max(LEAST_CELL_PX)
     }
@@ -196,8 +160,8 @@ impl Renderer {
         cells(&self.model, &self.sources, shot, side_px, heights, confidence)
     }
 
-    /// Brings tables and tiles up to the shot; says whether there are optics to undo. `factors` are those of a
-    /// picture that the shot is a part of.
+    /// Updates tables and tiles for a view; returns whether there are optics to undo. `factors` are those of
+    /// the whole image when the view is a band of it.
     fn prepare(
         &mut self,
         shot: &Shot,
@@ -213,16 +177,23 @@ impl Renderer {
         let photos = (0..self.sources.photos.len() as u32).map(PhotoId);
         let of_photo = |photo| match shot.shown {
             Shown::Provenance => Optics::default(),
-            _ => self.gains.optics(shot, photo),
+            Shown::Colour
+            | Shown::Weights
+            | Shown::BestPhoto
+            | Shown::Density
+            | Shown::Confidence
+            | Shown::Layer
+            | Shown::Item
+            | Shown::Coverage => self.gains.optics(shot, photo),
         };
         let optics: Vec<Optics> = photos.map(of_photo).collect();
-        let (factors, optics, origin) = (&factors, &optics, self.surfaces.origin());
-        let content = Content { shot, cells: &cells, factors, optics, origin };
+        let origin = self.surfaces.origin();
+        let content = Content { shot, cells: &cells, factors: &factors, optics: &optics, origin };
         self.tables.write(&self.gpu, &self.sources, &content);
         Ok(optics.iter().any(|optics| *optics != Optics::default()))
     }
 
-    /// The picture of a shot, or of a band of one.
+    /// Draws the image of a view, or of a band of it.
     fn drawn(
         &mut self,
         shot: &Shot,
@@ -247,7 +218,7 @@ impl Renderer {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let multisampled = shot.quality == Quality::Final && program != Program::Faces;
         let key = (width, height, multisampled);
-        // Targets of another size are not asked for again soon.
+        // Targets of other sizes are unlikely to be needed again soon.
         self.targets.retain(|&(w, h, _), _| (w, h) == (width, height));
         let target = self.targets.entry(key).or_insert_with(|| Target::new(&self.gpu, key));
         let pass = Pass {
@@ -272,7 +243,7 @@ impl Renders for Renderer {
         let gpu = self.gpu.clone();
         target::judge(&gpu, shot)?;
         gpu.guarded("drawing faces", || {
-            // Depths of no known scale would be so small that their differences vanish.
+            // Without a known scale, depths would be so small that their differences vanish.
             let depths = [0.0, farthest(&self.model, shot.viewpoint())];
             let cells = Cells { side_px: LEAST_CELL_PX, depths, ..Cells::default() };
             let photos = self.sources.photos.len();
@@ -284,6 +255,68 @@ impl Renders for Renderer {
             self.target(shot, false).faces(&gpu)
         })
     }
+
+    fn begin(&mut self, shot: &Shot, _task: &Task) -> Result<Sliced> {
+        self.begun(shot)
+    }
+
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        self.advanced(sliced, task)
+    }
+}
+
+impl SiteRenderer for Renderer {
+    fn surface(&self) -> Arc<Surface> {
+        self.surface.clone()
+    }
+
+    fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()> {
+        debug_assert!(sources.sheets == self.sources.sheets, "texels on the device go by sheets");
+        let surface = Surface::of(&self.model).with_backs(&self.model, &sources);
+        self.surfaces = self.gpu.guarded("preparing the renderer", || {
+            Ok(Surfaces::new(&self.gpu, &self.model, &sources, surface.sides()))
+        })?;
+        self.surface = surface.into();
+        self.pins = sources.servers.iter().any(|server| server.pinned);
+        self.sources = sources;
+        Ok(())
+    }
+
+    fn set_gains(&mut self, gains: Gains) {
+        self.gains = gains;
+    }
+
+    fn set_relief(&mut self, relief: &Relief) -> Result<()> {
+        let origin = self.surfaces.origin();
+        self.heights = self
+            .gpu
+            .guarded("preparing the relief", || Ok(Heights::new(&self.gpu, &self.model, relief, origin)))?;
+        Ok(())
+    }
+
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize> {
+        Ok(self.tiles.renew(texels, changed, task)?.sheets)
+    }
+
+    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
+        let tiles = self.tiles.options();
+        let options = TextureOptions { budget_bytes: tiles.budget_bytes / ORIGINS_SHARE, ..tiles };
+        let store = |texels| TileStore::new(&self.gpu, &self.sources, texels, options);
+        self.origins = origins.map(store).transpose()?;
+        Ok(())
+    }
+
+    fn has_origins(&self) -> bool {
+        self.origins.is_some()
+    }
+
+    fn unreadable(&self) -> usize {
+        self.tiles.unreadable().len()
+    }
+
+    fn statistics(&self) -> String {
+        self.tiles.statistics().to_string()
+    }
 }
 
 impl Renderer {
@@ -292,24 +325,24 @@ impl Renderer {
     }
 }
 
-/// The distance of the farthest vertex.
+/// Returns the distance of the farthest vertex, in world units.
 fn farthest(model: &Model, viewpoint: DVec3) -> f64 {
     model.vertices.iter().map(|vertex| vertex.distance(viewpoint)).fold(0.0, f64::max)
 }
 
-/// What the cells may look up: per sheet and finest level one rectangle.
-fn wants(cells: &Cells, sources: &Sources) -> Vec<Want> {
-    let mut wanted: BTreeMap<(SheetId, u32), PixelRect> = BTreeMap::new();
+/// Collects the texels that the cells may look up: one rectangle per sheet and finest level.
+fn wants(cells: &Cells, sources: &Sources) -> Vec<TileRequest> {
+    let mut wanted: BTreeMap<(LayerTextureId, u32), PixelRect> = BTreeMap::new();
     for candidate in &cells.candidates {
         let sheet = sources.servers[candidate.server as usize].sheet;
         let rect = wanted.entry((sheet, candidate.finest)).or_insert(candidate.rect);
         *rect = rect.union(&candidate.rect);
     }
-    let want = |((sheet, finest), rect): ((SheetId, u32), PixelRect)| {
+    let want = |((sheet, finest), rect): ((LayerTextureId, u32), PixelRect)| {
         let corner = sources.sheet(sheet).rect;
-        // The next level, of which the lookup takes a share, has a filter twice as wide.
+        // The next level, which contributes to the lookup, has a filter twice as wide.
         let rect = PixelRect { x: rect.x - corner.x, y: rect.y - corner.y, ..rect };
-        Want { sheet, finest, rect: rect.grown(2 << finest) }
+        TileRequest { sheet, finest, rect: rect.grown(2 << finest) }
     };
     wanted.into_iter().map(want).collect()
 }

@@ -1,4 +1,4 @@
-//! Which shader a shot needs: the constants and the slots that are generated before `project.wgsl`.
+//! The choice of the shader for a view: the constants and functions that are generated before `project.wgsl`.
 
 use std::fmt::Write;
 
@@ -8,45 +8,53 @@ use crate::projection::legend::{
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::{Blend, Mode, Quality, Shot, Shown};
 
-/// What is drawn.
+/// A program of the renderer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Program {
-    /// The owners of pixels.
+    /// Draws the face that owns each pixel.
     Faces,
-    /// A picture.
+    /// Draws an image.
     Picture {
-        /// Blending.
+        /// The formula of blending.
         mode: Mode,
-        /// Photos that share a point.
+        /// The number of photos blended per point.
         photos: u32,
-        /// What is shown.
+        /// The display mode.
         shown: Shown,
-        /// Filtering and samples.
+        /// The quality of filtering and sampling.
         quality: Quality,
-        /// Texels are freed of what their cameras' optics did to them. Software adapters pay for that even
-        /// where there is nothing to undo.
+        /// True when texels are corrected for their cameras' optics; on software adapters this costs time
+        /// even where the optics are neutral.
         undoes_optics: bool,
-        /// Some face is pinned to a photo. That costs registers, too.
+        /// True when some face is pinned to a photo; this costs registers.
         pins: bool,
     },
 }
 
 impl Program {
-    /// The one that draws a shot's picture.
+    /// Returns the program that draws a view's image.
     pub fn of(shot: &Shot, undoes_optics: bool, pins: bool) -> Self {
-        let single = matches!(shot.shown, Shown::BestPhoto | Shown::Layer | Shown::Density);
+        let single = match shot.shown {
+            Shown::BestPhoto | Shown::Layer | Shown::Density => true,
+            Shown::Colour
+            | Shown::Weights
+            | Shown::Confidence
+            | Shown::Item
+            | Shown::Coverage
+            | Shown::Provenance => false,
+        };
         let mode = if single { Mode::Best } else { shot.blend.mode };
         let photos = if mode == Mode::Best { 1 } else { shot.blend.photos.clamp(1, Blend::MOST) };
         Self::Picture { mode, photos, shown: shot.shown, quality: shot.quality, undoes_optics, pins }
     }
 
-    /// Colours are filtered as they are stored, in sRGB.
+    /// Returns true when colours are filtered as stored, in sRGB.
     pub fn reads_stored(self) -> bool {
         matches!(self, Self::Picture { quality: Quality::Preview, .. })
     }
 }
 
-/// WGSL before `weights.wgsl` and `project.wgsl`.
+/// Generates the WGSL that precedes `project.wgsl`: constants, `Best`, and the functions of the display mode.
 pub fn generated(program: Program) -> String {
     let Program::Picture { mode, photos, shown, quality, undoes_optics, pins } = program else {
         return String::new();
@@ -59,8 +67,17 @@ pub fn generated(program: Program) -> String {
          const STORED = {};\nconst UNDOES_OPTICS = {undoes_optics};\nconst PINS = {pins};\n",
         mode as u32,
         quality == Quality::Final,
-        // Counts and the largest confidence are over all that serve, not over the best.
-        matches!(shown, Shown::Coverage | Shown::Confidence),
+        // Counts and the largest confidence are over all contributing photos, not over the best.
+        match shown {
+            Shown::Coverage | Shown::Confidence => true,
+            Shown::Colour
+            | Shown::Weights
+            | Shown::BestPhoto
+            | Shown::Density
+            | Shown::Layer
+            | Shown::Item
+            | Shown::Provenance => false,
+        },
         quality == Quality::Preview,
     );
     text.push_str(&slots(photos));
@@ -70,8 +87,8 @@ pub fn generated(program: Program) -> String {
     text
 }
 
-/// `Best`: the k best penalties with their colours, rising, and the next penalty. Written out slot by
-/// slot, so that all of it stays in registers.
+/// Generates `Best`: the k best penalties with their colours, rising, and the next penalty. It is unrolled
+/// slot by slot, so that all of it stays in registers.
 fn slots(k: u32) -> String {
     let mut text = String::from("struct Best {\n");
     for i in 0..k {
@@ -110,24 +127,30 @@ fn slots(k: u32) -> String {
     text
 }
 
-/// A colour for a number, as [`crate::projection::legend::colour_of_number`] has it.
+/// The WGSL of `palette`, the identifying colour of a number, see
+/// [`crate::projection::legend::colour_of_number`].
 const PALETTE: &str = "fn palette(number: u32) -> vec3f {\n\
      let hue = fract(f32(number) * 0.618034);\n\
      let wheel = abs(fract(vec3f(hue) + vec3f(0.0, 0.6666667, 0.3333333)) * 6.0 - 3.0) - 1.0;\n\
      let light = 0.55 + 0.35 * fract(f32(number) * 0.41421357);\n\
      return mix(vec3f(0.03), clamp(wheel, vec3f(0.0), vec3f(1.0)), 0.8) * light + 0.04;\n}\n";
 
-/// The ramp that a picture's colours are of.
+/// Returns the colour ramp of a display mode.
 fn ramp_of(shown: Shown) -> Option<Ramp> {
     match shown {
         Shown::Confidence => Some(CONFIDENCE),
         Shown::Coverage => Some(COVERAGE),
         Shown::Density => Some(DENSITY),
-        _ => None,
+        Shown::Colour
+        | Shown::Weights
+        | Shown::BestPhoto
+        | Shown::Layer
+        | Shown::Item
+        | Shown::Provenance => None,
     }
 }
 
-/// `ramp`: the colour at a share of a ramp, as [`crate::projection::legend::colour_at`] has it.
+/// Generates `ramp`, the colour at a share of a ramp, see [`crate::projection::legend::colour_at`].
 fn ramp(stops: Ramp) -> String {
     let stop = |colour: [u8; 3]| {
         let [r, g, b] = linear(colour);
@@ -143,7 +166,7 @@ fn ramp(stops: Ramp) -> String {
     text + "    return color;\n}\n"
 }
 
-/// What takes the place of a photo's colour before photos are blended.
+/// Generates `shown_color`, which replaces a photo's colour before photos are blended.
 fn shown_color(shown: Shown) -> String {
     let color = match shown {
         Shown::Colour | Shown::Confidence | Shown::Coverage | Shown::Item | Shown::Provenance => {
@@ -151,13 +174,13 @@ fn shown_color(shown: Shown) -> String {
         }
         Shown::Weights | Shown::BestPhoto => "palette(candidate.y & 0xffffu)".into(),
         Shown::Layer => "palette(candidate.z)".into(),
-        // `octaves` are missing in the photo.
+        // `octaves` is the number that the photo lacks.
         Shown::Density => format!("ramp(0.5 - 0.5 * octaves / {:?})", f64::from(DENSITY_OCTAVES)),
     };
     format!("fn shown_color(color: vec3f, candidate: vec4u, octaves: f32) -> vec3f {{ return {color}; }}\n")
 }
 
-/// What becomes of the blended colour.
+/// Generates `finished`, which converts the blended colour to the pixel's.
 fn finished(shown: Shown) -> String {
     let color = match shown {
         Shown::Item => "vec4f(palette(face), 1.0)".into(),
@@ -166,14 +189,19 @@ fn finished(shown: Shown) -> String {
             "select(UNSERVED, vec4f(ramp(log2(max(served, 1.0)) / {:?}), 1.0), served > 0.0)",
             f64::from(COVERAGE_DOUBLINGS)
         ),
-        _ => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
+        Shown::Colour
+        | Shown::Weights
+        | Shown::BestPhoto
+        | Shown::Density
+        | Shown::Layer
+        | Shown::Provenance => "select(UNSERVED, vec4f(color, 1.0), served > 0.0)".into(),
     };
     format!(
         "fn finished(color: vec3f, served: f32, confident: f32, face: u32) -> vec4f {{ return {color}; }}\n"
     )
 }
 
-/// What stands before all of it.
+/// Returns the constants and functions that are the same for all programs.
 pub fn preamble() -> String {
     let flat = super::target::FLAT_LINEAR;
     format!("const UNSERVED = vec4f({flat}, {flat}, {flat}, 0.0);\n{PALETTE}")

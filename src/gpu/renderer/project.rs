@@ -1,4 +1,4 @@
-//! The renderer's pipelines and how they are recorded: *nearness*, then *project* or *faces*.
+//! The renderer's pipelines and their recording: *nearness*, then *project* or *faces*.
 
 use rustc_hash::FxHashMap;
 
@@ -20,13 +20,19 @@ const SURFACES: &str = include_str!("../../../shaders/surfaces.wgsl");
 const WEIGHTS: &str = include_str!("../../../shaders/weights.wgsl");
 const PROJECT: &str = include_str!("../../../shaders/project.wgsl");
 
-/// What one drawing needs.
+/// The inputs and outputs of one drawing.
 pub struct Pass<'a> {
+    /// The device.
     pub gpu: &'a Gpu,
+    /// The model's triangles and planes.
     pub surfaces: &'a Surfaces,
+    /// The relief.
     pub heights: &'a Heights,
+    /// The tables of the view.
     pub tables: &'a Tables,
+    /// The texels to sample.
     pub tiles: &'a TileStore,
+    /// The textures to draw into.
     pub target: &'a Target,
 }
 
@@ -35,14 +41,14 @@ pub struct Pass<'a> {
 pub struct Passes {
     shot: BindGroupLayout,
     texels: TexelGroup,
-    /// Photos are looked up in a uniform buffer where they fit into one: on software adapters that is a
-    /// quarter faster.
+    /// The declaration of the photos: a uniform buffer where they fit into one, which is a quarter faster on
+    /// software adapters.
     photos: PhotoTable,
     nearness: FxHashMap<u32, RenderPipeline>,
     programs: FxHashMap<Program, RenderPipeline>,
 }
 
-/// How the shader declares the photos.
+/// The shader's declaration of the photos.
 #[derive(Debug)]
 pub struct PhotoTable {
     kind: Kind,
@@ -51,6 +57,7 @@ pub struct PhotoTable {
 }
 
 impl PhotoTable {
+    /// Chooses the declaration for this many photos.
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let count = sources.photos.len().max(1);
         let bytes = (count * size_of::<PhotoWords>()) as u64;
@@ -63,6 +70,7 @@ impl PhotoTable {
 }
 
 impl Passes {
+    /// Creates the layouts; pipelines are made when they are needed.
     pub fn new(gpu: &Gpu, sources: &Sources) -> Self {
         let photos = PhotoTable::new(gpu, sources);
         let kinds = [
@@ -85,7 +93,7 @@ impl Passes {
         }
     }
 
-    /// Draws into the target and submits.
+    /// Draws into the target and submits the commands.
     pub fn draw(&mut self, pass: &Pass, program: Program) {
         self.make(pass.gpu, program, pass.target.samples);
         let tables = pass.tables;
@@ -142,7 +150,8 @@ impl Passes {
     fn make(&mut self, gpu: &Gpu, program: Program, samples: u32) {
         let Self { shot, texels, photos, nearness, programs, .. } = self;
         nearness.entry(samples).or_insert_with(|| {
-            Draft { vertex: "nearness", fragment: None, groups: &[shot], samples }.pipeline(gpu, SURFACES)
+            PipelineDescription { vertex: "nearness", fragment: None, groups: &[shot], samples }
+                .pipeline(gpu, SURFACES)
         });
         programs.entry(program).or_insert_with(|| {
             let (vertex, fragment) = match program {
@@ -150,13 +159,13 @@ impl Passes {
                 Program::Picture { .. } => ("drawn", ("project", COLOR)),
             };
             let groups: &[&BindGroupLayout] = &[shot, &texels.layout];
-            let draft = Draft { vertex, fragment: Some(fragment), groups, samples };
-            draft.pipeline(gpu, &source(program, photos))
+            let description = PipelineDescription { vertex, fragment: Some(fragment), groups, samples };
+            description.pipeline(gpu, &source(program, photos))
         });
     }
 }
 
-/// All of a program's WGSL.
+/// Assembles the complete WGSL source of a program.
 pub fn source(program: Program, photos: &PhotoTable) -> String {
     match program {
         Program::Faces => SURFACES.into(),
@@ -186,15 +195,15 @@ fn attachment(target: &Target, program: Program) -> wgpu::RenderPassColorAttachm
     }
 }
 
-/// A pipeline that draws the corners.
-struct Draft<'a> {
+/// The description of a pipeline that draws the corners.
+struct PipelineDescription<'a> {
     vertex: &'a str,
     fragment: Option<(&'a str, TextureFormat)>,
     groups: &'a [&'a BindGroupLayout],
     samples: u32,
 }
 
-impl Draft<'_> {
+impl PipelineDescription<'_> {
     fn pipeline(&self, gpu: &Gpu, source: &str) -> RenderPipeline {
         let module = bindings::shader(gpu, self.vertex, source);
         let corner = wgpu::VertexBufferLayout {
@@ -213,7 +222,7 @@ impl Draft<'_> {
                 compilation_options: Default::default(),
                 buffers: &[Some(corner)],
             },
-            // Faces are seen from both sides.
+            // Faces are seen from either side.
             primitive: wgpu::PrimitiveState { cull_mode: None, ..Default::default() },
             depth_stencil: Some(wgpu::DepthStencilState {
                 format: DEPTH,

@@ -1,4 +1,4 @@
-//! The model's triangles on the device (`shaders/surfaces.wgsl`), in f64 split into two f32.
+//! The model's triangles on the device (`shaders/surfaces.wgsl`), with f64 coordinates split into two f32.
 
 use bytemuck::{Pod, Zeroable};
 use glam::DVec3;
@@ -12,7 +12,7 @@ use crate::projection::Sources;
 use crate::projection::sides::{Side, Sides};
 use crate::scene::{FaceId, Model};
 
-/// `Corner` of the shader.
+/// A corner of a triangle in the layout of the shader (`Corner`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct Corner {
@@ -21,7 +21,7 @@ pub struct Corner {
     surface: u32,
 }
 
-/// `Surface` of the shader.
+/// A planar part of a face in the layout of the shader (`Surface`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct SurfaceWords {
@@ -33,18 +33,21 @@ pub struct SurfaceWords {
     pub pad0: u32,
 }
 
-/// What does not change from shot to shot.
+/// The model's data that is the same for all views.
 #[derive(Debug)]
 pub struct Surfaces {
-    /// World point that positions are relative to.
+    /// The world point that positions are relative to.
     origin: DVec3,
+    /// The corners of all triangles, for the vertex stage.
     pub corners: Buffer,
+    /// The number of corners.
     pub count: u32,
+    /// The table of [`SurfaceWords`], to which corners refer by index.
     pub planes: Buffer,
 }
 
 impl Surfaces {
-    /// All faces in model order, so that of faces at one depth the last is drawn last.
+    /// Uploads all faces in model order, so that of faces at one depth the last is drawn last.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources, sides: &Sides) -> Self {
         let origin = origin(model, sources);
         let (mut corners, mut surfaces) = (Vec::new(), Vec::new());
@@ -61,7 +64,7 @@ impl Surfaces {
             }
         }
         let count = corners.len() as u32;
-        // An empty model has a buffer, too: no binding may be empty.
+        // An empty model has a buffer, too, because no binding may be empty.
         if surfaces.is_empty() {
             surfaces.push(SurfaceWords::zeroed());
             corners.push(Corner::zeroed());
@@ -74,12 +77,13 @@ impl Surfaces {
         }
     }
 
+    /// Returns the world point that positions are relative to.
     pub fn origin(&self) -> DVec3 {
         self.origin
     }
 }
 
-/// A whole point near the cameras.
+/// Returns a point with whole coordinates near the cameras.
 fn origin(model: &Model, sources: &Sources) -> DVec3 {
     let centers: Vec<DVec3> = sources.photos.iter().map(|p| p.pose.center_in_world()).collect();
     let points = if centers.is_empty() { &model.vertices } else { &centers };
@@ -87,7 +91,7 @@ fn origin(model: &Model, sources: &Sources) -> DVec3 {
     (sum / points.len().max(1) as f64).round()
 }
 
-/// A planar face with its triangles; of one that is not planar each triangle.
+/// Returns the planar parts of a face: the face with its triangles, or each triangle when it is not planar.
 fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
     let triangles = model.face_triangles(face);
     if model.face(face).planar {
@@ -97,7 +101,7 @@ fn parts(model: &Model, face: FaceId) -> Vec<(Plane, Vec<[u32; 3]>)> {
     triangles.iter().filter_map(|t| Some((plane_of(t)?, vec![*t]))).collect()
 }
 
-/// `FLAG_BILLBOARD`, `FLAG_FRONT_IS_BACK` and `FLAG_BACK_IS_BACK` of the shader.
+/// Returns `FLAG_BILLBOARD`, `FLAG_FRONT_IS_BACK` and `FLAG_BACK_IS_BACK` of the shader.
 fn flags(model: &Model, face: FaceId, sides: &Sides) -> u32 {
     let billboard = model.object(model.face(face).object).billboard;
     let [front, back] = [Side::Front, Side::Back].map(|side| sides.is_back(face, side));
@@ -117,7 +121,7 @@ fn words(face: FaceId, plane: &Plane, origin: DVec3) -> SurfaceWords {
     }
 }
 
-/// A point as the sum of two.
+/// Splits a point into the sum of two f32 vectors.
 pub fn split(p: DVec3) -> ([f32; 3], [f32; 3]) {
     let high = p.as_vec3();
     (high.to_array(), (p - high.as_dvec3()).as_vec3().to_array())

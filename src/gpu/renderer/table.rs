@@ -1,4 +1,4 @@
-//! A buffer that is written anew for every shot and grows when it must.
+//! A buffer that is rewritten for every view and grows when necessary.
 
 use std::num::NonZeroU64;
 
@@ -7,22 +7,24 @@ use wgpu::{Buffer, BufferUsages};
 
 use crate::gpu::device::Gpu;
 
-/// Growing by this factor, a table is made anew a few times and then never again.
+/// The factor by which a table grows, so that it is reallocated a few times only.
 const GROWTH: u64 = 2;
 
+/// A growing buffer with its present content.
 #[derive(Debug)]
 pub struct Table {
     label: &'static str,
     usage: BufferUsages,
     buffer: Buffer,
-    /// Bytes of the content.
+    /// The size of the content in bytes.
     used: u64,
 }
 
 impl Table {
+    /// Creates an empty table.
     pub fn new(gpu: &Gpu, label: &'static str, usage: BufferUsages) -> Self {
         let usage = usage | BufferUsages::COPY_DST;
-        Self { label, usage, buffer: made(gpu, label, usage, 256), used: 0 }
+        Self { label, usage, buffer: create_buffer(gpu, label, usage, 256), used: 0 }
     }
 
     /// Writes the whole content.
@@ -30,22 +32,23 @@ impl Table {
         let bytes: &[u8] = bytemuck::cast_slice(content);
         if bytes.len() as u64 > self.buffer.size() {
             let needed = bytes.len() as u64;
-            // Room to grow must not be what makes it larger than a buffer may be.
+            // The reserve must not make the buffer larger than the device allows.
             let size = (GROWTH * needed).min(gpu.device.limits().max_buffer_size & !15).max(needed);
-            self.buffer = made(gpu, self.label, self.usage, size);
+            self.buffer = create_buffer(gpu, self.label, self.usage, size);
         }
         self.used = bytes.len() as u64;
         gpu.queue.write_buffer(&self.buffer, 0, bytes);
     }
 
-    /// The content without the room to grow: bindings are smaller than buffers may be, uniform ones by far.
+    /// Returns the binding of the content without the reserve, because bindings may be smaller than buffers,
+    /// uniform ones by far.
     pub fn binding(&self) -> wgpu::BindingResource<'_> {
         let size = NonZeroU64::new(self.used);
         wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer: &self.buffer, offset: 0, size })
     }
 }
 
-fn made(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> Buffer {
+fn create_buffer(gpu: &Gpu, label: &str, usage: BufferUsages, size: u64) -> Buffer {
     let size = size.next_multiple_of(16);
     let descriptor = wgpu::BufferDescriptor { label: Some(label), size, usage, mapped_at_creation: false };
     gpu.device.create_buffer(&descriptor)

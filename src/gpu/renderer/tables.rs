@@ -1,4 +1,4 @@
-//! The tables of a shot: the frame, the photos as seen from its viewpoint, the cells and their candidates
+//! The tables of a view: the frame, the photos relative to its viewpoint, the cells and their candidates
 //! (`shaders/project.wgsl`).
 
 use bytemuck::{Pod, Zeroable};
@@ -11,7 +11,7 @@ use crate::geometry::PixelRect;
 use crate::gpu::device::Gpu;
 use crate::projection::cells::Cells;
 use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 use crate::projection::frustum::uv_from_rebased;
 use crate::projection::sources::Projector;
 use crate::projection::tiles::Shape;
@@ -19,7 +19,7 @@ use crate::projection::weights::BORDER_SHARE;
 use crate::projection::{Domain, Server, Shot, Sources};
 use crate::scene::Model;
 
-/// `Photo` of the shader.
+/// A photo in the layout of the shader (`Photo`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct PhotoWords {
@@ -36,7 +36,7 @@ pub struct PhotoWords {
     pub falloff: [f32; 2],
 }
 
-/// `FaceCells` of the shader.
+/// The cells of a face in the layout of the shader (`FaceCells`), which documents the fields.
 #[derive(Debug, Clone, Copy, Pod, Zeroable)]
 #[repr(C)]
 pub struct FaceCellsWords {
@@ -46,30 +46,38 @@ pub struct FaceCellsWords {
     pub pad0: u32,
 }
 
-/// What the tables are written from.
+/// The data from which the tables are written.
 pub struct Content<'a> {
+    /// The view.
     pub shot: &'a Shot,
+    /// The cells of the view.
     pub cells: &'a Cells,
-    /// By photo, what its linear colours are multiplied with.
+    /// The exposure factors of each photo.
     pub factors: &'a [[f32; 3]],
-    /// By photo, what is undone in its colours before.
+    /// The optics of each photo, undone before the factors are applied.
     pub optics: &'a [Optics],
-    /// World point that positions are relative to.
+    /// The world point that positions are relative to.
     pub origin: DVec3,
 }
 
-/// The tables.
+/// The tables of a view on the device.
 #[derive(Debug)]
 pub struct Tables {
+    /// The uniform of the view.
     pub frame: Table,
+    /// The photos, as [`PhotoWords`].
     pub photos: Table,
+    /// The cells of each face, as [`FaceCellsWords`].
     pub face_cells: Table,
+    /// The index at which each cell's candidates begin.
     pub cells: Table,
+    /// The candidates with their half planes.
     pub candidates: Table,
     faces: usize,
 }
 
 impl Tables {
+    /// Creates the tables for a model and its photos.
     pub fn new(gpu: &Gpu, model: &Model, sources: &Sources) -> Self {
         let mut photos = Table::new(gpu, "photos", BufferUsages::UNIFORM | BufferUsages::STORAGE);
         photos.write(gpu, &vec![PhotoWords::zeroed(); sources.photos.len().max(1)]);
@@ -83,6 +91,7 @@ impl Tables {
         }
     }
 
+    /// Writes all tables for a view.
     pub fn write(&mut self, gpu: &Gpu, sources: &Sources, content: &Content) {
         let Content { shot, cells, factors, optics, origin } = *content;
         self.frame.write(gpu, &[FrameUniform::new(shot, origin, cells.near(), cells.side_px)]);
@@ -118,13 +127,13 @@ impl Tables {
 
 fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DVec3) -> PhotoWords {
     let camera = &photo.camera;
-    // A rectangle of one pixel: u and v are photo pixels.
-    let pixel = PixelRect { x: 0, y: 0, w: 1, h: 1 };
+    // With a rectangle of one pixel, u and v are photo pixels.
+    let pixel = PixelRect::of_size(1, 1);
     let [row_x, row_y, row_z] =
         uv_from_rebased(camera, &photo.pose, pixel, viewpoint).map(|row| row.map(|v| v as f32));
     let center = (photo.pose.center_in_world() - viewpoint).as_vec3();
     let (width, height) = (f64::from(camera.width), f64::from(camera.height));
-    let (falloff, per_px2) = (optics.falloff, radius2(camera, DVec2::new(camera.cx + 1.0, camera.cy)));
+    let (falloff, per_px2) = (optics.falloff, squared_radius(camera, DVec2::new(camera.cx + 1.0, camera.cy)));
     PhotoWords {
         row_x,
         row_y,
@@ -140,7 +149,8 @@ fn photo_words(photo: &Projector, gain: [f32; 3], optics: &Optics, viewpoint: DV
     }
 }
 
-/// Where each cell's words begin, and the words: candidates with their half planes behind them.
+/// Returns the index at which each cell's words begin, and the words: candidates, each followed by its half
+/// planes.
 fn candidate_words(sources: &Sources, cells: &Cells) -> (Vec<u32>, Vec<[u32; 4]>) {
     let mut begins = Vec::with_capacity(cells.ranges.len() + 1);
     let mut words = Vec::with_capacity(cells.candidates.len() + 1);
@@ -170,7 +180,7 @@ fn push_words(words: &mut Vec<[u32; 4]>, sources: &Sources, server: &Server, lea
         | u32::from(server.back) << 24
         | (sides.len() as u32) << 25
         | u32::from(server.pinned) << 31;
-    // Rounded down: a bound stays one.
+    // Rounded down, so that it remains a lower bound.
     let least = (least as f32).next_down();
     let corner = (rect.x as u32 & 0xffff) | (rect.y as u32) << 16;
     words.push([least.to_bits(), packed, server.sheet.0, corner]);

@@ -1,4 +1,4 @@
-//! What is drawn into, and how it comes back.
+//! The textures that views are drawn into, and their read-back.
 
 use wgpu::{Extent3d, Texture, TextureFormat, TextureUsages, TextureView};
 
@@ -7,46 +7,50 @@ use crate::gpu::device::Gpu;
 use crate::gpu::drawing::DEPTH;
 use crate::gpu::readback;
 use crate::projection::{Picture, Shot};
-use crate::scene::light::{linear_of_srgb, srgb_of_linear};
+use crate::scene::light::{linear_of_srgb, srgb_from_linear};
 
-/// Colours of pictures: written in linear light, stored as sRGB.
+/// The format of images: written in linear light, stored as sRGB.
 pub const COLOR: TextureFormat = TextureFormat::Rgba8UnormSrgb;
 
-/// Faces: 1 + an index, 0 where there is none.
+/// The format of faces: 1 + an index, 0 where there is none.
 pub const FACES: TextureFormat = TextureFormat::R32Uint;
 
-/// The grey of surfaces that no photo serves, and behind everything: sRGB 128, in linear light.
+/// The grey of untextured surfaces and of the background: sRGB 128, in linear light.
 pub const FLAT_LINEAR: f64 = 0.215_860_5;
 
-/// Samples of *final* quality.
+/// The number of samples per pixel in *final* quality.
 pub const SAMPLES: u32 = 4;
 
-/// Textures of one size.
+/// The textures for one image size.
 #[derive(Debug)]
 pub struct Target {
     width: u32,
     height: u32,
+    /// The number of samples per pixel.
     pub samples: u32,
+    /// The depth buffer.
     pub depth: TextureView,
     color: Texture,
+    /// The view of the image.
     pub color_view: TextureView,
-    /// Where samples are drawn before they become pixels.
+    /// The multisampled texture that is resolved to pixels; `None` without multisampling.
     pub samples_view: Option<TextureView>,
     faces: Option<Texture>,
+    /// The view of the faces; `None` with multisampling.
     pub faces_view: Option<TextureView>,
 }
 
-/// Whether the device can draw pictures of the shot's size.
+/// Checks that the device can draw images of the view's size.
 ///
 /// # Errors
-/// [`Error::Gpu`] with what it can draw, where it cannot.
+/// [`Error::Gpu`] with the device's limits, where it cannot.
 pub fn judge(gpu: &Gpu, shot: &Shot) -> Result<()> {
     let (width, height) = (shot.camera.width, shot.camera.height);
     let limits = gpu.device.limits();
     let (longest, largest) = (limits.max_texture_dimension_2d, limits.max_buffer_size);
     let picture = format!("a picture of {width} x {height} pixels");
     if width.min(height) == 0 {
-        return Err(Error::Gpu(format!("{picture} has none; sides are 1 to {longest}")));
+        return Err(Error::Gpu(format!("{picture} is empty; sides are 1 to {longest}")));
     }
     if width.max(height) > longest {
         let most = format!("sides of {longest} pixels at most");
@@ -59,13 +63,13 @@ pub fn judge(gpu: &Gpu, shot: &Shot) -> Result<()> {
     Ok(())
 }
 
-/// Of a row of 4 bytes a pixel, as textures are copied to buffers.
+/// Returns the bytes of a row of 4 bytes per pixel, aligned for copies from textures to buffers.
 fn row_bytes(width: u32) -> u64 {
     (4 * u64::from(width)).next_multiple_of(u64::from(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT))
 }
 
 impl Target {
-    /// For this width and height, with samples or without.
+    /// Creates the textures for this width and height, with multisampling or without.
     pub fn new(gpu: &Gpu, (width, height, multisampled): (u32, u32, bool)) -> Self {
         let samples = if multisampled { SAMPLES } else { 1 };
         let made = |label, format, samples, usage| {
@@ -97,7 +101,7 @@ impl Target {
         }
     }
 
-    /// The picture that was drawn.
+    /// Reads back the image that was drawn.
     pub fn picture(&self, gpu: &Gpu) -> Result<Picture> {
         let words = self.words(gpu, &self.color)?;
         let mut rgba: Vec<u8> = bytemuck::cast_slice(&words).to_vec();
@@ -105,12 +109,12 @@ impl Target {
         Ok(Picture { width: self.width, height: self.height, rgba })
     }
 
-    /// The faces that were drawn.
+    /// Reads back the faces that were drawn.
     pub fn faces(&self, gpu: &Gpu) -> Result<Vec<u32>> {
         self.words(gpu, self.faces.as_ref().expect("faces are drawn without samples"))
     }
 
-    /// The texels of a texture of 4 bytes each, row by row.
+    /// Reads the texels of a texture of 4 bytes each, row by row.
     fn words(&self, gpu: &Gpu, texture: &Texture) -> Result<Vec<u32>> {
         let row_bytes = row_bytes(self.width);
         let buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
@@ -134,14 +138,14 @@ impl Target {
     }
 }
 
-/// A pixel that is textured in part was blended with the flat grey: takes that out again, so that
-/// colour and alpha are straight.
+/// Removes the flat grey that a partly textured pixel was blended with, so that colour and alpha are
+/// straight.
 fn without_background(pixel: &mut [u8]) {
     let alpha = f64::from(pixel[3]) / 255.0;
     for channel in &mut pixel[..3] {
         let linear = linear_of_srgb(f64::from(*channel) / 255.0);
         let own = (linear - (1.0 - alpha) * FLAT_LINEAR) / alpha;
-        *channel = (srgb_of_linear(own.clamp(0.0, 1.0)) * 255.0).round() as u8;
+        *channel = (srgb_from_linear(own.clamp(0.0, 1.0)) * 255.0).round() as u8;
     }
 }
 
@@ -154,11 +158,11 @@ mod tests {
         for (own, alpha) in [(20u8, 64u8), (200, 128), (255, 191)] {
             let share = f64::from(alpha) / 255.0;
             let mixed = linear_of_srgb(f64::from(own) / 255.0) * share + FLAT_LINEAR * (1.0 - share);
-            let seen = (srgb_of_linear(mixed) * 255.0).round() as u8;
+            let seen = (srgb_from_linear(mixed) * 255.0).round() as u8;
             let mut pixel = [seen, seen, seen, alpha];
             without_background(&mut pixel);
-            // The mixture is off by half a step of 8 bits, 0.002 in linear light near the grey, and what
-            // it is made of by 1 / alpha times that.
+            // The mixture is off by half a step of 8 bits, 0.002 in linear light near the grey, and its
+            // textured part by 1 / alpha times that.
             let error = linear_of_srgb(f64::from(pixel[0]) / 255.0) - linear_of_srgb(f64::from(own) / 255.0);
             assert!(error.abs() <= 0.004 / share, "{own} at {alpha}: {pixel:?}");
         }

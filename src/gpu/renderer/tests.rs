@@ -1,4 +1,4 @@
-//! The renderer's shaders without a GPU: all that can be generated is valid and agrees with Rust.
+//! Tests of the renderer's shaders without a GPU: all that can be generated is valid and agrees with Rust.
 
 use std::mem::offset_of;
 use std::sync::Arc;
@@ -17,7 +17,7 @@ use crate::gpu::{Gpu, Renderer, TextureOptions, TileStore};
 use crate::projection::relief::{LEAST_FACING, Relief};
 use crate::projection::weights::{LEAST_ANGLE, OTHER_SIDE};
 use crate::projection::{
-    Blend, Gains, Mode, Quality, Renders, SheetId, SheetPixels, Shot, Shown, Sources, Texels,
+    Blend, Gains, LayerTextureId, LayerTexturePixels, Mode, Quality, Renders, Shot, Shown, Sources, Texels,
 };
 use crate::scene::Model;
 use crate::scene::synthetic::{centred, look_at};
@@ -70,7 +70,7 @@ fn every_program_is_valid() {
     }
 }
 
-/// Size of a WGSL struct, and where its members lie, in bytes.
+/// Returns the size of a WGSL struct, and the offsets of its members, in bytes.
 fn wgsl_struct(module: &naga::Module, name: &str) -> (u32, Vec<(String, u32)>) {
     let (_, found) = module.types.iter().find(|(_, ty)| ty.name.as_deref() == Some(name)).unwrap();
     let TypeInner::Struct { members, span } = &found.inner else { panic!("{name} is no struct") };
@@ -116,16 +116,16 @@ fn constants_are_alike_in_rust_and_in_wgsl() {
     }
 }
 
-/// There is none to ask for.
+/// A source for a site without sheets.
 struct NoSheets;
 
 impl Texels for NoSheets {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         unreachable!("nobody has {sheet:?}")
     }
 }
 
-/// Of a site without faces and photos.
+/// Builds a renderer of a site without faces and photos.
 fn of_nothing(gpu: &Gpu) -> Renderer {
     let (model, sources) = (Arc::new(Model::default()), Arc::new(Sources::default()));
     let tiles = TileStore::new(gpu, &sources, Arc::new(NoSheets), TextureOptions::default()).unwrap();

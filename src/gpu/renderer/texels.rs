@@ -1,4 +1,4 @@
-//! Group 1 of the renderer's programs: texture memory, as `shaders/texels.wgsl` looks things up in it.
+//! Bind group 1 of the renderer's programs: texture memory, which `shaders/texels.wgsl` reads.
 
 use wgpu::{BindGroup, BindGroupLayout, BindingResource, Sampler, ShaderStages};
 
@@ -6,19 +6,21 @@ use crate::gpu::TileStore;
 use crate::gpu::bindings::{self, Kind};
 use crate::gpu::device::Gpu;
 
-/// WGSL of the lookups.
+/// The WGSL source of the lookups.
 pub const SOURCE: &str = include_str!("../../../shaders/texels.wgsl");
 
 const KINDS: [Kind; 4] = [Kind::FilteredArray, Kind::Sampler, Kind::Read, Kind::Read];
 
-/// The layout, and what does not change.
+/// The layout of the group, and its sampler.
 #[derive(Debug)]
 pub struct TexelGroup {
+    /// The layout of the group.
     pub layout: BindGroupLayout,
     bilinear: Sampler,
 }
 
 impl TexelGroup {
+    /// Creates the layout and the sampler.
     pub fn new(gpu: &Gpu, visibility: ShaderStages) -> Self {
         Self {
             layout: bindings::layout(gpu, "texels", visibility, &KINDS),
@@ -31,8 +33,8 @@ impl TexelGroup {
         }
     }
 
-    /// The group for what the store holds now; `stored`: the atlas is read as stored (`STORED` of the
-    /// shader).
+    /// Builds the group for the store's present contents. With `stored`, the atlas is read as stored
+    /// (`STORED` of the shader).
     pub fn bind(&self, gpu: &Gpu, tiles: &TileStore, stored: bool) -> BindGroup {
         let resources = [
             BindingResource::TextureView(if stored { tiles.stored_atlas() } else { tiles.atlas() }),

@@ -1,4 +1,4 @@
-//! From sheets to the device: decode, cut, write, one batch after the other.
+//! Loading of sheets to the device: decode, cut and write, one batch after the other.
 
 use std::collections::BTreeSet;
 
@@ -10,37 +10,43 @@ use super::{Loaded, TileStore};
 use crate::error::{Error, Result};
 use crate::gpu::atlas::{Strip, place};
 use crate::gpu::pyramids::{Batch, Made};
-use crate::projection::SheetId;
+use crate::projection::LayerTextureId;
 use crate::projection::pyramid::Pyramid;
-use crate::projection::residency::Want;
+use crate::projection::residency::TileRequest;
 use crate::projection::tiles::{SLOT, TileKey};
 use crate::task::Task;
 
-/// Rows of slots that are cut at once: 0.6 MB each.
+/// The number of rows of slots that are cut at once, 0.6 MB each.
 const BATCH_STRIPS: usize = 64;
-/// From what share of the texels the rest is foretold.
+/// The share of texels decoded from which the total number of tiles is extrapolated.
 const ENOUGH_SEEN: f64 = 0.2;
 
-/// How far a load has come.
+/// The progress of a load.
 #[derive(Debug, Clone, Copy)]
-struct SoFar {
-    /// Tiles that it brought.
+struct Progress {
+    /// The number of tiles uploaded.
     tiles: usize,
-    /// Which share of the new sheets is decoded, those that are brought now included.
+    /// The share of the new sheets that is decoded, including those being uploaded now.
     share: f64,
 }
 
-impl SoFar {
-    /// How many tiles all of the load will bring, if the rest is like what was decoded until now.
+impl Progress {
+    /// Estimates the number of tiles of the complete load, assuming that the remaining sheets are like the
+    /// decoded ones.
     fn of_all(&self, tiles_now: usize) -> f64 {
         (self.tiles + tiles_now) as f64 / self.share
     }
 }
 
 impl TileStore {
-    /// Brings what is wanted and not there.
-    pub(super) fn load_absent(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
-        // What is there and wanted must not leave for what comes.
+    /// Uploads the requested tiles that are not resident.
+    pub(super) fn load_absent(
+        &mut self,
+        wants: &[TileRequest],
+        loaded: &mut Loaded,
+        task: &Task,
+    ) -> Result<()> {
+        // Resident tiles that are requested must not be evicted for new ones.
         self.residency.choose(wants, self.most_slots);
         self.load_unknown(wants, loaded, task)?;
         let (mut chosen, wanted) = self.residency.choose(wants, self.most_slots);
@@ -52,12 +58,12 @@ impl TileStore {
         self.load_missing(&chosen, loaded, task)
     }
 
-    /// Decodes sheets that were never seen, and brings their tiles to the device as long as there is room:
-    /// usually there is for all of them, and nothing is decoded twice. While one batch goes to the device
-    /// the next is decoded.
-    fn load_unknown(&mut self, wants: &[Want], loaded: &mut Loaded, task: &Task) -> Result<()> {
-        let is_new = |sheet: &SheetId| self.residency.occupancy(*sheet).is_none();
-        let unknown: BTreeSet<SheetId> = wants.iter().map(|want| want.sheet).filter(is_new).collect();
+    /// Decodes sheets that were never decoded, and uploads their tiles as long as there is room: usually
+    /// there is room for all of them, and nothing is decoded twice. While one batch is uploaded, the next is
+    /// decoded.
+    fn load_unknown(&mut self, wants: &[TileRequest], loaded: &mut Loaded, task: &Task) -> Result<()> {
+        let is_new = |sheet: &LayerTextureId| self.residency.occupancy(*sheet).is_none();
+        let unknown: BTreeSet<LayerTextureId> = wants.iter().map(|want| want.sheet).filter(is_new).collect();
         if unknown.is_empty() {
             return Ok(());
         }
@@ -71,42 +77,45 @@ impl TileStore {
             let all = decoded.made.iter().map(|(sheet, _)| sheet).chain(failed);
             seen += all.map(|sheet| self.pyramids.area(*sheet)).sum::<u64>();
             let maker = self.pyramids.maker();
-            let sofar = SoFar { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
-            let (brought, next) =
-                rayon::join(|| self.bring_new(wants, &decoded.made, sofar), || maker.make_all(&batch, task));
+            let progress = Progress { tiles: loaded.tiles, share: seen as f64 / texels as f64 };
+            let (brought, next) = rayon::join(
+                || self.bring_new(wants, &decoded.made, progress),
+                || maker.decode_all(&batch, task),
+            );
             loaded.tiles += brought?;
             decoded = next?;
         }
         Ok(())
     }
 
-    /// Brings sheets that were just decoded.
-    fn bring_new(&mut self, wants: &[Want], decoded: &[Made], sofar: SoFar) -> Result<usize> {
+    /// Uploads tiles of sheets that were just decoded.
+    fn bring_new(&mut self, wants: &[TileRequest], decoded: &[Made], progress: Progress) -> Result<usize> {
         if decoded.is_empty() {
             return Ok(0);
         }
         decoded.iter().for_each(|(sheet, pyramid)| self.learn(*sheet, pyramid));
-        let keys = self.bearable(wants, decoded, sofar);
+        let keys = self.tiles_that_fit(wants, decoded, progress);
         let slots = self.residency.len() + keys.len();
         if slots > self.residency.capacity() as usize {
-            // Growing copies everything, so it is done seldom, and as soon as what is to come can be foretold,
-            // to what it will be.
-            let foretold =
-                (1.03 * sofar.of_all(keys.len())) as usize + self.residency.len().saturating_sub(sofar.tiles);
-            self.make_room(if sofar.share < ENOUGH_SEEN { 2 * slots } else { foretold })?;
+            // Growing copies everything, so it is done seldom: as soon as the total can be extrapolated,
+            // directly to that size.
+            let extrapolated = (1.03 * progress.of_all(keys.len())) as usize
+                + self.residency.len().saturating_sub(progress.tiles);
+            self.make_room(if progress.share < ENOUGH_SEEN { 2 * slots } else { extrapolated })?;
         }
         let brought = self.bring(&keys, decoded)?;
         self.pyramids.keep(decoded);
         Ok(brought)
     }
 
-    /// What to bring of sheets that were just decoded: all of them if it is likely that all sheets will fit,
-    /// as decoding takes longer than writing; else what is wanted, as coarse as will fit.
-    fn bearable(&self, wants: &[Want], decoded: &[Made], sofar: SoFar) -> Vec<TileKey> {
-        let fits = |keys: &[TileKey]| sofar.of_all(keys.len()) <= f64::from(self.most_slots);
-        let all: Vec<Want> = decoded.iter().map(|(sheet, _)| Want::all(*sheet)).collect();
-        let is_own = |want: &&Want| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
-        let own: Vec<Want> = wants.iter().filter(is_own).copied().collect();
+    /// Selects the tiles to upload of sheets that were just decoded: all of them if all sheets will probably
+    /// fit, because decoding takes longer than writing; otherwise the requested ones, as coarse as necessary
+    /// to fit.
+    fn tiles_that_fit(&self, wants: &[TileRequest], decoded: &[Made], progress: Progress) -> Vec<TileKey> {
+        let fits = |keys: &[TileKey]| progress.of_all(keys.len()) <= f64::from(self.most_slots);
+        let all: Vec<TileRequest> = decoded.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
+        let is_own = |want: &&TileRequest| decoded.iter().any(|(sheet, _)| *sheet == want.sheet);
+        let own: Vec<TileRequest> = wants.iter().filter(is_own).copied().collect();
         let mut keys = self.residency.union(&all, 0);
         for coarser in 0..self.residency.most_levels() {
             if fits(&keys) {
@@ -117,11 +126,11 @@ impl TileStore {
         keys
     }
 
-    /// Brings those of the chosen tiles that are not there.
+    /// Uploads those of the chosen tiles that are not resident.
     fn load_missing(&mut self, chosen: &[TileKey], loaded: &mut Loaded, task: &Task) -> Result<()> {
         let is_missing = |key: &&TileKey| self.residency.slot(**key).is_none();
         let missing: Vec<TileKey> = chosen.iter().filter(is_missing).copied().collect();
-        let sheets: BTreeSet<SheetId> = missing.iter().map(|key| key.sheet).collect();
+        let sheets: BTreeSet<LayerTextureId> = missing.iter().map(|key| key.sheet).collect();
         for batch in self.pyramids.batches(sheets) {
             task.go_on()?;
             let (Batch { made: pyramids, failed }, decoded) = self.pyramids.get(&batch, task)?;
@@ -136,19 +145,19 @@ impl TileStore {
         Ok(())
     }
 
-    /// Sheets that cannot be read serve nothing from now on.
-    pub(super) fn give_up(&mut self, failed: &[(SheetId, Error)], task: &Task) {
+    /// Marks sheets that cannot be read as empty from now on.
+    pub(super) fn give_up(&mut self, failed: &[(LayerTextureId, Error)], task: &Task) {
         for (sheet, error) in failed {
-            task.note(format!("an image layer serves nothing: {error}"));
+            task.note(format!("an image layer is not used: {error}"));
             let nothing = self.pyramids.maker().of_nothing(*sheet);
             self.learn(*sheet, &nothing);
             self.unreadable.insert(*sheet);
         }
     }
 
-    /// Brings the other tiles of decoded sheets, too, if nobody has to leave for them.
+    /// Uploads the other tiles of decoded sheets, too, if no tile has to be evicted for them.
     fn bring_rest(&mut self, pyramids: &[Made]) -> Result<usize> {
-        let all: Vec<Want> = pyramids.iter().map(|(sheet, _)| Want::all(*sheet)).collect();
+        let all: Vec<TileRequest> = pyramids.iter().map(|(sheet, _)| TileRequest::all(*sheet)).collect();
         let mut rest = self.residency.union(&all, 0);
         rest.retain(|key| self.residency.slot(*key).is_none());
         let slots = self.residency.len() + rest.len();
@@ -160,7 +169,7 @@ impl TileStore {
         self.bring(&rest, pyramids)
     }
 
-    /// Gives tiles slots and writes them there; those that find no room stay away.
+    /// Assigns slots to tiles and writes them; tiles without a slot are left out.
     fn bring(&mut self, keys: &[TileKey], pyramids: &[Made]) -> Result<usize> {
         let entered = self.residency.enter(keys);
         self.upload(entered, pyramids)
@@ -169,7 +178,8 @@ impl TileStore {
     /// Cuts tiles and writes them into their slots.
     pub(super) fn upload(&mut self, mut slots: Vec<(TileKey, u32)>, of: &[Made]) -> Result<usize> {
         slots.sort_unstable_by_key(|(_, slot)| *slot);
-        let pyramids: FxHashMap<SheetId, &Pyramid> = of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();
+        let pyramids: FxHashMap<LayerTextureId, &Pyramid> =
+            of.iter().map(|(sheet, p)| (*sheet, &**p)).collect();
         let storage = self.atlas.storage();
         let cut = |strip: &[(TileKey, u32)]| {
             let texels = cut_strip(strip, |key| pyramids[&key.sheet]);
@@ -186,7 +196,8 @@ impl TileStore {
         Ok(slots.len())
     }
 
-    /// What was written goes its way, at most two batches at a time: each is kept in memory until then.
+    /// Submits what was written, with at most two batches in flight, because each is kept in memory until it
+    /// is done.
     fn flush(&mut self) -> Result<()> {
         let submitted = self.gpu.queue.submit([]);
         if let Some(before) = self.uploading.replace(submitted) {
@@ -197,7 +208,7 @@ impl TileStore {
     }
 }
 
-/// The texels of neighbouring slots of a row of a page: 68 rows.
+/// Cuts the texels of adjacent slots of a row of a page: 68 rows.
 fn cut_strip<'a>(slots: &[(TileKey, u32)], pyramid_of: impl Fn(TileKey) -> &'a Pyramid) -> Vec<u8> {
     let slot_bytes = 4 * SLOT as usize;
     let row_bytes = slots.len() * slot_bytes;

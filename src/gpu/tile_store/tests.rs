@@ -1,4 +1,4 @@
-//! Texture memory on a device: lookups against the pyramids that the tiles were cut from.
+//! Tests of texture memory on a device: lookups are compared with the pyramids that the tiles were cut from.
 
 use std::sync::{Arc, Mutex};
 
@@ -12,14 +12,14 @@ use crate::gpu::device::Gpu;
 use crate::gpu::renderer::texels::{self, TexelGroup};
 use crate::gpu::{bindings, readback};
 use crate::projection::pyramid::{Pyramid, PyramidOptions, pyramid};
-use crate::projection::residency::{NOTHING, SLOT_BITS, SheetRecord, Want};
+use crate::projection::residency::{NOTHING, SLOT_BITS, SheetRecord, TileRequest};
 use crate::projection::srgb::Srgb;
 use crate::projection::tiles;
-use crate::projection::{PhotoId, Projector, Sheet, SheetId, SheetPixels, Sources, Texels};
-use crate::scene::synthetic::Dice;
+use crate::projection::{LayerTextureId, LayerTexturePixels, PhotoId, Projector, Sheet, Sources, Texels};
+use crate::scene::synthetic::Rng;
 use crate::task::{Event, Task};
 
-/// One lookup per thread.
+/// A compute shader that does one lookup per thread.
 const LOOK: &str = "
 const STORED = false;
 @group(0) @binding(0) var<storage, read> asked: array<Asked>;
@@ -32,7 +32,7 @@ fn look(@builtin(global_invocation_id) id: vec3u) {
     found[id.x] = texel_at_level(SheetPlace(ask.sheet, vec2f(), ask.log_size), ask.at, ask.level);
 }";
 
-/// A lookup, `at` in texels of level 0 from the sheet's corner.
+/// A lookup; `at` is in texels of level 0 from the sheet's corner.
 #[derive(Debug, Clone, Copy, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 struct Asked {
@@ -42,26 +42,26 @@ struct Asked {
     log_size: [u32; 2],
 }
 
-/// Sheets of a test's own; how often each was read.
+/// Sheets made by a test, with counts of how often each was read.
 struct Made {
-    sheets: Mutex<Vec<SheetPixels>>,
+    sheets: Mutex<Vec<LayerTexturePixels>>,
     reads: Mutex<Vec<u32>>,
 }
 
 impl Texels for Made {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         self.reads.lock().unwrap()[sheet.0 as usize] += 1;
         Ok(self.sheets.lock().unwrap()[sheet.0 as usize].clone())
     }
 }
 
-/// Content in blots, so that most sheets have empty tiles.
-fn painted(rect: PixelRect, dice: &mut Dice) -> SheetPixels {
+/// Makes content in blots, so that most sheets have empty tiles.
+fn painted(rect: PixelRect, dice: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..3)
         .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(2.0, 50.0)])
         .collect();
     let waves = [dice.between(0.02, 0.2), dice.between(0.02, 0.2), dice.between(0.0, 6.0)];
-    let mut pixels = SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
     for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
         let inside = blots.iter().any(|[bx, by, r]| (x - bx).abs() < *r && (y - by).abs() < 0.7 * r);
         let value =
@@ -80,12 +80,13 @@ struct Scene {
 }
 
 fn scene(seed: u64, sizes: &[[u32; 2]]) -> Scene {
-    let mut dice = Dice::new(seed);
+    let mut dice = Rng::new(seed);
     let rects = sizes.iter().map(|&[w, h]| PixelRect { x: dice.whole(0, 90) as i32 - 50, y: -7, w, h });
     let rects: Vec<_> = rects.collect();
     let sheets: Vec<_> = rects.iter().map(|rect| painted(*rect, &mut dice)).collect();
-    let make =
-        |(rect, pixels): (&PixelRect, &SheetPixels)| pyramid(*rect, pixels, &PyramidOptions::default());
+    let make = |(rect, pixels): (&PixelRect, &LayerTexturePixels)| {
+        pyramid(*rect, pixels, &PyramidOptions::default())
+    };
     let pyramids = rects.iter().zip(&sheets).map(make).collect();
     let photo = Projector {
         name: "a".into(),
@@ -102,13 +103,13 @@ fn scene(seed: u64, sizes: &[[u32; 2]]) -> Scene {
     Scene { sources, made: Arc::new(made), pyramids }
 }
 
-/// The shader's own: how near to a centre a texel is taken as it is.
+/// The constant of the shader: the distance from a texel's centre within which the texel is taken as it is.
 const DEAD: f32 = 0.02;
 
 const SIZES: [[u32; 2]; 8] =
     [[256, 256], [512, 64], [64, 128], [32, 32], [8, 2], [1, 1], [16, 256], [1024, 512]];
 
-/// `None` where there is no adapter.
+/// Opens a device; `None` on a machine without an adapter.
 fn gpu() -> Option<Gpu> {
     crate::left_out::on_adapter(Gpu::headless())
 }
@@ -122,7 +123,7 @@ fn store(gpu: &Gpu, scene: &Scene, slots: u64) -> TileStore {
     TileStore::new(gpu, &scene.sources, scene.made.clone(), options).unwrap()
 }
 
-/// By the renderer's own lookups.
+/// Does lookups with the renderer's own code.
 fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
     let texels = TexelGroup::new(gpu, ShaderStages::COMPUTE);
     let own = bindings::layout(gpu, "look", ShaderStages::COMPUTE, &[Kind::Read, Kind::Write]);
@@ -145,10 +146,10 @@ fn look(gpu: &Gpu, store: &TileStore, asked: &[Asked]) -> Vec<[f32; 4]> {
     bytemuck::cast_slice(&words).to_vec()
 }
 
-/// The level that a lookup is served by, as the page tables say.
+/// Returns the level of the tile that a lookup reads, according to the page tables.
 fn level_found(store: &TileStore, ask: &Asked) -> Option<u32> {
     let record = store.residency.records()[ask.sheet as usize];
-    let shape = store.residency.shape(SheetId(ask.sheet));
+    let shape = store.residency.shape(LayerTextureId(ask.sheet));
     let [columns, rows] = shape.tiles(ask.level);
     let [x, y] = [0, 1].map(|i| (ask.at[i] / (64 << ask.level.min(shape.log[i])) as f32) as u32);
     let tile = y.min(rows - 1) * columns + x.min(columns - 1);
@@ -156,12 +157,12 @@ fn level_found(store: &TileStore, ask: &Asked) -> Option<u32> {
     (entry != NOTHING).then(|| ask.level + (entry >> SLOT_BITS))
 }
 
-/// The plain twin of `texel_at_level`.
+/// Computes what `texel_at_level` should return.
 fn expected(pyramid: &Pyramid, level: u32, at: [f32; 2]) -> [f32; 4] {
     let held = &pyramid.levels[level as usize];
     let size = [0, 1].map(|i| pyramid.shape.size(level)[i] as f32 / pyramid.shape.size(0)[i] as f32);
     let at = [0, 1].map(|i| at[i] * size[i] - 0.5);
-    // Near a texel's centre it is taken as it is.
+    // Near a texel's centre the texel is taken as it is.
     let share = |i: usize| ((at[i] - at[i].floor() - DEAD) / (1.0 - 2.0 * DEAD)).clamp(0.0, 1.0);
     let mut sum = [0.0; 4];
     for corner in 0..4 {
@@ -182,8 +183,8 @@ fn expected(pyramid: &Pyramid, level: u32, at: [f32; 2]) -> [f32; 4] {
     sum
 }
 
-/// Lookups about content, where renderers look: within half a texel of it.
-fn ask(scene: &Scene, dice: &mut Dice, level: impl Fn(&Pyramid, &mut Dice) -> u32) -> Vec<Asked> {
+/// Makes lookups around content, within half a texel, as renderers do.
+fn ask(scene: &Scene, dice: &mut Rng, level: impl Fn(&Pyramid, &mut Rng) -> u32) -> Vec<Asked> {
     let mut asked = Vec::new();
     for (sheet, pyramid) in (0..).zip(&scene.pyramids) {
         let texels: Vec<(i32, i32)> =
@@ -198,7 +199,7 @@ fn ask(scene: &Scene, dice: &mut Dice, level: impl Fn(&Pyramid, &mut Dice) -> u3
     asked
 }
 
-/// A sampler's fractions have 8 bits, and colours here go from 0 to 1.
+/// A sampler's fractions have 8 bits, and colours here range from 0 to 1.
 const TOLERANCE: f32 = 2.5 / 256.0;
 
 fn check(scene: &Scene, store: &TileStore, asked: &[Asked], found: &[[f32; 4]]) {
@@ -210,7 +211,7 @@ fn check(scene: &Scene, store: &TileStore, asked: &[Asked], found: &[[f32; 4]]) 
     }
 }
 
-fn any_level(pyramid: &Pyramid, dice: &mut Dice) -> u32 {
+fn any_level(pyramid: &Pyramid, dice: &mut Rng) -> u32 {
     dice.whole(0, pyramid.shape.levels() - 1)
 }
 
@@ -222,7 +223,7 @@ fn lookups_find_every_sheets_own_texels_at_every_level() {
         let mut store = store(&gpu, &scene, 4000);
         let loaded = store.load_all(&Task::silent()).unwrap();
         assert_eq!((loaded.sheets, loaded.left_out), (SIZES.len(), 0));
-        let asked = ask(&scene, &mut Dice::new(seed + 50), any_level);
+        let asked = ask(&scene, &mut Rng::new(seed + 50), any_level);
         let found = look(&gpu, &store, &asked);
         check(&scene, &store, &asked, &found);
         assert!(asked.iter().all(|ask| level_found(&store, ask) == Some(ask.level)));
@@ -236,15 +237,15 @@ fn compressed_tiles_are_nearly_the_same() {
     let options = TextureOptions { storage: Storage::Compressed, ..TextureOptions::default() };
     let mut store = TileStore::new(&gpu, &scene.sources, scene.made.clone(), options).unwrap();
     store.load_all(&Task::silent()).unwrap();
-    let asked = ask(&scene, &mut Dice::new(8), any_level);
+    let asked = ask(&scene, &mut Rng::new(8), any_level);
     let found = look(&gpu, &store, &asked);
     let error = |(ask, found): (&Asked, &[f32; 4])| {
         let expected = expected(&scene.pyramids[ask.sheet as usize], ask.level, ask.at);
         (0..4).map(|c| (expected[c] - found[c]).powi(2)).sum::<f32>() / 4.0
     };
     let mean = asked.iter().zip(&found).map(error).sum::<f32>() / asked.len() as f32;
-    // Colours on a closed curve, hard edges and ramps of confidence: the worst for a block, which holds one
-    // line. Of photos it is a hundredth of that; tiles in wrong places would make a tenth.
+    // Colours on a closed curve, hard edges and ramps of confidence are the worst case for a block, which
+    // holds one line. Photos have a hundredth of this error; misplaced tiles would cause a tenth.
     assert!(mean < 1e-2, "mean square {mean}");
 }
 
@@ -256,13 +257,13 @@ fn under_a_tiny_budget_every_lookup_is_served_by_some_level() {
         let mut store = store(&gpu, &scene, slots);
         let loaded = store.load_all(&Task::silent()).unwrap();
         assert!(loaded.left_out > 0 && store.statistics().resident_tiles <= slots);
-        let asked = ask(&scene, &mut Dice::new(slots), |_, _| 0);
+        let asked = ask(&scene, &mut Rng::new(slots), |_, _| 0);
         check(&scene, &store, &asked, &look(&gpu, &store, &asked));
-        // Now the view needs one sheet alone, which gets finer.
+        // The view now needs a single sheet, which gets finer.
         let own: Vec<Asked> = asked.iter().filter(|ask| ask.sheet == 0).copied().collect();
         let levels = |store: &TileStore| own.iter().filter_map(|ask| level_found(store, ask)).sum::<u32>();
         let before = levels(&store);
-        store.load(&[Want::all(SheetId(0))], &Task::silent()).unwrap();
+        store.load(&[TileRequest::all(LayerTextureId(0))], &Task::silent()).unwrap();
         assert!(levels(&store) <= before, "{slots} slots");
         check(&scene, &store, &own, &look(&gpu, &store, &own));
     }
@@ -273,19 +274,20 @@ fn a_changed_sheet_writes_only_its_changed_tiles() {
     let Some(gpu) = gpu() else { return };
     let mut scene = scene(3, &[[512, 512], [64, 64]]);
     let mut store = store(&gpu, &scene, 4000);
-    // The small one first: the cache keeps what came last.
-    store.load(&[Want::all(SheetId(1))], &Task::silent()).unwrap();
-    store.load(&[Want::all(SheetId(0))], &Task::silent()).unwrap();
-    let mut pixels = scene.made.sheet(SheetId(0)).unwrap();
-    let unchanged = store.replace_sheet(SheetId(0), &pixels).unwrap();
+    // The small sheet is loaded first, because the cache keeps the last one.
+    store.load(&[TileRequest::all(LayerTextureId(1))], &Task::silent()).unwrap();
+    store.load(&[TileRequest::all(LayerTextureId(0))], &Task::silent()).unwrap();
+    let mut pixels = scene.made.sheet(LayerTextureId(0)).unwrap();
+    let unchanged = store.replace_sheet(LayerTextureId(0), &pixels).unwrap();
     assert_eq!(unchanged.tiles, 0);
     let painted = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
     pixels.rgba[4 * painted] ^= 0x80;
-    let changed = store.replace_sheet(SheetId(0), &pixels).unwrap();
-    // One texel: at each of the levels 0 to 3 its tile and at most three that have it in their gutter; the tail.
+    let changed = store.replace_sheet(LayerTextureId(0), &pixels).unwrap();
+    // One texel changes: at each of the levels 0 to 3 its tile and at most three that have it in their
+    // gutter, and the tail.
     assert!((5..=17).contains(&changed.tiles), "{changed:?}");
     scene.pyramids[0] = pyramid(scene.sources.sheets[0].rect, &pixels, &PyramidOptions::default());
-    let asked = ask(&scene, &mut Dice::new(9), any_level);
+    let asked = ask(&scene, &mut Rng::new(9), any_level);
     check(&scene, &store, &asked, &look(&gpu, &store, &asked));
 }
 
@@ -294,21 +296,24 @@ fn what_lies_on_the_device_is_not_read_again() {
     let scene = scene(5, &SIZES);
     let mut store = store(&Gpu::noop(), &scene, 4000);
     let task = Task::silent();
-    let coarse = store.load(&[Want::from_level(SheetId(7), 2)], &task).unwrap();
+    let coarse = store.load(&[TileRequest::from_level(LayerTextureId(7), 2)], &task).unwrap();
     assert!(coarse.sheets == 1 && coarse.tiles > 4, "there is room for the finer ones, too: {coarse:?}");
     store.load_all(&task).unwrap();
-    for wants in [vec![Want::all(SheetId(3))], vec![Want::from_level(SheetId(7), 1), Want::all(SheetId(0))]] {
+    for wants in [
+        vec![TileRequest::all(LayerTextureId(3))],
+        vec![TileRequest::from_level(LayerTextureId(7), 1), TileRequest::all(LayerTextureId(0))],
+    ] {
         let again = store.load(&wants, &task).unwrap();
         assert_eq!((again.tiles, again.sheets), (0, 0));
     }
     assert!(scene.made.reads.lock().unwrap().iter().all(|reads| *reads == 1));
 }
 
-/// The sheets of a test, of which one cannot be read.
-struct Torn(Arc<Made>, SheetId);
+/// The sheets of a test, one of which cannot be read.
+struct Torn(Arc<Made>, LayerTextureId);
 
 impl Texels for Torn {
-    fn sheet(&self, sheet: SheetId) -> Result<SheetPixels> {
+    fn sheet(&self, sheet: LayerTextureId) -> Result<LayerTexturePixels> {
         if sheet == self.1 { Err(Error::Request("torn".into())) } else { self.0.sheet(sheet) }
     }
 }
@@ -316,31 +321,32 @@ impl Texels for Torn {
 #[test]
 fn a_sheet_that_cannot_be_read_is_told_once_and_serves_nothing_while_the_others_go_on() {
     let scene = scene(6, &SIZES);
-    let torn = SheetId(2);
+    let torn = LayerTextureId(2);
     let texels = Arc::new(Torn(scene.made.clone(), torn));
     let mut store = TileStore::new(&Gpu::noop(), &scene.sources, texels, TextureOptions::default()).unwrap();
     let notes: Arc<Mutex<Vec<String>>> = Arc::default();
-    let told = notes.clone();
+    let recorded = notes.clone();
     let task = Task::new(move |event| {
         if let Event::Note { text, .. } = event {
-            told.lock().unwrap().push(text);
+            recorded.lock().unwrap().push(text);
         }
     });
-    let wants: Vec<Want> = (0..SIZES.len() as u32).map(|sheet| Want::all(SheetId(sheet))).collect();
+    let wants: Vec<TileRequest> =
+        (0..SIZES.len() as u32).map(|sheet| TileRequest::all(LayerTextureId(sheet))).collect();
     let loaded = store.load(&wants, &task).unwrap();
     assert_eq!((loaded.sheets, loaded.left_out), (SIZES.len() - 1, 0));
-    store.load(&[Want::all(torn)], &task).unwrap();
+    store.load(&[TileRequest::all(torn)], &task).unwrap();
     let notes = notes.lock().unwrap().clone();
     assert!(notes.len() == 1 && notes[0].contains("torn"), "{notes:?}");
     assert_eq!(store.unreadable().iter().collect::<Vec<_>>(), [&torn]);
-    let served = |sheet: SheetId| {
+    let served = |sheet: LayerTextureId| {
         let record = store.residency.records()[sheet.0 as usize];
         store.residency.entries()[record.offsets[record.levels as usize - 1] as usize] != NOTHING
     };
-    assert!((0..SIZES.len() as u32).map(SheetId).all(|sheet| served(sheet) == (sheet != torn)));
-    // Whole again, it serves.
+    assert!((0..SIZES.len() as u32).map(LayerTextureId).all(|sheet| served(sheet) == (sheet != torn)));
+    // The sheet is readable again and textures its faces.
     store.replace_sheet(torn, &scene.made.sheet(torn).unwrap()).unwrap();
-    store.load(&[Want::all(torn)], &task).unwrap();
+    store.load(&[TileRequest::all(torn)], &task).unwrap();
     assert!(store.unreadable().is_empty() && store.residency.resident_of(torn).len() > 1);
 }
 

@@ -2,20 +2,30 @@
 
 use std::path::{Path, PathBuf};
 
-use glam::{DMat3, DQuat, DVec2};
+use glam::DVec2;
 use rustc_hash::{FxHashMap, FxHashSet};
 
+use super::format::Files;
 use super::photo_name::{objection, short};
-use super::{CameraPhoto, Cameras, Files, LARGEST_SIDE, MOST_PIXELS, Problems, RawCamera, RawImage};
+use super::photo_paths::PhotoPath;
+use super::pose::is_on_a_map;
+use super::sizes::Sizes;
+use super::{
+    CameraPhoto, Cameras, LARGEST_SIDE, MOST_PIXELS, Objection, Problems, RawCamera, RawImage, RawPhoto,
+};
 use crate::error::{Error, Result};
 use crate::geometry::{Lens, Pinhole, Pose};
 use crate::scene::SparsePoint;
+use crate::task::Task;
 
-/// What was found, and what to do about it.
-type Objection = (String, &'static str);
+/// A parsed camera, or the problem with it.
+type RawResult = Result<RawCamera, Objection>;
+/// A photo's pose, or the problem with it.
+type PoseResult = Result<Pose, Objection>;
 
 /// Takes raw cameras, then images, then points, in file order.
-pub(super) struct Assembly {
+pub(super) struct Assembly<'s> {
+    sizes: Sizes<'s>,
     cameras_file: PathBuf,
     images_file: PathBuf,
     points_file: PathBuf,
@@ -31,9 +41,10 @@ pub(super) struct Assembly {
     notes: Vec<String>,
 }
 
-impl Assembly {
-    pub fn new(files: &Files) -> Self {
+impl<'s> Assembly<'s> {
+    pub fn new(files: &Files, sizes: Sizes<'s>) -> Self {
         Self {
+            sizes,
             cameras_file: files.cameras.clone(),
             images_file: files.images.clone(),
             points_file: files.points.clone().unwrap_or_default(),
@@ -59,18 +70,27 @@ impl Assembly {
         self.problems.push(file, Error::input(file, place, found, remedy));
     }
 
-    /// Takes a camera.
-    pub fn camera(&mut self, place: String, raw: &RawCamera<'_>) {
-        let judged = if self.cameras.contains_key(&raw.id) {
-            Err((format!("camera {} is there twice", raw.id), "keep one; the first is used"))
+    /// Returns the sizes of photos for a format that does not state them, in the order of `photos`.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`]; what is wrong with one photo stands in its place.
+    pub fn sizes(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
+        self.sizes.of(photos, task)
+    }
+
+    /// Takes a camera that photos refer to by its number.
+    pub fn camera(&mut self, place: String, id: u32, raw: Result<RawCamera, Objection>) {
+        let judged = if self.cameras.contains_key(&id) {
+            Err((format!("camera {id} appears twice"), "keep one; the first is used"))
         } else {
-            judged_camera(raw)
+            let camera = |(found, remedy)| (format!("camera {id}: {found}"), remedy);
+            raw.and_then(judged_camera).map_err(camera)
         };
         match judged {
             Ok(camera) => {
-                self.cameras.insert(raw.id, Some(camera));
+                self.cameras.insert(id, Some(camera));
             }
-            Err(objection) => self.refused_camera(raw.id, place, objection),
+            Err(objection) => self.refused_camera(id, place, objection),
         }
     }
 
@@ -80,15 +100,18 @@ impl Assembly {
         self.problem(&self.cameras_file.clone(), place, objection);
     }
 
-    /// Takes a photo and its observations.
+    /// Takes a photo that refers to its camera by number, and its observations.
     pub fn image(&mut self, place: String, raw: RawImage<'_>) {
-        match self.judged_image(&raw) {
-            Ok((camera, lens, pose)) => {
-                let (name, index) = (raw.name.to_owned(), self.photos.len() as u32);
-                self.image_ids.insert(raw.id);
-                self.names.insert(name.clone());
-                self.photos.push(CameraPhoto { name, camera, lens, pose, place });
-                for (at, point) in raw.observations {
+        let RawImage { id, pose, camera, name, observations } = raw;
+        let judged = self.judged_number(id, name).and_then(|()| {
+            let raw = RawPhoto { name, camera: self.camera_of(name, camera), pose };
+            self.judged_photo(&place, raw)
+        });
+        match judged {
+            Ok(photo) => {
+                let index = self.keep(photo);
+                self.image_ids.insert(id);
+                for (at, point) in observations {
                     self.observations.entry(point).or_default().push((index, at.into()));
                 }
             }
@@ -96,45 +119,89 @@ impl Assembly {
         }
     }
 
-    fn judged_image(&self, raw: &RawImage<'_>) -> Result<(Pinhole, Lens, Pose), Objection> {
+    /// Takes a photo with a camera of its own. Returns its index for [`Assembly::seen_point`], where it can be used.
+    pub fn photo(&mut self, place: String, name: &str, camera: RawResult, pose: PoseResult) -> Option<u32> {
+        let quoted = short(name);
+        let of_photo = |(found, remedy): Objection| (format!("{quoted}: {found}"), remedy);
+        let camera = camera.and_then(judged_camera).map_err(of_photo);
+        match self.judged_photo(&place, RawPhoto { name, camera, pose }) {
+            Ok(photo) => Some(self.keep(photo)),
+            Err(objection) => {
+                self.problem(&self.images_file.clone(), place, objection);
+                None
+            }
+        }
+    }
+
+    fn keep(&mut self, photo: CameraPhoto) -> u32 {
+        self.names.insert(photo.name.clone());
+        self.photos.push(photo);
+        self.photos.len() as u32 - 1
+    }
+
+    fn judged_number(&self, id: u32, name: &str) -> Result<(), Objection> {
+        if let Some(objection) = objection(name) {
+            return Err(objection);
+        }
+        if self.image_ids.contains(&id) {
+            let found = format!("{} has the number {id} of an earlier photo", short(name));
+            return Err((found, "give each photo its own number; the first is used"));
+        }
+        Ok(())
+    }
+
+    fn judged_photo(&self, place: &str, raw: RawPhoto<'_>) -> Result<CameraPhoto, Objection> {
         if let Some(objection) = objection(raw.name) {
             return Err(objection);
         }
         let name = short(raw.name);
-        if self.image_ids.contains(&raw.id) {
-            let found = format!("{name} has the number {} of an earlier photo", raw.id);
-            return Err((found, "give each photo its own number; the first is used"));
-        }
         if self.names.contains(raw.name) {
-            return Err((format!("{name} is there twice"), "keep one; the first is used"));
+            return Err((format!("{name} appears twice"), "keep one; the first is used"));
         }
-        let (camera, lens) = match self.cameras.get(&raw.camera) {
-            Some(Some(camera)) => *camera,
-            Some(None) => {
-                let found = format!("{name} uses camera {}, which cannot be used", raw.camera);
-                return Err((found, "mend that camera, see above"));
-            }
-            None => {
-                let found = format!("{name} uses camera {}, which the cameras file lacks", raw.camera);
-                return Err((found, "use cameras and images files of the same reconstruction"));
-            }
-        };
-        Ok((camera, lens, pose(raw).map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?))
+        let (camera, lens) = raw.camera?;
+        let pose = raw.pose.map_err(|(found, remedy)| (format!("{name}: {found}"), remedy))?;
+        Ok(CameraPhoto { name: raw.name.to_owned(), camera, lens, pose, place: place.to_owned() })
     }
 
-    /// Takes a point; those that no photo here observes are kept too.
+    fn camera_of(&self, name: &str, camera: u32) -> Result<(Pinhole, Lens), Objection> {
+        let name = short(name);
+        match self.cameras.get(&camera) {
+            Some(Some(found)) => Ok(*found),
+            Some(None) => {
+                let found = format!("{name} uses camera {camera}, which cannot be used");
+                Err((found, "correct that camera, see above"))
+            }
+            None => {
+                let found = format!("{name} uses camera {camera}, which is not in the cameras file");
+                Err((found, "use cameras and images files of the same reconstruction"))
+            }
+        }
+    }
+
+    /// Takes a point that photos refer to by its number; those that no photo here observes are kept too.
     pub fn point(&mut self, place: String, id: u64, position: [f64; 3]) {
+        let observations = self.observations.remove(&id).unwrap_or_default();
+        self.seen_point(place, id, position, observations);
+    }
+
+    /// Takes a point with its observations: indices of photos, and places in these in pixels.
+    pub fn seen_point(
+        &mut self,
+        place: String,
+        id: u64,
+        position: [f64; 3],
+        observations: Vec<(u32, DVec2)>,
+    ) {
         let objection = if !is_on_a_map(position) {
             Some((format!("point {id} at {position:?}, not within 1e15 of the origin"), "remove the point"))
         } else if !self.point_ids.insert(id) {
-            Some((format!("point {id} is there twice"), "keep one; the first is used"))
+            Some((format!("point {id} appears twice"), "keep one; the first is used"))
         } else {
             None
         };
         if let Some(objection) = objection {
             return self.problem(&self.points_file.clone(), place, objection);
         }
-        let observations = self.observations.remove(&id).unwrap_or_default();
         self.points.push(SparsePoint { position: position.into(), observations });
     }
 
@@ -148,36 +215,22 @@ impl Assembly {
         let problems = problems.finish();
         if photos.is_empty() {
             let remedy = "use a reconstruction in which photos were registered";
-            let empty = || Error::input(file, "", "it names no photo", remedy);
+            let empty = || Error::input(file, "", "it lists no photo", remedy);
             return Err(problems.into_iter().next().unwrap_or_else(empty));
         }
         Ok(Cameras { file, photos, points, problems, notes })
     }
 }
 
-fn judged_camera(raw: &RawCamera<'_>) -> Result<(Pinhole, Lens), Objection> {
-    let camera = |found: String| format!("camera {}: {found}", raw.id);
-    if raw.model.is_spherical() {
-        let remedy = "cut the panorama into pinhole views first (COLMAP's panorama script does)";
-        return Err((camera("a spherical panorama (EQUIRECTANGULAR) is no pinhole image".into()), remedy));
-    }
-    let (width, height) = (raw.width, raw.height);
+fn judged_camera(raw: RawCamera) -> Result<(Pinhole, Lens), Objection> {
+    let RawCamera { size: [width, height], focal: [fx, fy], centre: [cx, cy], lens } = raw;
     let sides = 1..=LARGEST_SIDE;
     if !sides.contains(&width) || !sides.contains(&height) || width * height > MOST_PIXELS {
         let found = format!("{width} x {height} pixels");
-        return Err((camera(found), "sides are 1 to 65535 pixels, and the photo up to 268 megapixels"));
+        return Err((found, "sides are 1 to 65535 pixels, and the photo up to 268 megapixels"));
     }
-    let expected = raw.model.parameter_count();
-    if raw.parameters.len() != expected {
-        let (name, wanted) = (raw.model.name, raw.model.parameters);
-        let found = format!("{} parameters where {name} has {expected} ({wanted})", raw.parameters.len());
-        return Err((camera(found), "write all of them, in this order"));
-    }
-    if let Some(value) = raw.parameters.iter().find(|value| !value.is_finite()) {
-        return Err((camera(format!("a parameter is {value}")), "calibrate the camera again"));
-    }
-    let (pinhole, lens) = raw.model.camera(width as u32, height as u32, raw.parameters);
-    sensible(&pinhole, &lens).map_err(|(found, remedy)| (camera(found), remedy))?;
+    let pinhole = Pinhole { width: width as u32, height: height as u32, fx, fy, cx, cy };
+    sensible(&pinhole, &lens)?;
     Ok((pinhole, lens))
 }
 
@@ -206,26 +259,4 @@ fn sensible(camera: &Pinhole, lens: &Lens) -> Result<(), Objection> {
         }
         _ => Ok(()),
     }
-}
-
-fn pose(raw: &RawImage<'_>) -> Result<Pose, Objection> {
-    let [w, x, y, z] = raw.quaternion;
-    let length = (w * w + x * x + y * y + z * z).sqrt();
-    // Also false for a length that is not a number.
-    if !(length > 1e-6 && length < 1e6) {
-        let found = format!("the rotation {:?} is no quaternion", raw.quaternion);
-        return Err((found, "write QW QX QY QZ of length 1"));
-    }
-    if !is_on_a_map(raw.translation) {
-        let found = format!("the position {:?} is not within 1e15 of the origin", raw.translation);
-        return Err((found, "write TX TY TZ as numbers in the model's unit"));
-    }
-    let rotation = DMat3::from_quat(DQuat::from_xyzw(x, y, z, w).normalize());
-    Ok(Pose { rotation, translation: raw.translation.into() })
-}
-
-/// Beyond this, positions lose whole units, and products of them the range of numbers. The same
-/// limit holds for models.
-fn is_on_a_map(position: [f64; 3]) -> bool {
-    position.iter().all(|v| v.abs() <= 1e15)
 }

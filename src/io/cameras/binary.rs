@@ -1,19 +1,21 @@
-//! COLMAP's binary files: little-endian, each a count and as many records.
+//! Reads COLMAP's binary files: little-endian, each a count followed by that many records.
 //!
-//! Counts are never trusted: memory is only reserved for what the rest of the file can hold.
+//! Counts are never trusted: memory is reserved only for what the rest of the file can hold.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, ErrorKind, Read};
 use std::path::Path;
 
+use super::RawImage;
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
+use super::format::Files;
 use super::photo_name::LONGEST_NAME;
-use super::{Files, RawCamera, RawImage};
+use super::pose::pose_of_quaternion;
 use crate::error::{Error, Result};
 use crate::task::Task;
 
-/// COLMAP's number for "this keypoint has no point".
+/// COLMAP's id for a keypoint without a point.
 const NO_POINT: u64 = u64::MAX;
 
 /// Reads all files into `assembly`.
@@ -45,8 +47,8 @@ fn read_camera(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
     let (id, number) = (file.u32()?, file.u32()? as i32);
     let (width, height) = (file.u64()?, file.u64()?);
     let model = ColmapModel::by_number(number).ok_or_else(|| {
-        // How many parameters follow is unknown, so nothing behind this camera can be read.
-        let found = format!("camera model {number}; known are 0 to {}", MODELS.len() - 1);
+        // The number of parameters is unknown, so nothing behind this camera can be read.
+        let found = format!("camera model {number}; known models are 0 to {}", MODELS.len() - 1);
         Error::input(file.path, place.clone(), found, "use one of COLMAP's models, or check the file")
     })?;
     let mut parameters = [0.0; 16];
@@ -54,7 +56,7 @@ fn read_camera(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
     for value in parameters.iter_mut() {
         *value = file.f64()?;
     }
-    assembly.camera(place, &RawCamera { id, model, width, height, parameters });
+    assembly.camera(place, id, model.camera(width, height, parameters));
     Ok(())
 }
 
@@ -67,13 +69,15 @@ fn read_image(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
     let name = file.name()?;
     let mut observations = Vec::new();
     for _ in 0..file.count(24)? {
-        let (at, point) = ([file.f64()?, file.f64()?], file.u64()?);
+        let at = [file.f64()?, file.f64()?];
+        let point = file.u64()?;
         if point != NO_POINT && at.iter().all(|v| v.is_finite()) {
             observations.push((at, point));
         }
     }
     let name = &String::from_utf8_lossy(&name);
-    assembly.image(place, RawImage { id, quaternion, translation, camera, name, observations });
+    let pose = pose_of_quaternion(quaternion, translation);
+    assembly.image(place, RawImage { id, pose, camera, name, observations });
     Ok(())
 }
 
@@ -82,20 +86,20 @@ fn read_point(file: &mut Records<'_>, assembly: &mut Assembly) -> Result<()> {
     let id = file.u64()?;
     let position = [file.f64()?, file.f64()?, file.f64()?];
     file.skip(3 + 8)?; // colour and error
-    // The track is what the images' keypoints said already.
+    // The keypoints of the images already hold the tracks.
     let track = file.count(8)?;
     file.skip(8 * track)?;
     assembly.point(place, id, position);
     Ok(())
 }
 
-/// A file of records, with its size known and its place kept.
+/// A reader of records that keeps track of its position.
 struct Records<'a> {
     path: &'a Path,
     reader: BufReader<File>,
     at: u64,
     size: u64,
-    /// The last count read.
+    /// The last count read, in records.
     total: u64,
 }
 
@@ -110,14 +114,20 @@ impl<'a> Records<'a> {
         format!("byte {}", self.at)
     }
 
-    /// A count of records of at least `smallest` bytes each, checked against what is left.
+    /// Reads a count of records of at least `smallest` bytes each, and checks it against the rest of the
+    /// file.
     fn count(&mut self, smallest: u64) -> Result<u64> {
         let place = self.place();
         let count = self.u64()?;
         let room = (self.size - self.at.min(self.size)) / smallest;
         if count > room {
-            let found = format!("{count} records announced, room for at most {room} in the rest of the file");
-            return Err(Error::input(self.path, place, found, "copy the file again; it is cut or damaged"));
+            let found = format!("{count} records announced, but the rest of the file holds at most {room}");
+            return Err(Error::input(
+                self.path,
+                place,
+                found,
+                "copy the file again; it is cut short or damaged",
+            ));
         }
         self.total = count;
         Ok(count)
@@ -142,15 +152,21 @@ impl<'a> Records<'a> {
         Ok(f64::from_le_bytes(self.bytes()?))
     }
 
-    /// Bytes up to a zero byte, which is taken but not returned.
+    /// Reads a zero-terminated name and returns its bytes without the zero.
     fn name(&mut self) -> Result<Vec<u8>> {
-        let (mut name, place) = (Vec::new(), self.place());
+        let mut name = Vec::new();
+        let place = self.place();
         let most = LONGEST_NAME as u64 + 2;
         self.reader.by_ref().take(most).read_until(0, &mut name).map_err(|error| self.ended(error))?;
         self.at += name.len() as u64;
         if name.pop() != Some(0) {
             let found = format!("a name that does not end within {LONGEST_NAME} bytes");
-            return Err(Error::input(self.path, place, found, "copy the file again; it is cut or damaged"));
+            return Err(Error::input(
+                self.path,
+                place,
+                found,
+                "copy the file again; it is cut short or damaged",
+            ));
         }
         Ok(name)
     }
@@ -166,6 +182,6 @@ impl<'a> Records<'a> {
             return Error::io(self.path, "read it")(error);
         }
         let found = format!("the file ends at byte {} within a record", self.size);
-        Error::input(self.path, self.place(), found, "copy the file again; it is cut or damaged")
+        Error::input(self.path, self.place(), found, "copy the file again; it is cut short or damaged")
     }
 }

@@ -1,6 +1,7 @@
 //! COLMAP's camera models: their numbers, names and parameters.
 
-use crate::geometry::{Lens, Pinhole};
+use super::{Objection, RawCamera};
+use crate::geometry::Lens;
 
 /// One of COLMAP's camera models.
 pub(super) struct ColmapModel {
@@ -83,14 +84,32 @@ impl ColmapModel {
         self.name == "EQUIRECTANGULAR"
     }
 
-    /// Size, focal lengths and principal point of the photo as taken, and its lens. `values` must be
-    /// [`ColmapModel::parameter_count`] many, and the model not spherical.
-    pub fn camera(&self, width: u32, height: u32, values: &[f64]) -> (Pinhole, Lens) {
+    /// The camera with these parameters, of a photo of `width` x `height` pixels.
+    ///
+    /// # Errors
+    /// The model is a panorama's, or `values` are not its parameters.
+    pub fn camera(&self, width: u64, height: u64, values: &[f64]) -> Result<RawCamera, Objection> {
+        if self.is_spherical() {
+            let remedy = "cut the panorama into pinhole views first (COLMAP's panorama script does)";
+            return Err(("a spherical panorama (EQUIRECTANGULAR) is not a pinhole image".into(), remedy));
+        }
+        let (name, expected) = (self.name, self.parameter_count());
+        if values.len() != expected {
+            let wanted = self.parameters;
+            let found = format!("{} parameters where {name} has {expected} ({wanted})", values.len());
+            return Err((found, "write all of them, in this order"));
+        }
         let one_focal_length = self.parameters.starts_with("f,");
         let (fx, rest) = (values[0], &values[1..]);
         let (fy, rest) = if one_focal_length { (fx, rest) } else { (rest[0], &rest[1..]) };
-        let intrinsics = Pinhole { width, height, fx, fy, cx: rest[0], cy: rest[1] };
-        (intrinsics, (self.lens)(&rest[2..]))
+        let lens = (self.lens)(&rest[2..]);
+        let not_finite = values.iter().find(|value| !value.is_finite()).copied();
+        match not_finite {
+            Some(value) => Err((format!("a parameter is {value}"), "calibrate the camera again")),
+            None => {
+                Ok(RawCamera { size: [width, height], focal: [fx, fy], centre: [rest[0], rest[1]], lens })
+            }
+        }
     }
 }
 
@@ -102,17 +121,17 @@ mod tests {
     fn every_model_takes_exactly_its_parameters() {
         for (number, model) in MODELS.iter().enumerate().filter(|(_, m)| !m.is_spherical()) {
             let values: Vec<f64> = (1..=model.parameter_count()).map(|v| v as f64).collect();
-            let (camera, _) = model.camera(40, 30, &values);
-            assert_eq!((camera.width, camera.height, camera.fx), (40, 30, 1.0), "{number}");
-            assert!(camera.cy == camera.cx + 1.0 && camera.cy <= 4.0, "{number}");
+            let RawCamera { size, focal, centre: [cx, cy], .. } = model.camera(40, 30, &values).unwrap();
+            assert_eq!((size, focal[0]), ([40, 30], 1.0), "{number}");
+            assert!(cy == cx + 1.0 && cy <= 4.0, "{number}");
         }
     }
 
     #[test]
     fn full_opencv_has_its_tangential_terms_in_the_middle() {
         let values: Vec<f64> = (1..=12).map(f64::from).collect();
-        let (_, lens) = ColmapModel::by_name("FULL_OPENCV").unwrap().camera(1, 1, &values);
-        assert_eq!(lens, Lens::Brown { k: [5.0, 6.0, 9.0, 10.0, 11.0, 12.0], p: [7.0, 8.0] });
+        let camera = ColmapModel::by_name("FULL_OPENCV").unwrap().camera(1, 1, &values).unwrap();
+        assert_eq!(camera.lens, Lens::Brown { k: [5.0, 6.0, 9.0, 10.0, 11.0, 12.0], p: [7.0, 8.0] });
     }
 
     #[test]

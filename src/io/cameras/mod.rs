@@ -1,7 +1,7 @@
-//! Calibrated cameras as COLMAP writes them, text or binary.
+//! Calibrated cameras: COLMAP's files, text or binary, `transforms.json`, Bundler's `.out`.
 //!
-//! [`read_cameras`] finds the files, streams them through one of two parsers (`text`, `binary`) into
-//! one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
+//! [`read_cameras`] finds the files and streams them through their format's reader (`format` has the table of formats)
+//! into one place that judges and keeps (`assembly`). What is wrong with one camera, photo or point is
 //! reported and leaves it out; only a file that cannot be understood at all stops the reading.
 
 use std::collections::BTreeMap;
@@ -14,16 +14,29 @@ use crate::task::Task;
 
 mod assembly;
 mod binary;
+mod bundler;
+mod colmap;
 mod colmap_model;
+mod dummy;
+mod format;
+mod lines;
 mod locate;
 mod photo_name;
+mod photo_paths;
+mod pose;
+mod sizes;
 mod text;
+mod transforms;
+mod transforms_lens;
 
 #[cfg(test)]
 mod tests;
+mod three_formats;
+mod wrong_files;
 
 use assembly::Assembly;
-pub use locate::holds_cameras;
+pub use locate::{CamerasThere, accepted, cameras_in, is_camera_file};
+use sizes::Sizes;
 
 /// The largest side of a photo in pixels: what JPEG can hold.
 pub const LARGEST_SIDE: u64 = 65_535;
@@ -61,61 +74,94 @@ pub struct Cameras {
     pub notes: Vec<String>,
 }
 
-/// Reads COLMAP's `cameras`, `images` and, where it is there, `points3D`.
+/// The names of the cameras' photos, and the number of points; the photos' sizes are not needed for them.
+#[derive(Debug, Default)]
+pub struct CameraNames {
+    /// The photos' names, in file order.
+    pub names: Vec<String>,
+    /// The number of points.
+    pub points: usize,
+    /// What was left out, and why; one each.
+    pub problems: Vec<Error>,
+    /// What the user should know and that left nothing out.
+    pub notes: Vec<String>,
+}
+
+/// Reads cameras: for COLMAP its `cameras`, `images` and, where it is there, `points3D`.
 ///
-/// `path` is the folder with these files, a folder above it (`sparse`, `sparse/0`, `0` are looked
-/// into), or one of the files. Binary files win over text files in the same folder, except over one
-/// that was named itself.
+/// `path` is the folder with the files, a folder above it (for COLMAP `sparse`, `sparse/0`, `0` are looked
+/// into), or one of the files, whose content says which format it is. Of several formats in one folder COLMAP's comes
+/// first; COLMAP's binary files win over text files in the same folder, except over one that was named itself.
+///
+/// Where a format does not state the sizes of photos, they are read from the photos that it names;
+/// [`read_cameras_of`] takes them from a folder instead.
 ///
 /// # Errors
 /// [`Error::Input`] when there are no such files, when a file is not what its name says or ends too
 /// early, or when no photo at all could be used; [`Error::Io`]; [`Error::Cancelled`].
 pub fn read_cameras(path: &Path, task: &Task) -> Result<Cameras> {
-    let found = locate::locate(path)?;
-    let mut assembly = Assembly::new(&found);
-    if found.binary {
-        binary::read(&found, &mut assembly, task)?;
-    } else {
-        text::read(&found, &mut assembly, task)?;
-    }
-    assembly.finish(found.notes)
+    read_with(path, Sizes::Named, task)
 }
 
-/// The files that [`read_cameras`] would read; none where there are none.
+/// Reads cameras like [`read_cameras`], with the sizes of the photos in a folder where the format does not state them.
+///
+/// # Errors
+/// Returns the errors of [`read_cameras`], and one when the folder is needed and cannot be read.
+pub fn read_cameras_of(photos: &Path, path: &Path, task: &Task) -> Result<Cameras> {
+    read_with(path, Sizes::Folder(photos), task)
+}
+
+/// Reads the names of the cameras' photos, whether these photos exist or not.
+///
+/// # Errors
+/// As [`read_cameras`].
+pub fn read_names(path: &Path, task: &Task) -> Result<CameraNames> {
+    let Cameras { photos, points, problems, notes, .. } = read_with(path, Sizes::Unneeded, task)?;
+    let names = photos.into_iter().map(|photo| photo.name).collect();
+    Ok(CameraNames { names, points: points.len(), problems, notes })
+}
+
+fn read_with(path: &Path, sizes: Sizes<'_>, task: &Task) -> Result<Cameras> {
+    let located = locate::locate(path)?;
+    let mut assembly = Assembly::new(&located.files, sizes);
+    located.format().read(&located.files, &mut assembly, task)?;
+    assembly.finish(located.files.notes)
+}
+
+/// Lists the files that [`read_cameras`] reads; the list is empty where there are no cameras.
 pub fn camera_files(path: &Path) -> Vec<PathBuf> {
-    let files = locate::locate(path).ok();
-    files.map_or(Vec::new(), |files| [files.cameras, files.images].into_iter().chain(files.points).collect())
+    locate::locate(path).map_or(Vec::new(), |located| located.files.all())
 }
 
-/// The model's three files.
-#[derive(Debug)]
-struct Files {
-    binary: bool,
-    cameras: PathBuf,
-    images: PathBuf,
-    points: Option<PathBuf>,
-    notes: Vec<String>,
+/// A problem and its remedy.
+type Objection = (String, &'static str);
+
+/// A parsed camera before its checks.
+struct RawCamera {
+    /// Width and height in pixels.
+    size: [u64; 2],
+    /// Focal lengths along x and y, in pixels.
+    focal: [f64; 2],
+    /// The principal point in pixels from the upper left corner.
+    centre: [f64; 2],
+    lens: Lens,
 }
 
-/// A camera as parsed, not yet judged.
-struct RawCamera<'a> {
-    id: u32,
-    model: &'static colmap_model::ColmapModel,
-    width: u64,
-    height: u64,
-    parameters: &'a [f64],
-}
-
-/// A photo as parsed, not yet judged.
+/// A parsed photo before its checks that refers to its camera and to its points by number.
 struct RawImage<'a> {
     id: u32,
-    /// w, x, y, z.
-    quaternion: [f64; 4],
-    translation: [f64; 3],
+    pose: Result<Pose, Objection>,
     camera: u32,
     name: &'a str,
     /// Image position in pixels and point id, of those keypoints that have one.
     observations: Vec<([f64; 2], u64)>,
+}
+
+/// A parsed photo with its own camera.
+struct RawPhoto<'a> {
+    name: &'a str,
+    camera: Result<(Pinhole, Lens), Objection>,
+    pose: Result<Pose, Objection>,
 }
 
 /// Problems of one reading, kept in number: a hostile file may hold one in every line.
@@ -139,7 +185,7 @@ impl Problems {
     fn finish(mut self) -> Vec<Error> {
         for (file, count) in self.dropped {
             let found = format!("{count} more problems that are not listed");
-            self.kept.push(Error::input(file, "", found, "mend those above first"));
+            self.kept.push(Error::input(file, "", found, "correct those above first"));
         }
         self.kept
     }

@@ -1,9 +1,9 @@
-//! What a photo may be called.
+//! Checks names of photos.
 
-/// The longest name in bytes; no file system holds more.
+/// The longest name in bytes; no file system has longer paths.
 pub(super) const LONGEST_NAME: usize = 4096;
 
-/// Why `name` cannot stand for a file below the photo folder: what was found, and what to do.
+/// Returns why `name` cannot be a file below the photo folder (the finding and what to do); `None` if it can.
 pub(super) fn objection(name: &str) -> Option<(String, &'static str)> {
     let rename = "rename the photo in the cameras' file and on disk";
     let inside = "photos are named by their path below the photo folder, such as nord/0001.jpg";
@@ -15,9 +15,9 @@ pub(super) fn objection(name: &str) -> Option<(String, &'static str)> {
     } else if name.contains(char::REPLACEMENT_CHARACTER) {
         Some((format!("the name {quoted} is not UTF-8"), rename))
     } else if name.chars().any(char::is_control) {
-        Some((format!("the name {quoted} holds control characters"), rename))
+        Some((format!("the name {quoted} contains control characters"), rename))
     } else if name.contains('\\') {
-        Some((format!("the name {quoted} holds a backslash"), "write sub-folders with /"))
+        Some((format!("the name {quoted} contains a backslash"), "write sub-folders with /"))
     } else if name.starts_with('/') || has_drive_letter(name) {
         Some((format!("the name {quoted} is absolute"), inside))
     } else if name.split('/').any(|part| part == "..") {
@@ -34,7 +34,7 @@ fn has_drive_letter(name: &str) -> bool {
     bytes.len() >= 2 && bytes[0].is_ascii_alphabetic() && bytes[1] == b':'
 }
 
-/// A name as messages quote it: escaped, and cut where it would fill the screen.
+/// Quotes a name for messages: escaped, and cut after 80 characters.
 pub(super) fn short(name: &str) -> String {
     let mut quoted: String = name.chars().take(80).collect();
     if quoted.len() < name.len() {

@@ -137,7 +137,7 @@ fn a_path_without_cameras_is_told_what_to_point_at() {
     let empty = tempfile::tempdir().unwrap();
     for path in [empty.path().to_path_buf(), empty.path().join("none"), PathBuf::from("")] {
         let error = read_cameras(&path, &Task::silent()).unwrap_err().to_string();
-        assert!(error.contains("; point at") || error.contains("check the path"), "{error}");
+        assert!(error.contains("; give COLMAP's cameras") || error.contains("check the path"), "{error}");
     }
 }
 
@@ -145,11 +145,11 @@ fn a_path_without_cameras_is_told_what_to_point_at() {
 fn one_bad_photo_does_not_stop_the_others() {
     let bad = [
         ("7 1 0 0 0 0 0 0 1 b.jpg", "number 7"),
-        ("8 1 0 0 0 0 0 0 1 ok.jpg", "there twice"),
-        ("8 1 0 0 0 0 0 0 4 b.jpg", "camera 4, which the cameras file lacks"),
+        ("8 1 0 0 0 0 0 0 1 ok.jpg", "appears twice"),
+        ("8 1 0 0 0 0 0 0 4 b.jpg", "camera 4, which is not in the cameras file"),
         ("8 1 0 0 0 0 0 0 3 b.jpg", "camera 3, which cannot be used"),
-        ("8 0 0 0 0 0 0 0 1 b.jpg", "no quaternion"),
-        ("8 nan 0 0 0 0 0 0 1 b.jpg", "no quaternion"),
+        ("8 0 0 0 0 0 0 0 1 b.jpg", "not a valid quaternion"),
+        ("8 nan 0 0 0 0 0 0 1 b.jpg", "not a valid quaternion"),
         ("8 1 0 0 0 inf 0 0 1 b.jpg", "position"),
         ("8 1 0 0 0 0 0 0 1 ../b.jpg", "leaves the photo folder"),
         ("8 1 0 0 0 0 0 0 1", "without a name"),
@@ -180,7 +180,7 @@ fn a_bad_camera_is_named_with_its_line_and_a_remedy() {
         ("3 pinhole 640 480 500 510 320 240", "camera model \"pinhole\""),
         ("3 EUCM 640 480 500 510 320 240 2 1", "alpha 2"),
         ("3 EQUIRECTANGULAR 640 480 640 480", "panorama"),
-        ("1 PINHOLE 640 480 1 1 1 1", "there twice"),
+        ("1 PINHOLE 640 480 1 1 1 1", "appears twice"),
         ("x PINHOLE 640 480 1 1 1 1", "\"x\" where CAMERA_ID should be"),
         ("3 PINHOLE 640", "ends before HEIGHT"),
     ];
@@ -219,7 +219,7 @@ fn a_camera_or_point_beyond_any_map_is_refused() {
 #[test]
 fn a_model_without_usable_photos_is_an_error() {
     let error = read(&text(CAMERAS, "# nothing\n", "")).unwrap_err().to_string();
-    assert!(error.contains("names no photo"), "{error}");
+    assert!(error.contains("lists no photo"), "{error}");
     let error = read(&text(CAMERAS, "7 1 0 0 0 0 0 0 1 /etc/passwd\n\n", "")).unwrap_err().to_string();
     assert!(error.contains("absolute"), "{error}");
 }
@@ -306,7 +306,11 @@ proptest! {
     }
 }
 
-fn mutate(bytes: &mut Vec<u8>, changes: &[(prop::sample::Index, u8)], cut: Option<prop::sample::Index>) {
+pub(super) fn mutate(
+    bytes: &mut Vec<u8>,
+    changes: &[(prop::sample::Index, u8)],
+    cut: Option<prop::sample::Index>,
+) {
     for (at, value) in changes {
         let at = at.index(bytes.len());
         bytes[at] = *value;

@@ -1,27 +1,16 @@
 //! COLMAP's text files: one record a line, photos in two lines, `#` begins a comment.
 
-use std::borrow::Cow;
-use std::fs::File;
-use std::io::{BufRead, BufReader, Read};
-use std::path::Path;
 use std::str::FromStr;
 
 use super::assembly::Assembly;
 use super::colmap_model::{ColmapModel, MODELS};
+use super::format::Files;
+use super::lines::Lines;
 use super::photo_name::short;
-use super::{Files, RawCamera, RawImage};
-use crate::error::{Error, Result};
+use super::pose::pose_of_quaternion;
+use super::{Objection, RawImage};
+use crate::error::Result;
 use crate::task::Task;
-
-/// The longest line in bytes: a photo with over a million keypoints. A file without line ends must
-/// not fill the memory.
-const LONGEST_LINE: usize = 64 << 20;
-
-/// What some editors put before the first line.
-const BYTE_ORDER_MARK: &[u8] = b"\xEF\xBB\xBF";
-
-/// What was found, and what to do about it.
-type Objection = (String, &'static str);
 
 /// Reads all files into `assembly`.
 pub(super) fn read(files: &Files, assembly: &mut Assembly, task: &Task) -> Result<()> {
@@ -55,7 +44,7 @@ fn take_camera(line: &str, place: String, assembly: &mut Assembly) {
     })();
     match (id, parsed) {
         (Ok(id), Ok((model, width, height, parameters))) => {
-            assembly.camera(place, &RawCamera { id, model, width, height, parameters: &parameters });
+            assembly.camera(place, id, model.camera(width, height, &parameters));
         }
         (Ok(id), Err(objection)) => assembly.refused_camera(id, place, objection),
         // Without its number no photo can refer to it.
@@ -65,7 +54,7 @@ fn take_camera(line: &str, place: String, assembly: &mut Assembly) {
 
 fn unknown_model(name: &str) -> Objection {
     let known: Vec<_> = MODELS.iter().map(|model| model.name).collect();
-    let found = format!("the camera model {}; known are {}", short(name), known.join(", "));
+    let found = format!("the camera model {}; known models are {}", short(name), known.join(", "));
     (found, "use one of COLMAP's models")
 }
 
@@ -96,7 +85,9 @@ fn read_images(lines: &mut Lines<'_>, assembly: &mut Assembly, task: &Task) -> R
     }
     if missing > 0 {
         let file = lines.path.display();
-        assembly.note(format!("{file}: {missing} photos lack their second line, read as without keypoints"));
+        assembly.note(format!(
+            "{file}: {missing} photos lack their second line; they are read without keypoints"
+        ));
     }
     Ok(())
 }
@@ -114,7 +105,8 @@ fn parse_header(line: &str) -> Result<RawImage<'_>, Objection> {
         *value = parse(field(&mut rest), name)?;
     }
     let camera = parse(field(&mut rest), "CAMERA_ID")?;
-    Ok(RawImage { id, quaternion, translation, camera, name: rest.trim(), observations: Vec::new() })
+    let pose = pose_of_quaternion(quaternion, translation);
+    Ok(RawImage { id, pose, camera, name: rest.trim(), observations: Vec::new() })
 }
 
 /// `X Y POINT3D_ID` again and again; those without a point (-1) are left out.
@@ -150,63 +142,4 @@ fn field<'a>(rest: &mut &'a str) -> Option<&'a str> {
 fn parse<T: FromStr>(field: Option<&str>, name: &str) -> Result<T, Objection> {
     let field = field.ok_or_else(|| (format!("the line ends before {name}"), "write all fields"))?;
     field.parse().map_err(|_| (format!("{} where {name} should be", short(field)), "write a number there"))
-}
-
-/// The lines of a file, counted from 1; one at a time in memory.
-struct Lines<'a> {
-    path: &'a Path,
-    reader: BufReader<File>,
-    line: Vec<u8>,
-    number: u64,
-    at: u64,
-    size: u64,
-}
-
-impl<'a> Lines<'a> {
-    fn open(path: &'a Path) -> Result<Self> {
-        let file = File::open(path).map_err(Error::io(path, "read it"))?;
-        let size = file.metadata().map_err(Error::io(path, "read it"))?.len();
-        let reader = BufReader::with_capacity(1 << 16, file);
-        Ok(Self { path, reader, line: Vec::new(), number: 0, at: 0, size })
-    }
-
-    fn place(&self) -> String {
-        format!("line {}", self.number)
-    }
-
-    /// Goes to the next line that is neither empty nor a comment; false at the end of the file.
-    fn next_record(&mut self, stage: &'static str, task: &Task) -> Result<bool> {
-        loop {
-            if self.number.is_multiple_of(1024) {
-                task.step(stage, self.at, self.size)?;
-            }
-            if !self.advance()? {
-                return Ok(false);
-            }
-            if !matches!(self.text().as_bytes().first(), None | Some(b'#')) {
-                return Ok(true);
-            }
-        }
-    }
-
-    /// Goes to the next line, whatever it holds; false, and an empty line, at the end of the file.
-    fn advance(&mut self) -> Result<bool> {
-        self.line.clear();
-        let most = LONGEST_LINE as u64 + 1;
-        let read = self.reader.by_ref().take(most).read_until(b'\n', &mut self.line);
-        let bytes = read.map_err(Error::io(self.path, "read it"))?;
-        self.number += 1;
-        self.at += bytes as u64;
-        if self.line.len() > LONGEST_LINE {
-            let found = format!("a line of more than {} megabytes", LONGEST_LINE >> 20);
-            return Err(Error::input(self.path, self.place(), found, "check that it is a COLMAP text file"));
-        }
-        Ok(bytes > 0)
-    }
-
-    /// The line without the spaces around it; what is not UTF-8 becomes U+FFFD, which no name may hold.
-    fn text(&self) -> Cow<'_, str> {
-        let line = self.line.trim_ascii();
-        String::from_utf8_lossy(line.strip_prefix(BYTE_ORDER_MARK).unwrap_or(line))
-    }
 }

@@ -1,4 +1,4 @@
-//! Animated PNG: every browser shows it, and it needs nothing but our PNG encoder.
+//! Writes animated PNG, which every browser shows and which needs no other program.
 
 use std::fs::File;
 use std::io::BufWriter;
@@ -6,12 +6,12 @@ use std::path::{Path, PathBuf};
 
 use png::{BitDepth, ColorType, Compression, Encoder, Writer};
 
-use super::Reel;
+use super::VideoFormat;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
 use crate::io::layer_png::io_error;
 
-/// Plays for ever.
+/// The number of plays that stands for an endless loop.
 const ENDLESS: u32 = 0;
 
 /// An animated PNG that is being written.
@@ -28,30 +28,30 @@ impl std::fmt::Debug for Apng {
 }
 
 impl Apng {
-    /// Starts one.
+    /// Starts writing an animated PNG.
     ///
     /// # Errors
     /// [`Error::Io`].
-    pub fn create(target: &Path, reel: Reel) -> Result<Self> {
+    pub fn create(target: &Path, reel: VideoFormat) -> Result<Self> {
         let mut file = AtomicFile::create(target)?;
         let out = file.file().try_clone().map_err(Error::io(target, "write it"))?;
         let writer = begun(out, reel).map_err(|error| cannot_encode(target, error))?;
         Ok(Self { file, target: target.to_path_buf(), writer })
     }
 
-    /// Adds a frame.
+    /// Adds a frame: RGB, 8 bits, rows from the top.
     pub fn add(&mut self, rgb: &[u8]) -> Result<()> {
         self.writer.write_image_data(rgb).map_err(|error| cannot_encode(&self.target, error))
     }
 
-    /// Puts the file in its place.
+    /// Puts the file in place.
     pub fn finish(self) -> Result<()> {
         self.writer.finish().map_err(|error| cannot_encode(&self.target, error))?;
         self.file.commit()
     }
 }
 
-fn begun(out: File, reel: Reel) -> std::result::Result<Writer<BufWriter<File>>, png::EncodingError> {
+fn begun(out: File, reel: VideoFormat) -> std::result::Result<Writer<BufWriter<File>>, png::EncodingError> {
     let mut encoder = Encoder::new(BufWriter::new(out), reel.width, reel.height);
     encoder.set_color(ColorType::Rgb);
     encoder.set_depth(BitDepth::Eight);
@@ -62,9 +62,9 @@ fn begun(out: File, reel: Reel) -> std::result::Result<Writer<BufWriter<File>>, 
     encoder.write_header()
 }
 
-/// Seconds from frame to frame as a fraction of two 16-bit numbers.
+/// Returns the seconds between frames as a fraction of two 16-bit numbers.
 fn delay(fps: f64) -> (u16, u16) {
-    // Whole rates exactly, others to a thousandth of a frame.
+    // Whole rates are exact, others are rounded to a thousandth of a second.
     if fps.fract() == 0.0 && fps <= 65_535.0 {
         (1, fps as u16)
     } else {
@@ -84,7 +84,7 @@ mod tests {
     fn frames_come_back_in_their_order() {
         let folder = tempfile::tempdir().unwrap();
         let target = folder.path().join("flight.apng");
-        let reel = Reel { width: 4, height: 3, fps: 12.0, frames: 3 };
+        let reel = VideoFormat { width: 4, height: 3, fps: 12.0, frames: 3 };
         let mut film = Apng::create(&target, reel).unwrap();
         (0..3u8).for_each(|shade| film.add(&[shade * 40; 36]).unwrap());
         assert!(!target.exists(), "unfinished films have no place");
@@ -104,7 +104,7 @@ mod tests {
     #[test]
     fn a_film_that_is_given_up_leaves_nothing() {
         let folder = tempfile::tempdir().unwrap();
-        let reel = Reel { width: 1, height: 1, fps: 29.97, frames: 2 };
+        let reel = VideoFormat { width: 1, height: 1, fps: 29.97, frames: 2 };
         let mut film = Apng::create(&folder.path().join("flight.apng"), reel).unwrap();
         film.add(&[1, 2, 3]).unwrap();
         drop(film);

@@ -1,16 +1,16 @@
-//! Films by ffmpeg, which reads frames from its standard input.
+//! Writes videos with ffmpeg, which reads the frames from its standard input.
 
 use std::io::{ErrorKind, Read, Seek, Write};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
 
-use super::Reel;
+use super::VideoFormat;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
 
-/// How each kind is encoded: small, and playable everywhere.
+/// Encoder options for each kind of file: small, and playable everywhere.
 const ENCODERS: [(&str, &[&str]); 4] = [
-    // Colours of 4:2:0 need even sides.
+    // 4:2:0 chroma subsampling needs even sides.
     ("mp4", &["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "18", "-movflags", "+faststart"]),
     ("webm", &["-vf", EVEN, "-pix_fmt", "yuv420p", "-crf", "24", "-b:v", "0"]),
     ("gif", &["-filter_complex", "split[a][b];[a]palettegen[p];[b][p]paletteuse", "-loop", "0"]),
@@ -18,75 +18,76 @@ const ENCODERS: [(&str, &[&str]); 4] = [
 ];
 const EVEN: &str = "crop=trunc(iw/2)*2:trunc(ih/2)*2";
 
-/// So much of what ffmpeg says is told.
+/// Limit on the part of ffmpeg's output that messages quote, in bytes.
 const LONGEST_WORDS: usize = 1000;
 
-/// ffmpeg at work.
+/// A running ffmpeg.
 #[derive(Debug)]
 pub(super) struct Ffmpeg {
     child: Child,
-    /// Its file until it is done; then none.
+    /// The file that ffmpeg writes; `None` once it is finished.
     file: Option<AtomicFile>,
-    /// What it says. A file, because a pipe that nobody reads would stop it.
-    said: std::fs::File,
+    /// The file with ffmpeg's error output. It is not a pipe, because ffmpeg would block on a pipe that is
+    /// not read.
+    messages: std::fs::File,
     target: PathBuf,
 }
 
 impl Ffmpeg {
-    /// Starts it.
+    /// Starts ffmpeg.
     ///
     /// # Errors
-    /// [`Error::Request`] when it is not installed; [`Error::Io`].
-    pub fn start(target: &Path, kind: &str, reel: Reel) -> Result<Self> {
+    /// [`Error::Request`] when ffmpeg is not installed; [`Error::Io`].
+    pub fn start(target: &Path, kind: &str, reel: VideoFormat) -> Result<Self> {
         let file = AtomicFile::create(target)?;
-        let said = tempfile::tempfile().map_err(Error::io(target, "write what ffmpeg says"))?;
-        let errors = said.try_clone().map_err(Error::io(target, "write what ffmpeg says"))?;
+        let messages = tempfile::tempfile().map_err(Error::io(target, "write what ffmpeg says"))?;
+        let errors = messages.try_clone().map_err(Error::io(target, "write what ffmpeg says"))?;
         let mut command = command(file.path(), kind, reel);
         let child = command.stderr(errors).spawn().map_err(|error| not_started(target, error))?;
-        Ok(Self { child, file: Some(file), said, target: target.to_path_buf() })
+        Ok(Self { child, file: Some(file), messages, target: target.to_path_buf() })
     }
 
-    /// Adds a frame.
+    /// Adds a frame: RGB, 8 bits, rows from the top.
     pub fn add(&mut self, rgb: &[u8]) -> Result<()> {
         let pipe = self.child.stdin.as_mut().expect("it was started with a pipe, which finish() takes");
-        // A broken pipe means that it has ended: its own words say more.
+        // A broken pipe means that ffmpeg has ended; its own message says more.
         pipe.write_all(rgb).map_err(|_| self.refused())
     }
 
-    /// Waits until it is done and puts the file in its place.
+    /// Waits until ffmpeg is done and puts the file in place.
     pub fn finish(mut self) -> Result<()> {
         drop(self.child.stdin.take());
         let status = self.child.wait().map_err(Error::io(&self.target, "wait for ffmpeg"))?;
         if !status.success() {
             return Err(self.refused());
         }
-        // ffmpeg has written into the file that we made: its name is still ours.
+        // ffmpeg has written into the file that was created here, so its name still belongs to it.
         self.file.take().expect("only this takes it, and takes self").commit()
     }
 
-    /// What it said, as an error.
+    /// Returns the error with ffmpeg's own message.
     fn refused(&mut self) -> Error {
-        // The end of its words is there once it has ended.
+        // The message is complete once the process has ended.
         let _ = self.child.kill();
         let _ = self.child.wait();
-        let mut words = String::new();
-        let read = self.said.rewind().and_then(|()| self.said.read_to_string(&mut words));
-        let words = if read.is_ok() { words.trim() } else { "" };
-        let from = words.len().saturating_sub(LONGEST_WORDS);
-        let end = words.get(from..).unwrap_or(words);
-        Error::Request(format!("{}: ffmpeg could not write the film: {end}", self.target.display()))
+        let mut message = String::new();
+        let read = self.messages.rewind().and_then(|()| self.messages.read_to_string(&mut message));
+        let message = if read.is_ok() { message.trim() } else { "" };
+        let from = message.len().saturating_sub(LONGEST_WORDS);
+        let end = message.get(from..).unwrap_or(message);
+        Error::Request(format!("{}: ffmpeg could not write the video: {end}", self.target.display()))
     }
 }
 
 impl Drop for Ffmpeg {
     fn drop(&mut self) {
-        // It may have ended long ago, which is no error.
+        // The process may have ended before, which is no error.
         let _ = self.child.kill();
         let _ = self.child.wait();
     }
 }
 
-fn command(file: &Path, kind: &str, reel: Reel) -> Command {
+fn command(file: &Path, kind: &str, reel: VideoFormat) -> Command {
     let mut command = Command::new("ffmpeg");
     let size = format!("{}x{}", reel.width, reel.height);
     command.args(["-hide_banner", "-loglevel", "error", "-y", "-f", "rawvideo", "-pix_fmt", "rgb24"]).args([
@@ -109,8 +110,8 @@ fn not_started(target: &Path, error: std::io::Error) -> Error {
         return Error::io(target, "start ffmpeg for it")(error);
     }
     Error::Request(format!(
-        "{}: ffmpeg is needed for this kind of film and is not installed; install it, or name the film .apng, \
-         which needs nothing",
+        "{}: this kind of video needs ffmpeg, which is not installed; install it, or use the extension .apng, \
+         which needs no other program",
         target.display()
     ))
 }
@@ -119,9 +120,9 @@ fn not_started(target: &Path, error: std::io::Error) -> Error {
 mod tests {
     use super::*;
 
-    const REEL: Reel = Reel { width: 33, height: 17, fps: 10.0, frames: 3 };
+    const REEL: VideoFormat = VideoFormat { width: 33, height: 17, fps: 10.0, frames: 3 };
 
-    /// Where ffmpeg is not installed, the one thing to test is what is said about it.
+    /// Returns `None` where ffmpeg is not installed; then only the message about it is tested.
     fn film(folder: &Path, kind: &str) -> Option<Ffmpeg> {
         match Ffmpeg::start(&folder.join(format!("flight.{kind}")), kind, REEL) {
             Ok(film) => Some(film),

@@ -1,4 +1,4 @@
-//! Films of frames: animated PNG by ourselves, everything else through ffmpeg.
+//! Writes videos: animated PNG by this program, everything else through ffmpeg.
 
 mod apng;
 mod ffmpeg;
@@ -9,24 +9,23 @@ use self::apng::Apng;
 use self::ffmpeg::Ffmpeg;
 use crate::error::{Error, Result};
 
-/// The kinds of films, by the extensions of their files.
+/// The kinds of videos, by the extensions of their files.
 pub const EXTENSIONS: [&str; 5] = ["apng", "mp4", "webm", "gif", "webp"];
 
-/// What a film consists of.
+/// Size, rate and length of a video.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Reel {
-    /// Pixels.
+pub struct VideoFormat {
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// Frames a second.
+    /// Frames per second.
     pub fps: f64,
-    /// So many will come.
+    /// Number of frames.
     pub frames: u32,
 }
 
-/// A film that is being written; it takes its place at [`Film::finish`]. Dropped before that, it
-/// vanishes.
+/// A video that is being written. [`Film::finish`] puts it in place; dropped before that, it vanishes.
 #[derive(Debug)]
 pub struct Film(Kind);
 
@@ -37,12 +36,12 @@ enum Kind {
 }
 
 impl Film {
-    /// Starts a film; the extension of `file` says of which kind.
+    /// Starts a video; the extension of `file` decides its kind.
     ///
     /// # Errors
-    /// [`Error::Request`] for another extension, and where ffmpeg is needed and not there;
+    /// [`Error::Request`] for an unknown extension, and where ffmpeg is needed and not installed;
     /// [`Error::Io`].
-    pub fn create(file: &Path, reel: Reel) -> Result<Self> {
+    pub fn create(file: &Path, reel: VideoFormat) -> Result<Self> {
         let extension = kind_of(file)?;
         Ok(Self(match extension {
             "apng" => Kind::Apng(Apng::create(file, reel)?),
@@ -53,7 +52,7 @@ impl Film {
     /// Adds the next frame: `width * height * 3` bytes, rows from the top, RGB.
     ///
     /// # Errors
-    /// [`Error::Io`]; [`Error::Request`] with what ffmpeg said.
+    /// [`Error::Io`]; [`Error::Request`] with ffmpeg's message.
     pub fn add(&mut self, rgb: &[u8]) -> Result<()> {
         match &mut self.0 {
             Kind::Apng(film) => film.add(rgb),
@@ -61,7 +60,7 @@ impl Film {
         }
     }
 
-    /// Puts the film in its place, over an old one.
+    /// Puts the video in place and replaces an old one.
     ///
     /// # Errors
     /// As [`Film::add`].
@@ -73,15 +72,15 @@ impl Film {
     }
 }
 
-/// The kind of film that a file's name asks for: one of [`EXTENSIONS`].
+/// Returns the kind of video for a file's name: one of [`EXTENSIONS`].
 ///
 /// # Errors
-/// [`Error::Request`] for another one.
+/// [`Error::Request`] for an unknown extension.
 pub fn kind_of(file: &Path) -> Result<&'static str> {
     let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     EXTENSIONS.into_iter().find(|known| *known == extension).ok_or_else(|| {
         let known = EXTENSIONS.map(|known| format!(".{known}")).join(", ");
-        Error::Request(format!("{}: a film's name ends with one of {known}", file.display()))
+        Error::Request(format!("{}: the extension of a video file is one of {known}", file.display()))
     })
 }
 
@@ -92,8 +91,8 @@ mod tests {
     #[test]
     fn the_extension_says_the_kind_and_another_one_is_refused() {
         assert_eq!(kind_of(Path::new("a/flight.MP4")).unwrap(), "mp4");
-        let told = kind_of(Path::new("flight.avi")).unwrap_err().to_string();
-        assert!(told.contains("flight.avi") && told.contains(".webm"), "{told}");
+        let message = kind_of(Path::new("flight.avi")).unwrap_err().to_string();
+        assert!(message.contains("flight.avi") && message.contains(".webm"), "{message}");
         assert!(kind_of(Path::new("flight")).is_err());
     }
 }

@@ -1,9 +1,10 @@
-//! Work on large things in order, a few at a time.
+//! Splits work on large items into batches of limited size, in order.
 
-/// Bytes of pixels that are fetched at a time: enough for all threads, little beside the photo.
+/// Bytes of pixels per batch: enough to keep all threads busy, and little compared with the photo.
 const BATCH: u64 = 64 << 20;
 
-/// Neighbouring items that weigh about [`BATCH`] bytes together; heavier ones are alone.
+/// Splits `items` into runs of neighbours of about 64 MiB (`BATCH`) each; a larger item forms a batch of its
+/// own.
 pub fn batches<T>(items: &[T], bytes_of: impl Fn(&T) -> u64) -> Vec<&[T]> {
     let mut batches = Vec::new();
     let (mut start, mut bytes) = (0, 0);

@@ -1,7 +1,7 @@
-//! The bytes of a file that is being read: by their place, and never more than the file has.
+//! Reads bytes of a file by position, and never beyond its end.
 //!
-//! A length that a file claims is checked against the file before anything of that size is made.
-//! Numbers are big-endian, as PSD and XCF have them.
+//! A length that a file claims is checked against the file's size before anything of that size is allocated.
+//! Numbers are big-endian, as in PSD and XCF.
 
 use std::fs::File;
 use std::io;
@@ -10,10 +10,10 @@ use std::sync::Arc;
 
 use crate::error::{Error, Result};
 
-/// What to do about a file that does not hold together.
-pub const SAVE_AGAIN: &str = "save it once more in the image editor, or take an older copy";
+/// The remedy for a damaged file.
+pub const SAVE_AGAIN: &str = "save it again in the image editor, or use an older copy";
 
-/// A file that stays open, to be read from any thread.
+/// An open file that can be read from any thread.
 #[derive(Debug)]
 pub struct FileBytes {
     file: File,
@@ -32,23 +32,24 @@ impl FileBytes {
         Ok(Arc::new(Self { file, path: path.to_owned(), length }))
     }
 
-    /// What errors call it.
+    /// Returns the path, for errors.
     pub fn path(&self) -> &Path {
         &self.path
     }
 
-    /// Bytes in all, when it was opened.
+    /// Returns the length in bytes at the time of opening.
     pub fn length(&self) -> u64 {
         self.length
     }
 
-    /// `length` bytes that begin at `at`.
+    /// Reads `length` bytes from position `at`.
     ///
     /// # Errors
-    /// [`Error::Input`] when the file does not have them, [`Error::Io`] when it cannot be read.
+    /// [`Error::Input`] when the file is too short; [`Error::Io`] when it cannot be read.
     pub fn read(&self, at: u64, length: u64) -> Result<Vec<u8>> {
         if at.checked_add(length).is_none_or(|end| end > self.length) {
-            let found = format!("the file ends at byte {}, {length} bytes were expected here", self.length);
+            let found =
+                format!("the file ends at byte {}, but {length} bytes were expected here", self.length);
             return Err(self.damaged(at, found));
         }
         let mut bytes = vec![0; length as usize];
@@ -73,58 +74,58 @@ impl FileBytes {
         Ok(())
     }
 
-    /// The error of what was found at byte `at`: against what was expected.
+    /// Returns the error for a finding at byte `at`.
     pub fn damaged(&self, at: u64, found: impl Into<String>) -> Error {
         Error::input(&self.path, format!("byte {at}"), found, SAVE_AGAIN)
     }
 
-    /// Reads on from byte `at`.
+    /// Returns a cursor that starts at byte `at`.
     pub fn cursor(&self, at: u64) -> Cursor<'_> {
         Cursor { bytes: self, at, end: self.length, ahead: Vec::new(), ahead_at: 0 }
     }
 }
 
-/// Reads one thing after another, up to an end.
+/// A sequential reader of a part of a file.
 #[derive(Debug, Clone)]
 pub struct Cursor<'f> {
     bytes: &'f FileBytes,
     at: u64,
     end: u64,
-    /// What was read from the file at `ahead_at` already.
+    /// Bytes that were read in advance from position `ahead_at`.
     ahead: Vec<u8>,
     ahead_at: u64,
 }
 
-/// Read at a time where single numbers are asked for: a record of a layer, and little besides.
+/// Number of bytes that are read in advance for single numbers: about the size of a layer's record.
 const AHEAD: u64 = 4096;
 
 impl<'f> Cursor<'f> {
-    /// Where it stands, from the beginning of the file.
+    /// Returns the position, in bytes from the beginning of the file.
     pub fn at(&self) -> u64 {
         self.at
     }
 
-    /// Bytes up to its end.
+    /// Returns the number of bytes up to the end of the part.
     pub fn left(&self) -> u64 {
         self.end.saturating_sub(self.at)
     }
 
-    /// The error of what was found in front of where it stands.
+    /// Returns the error for a finding at the present position.
     pub fn damaged(&self, found: impl Into<String>) -> Error {
         self.bytes.damaged(self.at, found)
     }
 
-    /// Passes over `length` bytes.
+    /// Skips `length` bytes.
     ///
     /// # Errors
-    /// [`Error::Input`] when there are not so many.
+    /// [`Error::Input`] when there are fewer.
     pub fn skip(&mut self, length: u64) -> Result<()> {
         self.expect(length)?;
         self.at += length;
         Ok(())
     }
 
-    /// A cursor for the next `length` bytes, over which this one passes.
+    /// Returns a cursor over the next `length` bytes and skips them here.
     ///
     /// # Errors
     /// As [`Self::skip`].
@@ -134,7 +135,7 @@ impl<'f> Cursor<'f> {
         Ok(Self { bytes: self.bytes, at, end, ahead: self.ahead.clone(), ahead_at: self.ahead_at })
     }
 
-    /// The next `length` bytes.
+    /// Reads the next `length` bytes.
     ///
     /// # Errors
     /// As [`FileBytes::read`].
@@ -149,11 +150,12 @@ impl<'f> Cursor<'f> {
         if length <= self.left() {
             return Ok(());
         }
-        let found = format!("{length} bytes were expected here, this part of the file has {}", self.left());
+        let found =
+            format!("{length} bytes were expected here, but this part of the file has {}", self.left());
         Err(self.damaged(found))
     }
 
-    /// The next `N` bytes, few.
+    /// Reads the next `N` bytes; meant for single numbers.
     ///
     /// # Errors
     /// As [`FileBytes::read`].
@@ -172,42 +174,56 @@ impl<'f> Cursor<'f> {
         Ok(array)
     }
 
+    /// Reads an unsigned 8-bit integer.
+    ///
     /// # Errors
-    /// As [`FileBytes::read`]; so are those of the other numbers.
+    /// As [`FileBytes::read`].
     pub fn u8(&mut self) -> Result<u8> {
         Ok(self.array::<1>()?[0])
     }
 
+    /// Reads an unsigned 16-bit integer.
+    ///
     /// # Errors
     /// As [`Self::u8`].
     pub fn u16(&mut self) -> Result<u16> {
         Ok(u16::from_be_bytes(self.array()?))
     }
 
+    /// Reads an unsigned 32-bit integer.
+    ///
     /// # Errors
     /// As [`Self::u8`].
     pub fn u32(&mut self) -> Result<u32> {
         Ok(u32::from_be_bytes(self.array()?))
     }
 
+    /// Reads an unsigned 64-bit integer.
+    ///
     /// # Errors
     /// As [`Self::u8`].
     pub fn u64(&mut self) -> Result<u64> {
         Ok(u64::from_be_bytes(self.array()?))
     }
 
+    /// Reads a signed 16-bit integer.
+    ///
     /// # Errors
     /// As [`Self::u8`].
     pub fn i16(&mut self) -> Result<i16> {
         Ok(i16::from_be_bytes(self.array()?))
     }
 
+    /// Reads a signed 32-bit integer.
+    ///
     /// # Errors
     /// As [`Self::u8`].
     pub fn i32(&mut self) -> Result<i32> {
         Ok(i32::from_be_bytes(self.array()?))
     }
 
+    /// Reads a 32-bit float.
+    ///
     /// # Errors
     /// As [`Self::u8`].
     pub fn f32(&mut self) -> Result<f32> {
@@ -215,7 +231,7 @@ impl<'f> Cursor<'f> {
     }
 }
 
-/// A file read from its beginning to its end by packages that ask for a reader; copies share the file.
+/// A file as a `Read + Seek`, for packages that need one; copies share the file.
 #[derive(Debug, Clone)]
 pub struct FileReader {
     bytes: Arc<FileBytes>,
@@ -223,7 +239,7 @@ pub struct FileReader {
 }
 
 impl FileReader {
-    /// Stands at the beginning.
+    /// Starts at the beginning of the file.
     pub fn new(bytes: Arc<FileBytes>) -> Self {
         Self { bytes, at: 0 }
     }
@@ -272,7 +288,7 @@ mod tests {
     }
 
     #[test]
-    fn what_the_file_does_not_have_is_an_error_with_its_place_and_no_allocation() {
+    fn reading_beyond_the_end_is_an_error_with_its_place_and_allocates_nothing() {
         let (_folder, bytes) = file(&[0; 10]);
         let error = bytes.read(4, u64::MAX - 2).unwrap_err().to_string();
         assert!(error.contains("byte 4") && error.contains("ends at byte 10"), "{error}");

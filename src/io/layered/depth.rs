@@ -1,19 +1,19 @@
-//! How finely layered files tell colours.
+//! The bit depth of layered files.
 
 use crate::scene::Samples;
 
-/// Bits of a sample.
+/// Bits per sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(try_from = "u8", into = "u8")]
 pub enum Depth {
-    /// 0..=255.
+    /// 8 bits: 0..=255.
     Eight,
-    /// 0..=65535.
+    /// 16 bits: 0..=65535.
     Sixteen,
 }
 
 impl Depth {
-    /// That of samples.
+    /// Returns the depth of samples.
     pub fn of(samples: &Samples) -> Self {
         match samples {
             Samples::U8(_) => Self::Eight,
@@ -21,12 +21,12 @@ impl Depth {
         }
     }
 
-    /// 1 or 2.
+    /// Returns bytes per sample: 1 or 2.
     pub fn bytes(self) -> u64 {
         u64::from(self.bits()) / 8
     }
 
-    /// 8 or 16.
+    /// Returns bits per sample: 8 or 16.
     pub fn bits(self) -> u8 {
         match self {
             Self::Eight => 8,
@@ -48,7 +48,7 @@ impl TryFrom<u8> for Depth {
         match bits {
             8 => Ok(Self::Eight),
             16 => Ok(Self::Sixteen),
-            _ => Err(format!("{bits} bits a sample; expected 8 or 16")),
+            _ => Err(format!("{bits} bits per sample; expected 8 or 16")),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a layered file says, whatever its format.
+//! The content of a layered file to be written, independent of its format.
 
 use std::collections::HashSet;
 use std::sync::Arc;
@@ -8,30 +8,30 @@ use super::raster::Raster;
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 
-/// The most characters of a layer's or group's name. Four bytes each in UTF-8 still fit the 255 of
-/// a PSD's short name; Krita 5.1 writes a broken record for longer ones.
+/// The maximum number of characters in a layer's or group's name. At four bytes each in UTF-8 they fit the
+/// 255 bytes of a PSD's short name; Krita 5.1 writes a broken record for longer ones.
 pub const LONGEST_NAME: usize = 63;
 
-/// Where a layer's pixels come from. It may be asked more than once, and from any thread.
+/// A source of a layer's pixels. It may be called several times, and from any thread.
 pub type Source<'a> = Box<dyn Fn() -> Result<Arc<Raster>> + Send + Sync + 'a>;
 
-/// A layered image without its pixels, which the layers yield when asked.
+/// A layered image without its pixels, which the layers' sources provide.
 pub struct LayeredDocument<'a> {
-    /// Canvas, in pixels.
+    /// Width of the canvas in pixels.
     pub width: u32,
-    /// Canvas, in pixels.
+    /// Height of the canvas in pixels.
     pub height: u32,
-    /// Of every layer and of the merged picture.
+    /// Bit depth of every layer and of the merged picture.
     pub depth: Depth,
-    /// The colour profile of all pixels; without one viewers take 8 bits for sRGB, and disagree on 16.
+    /// ICC profile of all pixels; without one viewers assume sRGB for 8 bits and disagree on 16.
     pub icc: Option<Vec<u8>>,
-    /// What the document is known by when it comes back.
+    /// The document key, which identifies the document on import.
     pub key: String,
-    /// For people: the photo's name.
+    /// The photo's name, for messages.
     pub title: String,
-    /// From the bottom to the top.
+    /// Layers and groups, from bottom to top.
     pub nodes: Vec<Node<'a>>,
-    /// The picture of all visible layers, as large as the canvas.
+    /// The composite of all visible layers, as large as the canvas.
     pub merged: Source<'a>,
 }
 
@@ -39,49 +39,57 @@ pub struct LayeredDocument<'a> {
 pub enum Node<'a> {
     /// A layer outside any group.
     Layer(Layer<'a>),
-    /// Layers that can be hidden together.
+    /// A group of layers.
     Group(Group<'a>),
 }
 
-/// Layers that can be hidden together. Never empty: GIMP 2.10 crashes on saving an empty one.
+/// Layers that can be hidden together. A group is never empty: GIMP 2.10 crashes on saving an empty one.
 pub struct Group<'a> {
-    /// Unique, at most [`LONGEST_NAME`] characters.
+    /// The group's unique name, at most [`LONGEST_NAME`] characters.
     pub name: String,
-    /// From the bottom to the top.
+    /// The group's layers, from bottom to top.
     pub layers: Vec<Layer<'a>>,
 }
 
-/// Pixels with a place on the canvas.
+/// A layer: pixels at a position on the canvas.
 pub struct Layer<'a> {
-    /// Unique, at most [`LONGEST_NAME`] characters: the only thing about a layer that every editor
-    /// gives back.
+    /// The layer's unique name, at most [`LONGEST_NAME`] characters. It is the only property of a layer that
+    /// every editor preserves.
     pub name: String,
-    /// In canvas pixels; may reach outside the canvas.
+    /// Position and size in canvas pixels; may reach outside the canvas.
     pub rect: PixelRect,
-    /// The token of the image layer, for formats that keep one beside the name.
+    /// The token of the image layer, for formats that store one beside the name.
     pub id: Option<String>,
-    /// Shown when the file is opened.
+    /// Whether the layer is visible when the file is opened.
     pub visible: bool,
-    /// Not to be changed, where the editor knows such a thing.
+    /// Whether the layer is locked against changes, where the editor supports it.
     pub locked: bool,
-    /// The one that is painted on when the file is opened, where the format can say so: XCF and OpenRaster can.
+    /// Whether the layer is selected when the file is opened; XCF and OpenRaster can store this.
     pub selected: bool,
-    /// Its colour in the list of layers.
+    /// The layer's colour in the list of layers.
     pub tag: Option<Tag>,
-    /// As large as `rect`.
+    /// The source of the pixels, which have the size of `rect`.
     pub pixels: Source<'a>,
 }
 
 impl<'a> Layer<'a> {
-    /// A layer as most are: shown, free to be changed, with nothing but its name to be known by. `pixels`: as large as
-    /// `rect`.
+    /// Creates a visible, unlocked layer without token and colour tag. `pixels` provides pixels of the size
+    /// of `rect`.
     pub fn new(name: impl Into<String>, rect: PixelRect, pixels: Source<'a>) -> Self {
-        let (name, id, tag) = (name.into(), None, None);
-        Self { name, rect, id, visible: true, locked: false, selected: false, tag, pixels }
+        Self {
+            name: name.into(),
+            rect,
+            id: None,
+            visible: true,
+            locked: false,
+            selected: false,
+            tag: None,
+            pixels,
+        }
     }
 }
 
-/// The colours by which editors mark layers in their lists.
+/// The colours with which editors mark layers in their lists.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[allow(missing_docs)]
 pub enum Tag {
@@ -95,7 +103,7 @@ pub enum Tag {
 }
 
 impl<'a> LayeredDocument<'a> {
-    /// All layers, from the bottom to the top.
+    /// Yields all layers, from bottom to top.
     pub fn layers(&self) -> impl Iterator<Item = &Layer<'a>> {
         self.nodes.iter().flat_map(|node| match node {
             Node::Layer(layer) => std::slice::from_ref(layer),
@@ -103,10 +111,10 @@ impl<'a> LayeredDocument<'a> {
         })
     }
 
-    /// Checks what every format relies on: names unique and not too long, no empty group.
+    /// Checks what every format requires: unique names of limited length, no empty group.
     ///
     /// # Errors
-    /// [`Error::Request`] that names the offender.
+    /// [`Error::Request`] that names the layer or group.
     pub fn check(&self) -> Result<()> {
         let mut seen = HashSet::new();
         for node in &self.nodes {
@@ -134,20 +142,20 @@ impl<'a> LayeredDocument<'a> {
         Error::Request(format!("the layered image of {}: \"{name}\" {what}", self.title))
     }
 
-    /// What the pixels of one of its layers take.
+    /// Returns the size in bytes of a layer's pixels in memory.
     pub fn bytes_of(&self, layer: &Layer<'a>) -> u64 {
         4 * layer.rect.area() * self.depth.bytes()
     }
 
-    /// The pixels of one of its layers.
+    /// Reads the pixels of a layer.
     ///
     /// # Errors
-    /// What the source says; [`Error::Request`] when it yields another size or depth than promised.
+    /// The error of the source; [`Error::Request`] when it returns another size or depth than the layer has.
     pub fn pixels_of(&self, layer: &Layer<'a>) -> Result<Arc<Raster>> {
         self.fetched(&layer.pixels, &layer.name, layer.rect.w, layer.rect.h)
     }
 
-    /// The merged picture.
+    /// Reads the merged picture.
     ///
     /// # Errors
     /// As [`Self::pixels_of`].
@@ -175,7 +183,7 @@ mod tests {
     use super::*;
 
     fn layer(name: &str) -> Layer<'static> {
-        let rect = PixelRect { x: 0, y: 0, w: 2, h: 2 };
+        let rect = PixelRect::of_size(2, 2);
         let pixels: Source = Box::new(|| Ok(Arc::new(Raster::blank(2, 3, Depth::Eight))));
         Layer::new(name, rect, pixels)
     }

@@ -1,7 +1,7 @@
-//! A layered file as an image editor left it: what its reader understood, whatever its format.
+//! A layered file as an image editor saved it: the result of reading, independent of its format.
 //!
-//! Pixels stay in the file until they are asked for, so that a document of many layers takes little
-//! memory, and layers that nobody looks at take no time.
+//! Pixels stay in the file until they are requested, so a document of many layers takes little memory, and
+//! layers that are not needed take no time.
 
 use std::sync::Arc;
 
@@ -12,59 +12,59 @@ use crate::document::export_record::ExportFormat;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 
-/// What a layered file says.
+/// The content of a layered file.
 #[derive(Debug)]
 pub struct EditedDocument {
-    /// Of the file, by its content; a PSB counts as a PSD.
+    /// Format of the file, by its content; a PSB counts as a PSD.
     pub format: ExportFormat,
-    /// Canvas, in pixels.
+    /// Width of the canvas in pixels.
     pub width: u32,
-    /// Canvas, in pixels.
+    /// Height of the canvas in pixels.
     pub height: u32,
-    /// Of the pixels and masks of every layer.
+    /// Bit depth of the pixels and masks of every layer.
     pub depth: Depth,
-    /// The colour profile of all pixels, as it lies in the file.
+    /// ICC profile of all pixels as stored in the file.
     pub icc: Option<Vec<u8>>,
-    /// The document key that an export wrote into the file; none when the editor dropped it, or the
-    /// file is not one of ours.
+    /// The document key that the export wrote into the file; `None` when the editor dropped it, or when the
+    /// file was not exported by this program.
     pub key: Option<String>,
-    /// From the bottom to the top, groups flattened.
+    /// Layers from bottom to top, without the hierarchy of groups.
     pub layers: Vec<EditedLayer>,
-    /// What was not understood, with its place in the file: for the user.
+    /// Notes for the user about content that was not understood, with its place in the file.
     pub notes: Vec<String>,
 }
 
-/// A layer with pixels.
+/// A layer of a file that was read.
 #[derive(Debug)]
 pub struct EditedLayer {
-    /// As the editor left it, without the NULs that some append.
+    /// The name as the editor saved it, without trailing NULs.
     pub name: String,
-    /// The names of the groups that it lies in, outermost first.
+    /// The names of the groups that contain the layer, outermost first.
     pub groups: Vec<String>,
-    /// Place and size of the pixels, in canvas pixels; may reach outside the canvas, may be empty.
+    /// Position and size of the pixels on the canvas; may reach outside the canvas, and may be empty.
     pub rect: PixelRect,
-    /// As it is stored, whatever its groups are.
+    /// Whether the layer itself is visible, regardless of its groups.
     pub visible: bool,
-    /// True when some group around it is not shown.
+    /// Whether a group that contains the layer is hidden.
     pub hidden_by_group: bool,
-    /// 0..=1, with that of its groups: they multiply.
+    /// Opacity, 0..=1, multiplied with that of the groups.
     pub opacity: f32,
-    /// How it is laid over what is below, or some group around it is.
+    /// Blend mode of the layer, or of a group that contains it.
     pub blend: Blend,
-    /// Where the layer is to be seen, besides its alpha: its own mask, then those of its groups. They multiply.
+    /// The layer's own mask followed by those of its groups; they multiply.
     pub masks: Vec<Arc<EditedMask>>,
-    /// The token of the image layer, where the format keeps one beside the name.
+    /// The token of the image layer, where the format stores one beside the name.
     pub id: Option<String>,
-    /// Locked against painting.
+    /// Whether the layer is locked against painting.
     pub locked: bool,
-    /// As large as `rect`, of the document's depth. Neither mask nor opacity is applied; colours of
+    /// Pixels of the size of `rect` and of the document's depth. Mask and opacity are not applied; colours of
     /// transparent pixels are as stored.
     pub pixels: Lazy<Raster>,
 }
 
 #[cfg(test)]
 impl EditedLayer {
-    /// One as it is exported, to be written over by tests.
+    /// Creates a layer as an export writes it, for tests to modify.
     pub fn plain(name: &str, rect: PixelRect, pixels: Lazy<Raster>) -> Self {
         Self {
             name: name.into(),
@@ -82,49 +82,49 @@ impl EditedLayer {
     }
 }
 
-/// How a layer is laid over what is below.
+/// How a layer is combined with the layers below.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Blend {
-    /// By the over operator, alone.
+    /// The over operator.
     Normal,
-    /// In another way, by the name that users know it by: `multiply`, `clipped to the layer below`.
+    /// Another mode, by the name that users know: `multiply`, `clipped to the layer below`.
     Other(String),
 }
 
-/// The mask of a layer.
+/// A mask of a layer or group.
 #[derive(Debug)]
 pub struct EditedMask {
-    /// In canvas pixels.
+    /// Position and size on the canvas, in pixels.
     pub rect: PixelRect,
-    /// Its value outside `rect`: 0 hides, 1 shows.
+    /// The value outside `rect`: 0 hides, 1 shows.
     pub outside: f32,
-    /// False when the user switched it off.
+    /// False when the user disabled the mask.
     pub enabled: bool,
-    /// As large as `rect`, of the document's depth.
+    /// Samples of the size of `rect` and of the document's depth.
     pub pixels: Lazy<Grey>,
 }
 
 type Read<T> = Box<dyn Fn() -> Result<T> + Send + Sync>;
 
-/// Something that is read when it is asked for: more than once, from any thread, anew each time.
+/// Data that is read on request: any number of times, from any thread, anew each time.
 pub struct Lazy<T> {
     read: Read<T>,
     code: Option<Read<String>>,
 }
 
 impl<T> Lazy<T> {
-    /// Read by this function.
+    /// Creates a value that the function `read` reads.
     pub fn new(read: impl Fn() -> Result<T> + Send + Sync + 'static) -> Self {
         Self { read: Box::new(read), code: None }
     }
 
-    /// With a function that gives a hash of all that is decoded, and of how.
-    pub fn with_code(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
+    /// Adds a function that returns a hash of the stored data and of how it is decoded.
+    pub fn with_stored_hash(self, code: impl Fn() -> Result<String> + Send + Sync + 'static) -> Self {
         Self { code: Some(Box::new(code)), ..self }
     }
 
-    /// A hash of what is stored: where it is the same, [`Self::read`] gives the same. Much faster than reading. None
-    /// where nobody can say.
+    /// Returns a hash of the stored data, much faster than reading: equal hashes mean that [`Self::read`]
+    /// returns the same. `None` where no hash is available.
     ///
     /// # Errors
     /// As [`Self::read`].
@@ -132,11 +132,11 @@ impl<T> Lazy<T> {
         self.code.as_ref().map(|code| code()).transpose()
     }
 
-    /// Reads it.
+    /// Reads the data.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with file and place when it is damaged, [`crate::Error::Io`] when the file
-    /// cannot be read any more.
+    /// [`crate::Error::Input`] with file and place when the data is damaged; [`crate::Error::Io`] when the
+    /// file can no longer be read.
     pub fn read(&self) -> Result<T> {
         (self.read)()
     }

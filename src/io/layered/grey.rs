@@ -1,9 +1,9 @@
-//! One sample per pixel: masks of layers.
+//! Images of one sample per pixel: masks of layers.
 
 use super::depth::Depth;
 use crate::scene::Samples;
 
-/// Rows from the top, in each from the left, one sample per pixel.
+/// An image of one sample per pixel; rows from the top, pixels from the left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grey {
     width: u32,
@@ -21,27 +21,27 @@ impl Grey {
         Self { width, height, samples }
     }
 
-    /// Pixels in a row.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Bits of its samples.
+    /// Returns the bit depth.
     pub fn depth(&self) -> Depth {
         Depth::of(&self.samples)
     }
 
-    /// The samples, in the order that [`Grey`] gives.
+    /// Returns the samples in the order of [`Grey`].
     pub fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// The sample in column `x`, row `y`, as 0..=1.
+    /// Returns the sample in column `x`, row `y`, scaled to 0..=1.
     pub fn at(&self, x: u32, y: u32) -> f32 {
         let index = y as usize * self.width as usize + x as usize;
         match &self.samples {

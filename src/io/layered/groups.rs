@@ -1,39 +1,39 @@
-//! Groups of a file that is read from the top to the bottom: what they are to the layers within.
+//! Groups of a file that is read from top to bottom, and their effect on the layers within.
 
 use std::sync::Arc;
 
 use super::edited::{Blend, EditedMask};
 
-/// What a file says of a group.
+/// The properties of a group in a file.
 #[derive(Debug, Clone)]
-pub struct GroupTraits {
+pub struct GroupProperties {
     pub name: String,
     pub visible: bool,
-    /// 0..=1
+    /// Opacity, 0..=1.
     pub opacity: f32,
-    /// What of the group is to be seen.
+    /// The mask of the group.
     pub mask: Option<Arc<EditedMask>>,
-    /// Passing through counts as normal.
+    /// Blend mode; pass-through counts as normal.
     pub blend: Blend,
 }
 
-/// What the groups around a layer do to it, together.
+/// The combined effect of all groups that contain a layer.
 #[derive(Debug)]
-pub struct Around {
-    /// Outermost first.
+pub struct GroupContext {
+    /// The groups' names, outermost first.
     pub names: Vec<String>,
-    /// One of them is not shown.
+    /// Whether one of the groups is hidden.
     pub hidden: bool,
-    /// 0..=1
+    /// Product of the groups' opacities, 0..=1.
     pub opacity: f32,
-    /// Outermost first.
+    /// The groups' masks, outermost first.
     pub masks: Vec<Arc<EditedMask>>,
     blend: Blend,
 }
 
-impl Around {
-    /// Of groups, outermost first.
-    pub fn of<'a>(groups: impl Iterator<Item = &'a GroupTraits>) -> Self {
+impl GroupContext {
+    /// Combines groups, given outermost first.
+    pub fn of<'a>(groups: impl Iterator<Item = &'a GroupProperties>) -> Self {
         let mut around =
             Self { names: vec![], hidden: false, opacity: 1.0, masks: vec![], blend: Blend::Normal };
         for (group, depth) in groups.zip(0..) {
@@ -50,49 +50,51 @@ impl Around {
         around
     }
 
-    /// How a layer is laid over what is below, which by itself would be `own`.
+    /// Returns the effective blend mode of a layer whose own mode is `own`.
     pub fn blend(&self, own: Blend) -> Blend {
         if own == Blend::Normal { self.blend.clone() } else { own }
     }
 
-    /// All masks of a layer that has `own`.
+    /// Returns all masks of a layer whose own mask is `own`.
     pub fn masks(&self, own: Option<EditedMask>) -> Vec<Arc<EditedMask>> {
         own.map(Arc::new).into_iter().chain(self.masks.iter().cloned()).collect()
     }
 }
 
-/// Names of groups are told to layers down to this depth: editors end far below it, and a damaged file must
-/// not make every layer carry thousands.
+/// Names and masks of groups are kept down to this depth. Editors nest far less deeply, and a damaged file
+/// must not give every layer thousands of them.
 const DEEPEST: usize = 100;
 
-/// The groups that are open where the reader stands, outermost first.
+/// The groups that are open at the reader's position, outermost first.
 #[derive(Debug, Default)]
 pub struct OpenGroups {
-    open: Vec<GroupTraits>,
+    open: Vec<GroupProperties>,
 }
 
 impl OpenGroups {
-    /// Goes into a group.
-    pub fn open(&mut self, group: GroupTraits) {
+    /// Opens a group.
+    pub fn open(&mut self, group: GroupProperties) {
         self.open.push(group);
     }
 
-    /// Leaves the innermost group.
+    /// Closes the innermost group.
     pub fn close(&mut self, notes: &mut Vec<String>) {
         if self.open.pop().is_none() {
-            notes.push("a group ends that has not begun; it is passed over".into());
+            notes.push("a group ends that has not begun; its end is ignored".into());
         }
     }
 
-    /// At the end of the file.
+    /// Reports groups that are still open at the end of the file.
     pub fn finish(self, notes: &mut Vec<String>) {
         let unclosed = self.open.into_iter().map(|group| group.name);
-        notes.extend(unclosed.map(|name| format!("group \"{name}\" does not end; it holds all below it")));
+        notes.extend(
+            unclosed.map(|name| format!("group \"{name}\" does not end; it contains all layers below it")),
+        );
     }
 
-    /// What they do to a layer here.
-    pub fn around(&self) -> Around {
-        Around::of(self.open.iter())
+    /// Returns the combined effect of the open groups.
+    pub fn around(&self) -> GroupContext {
+        GroupContext::of(self.open.iter())
     }
 }
 
@@ -103,13 +105,13 @@ mod tests {
     use crate::io::layered::{Grey, Lazy};
     use crate::scene::Samples;
 
-    fn group(name: &str, visible: bool) -> GroupTraits {
-        GroupTraits { name: name.into(), visible, opacity: 1.0, mask: None, blend: Blend::Normal }
+    fn group(name: &str, visible: bool) -> GroupProperties {
+        GroupProperties { name: name.into(), visible, opacity: 1.0, mask: None, blend: Blend::Normal }
     }
 
     fn mask(outside: f32) -> Arc<EditedMask> {
         let pixels = Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![]))));
-        let rect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+        let rect = PixelRect::EMPTY;
         Arc::new(EditedMask { rect, outside, enabled: true, pixels })
     }
 
@@ -127,21 +129,21 @@ mod tests {
     }
 
     #[test]
-    fn what_is_unbalanced_is_said() {
+    fn unbalanced_groups_are_reported() {
         let (mut groups, mut notes) = (OpenGroups::default(), Vec::new());
         groups.close(&mut notes);
         groups.open(group("a", true));
         groups.finish(&mut notes);
-        let said = notes.join("; ");
-        assert!(said.contains("has not begun") && said.contains("does not end"), "{said}");
+        let message = notes.join("; ");
+        assert!(message.contains("has not begun") && message.contains("does not end"), "{message}");
     }
 
     #[test]
     fn opacities_multiply_masks_gather_and_a_mode_reaches_the_layers() {
         let mut groups = OpenGroups::default();
-        groups.open(GroupTraits { opacity: 0.5, mask: Some(mask(0.1)), ..group("a", true) });
+        groups.open(GroupProperties { opacity: 0.5, mask: Some(mask(0.1)), ..group("a", true) });
         let blend = Blend::Other("multiply".into());
-        groups.open(GroupTraits { opacity: 0.5, mask: Some(mask(0.2)), blend, ..group("b", true) });
+        groups.open(GroupProperties { opacity: 0.5, mask: Some(mask(0.2)), blend, ..group("b", true) });
         let around = groups.around();
         let outside: Vec<f32> = around.masks(None).iter().map(|mask| mask.outside).collect();
         assert_eq!((around.opacity, outside), (0.25, vec![0.1, 0.2]));

@@ -1,16 +1,18 @@
-//! Layered images: what every such file says, and the formats that say it.
+//! Layered images: a model of their content, and the file formats.
 //!
-//! A [`LayeredDocument`] describes the file without its pixels; each layer yields these when a
-//! writer asks, so that only a few layers are in memory at a time. An [`EditedDocument`] is such a file
-//! as an image editor left it, its pixels to be read layer by layer as well.
+//! A [`LayeredDocument`] describes a file without its pixels; each layer provides them when a writer needs
+//! them, so only a few layers are in memory at a time. An [`EditedDocument`] is a file as an image editor
+//! saved it, whose pixels are read layer by layer as well.
 
 mod batches;
 mod bytes;
 pub mod composite;
 pub mod depth;
 pub mod document;
+mod dummy;
 pub mod edited;
 pub mod folder;
+pub mod format;
 pub mod grey;
 mod groups;
 mod inflate;
@@ -25,7 +27,7 @@ mod sink;
 pub mod srgb;
 pub mod xcf;
 
-/// Name of the file in folders and OpenRaster files that holds the document key.
+/// Name of the file with the document key in folders and OpenRaster files.
 pub const KEY_FILE: &str = "quadratura-key.txt";
 
 pub use composite::composite;
@@ -36,3 +38,13 @@ pub use grey::Grey;
 pub use raster::Raster;
 pub use read::read_layered;
 pub use sink::Fit;
+
+/// All formats, the default first: each has its entry beside its codec.
+pub static FORMATS: &[format::LayeredFormat] = &[
+    psd::FORMAT,
+    xcf::FORMAT,
+    ora::FORMAT,
+    folder::FORMAT,
+    #[cfg(test)]
+    dummy::FORMAT,
+];

@@ -1,30 +1,32 @@
-//! What every reader holds places, sizes and names to.
+//! Limits on positions, sizes and names that every reader enforces.
 
 use crate::geometry::PixelRect;
 
-/// No editor makes longer sides: Photoshop ends at 300,000 pixels, GIMP at 524,288.
+/// Maximum side in pixels; no editor makes longer ones: the limit of Photoshop is 300,000, that of GIMP
+/// 524,288.
 pub const LONGEST_SIDE: u32 = 1 << 20;
-/// Pixels that a layer's corner may be away from the canvas's: sums of two such numbers and a side fit
-/// 32 bits.
-pub const FARTHEST: i64 = 1 << 24;
+/// Maximum distance of a layer's corner from the canvas's in pixels, so that sums of two such numbers and a
+/// side fit 32 bits.
+pub const LARGEST_OFFSET: i64 = 1 << 24;
 
-/// A rectangle at `(x, y)`; none when it is larger or farther away than any editor makes it.
+/// Returns the rectangle at `(x, y)`; `None` when it is larger or farther away than any editor makes it.
 pub fn rect_at(x: i64, y: i64, width: i64, height: i64) -> Option<PixelRect> {
     let longest = i64::from(LONGEST_SIDE);
     let fits = (0..=longest).contains(&width) && (0..=longest).contains(&height);
-    let near = x.abs() <= FARTHEST && y.abs() <= FARTHEST;
+    let near = x.abs() <= LARGEST_OFFSET && y.abs() <= LARGEST_OFFSET;
     (fits && near).then_some(PixelRect { x: x as i32, y: y as i32, w: width as u32, h: height as u32 })
 }
 
-/// Whether a canvas may have this size.
+/// Returns whether a canvas may have this size.
 pub fn is_canvas(width: u32, height: u32) -> bool {
     (1..=LONGEST_SIDE).contains(&width) && (1..=LONGEST_SIDE).contains(&height)
 }
 
-/// Signs of a name that are kept: editors allow 255, and a damaged file must not make names of megabytes.
+/// Maximum length of a name in characters: editors allow 255, and a damaged file must not produce names of
+/// megabytes.
 const LONGEST_NAME: usize = 1000;
 
-/// A name without the NULs that C programs and Krita leave behind it.
+/// Returns a name without the trailing NULs that C programs and Krita append.
 pub fn tidy_name(name: &str) -> String {
     name.trim_end_matches('\0').chars().take(LONGEST_NAME).collect()
 }
@@ -37,7 +39,7 @@ mod tests {
     fn a_rectangle_may_lie_outside_but_not_beyond_all_measure() {
         assert_eq!(rect_at(-5, 7, 0, 3), Some(PixelRect { x: -5, y: 7, w: 0, h: 3 }));
         assert_eq!(rect_at(0, 0, -1, 3), None);
-        assert_eq!(rect_at(FARTHEST + 1, 0, 1, 1), None);
+        assert_eq!(rect_at(LARGEST_OFFSET + 1, 0, 1, 1), None);
         assert_eq!(rect_at(0, 0, 1 << 21, 1), None);
     }
 

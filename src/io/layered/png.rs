@@ -1,4 +1,4 @@
-//! Layers as PNG files: those of a stack are read, those of exports are written.
+//! Reads layers of stacks and writes layers of exports as PNG files.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -10,36 +10,20 @@ use png::{BitDepth, ColorType, Compression, Decoder, Encoder, Info, Reader, Tran
 use super::depth::Depth;
 use super::raster::Raster;
 use crate::error::{Error, Result};
+use crate::geometry::PixelRect;
+use crate::raster::Image;
 use crate::scene::Samples;
-
-/// Where a layer has to have pixels: one byte per pixel, rows from the top, not 0 where it does.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Mask {
-    /// Pixels in a row.
-    pub width: u32,
-    /// Rows.
-    pub height: u32,
-    /// `width * height` bytes.
-    pub bytes: Vec<u8>,
-}
-
-impl Mask {
-    /// True where there have to be pixels.
-    pub fn at(&self, x: u32, y: u32) -> bool {
-        self.bytes[y as usize * self.width as usize + x as usize] != 0
-    }
-}
 
 type PngReader = Reader<BufReader<File>>;
 
-/// What to do about a file of a stack that cannot be used.
+/// The remedy for a file of a stack that cannot be used.
 const REBUILD: &str = "the stack is damaged: build the photo's stack again";
 
-/// Reads an RGBA PNG of 8 or 16 bits that has to be `width` x `height` pixels large. Transparent pixels
-/// come black: the colours that stacks keep beside outlines are for textures, not for image editors.
+/// Reads an RGBA PNG of 8 or 16 bits, which must have `width` x `height` pixels. Transparent pixels are
+/// returned black: the colours that stacks store beside outlines are for textures, not for image editors.
 ///
 /// # Errors
-/// [`Error::Input`] when it cannot be opened, or is no such PNG.
+/// [`Error::Input`] when the file cannot be opened, or is not such a PNG.
 pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
     let samples = match samples_of(file, width, height).map_err(of_stack(file))? {
         Samples::U8(samples) => Samples::U8(blackened(samples)),
@@ -48,10 +32,10 @@ pub fn read_rgba(file: &Path, width: u32, height: u32) -> Result<Raster> {
     Ok(Raster::new(width, height, samples))
 }
 
-/// The same with the colours of transparent pixels as they are in the file.
+/// Reads the same with the colours of transparent pixels as stored in the file.
 ///
 /// # Errors
-/// What is wrong, in words: whose file it is says what to do about it.
+/// A sentence that says what is wrong; the caller knows whose file it is and what to do about it.
 pub fn read_rgba_as_stored(file: &Path, width: u32, height: u32) -> Result<Raster, String> {
     Ok(Raster::new(width, height, samples_of(file, width, height)?))
 }
@@ -69,6 +53,7 @@ fn samples_of(file: &Path, width: u32, height: u32) -> Result<Samples, String> {
     }
 }
 
+/// Makes fully transparent pixels black.
 fn blackened<T: Copy + Default + PartialEq>(mut rgba: Vec<T>) -> Vec<T> {
     let clear = T::default();
     rgba.as_chunks_mut::<4>()
@@ -79,12 +64,14 @@ fn blackened<T: Copy + Default + PartialEq>(mut rgba: Vec<T>) -> Vec<T> {
     rgba
 }
 
-/// Reads a PNG in shades of grey, 1 to 8 bits, that has to be `width` x `height` pixels large.
+/// Reads the area in which a layer needs pixels: where a grey PNG of 1 to 8 bits is not black. It must be as large as
+/// `rect`, where the layer lies.
 ///
 /// # Errors
 /// As [`read_rgba`].
-pub fn read_mask(file: &Path, width: u32, height: u32) -> Result<Mask> {
-    grey_of(file, width, height).map(|bytes| Mask { width, height, bytes }).map_err(of_stack(file))
+pub fn read_mask(file: &Path, rect: PixelRect) -> Result<Image<bool>> {
+    let bytes = grey_of(file, rect.w, rect.h).map_err(of_stack(file))?;
+    Ok(Image::new(rect, bytes.iter().map(|byte| *byte != 0).collect()))
 }
 
 fn grey_of(file: &Path, width: u32, height: u32) -> Result<Vec<u8>, String> {
@@ -96,12 +83,12 @@ fn grey_of(file: &Path, width: u32, height: u32) -> Result<Vec<u8>, String> {
 }
 
 fn opened(file: &Path, width: u32, height: u32, transform: Transformations) -> Result<PngReader, String> {
-    let open = File::open(file).map_err(|error| format!("it cannot be opened ({error})"))?;
+    let open = File::open(file).map_err(|error| format!("the file cannot be opened ({error})"))?;
     let mut decoder = Decoder::new(BufReader::with_capacity(1 << 16, open));
     decoder.set_transformations(transform);
     let reader = decoder.read_info().map_err(|error| error.to_string())?;
     let found = reader.info().size();
-    // Before anything of that size is allocated.
+    // The size is checked before anything is allocated for it.
     if found != (width, height) {
         return Err(format!("{} x {} pixels, expected {width} x {height}", found.0, found.1));
     }
@@ -119,35 +106,25 @@ fn of_stack(file: &Path) -> impl FnOnce(String) -> Error {
     move |found| Error::input(file, "", found, REBUILD)
 }
 
-/// Writes an RGBA PNG at the fast level: a photo's layers get no smaller at the slower ones, which
-/// take twenty times as long.
+/// Writes an RGBA PNG with fast compression: slower levels take twenty times as long and do not make layers
+/// of photos smaller.
 ///
 /// # Errors
-/// What `out` says.
+/// The error of `out`.
 pub fn write_rgba(out: impl Write, raster: &Raster, icc: Option<&[u8]>) -> std::io::Result<()> {
     let mut info = Info::with_size(raster.width(), raster.height());
     info.color_type = ColorType::Rgba;
     info.icc_profile = icc.map(Cow::Borrowed);
-    match raster.samples() {
-        Samples::U8(samples) => write_image(out, info, BitDepth::Eight, samples),
-        Samples::U16(samples) => {
-            let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_be_bytes()).collect();
-            write_image(out, info, BitDepth::Sixteen, &bytes)
-        }
-    }
-}
-
-fn write_image(out: impl Write, mut info: Info, depth: BitDepth, bytes: &[u8]) -> std::io::Result<()> {
-    info.bit_depth = depth;
+    info.bit_depth = if raster.depth() == Depth::Sixteen { BitDepth::Sixteen } else { BitDepth::Eight };
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    writer.write_image_data(&raster.samples().big_endian())?;
     writer.finish()?;
     Ok(())
 }
 
-/// The depth of the PNG `file`, from its header.
+/// Reads the bit depth of the PNG `file` from its header.
 ///
 /// # Errors
 /// As [`read_rgba`].
@@ -194,6 +171,6 @@ mod tests {
         let file = folder.path().join("layer.png");
         std::fs::write(&file, "no picture").unwrap();
         assert!(matches!(read_rgba(&file, 1, 1), Err(Error::Input { .. })));
-        assert!(matches!(read_mask(&file, 1, 1), Err(Error::Input { .. })));
+        assert!(matches!(read_mask(&file, PixelRect::of_size(1, 1)), Err(Error::Input { .. })));
     }
 }

@@ -1,4 +1,4 @@
-//! PNG of any kind, as image editors write it: grey, palette, with and without alpha, 1 to 16 bits.
+//! Reads PNG of any kind as image editors write it: grey, palette, with and without alpha, 1 to 16 bits.
 
 use std::io::{BufRead, Seek};
 
@@ -10,24 +10,24 @@ use super::place::is_canvas;
 use super::raster::Raster;
 use crate::scene::Samples;
 
-/// What a PNG says in front of its pixels.
+/// The header of a PNG.
 #[derive(Debug, Clone)]
 pub struct PngHead {
     pub width: u32,
     pub height: u32,
-    /// What it has in more than 8 bits counts as 16.
+    /// Bit depth; anything above 8 bits counts as 16.
     pub depth: Depth,
     pub icc: Option<Vec<u8>>,
 }
 
-/// A picture of so many bytes in memory is read whatever its size in the file: one colour deflates to
-/// almost nothing.
+/// A picture of up to this many bytes in memory is always read; a small file can be one of a single colour,
+/// which deflates to almost nothing.
 const HARMLESS: u64 = 32 << 20;
 
-/// Reads up to the pixels.
+/// Reads the header.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// A sentence that says what is wrong.
 pub fn head(input: impl BufRead + Seek) -> Result<PngHead, String> {
     let reader = decoder(input).read_info().map_err(|error| error.to_string())?;
     let info = reader.info();
@@ -39,10 +39,10 @@ pub fn head(input: impl BufRead + Seek) -> Result<PngHead, String> {
     Ok(PngHead { width, height, depth, icc: info.icc_profile.as_deref().map(<[u8]>::to_vec) })
 }
 
-/// Reads a PNG of `length` bytes that has to be as large as `head` says, as RGBA of `depth`.
+/// Reads a PNG of `length` bytes, which must have the size in `head`, as RGBA of `depth`.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// A sentence that says what is wrong.
 pub fn raster(
     input: impl BufRead + Seek,
     length: u64,
@@ -73,7 +73,7 @@ pub fn raster(
     Ok(Raster::new(width, height, samples))
 }
 
-/// Palettes become colours, fewer bits become 8, a transparent colour becomes alpha.
+/// Returns a decoder that expands palettes to colours, fewer bits to 8, and a transparent colour to alpha.
 fn decoder<R: BufRead + Seek>(input: R) -> Decoder<R> {
     let mut decoder = Decoder::new_with_limits(input, Limits { bytes: HARMLESS as usize });
     decoder.set_transformations(Transformations::EXPAND);
@@ -143,7 +143,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_png_or_of_another_size_is_said() {
+    fn a_file_that_is_no_png_or_has_another_size_is_refused() {
         assert!(head(Cursor::new(b"no PNG")).is_err());
         let bytes = encoded(ColorType::Grayscale, BitDepth::Eight, None, &[7, 9]);
         let other = PngHead { height: 5, ..head(Cursor::new(&bytes)).unwrap() };

@@ -1,11 +1,14 @@
-//! Pixels in memory, as layered files hold them.
+//! Pixels of a layer in memory.
 
 use super::depth::Depth;
 use crate::geometry::PixelRect;
-use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_of_linear};
+use crate::raster::over::on_opaque;
+use crate::raster::sample::with_alpha;
+use crate::raster::{Sample, in_8_bits};
+use crate::scene::light::{bytes_of_light_times, linear_of_srgb, srgb_from_linear};
 use crate::scene::{PhotoPixels, Samples};
 
-/// Pixels: rows from the top, in each from the left, R, G, B, A per pixel, alpha not multiplied in.
+/// Pixels as R, G, B, A with straight alpha; rows from the top, pixels from the left.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Raster {
     width: u32,
@@ -17,7 +20,7 @@ pub struct Raster {
 const RGBA: usize = 4;
 
 impl Raster {
-    /// From samples as [`Raster`] orders them.
+    /// Takes samples in the order of [`Raster`].
     ///
     /// # Panics
     /// When their number is not `4 * width * height`.
@@ -27,7 +30,7 @@ impl Raster {
         Self { width, height, samples }
     }
 
-    /// Transparent everywhere.
+    /// Creates a fully transparent raster.
     pub fn blank(width: u32, height: u32, depth: Depth) -> Self {
         let count = RGBA * width as usize * height as usize;
         let samples = match depth {
@@ -37,51 +40,52 @@ impl Raster {
         Self { width, height, samples }
     }
 
-    /// The pixels of a photo; opaque where it has no alpha.
+    /// Converts the pixels of a photo; they become opaque where the photo has no alpha.
     pub fn of_photo(photo: PhotoPixels) -> Self {
         let samples = match photo.samples {
             samples if photo.channels == RGBA => samples,
-            Samples::U8(s) => Samples::U8(with_alpha(&s, u8::MAX)),
-            Samples::U16(s) => Samples::U16(with_alpha(&s, u16::MAX)),
+            Samples::U8(s) => Samples::U8(with_alpha(&s)),
+            Samples::U16(s) => Samples::U16(with_alpha(&s)),
         };
         Self::new(photo.width, photo.height, samples)
     }
 
-    /// Pixels in a row.
+    /// Returns the width in pixels.
     pub fn width(&self) -> u32 {
         self.width
     }
 
-    /// Rows.
+    /// Returns the height in pixels.
     pub fn height(&self) -> u32 {
         self.height
     }
 
-    /// Bits of its samples.
+    /// Returns the bit depth.
     pub fn depth(&self) -> Depth {
         Depth::of(&self.samples)
     }
 
-    /// The samples, in the order that [`Raster`] gives.
+    /// Returns the samples in the order of [`Raster`].
     pub fn samples(&self) -> &Samples {
         &self.samples
     }
 
-    /// The same, to change.
+    /// Returns the samples for modification.
     pub fn samples_mut(&mut self) -> &mut Samples {
         &mut self.samples
     }
 
-    /// R, G, B, A of the pixel in column `x`, row `y` in 16 bits; 8 bits are scaled to the full range.
+    /// Returns R, G, B, A of the pixel in column `x`, row `y` in 16 bits; 8 bits are scaled to the full
+    /// range.
     pub fn rgba16(&self, x: u32, y: u32) -> [u16; RGBA] {
         let at = RGBA * (y as usize * self.width as usize + x as usize);
         match &self.samples {
-            Samples::U8(s) => std::array::from_fn(|i| u16::from(s[at + i]) * 257),
+            Samples::U8(s) => std::array::from_fn(|i| s[at + i].in_16_bits()),
             Samples::U16(s) => std::array::from_fn(|i| s[at + i]),
         }
     }
 
-    /// Changes the pixel in column `x`, row `y`; 16 bits are rounded where the raster has 8.
+    /// Sets the pixel in column `x`, row `y`; 16 bits are rounded if the raster has 8.
     pub fn set_rgba16(&mut self, x: u32, y: u32, colour: [u16; RGBA]) {
         let at = RGBA * (y as usize * self.width as usize + x as usize);
         match &mut self.samples {
@@ -90,22 +94,22 @@ impl Raster {
         }
     }
 
-    /// The same in another depth. From 16 bits to 8 and back to 16 samples are rounded to the nearest; from 8
-    /// to 16 and back they are the same.
+    /// Converts to another bit depth. From 16 bits to 8 samples are rounded to the nearest; from 8 to 16 and
+    /// back they are unchanged.
     pub fn in_depth(self, depth: Depth) -> Self {
         let samples = match (self.samples, depth) {
-            (Samples::U8(s), Depth::Sixteen) => Samples::U16(s.iter().map(|s| u16::from(*s) * 257).collect()),
+            (Samples::U8(s), Depth::Sixteen) => Samples::U16(s.iter().map(|s| s.in_16_bits()).collect()),
             (Samples::U16(s), Depth::Eight) => Samples::U8(s.iter().map(|s| in_8_bits(*s)).collect()),
             (samples, _) => samples,
         };
         Self { samples, ..self }
     }
 
-    /// Multiplies linear light, R, G, B; what becomes brighter than white is white. Samples are taken for
-    /// sRGB's, as everywhere. A factor of 1 changes nothing.
+    /// Multiplies R, G, B in linear light and clips at white. Samples are interpreted as sRGB, as everywhere.
+    /// A factor of 1 changes nothing.
     pub fn multiply_light(&mut self, factors: [f64; 3]) {
         for (channel, factor) in factors.into_iter().enumerate().filter(|(_, factor)| *factor != 1.0) {
-            let brought = |value: f64| srgb_of_linear((linear_of_srgb(value) * factor).min(1.0));
+            let brought = |value: f64| srgb_from_linear((linear_of_srgb(value) * factor).min(1.0));
             match &mut self.samples {
                 Samples::U8(samples) => {
                     let of = bytes_of_light_times(factor);
@@ -121,7 +125,7 @@ impl Raster {
         }
     }
 
-    /// True where the pixel in column `x`, row `y` is not fully transparent.
+    /// Returns whether the pixel in column `x`, row `y` is not fully transparent.
     pub fn has_colour(&self, x: u32, y: u32) -> bool {
         let alpha = RGBA * (y as usize * self.width as usize + x as usize) + 3;
         match &self.samples {
@@ -130,7 +134,7 @@ impl Raster {
         }
     }
 
-    /// Lays this raster over another of its size and depth: that shows where this one is fully transparent.
+    /// Fills the fully transparent pixels with those of `below`, which has the same size and depth.
     ///
     /// # Panics
     /// When they differ in size or depth.
@@ -143,11 +147,10 @@ impl Raster {
         }
     }
 
-    /// The part in `rect`, which is counted from the top left corner of this raster and lies
-    /// within it.
+    /// Returns the part in `rect`, which is relative to the raster's top-left corner.
     ///
     /// # Panics
-    /// When `rect` leaves the raster.
+    /// When `rect` is not within the raster.
     pub fn cropped(self, rect: PixelRect) -> Self {
         if (rect.x, rect.y, rect.w, rect.h) == (0, 0, self.width, self.height) {
             return self;
@@ -159,17 +162,17 @@ impl Raster {
         Self::new(rect.w, rect.h, samples)
     }
 
-    /// The same picture on white, opaque: what a viewer shows that knows no layers.
+    /// Returns the picture over white, opaque, as a viewer without layers shows it.
     pub fn on_white(&self) -> Self {
         let samples = match &self.samples {
-            Samples::U8(s) => Samples::U8(on_white(s, 255)),
-            Samples::U16(s) => Samples::U16(on_white(s, 65535)),
+            Samples::U8(s) => Samples::U8(on_white(s)),
+            Samples::U16(s) => Samples::U16(on_white(s)),
         };
         Self::new(self.width, self.height, samples)
     }
 
-    /// A small 8-bit copy of an opaque picture, no side longer than `longest`: means of the pixels
-    /// that fall together.
+    /// Returns a reduced 8-bit copy of an opaque picture with no side longer than `longest` pixels: the mean
+    /// of each block of pixels.
     pub fn thumbnail(&self, longest: u32) -> Self {
         let scale = self.width.max(self.height).div_ceil(longest).max(1);
         let (width, height) = (self.width.div_ceil(scale), self.height.div_ceil(scale));
@@ -191,8 +194,8 @@ impl Raster {
         Self::new(width, height, Samples::U8(samples))
     }
 
-    /// The bounding box of all that is not fully transparent, from the raster's top left corner;
-    /// empty where nothing is.
+    /// Returns the bounding box of all pixels that are not fully transparent, relative to the raster's
+    /// top-left corner; empty where there are none.
     pub fn coloured_rect(&self) -> PixelRect {
         match &self.samples {
             Samples::U8(s) => coloured_rect(s, self.width),
@@ -200,14 +203,14 @@ impl Raster {
         }
     }
 
-    /// A hash that names what is to be seen when the raster's top left corner lies at `(x, y)`:
-    /// place, depth and colours of all pixels that are not fully transparent. It stays the same
-    /// when an editor crops the layer, grows it, or drops the colour of transparent pixels, as they do.
+    /// Returns a hash of the visible content when the raster's top-left corner is at `(x, y)`: position,
+    /// depth and colours of all pixels that are not fully transparent. It does not change when an editor
+    /// crops or enlarges the layer, or drops the colour of transparent pixels.
     pub fn hash_at(&self, x: i32, y: i32) -> String {
         let seen = self.coloured_rect();
         let mut hasher = blake3::Hasher::new();
         hasher.update(&[self.depth().bits()]);
-        // Where nothing is to be seen, editors put the layer anywhere.
+        // Editors put a layer without content anywhere.
         let (left, top) = if seen.is_empty() { (0, 0) } else { (seen.x + x, seen.y + y) };
         for number in [left, top, seen.w as i32, seen.h as i32] {
             hasher.update(&number.to_le_bytes());
@@ -222,17 +225,7 @@ impl Raster {
     }
 }
 
-/// The nearest sample of 8 bits.
-pub fn in_8_bits(sample: u16) -> u8 {
-    ((u32::from(sample) + 128) / 257) as u8
-}
-
-fn with_alpha<T: Copy>(rgb: &[T], full: T) -> Vec<T> {
-    let (pixels, _) = rgb.as_chunks::<3>();
-    pixels.iter().map(|&[r, g, b]| [r, g, b, full]).collect::<Vec<_>>().into_flattened()
-}
-
-/// The samples of row `y` of `rect` in an image that is `width` pixels wide.
+/// Returns the samples of row `y` of `rect` in an image `width` pixels wide.
 fn row_of<T>(samples: &[T], width: u32, rect: PixelRect, y: u32) -> &[T] {
     let start = (rect.y as usize + y as usize) * width as usize + rect.x as usize;
     &samples[RGBA * start..RGBA * (start + rect.w as usize)]
@@ -265,19 +258,11 @@ fn mean<T: Copy + Into<u64>>(samples: &[T], width: u32, cell: PixelRect) -> [u64
     sum.map(|sum| (sum + cell.area() / 2) / cell.area())
 }
 
-fn on_white<T: Copy + Into<u64> + TryFrom<u64>>(samples: &[T], full: u64) -> Vec<T> {
-    let narrow = |value: u64| T::try_from(value).ok().expect("a mean of two samples is a sample");
+fn on_white<T: Sample>(samples: &[T]) -> Vec<T> {
     let mut out = samples.to_vec();
-    for pixel in out.chunks_exact_mut(RGBA) {
-        let alpha: u64 = pixel[3].into();
-        if alpha == full {
-            continue;
-        }
-        for sample in &mut pixel[..3] {
-            let value: u64 = (*sample).into();
-            *sample = narrow((value * alpha + full * (full - alpha) + full / 2) / full);
-        }
-        pixel[3] = narrow(full);
+    for pixel in out.as_chunks_mut::<RGBA>().0.iter_mut().filter(|pixel| pixel[3] != T::FULL) {
+        let [r, g, b] = [0, 1, 2].map(|c| on_opaque(pixel[c], pixel[3], T::FULL));
+        *pixel = [r, g, b, T::FULL];
     }
     out
 }
@@ -292,7 +277,7 @@ fn coloured_rect<T: Copy + PartialEq + Default>(samples: &[T], width: u32) -> Pi
         let here = PixelRect::from_edges(first as i32, y as i32, last as i32 + 1, y as i32 + 1);
         found = Some(found.map_or(here, |so_far| so_far.union(&here)));
     }
-    found.unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 })
+    found.unwrap_or(PixelRect::EMPTY)
 }
 
 fn hash_rows<T: Copy + PartialEq + Default>(
@@ -354,7 +339,7 @@ mod tests {
     }
 
     #[test]
-    fn what_has_nothing_to_be_seen_has_one_hash_wherever_it_lies() {
+    fn an_empty_raster_has_one_hash_at_every_position() {
         assert_eq!(raster(6, 5, &[]).hash_at(40, -3), raster(1, 1, &[(0, 0, [9, 9, 9, 0])]).hash_at(0, 0));
     }
 

@@ -1,21 +1,22 @@
-//! Whatever an image editor saved: recognised by its content, not by its name.
+//! Reads any layered file, recognised by its content, not by its name.
 
 use std::io::{self, ErrorKind};
 use std::path::Path;
 
 use super::bytes::FileBytes;
 use super::edited::EditedDocument;
-use super::{KEY_FILE, folder, ora, psd, xcf};
+use super::format::file_names;
+use super::{FORMATS, KEY_FILE, folder};
 use crate::error::{Error, Result};
 use crate::io::documents::is_document;
 
-/// Reads what a layered image says: a PSD or PSB, an XCF, an OpenRaster file, or a folder of an export (or
-/// the `stack.json` in it). Pixels stay where they are until they are asked for; a file that is written anew
-/// in the meantime makes them errors.
+/// Reads a layered image: a PSD or PSB, an XCF, an OpenRaster file, or an exported folder (or the
+/// `stack.json` in it). Pixels stay in the file until they are requested; if the file is rewritten meanwhile,
+/// reading them fails.
 ///
 /// # Errors
-/// [`Error::Input`] with place, finding, expectation and remedy when it is none of these, damaged, or of a kind
-/// that is not read; [`Error::Io`] when it cannot be opened.
+/// [`Error::Input`] with place, finding, expectation and remedy when the file is none of these, damaged, or
+/// of an unsupported kind; [`Error::Io`] when it cannot be opened.
 pub fn read_layered(path: &Path) -> Result<EditedDocument> {
     if path.is_dir() {
         return folder::read::read(path);
@@ -24,60 +25,58 @@ pub fn read_layered(path: &Path) -> Result<EditedDocument> {
         return folder::read::read(path.parent().unwrap_or(Path::new(".")));
     }
     let metadata = path.metadata().map_err(|error| unreachable(path, &error))?;
-    // A pipe would be waited for without end.
+    // Reading a pipe could block forever.
     if !metadata.is_file() {
-        let found = "no plain file; expected PSD, PSB, XCF, OpenRaster or a folder";
+        let found = format!("this is not a regular file; expected {} or a folder", file_names());
         return Err(Error::input(path, "the file", found, "give the file that the image editor saved"));
     }
     let bytes = FileBytes::open(path).map_err(|error| match error {
         Error::Io { source, .. } => unreachable(path, &source),
         error => error,
     })?;
-    // Few enough for every file that may be one.
+    // All signatures fit into 16 bytes.
     let beginning = bytes.read(0, bytes.length().min(16))?;
-    if beginning.starts_with(psd::read::SIGNATURE) {
-        psd::read::read(&bytes)
-    } else if beginning.starts_with(xcf::read::SIGNATURE) {
-        xcf::read::read(&bytes)
-    } else if beginning.starts_with(ora::read::SIGNATURE) {
-        ora::read::read(&bytes)
-    } else {
-        Err(unknown(path, &beginning))
+    let files = FORMATS.iter().filter_map(|format| format.file.as_ref());
+    match files.into_iter().find(|file| beginning.starts_with(file.signature)) {
+        Some(file) => (file.read)(&bytes),
+        None => Err(unknown(path, &beginning)),
     }
 }
 
 fn unreachable(path: &Path, error: &io::Error) -> Error {
     let (found, remedy) = match error.kind() {
         ErrorKind::NotFound => {
-            ("there is no such file".to_owned(), "check the path, and save in the image editor")
+            ("the file does not exist".to_owned(), "check the path, and save in the image editor")
         }
-        ErrorKind::PermissionDenied => ("it may not be read".into(), "give yourself the right to read it"),
-        _ => (format!("it cannot be read ({error})"), "copy the file to another place and import that"),
+        ErrorKind::PermissionDenied => {
+            ("no permission to read the file".into(), "give yourself read permission")
+        }
+        _ => (format!("the file cannot be read ({error})"), "copy the file to another place and import that"),
     };
     Error::input(path, "", found, remedy)
 }
 
-/// Formats that are often meant, by how they begin.
+/// Returns the error for an unknown format; common ones are recognised by how they begin.
 fn unknown(path: &Path, beginning: &[u8]) -> Error {
     let folder = path.parent().filter(|folder| folder.join(KEY_FILE).is_file());
-    let whole = folder.map(|folder| format!("give the folder that it belongs to: {}", folder.display()));
+    let whole = folder.map(|folder| format!("give the folder that contains it: {}", folder.display()));
     let as_psd = || whole.clone().unwrap_or_else(|| AS_PSD.to_owned());
-    // What says by its name that it is one of these has lost its beginning.
-    let once_more = || whole.clone().unwrap_or_else(|| ONCE_MORE.to_owned());
-    let is_named_so = is_document(path);
+    // A file that has the extension of a layered format has lost its beginning.
+    let save_again = || whole.clone().unwrap_or_else(|| SAVE_AGAIN.to_owned());
+    let has_layered_extension = is_document(path);
     let (found, remedy) = match beginning {
         [] => ("an empty file".to_owned(), "wait until the image editor has saved it".to_owned()),
         [0x89, b'P', b'N', b'G', ..] => ("a PNG, which has no layers".into(), as_psd()),
         [0xff, 0xd8, ..] => ("a JPEG, which has no layers".into(), as_psd()),
         [b'I', b'I', ..] | [b'M', b'M', ..] => ("a TIFF, whose layers are not read".into(), as_psd()),
-        other if is_named_so => {
-            let found = format!("it is damaged: it begins with \"{}\"", other.escape_ascii());
-            (found, once_more())
+        other if has_layered_extension => {
+            let found = format!("the file is damaged: it begins with \"{}\"", other.escape_ascii());
+            (found, save_again())
         }
-        other => (format!("it begins with \"{}\"", other.escape_ascii()), as_psd()),
+        other => (format!("the file begins with \"{}\"", other.escape_ascii()), as_psd()),
     };
-    Error::input(path, "byte 0", format!("{found}; expected PSD, PSB, XCF, OpenRaster or a folder"), remedy)
+    Error::input(path, "byte 0", format!("{found}; expected {} or a folder", file_names()), remedy)
 }
 
 const AS_PSD: &str = "save it from the image editor as PSD";
-const ONCE_MORE: &str = "save it once more from the image editor; what was imported of it before stays";
+const SAVE_AGAIN: &str = "save it again in the image editor; paint that was imported from it before stays";

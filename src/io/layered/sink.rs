@@ -1,42 +1,44 @@
-//! The file that a layered image is written to.
+//! The output file of a layered image.
 
 use std::io::{BufWriter, Seek, SeekFrom, Write};
 use std::path::Path;
 
 use crate::error::{Error, Result};
 
-/// Whether a document went into a file.
+/// Whether a document fits into this variant of the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Fit {
-    /// All of it.
+    /// The document was written completely.
     Whole,
-    /// It is larger than this variant of the format allows: start again with the larger one. The file holds
-    /// rubbish.
+    /// The document is larger than this variant of the format allows and has to be written again in the
+    /// larger one. The content of the file is invalid.
     TooLarge,
 }
 
-/// A buffered file that knows its name, for errors, and how much was written.
+/// A buffered output that keeps its path, for errors, and counts the bytes written.
 pub struct Sink<'p, W: Write> {
     out: BufWriter<W>,
-    /// What errors call the file.
+    /// The file's path, for errors.
     pub path: &'p Path,
-    /// Bytes so far.
+    /// Number of bytes written so far.
     pub written: u64,
 }
 
 impl<'p, W: Write + Seek> Sink<'p, W> {
-    /// `out` stands at its beginning.
+    /// Wraps `out`, which must be at its beginning.
     pub fn new(out: W, path: &'p Path) -> Self {
         Self { out: BufWriter::with_capacity(1 << 18, out), path, written: 0 }
     }
 
+    /// Writes `bytes`.
+    ///
     /// # Errors
     /// [`Error::Io`]
     pub fn bytes(&mut self, bytes: &[u8]) -> Result<()> {
         self.write_all(bytes).map_err(Error::io(self.path, "write it"))
     }
 
-    /// Puts other bytes where as many were written before, and ends the writing.
+    /// Replaces bytes that were written before at position `at` by as many others, and finishes writing.
     ///
     /// # Errors
     /// [`Error::Io`]

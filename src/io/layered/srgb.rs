@@ -1,10 +1,10 @@
-//! The sRGB colour profile, for 16-bit photos that have none: Krita asks about such pixels, or takes
-//! them for linear light, where viewers agree on sRGB for 8 bits.
+//! Builds the sRGB colour profile for 16-bit photos that have none: Krita asks about such pixels, or takes
+//! them for linear light, while viewers agree on sRGB for 8 bits.
 //!
-//! A matrix and tone curve profile of version 4 (ICC.1:2010): the primaries of IEC 61966-2-1, adapted to
-//! the D50 of the profile connection space.
+//! It is a matrix and tone curve profile of version 4 (ICC.1:2010): the primaries of IEC 61966-2-1, adapted
+//! to the D50 of the profile connection space.
 
-/// A number of a profile: 16 bits and 16 behind the point, big-endian.
+/// Encodes a number as s15Fixed16, big-endian.
 fn fixed(value: f64) -> [u8; 4] {
     ((value * 65536.0).round() as i32).to_be_bytes()
 }
@@ -13,7 +13,7 @@ fn numbers(kind: &[u8; 4], values: &[f64]) -> Vec<u8> {
     [&kind[..], &[0; 4], values.iter().map(|v| fixed(*v)).collect::<Vec<_>>().as_flattened()].concat()
 }
 
-/// A text in American English, the way of version 4.
+/// Encodes a text in American English as a version 4 profile does.
 fn text(text: &str) -> Vec<u8> {
     let units: Vec<[u8; 2]> = text.encode_utf16().map(u16::to_be_bytes).collect();
     let length = (2 * units.len() as u32).to_be_bytes();
@@ -22,7 +22,7 @@ fn text(text: &str) -> Vec<u8> {
     [b"mluc", &[0; 4], one_record_of_12, b"enUS", &length, &at_28, units.as_flattened()].concat()
 }
 
-/// The curve (a v + b)^2.4 above 0.04045 and v / 12.92 below, as a profile's tag holds it.
+/// Returns the curve tag: (a v + b)^2.4 above 0.04045 and v / 12.92 below.
 pub fn tone_curve() -> Vec<u8> {
     let values = [2.4, 1.0 / 1.055, 0.055 / 1.055, 1.0 / 12.92, 0.04045];
     let mut curve = numbers(b"para", &values);
@@ -30,7 +30,7 @@ pub fn tone_curve() -> Vec<u8> {
     curve
 }
 
-/// The profile; always the same bytes.
+/// Returns the profile, which always has the same bytes.
 pub fn srgb_profile() -> Vec<u8> {
     const D50: [f64; 3] = [0.96420, 1.0, 0.82491];
     let adaptation = [1.04788, 0.02292, -0.05022, 0.02959, 0.99048, -0.01707, -0.00925, 0.01508, 0.75168];

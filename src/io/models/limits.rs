@@ -1,4 +1,4 @@
-//! How much is too much: what a model file may hold before it is refused.
+//! Limits on model files; larger ones are refused.
 
 use std::path::Path;
 
@@ -6,27 +6,32 @@ use glam::DVec3;
 
 use crate::error::{Error, Result};
 
-/// Bytes of a model file or of a buffer beside it. A million faces take about 100 MB.
+/// Maximum size of a model file, or of a buffer beside it, in bytes. A million faces take about 100 MB.
 pub const LARGEST_FILE: u64 = 2_000_000_000;
 
-/// Corners of all outlines together, and likewise vertices; about 1.5 GB of memory.
+/// Maximum number of corners of all outlines together, and of vertices; they take about 1.5 GB of memory.
 pub const MOST_CORNERS: usize = 30_000_000;
 
-/// Beyond this, squares of areas overflow long before anything useful is left of the digits.
+/// Maximum absolute value of a coordinate. Beyond it, squares of areas overflow, and no useful digits are
+/// left.
 const LARGEST_COORDINATE: f64 = 1e15;
 
+/// Refuses files that are too large.
+///
 /// # Errors
 /// [`Error::Input`] when the file is too large.
 pub(super) fn check_file_size(path: &Path, bytes: u64) -> Result<()> {
     if bytes > LARGEST_FILE {
-        let found = format!("it has {bytes} bytes, more than the {LARGEST_FILE} that are read");
+        let found = format!("{bytes} bytes, but at most {LARGEST_FILE} are read");
         return Err(Error::input(path, "", found, COARSER));
     }
     Ok(())
 }
 
+/// Refuses too many vertices or corners.
+///
 /// # Errors
-/// [`Error::Input`] when there are too many vertices or corners (`what`).
+/// [`Error::Input`] when `count` of `what` ("vertices" or "corners") is too large.
 pub(super) fn check_count(
     path: &Path,
     place: impl FnOnce() -> String,
@@ -40,6 +45,8 @@ pub(super) fn check_count(
     Ok(())
 }
 
+/// Refuses coordinates that are not finite or too large.
+///
 /// # Errors
 /// [`Error::Input`] when a coordinate is not a number, infinite, or absurdly large.
 pub(super) fn check_position(path: &Path, place: impl FnOnce() -> String, position: DVec3) -> Result<()> {

@@ -1,7 +1,7 @@
-//! Models: OBJ, glTF and GLB become one [`Model`] of named objects with polygon faces.
+//! Reads models: OBJ, glTF and GLB become one [`Model`] of named objects with polygon faces.
 //!
-//! What names an object is said in [`obj`] and [`gltf`]. In all formats an object is a
-//! billboard when its name, or the name of a material on it, contains the word `billboard`.
+//! [`obj`] and [`gltf`] describe what names an object. In all formats an object is a billboard when its name,
+//! or the name of a material on it, contains the word `billboard`.
 
 pub mod gltf;
 mod limits;
@@ -18,18 +18,18 @@ use crate::task::Task;
 
 pub use limits::{LARGEST_FILE, MOST_CORNERS};
 
-/// Reads a model: OBJ by the extension `.obj`, glTF and GLB by theirs or by how the file begins.
-/// Gives the model in the file's frame, and notes for the user about what is wrong with it or was
-/// left out. A face that is degenerate, bent or crosses itself is a note, never an error.
+/// Reads a model: OBJ by the extension `.obj`, glTF and GLB by theirs or by how the file begins. Returns the
+/// model in the file's own coordinates, and notes for the user about what is wrong with it or was left out. A
+/// face that is degenerate, not planar or crosses itself gives a note, never an error.
 ///
 /// # Errors
-/// [`Error::Io`] when it cannot be read; [`Error::Input`] with line, byte or JSON path when it is
-/// broken, too large or holds no faces; [`Error::Cancelled`] on request.
+/// [`Error::Io`] when the file cannot be read; [`Error::Input`] with line, byte or JSON path when it is
+/// damaged, too large or has no faces; [`Error::Cancelled`] on request.
 pub fn read_model(path: &Path, task: &Task) -> Result<(Model, Vec<String>)> {
     let mut file = File::open(path).map_err(Error::io(path, "open it"))?;
     let metadata = file.metadata().map_err(Error::io(path, "read it"))?;
     if !metadata.is_file() {
-        return Err(Error::input(path, "", "it is no file", "give an .obj, .gltf or .glb file"));
+        return Err(Error::input(path, "", "this is not a file", "give an .obj, .gltf or .glb file"));
     }
     limits::check_file_size(path, metadata.len())?;
     let mut notes = Vec::new();
@@ -52,7 +52,7 @@ enum Format {
     Gltf,
 }
 
-/// By the extension; where that says nothing, by how the file begins.
+/// Determines the format by the extension, or else by how the file begins.
 fn format_of(path: &Path, file: &mut File) -> Result<Format> {
     let extension = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     match extension.as_str() {
@@ -66,7 +66,7 @@ fn format_of(path: &Path, file: &mut File) -> Result<Format> {
     match start.as_slice() {
         b"glTF" => Ok(Format::Gltf),
         _ => {
-            let found = format!("`.{extension}` is no model format that is known here");
+            let found = format!("`.{extension}` is not a supported model format");
             Err(Error::input(path, "", found, "export the model as OBJ, glTF or GLB"))
         }
     }
@@ -81,7 +81,7 @@ fn finish(
     let (model, flaws) = builder.finish(task)?;
     if model.triangles.is_empty() {
         let found = match model.faces.len() {
-            0 => "it holds no faces".to_owned(),
+            0 => "it has no faces".to_owned(),
             n => format!("none of its {n} faces has an area"),
         };
         return Err(Error::input(path, "", found, "export the model with its polygon faces"));

@@ -1,13 +1,13 @@
-//! What a user is told about the faces of a model.
+//! Notes for the user about the faces of a model.
 
 use crate::geometry::polygon::Flaw;
 use crate::scene::{FaceFlaw, FaceId, Model};
 
-/// Names that a note gives before it says how many more there are.
+/// Number of faces that a note names before it gives the number of the others.
 const NAMED: usize = 5;
 
-/// One note for each kind of flaw, in a fixed order: how many faces have it, the first of them by
-/// name, and what becomes of them.
+/// Returns one note for each kind of flaw, in a fixed order: the number of faces, the names of the first
+/// ones, and how they are handled.
 pub(super) fn about_faces(model: &Model, flaws: &[(FaceId, FaceFlaw)]) -> Vec<String> {
     let mut kinds: Vec<FaceFlaw> = flaws.iter().map(|&(_, kind)| kind).collect();
     kinds.sort_unstable();
@@ -25,16 +25,16 @@ pub(super) fn about_faces(model: &Model, flaws: &[(FaceId, FaceFlaw)]) -> Vec<St
 
 fn meaning(kind: FaceFlaw) -> &'static str {
     match kind {
-        FaceFlaw::Outline(Flaw::TooFewPoints) => "with fewer than three different corners: no texture",
-        FaceFlaw::Outline(Flaw::NoArea) => "without area: no texture",
+        FaceFlaw::Outline(Flaw::TooFewPoints) => "with fewer than three distinct corners: not textured",
+        FaceFlaw::Outline(Flaw::NoArea) => "without area: not textured",
         FaceFlaw::Outline(Flaw::SelfCrossing) => {
-            "with an outline that crosses itself: taken apart at the crossings"
+            "with an outline that crosses itself: split at the crossings"
         }
         FaceFlaw::Outline(Flaw::Tangled) => {
-            "with an outline that crosses itself everywhere or has more than 100,000 corners: no texture"
+            "with an outline that crosses itself everywhere or has more than 100,000 corners: not textured"
         }
-        FaceFlaw::RepeatedPoint => "with the same corner twice in a row: taken as one corner",
-        FaceFlaw::NotPlanar => "not planar: treated triangle by triangle",
+        FaceFlaw::RepeatedPoint => "with the same corner twice in a row: treated as one corner",
+        FaceFlaw::NotPlanar => "not planar: treated as separate triangles",
     }
 }
 

@@ -1,17 +1,17 @@
-//! Wavefront OBJ.
+//! Reads Wavefront OBJ files.
 //!
-//! An own reader, because the ready-made ones cannot tell `o` from `g`, read 32-bit floats (a site
-//! in map coordinates then loses half a metre), or know no line numbers to put into errors.
+//! The project has its own reader, because existing ones cannot distinguish `o` from `g`, read 32-bit floats
+//! (which loses half a metre of a site in map coordinates), or give no line numbers for errors.
 //!
-//! - `o NAME` begins an object; `g NAME` begins one where there is no `o`, and a sub-object
-//!   `OBJECT/NAME` inside one. The same name again continues the same object. Faces before any name
-//!   belong to an object named after the file. An object without faces is none.
-//! - `v x y z` in 64 bits; a weight or colours behind it are ignored, as are `vt`, `vn`, materials,
+//! - `o NAME` begins an object; `g NAME` begins one where there is no `o`, and a sub-object `OBJECT/NAME`
+//!   inside one. The same name again continues the same object. Faces before any name belong to an object
+//!   named after the file. An object without faces is left out.
+//! - `v x y z` is read in 64 bits; a weight or colours behind it are ignored, as are `vt`, `vn`, materials,
 //!   lines and points. Free-form surfaces are left out with a note.
-//! - `f` with any number of corners, `v/vt/vn` in all forms, indices from 1 or negative from the end,
-//!   after the vertices that it names. Holes are bridged: the outline repeats the bridge's ends.
-//! - `\` continues a line, `#` begins a comment; CRLF, a byte order mark and names in any encoding
-//!   are read.
+//! - `f` has any number of corners, `v/vt/vn` in all forms, with indices from 1 or negative from the end,
+//!   after the vertices that it uses. Holes are bridged: the outline repeats the bridge's ends.
+//! - `\` continues a line, `#` begins a comment; CRLF, a byte order mark and names in any encoding are
+//!   accepted.
 
 use std::collections::BTreeMap;
 use std::io::{BufRead, Read};
@@ -25,14 +25,14 @@ use crate::scene::builder::says_billboard;
 use crate::scene::{ModelBuilder, ObjectId};
 use crate::task::Task;
 
-/// A line (with its continuations) is refused beyond this many bytes: a face of a million corners.
+/// Maximum length of a line with its continuations in bytes: a face of a million corners.
 const LONGEST_LINE: usize = 8 << 20;
 
-/// Lines between two reports of progress.
+/// Number of lines between two reports of progress.
 const LINES_A_STEP: u64 = 1 << 16;
 
-/// Reads an OBJ file of `size` bytes from `input`; `path` names it in errors and, where the file
-/// names nothing itself, the object.
+/// Reads an OBJ file of `size` bytes from `input`; `path` is named in errors and gives the object's name
+/// where the file has none.
 ///
 /// # Errors
 /// [`Error::Input`] with the line; [`Error::Io`]; [`Error::Cancelled`].
@@ -57,7 +57,7 @@ pub fn read(
     reader.finish(notes)
 }
 
-/// Logical lines, with the number of the first physical line of each.
+/// A reader of logical lines with the number of the first physical line of each.
 struct Lines<'a, R> {
     path: &'a Path,
     input: R,
@@ -67,7 +67,7 @@ struct Lines<'a, R> {
 }
 
 impl<R: BufRead> Lines<'_, R> {
-    /// False at the end of the file.
+    /// Reads the next logical line into `line`; false at the end of the file.
     fn next_into(&mut self, line: &mut Vec<u8>) -> Result<bool> {
         line.clear();
         self.number = self.next_number;
@@ -105,10 +105,10 @@ struct Reader<'a> {
     /// The name after the last `g`.
     group: Option<String>,
     billboard_material: bool,
-    /// The object of the next face; made when the face comes.
+    /// The object of the next face; created when the face is read.
     current: Option<ObjectId>,
     ring: Vec<u32>,
-    /// Statements that are left out, by keyword: how many, and the first line.
+    /// Statements that are left out, by keyword: their number and the first line.
     left_out: BTreeMap<String, (u64, u64)>,
 }
 
@@ -155,7 +155,7 @@ impl<'a> Reader<'a> {
             })?;
             let parsed = std::str::from_utf8(word).ok().and_then(|text| text.parse().ok());
             *value = parsed.ok_or_else(|| {
-                let found = format!("`{}` where a coordinate should be", shown(word));
+                let found = format!("`{}` where a coordinate should be", printable(word));
                 self.error(number, found, "write numbers with a point, as in 1.5 or -2e3")
             })?;
         }
@@ -177,21 +177,22 @@ impl<'a> Reader<'a> {
         check_count(self.path, || format!("line {number}"), self.builder.corner_count(), "corners")
     }
 
-    /// `7`, `7/1`, `7//2`, `7/1/2` or `-1`: the vertex it names.
+    /// Parses a corner (`7`, `7/1`, `7//2`, `7/1/2` or `-1`) and returns the index of its vertex.
     fn corner(&self, number: u64, word: &[u8]) -> Result<u32> {
         let vertex = word.split(|&b| b == b'/').next().unwrap_or_default();
         let index: Option<i64> = std::str::from_utf8(vertex).ok().and_then(|text| text.parse().ok());
         let count = self.builder.vertices().len() as i64;
         let Some(index) = index.filter(|&index| index != 0) else {
-            let found = format!("`{}` where the number of a vertex should be", shown(word));
+            let found = format!("`{}` where the number of a vertex should be", printable(word));
             return Err(self.error(number, found, "count vertices from 1, or from the end with -1"));
         };
-        let place = if index > 0 { index - 1 } else { count.saturating_add(index) };
-        if !(0..count).contains(&place) {
-            let found = format!("a face names vertex {}, but {count} were read so far", shown(vertex));
+        let vertex_index = if index > 0 { index - 1 } else { count.saturating_add(index) };
+        if !(0..count).contains(&vertex_index) {
+            let found =
+                format!("a face names vertex {}, but only {count} were read so far", printable(vertex));
             return Err(self.error(number, found, "export the model again, vertices before faces"));
         }
-        Ok(place as u32)
+        Ok(vertex_index as u32)
     }
 
     fn current_object(&mut self) -> ObjectId {
@@ -211,9 +212,10 @@ impl<'a> Reader<'a> {
         id
     }
 
-    /// A file of other content is all unknown statements; remembering a few of them is enough.
+    /// Counts a statement that is left out. A file that is not OBJ has only unknown statements; a few
+    /// keywords are enough.
     fn leave_out(&mut self, number: u64, keyword: &[u8]) {
-        let keyword = shown(keyword);
+        let keyword = printable(keyword);
         if self.left_out.len() < KEYWORDS_REMEMBERED || self.left_out.contains_key(&keyword) {
             self.left_out.entry(keyword).or_insert((0, number)).0 += 1;
         }
@@ -235,17 +237,17 @@ impl<'a> Reader<'a> {
     }
 }
 
-/// Statements of so many kinds are named in notes.
+/// Number of unknown keywords that are reported.
 const KEYWORDS_REMEMBERED: usize = 8;
 
-/// The rest of a line as a name; `None` when there is nothing.
+/// Joins the rest of a line to a name; `None` when it is empty.
 fn name<'b>(words: impl Iterator<Item = &'b [u8]>) -> Option<String> {
     let words: Vec<_> = words.map(String::from_utf8_lossy).collect();
     (!words.is_empty()).then(|| words.join(" "))
 }
 
-/// A piece of the file as it may stand in a message.
-fn shown(word: &[u8]) -> String {
+/// Returns a piece of the file for a message, without control characters and cut to 40 bytes.
+fn printable(word: &[u8]) -> String {
     String::from_utf8_lossy(&word[..word.len().min(40)])
         .chars()
         .map(|c| if c.is_control() { '?' } else { c })

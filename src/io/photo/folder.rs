@@ -1,4 +1,4 @@
-//! The photo folder: which file is which of the cameras' photos.
+//! Matches the photos of the cameras to files in the photo folder.
 
 use std::path::{Path, PathBuf};
 
@@ -8,7 +8,7 @@ use super::EXTENSIONS;
 use crate::error::{Error, Result};
 use crate::task::Task;
 
-/// How deep sub-folders are followed; links between folders may go in circles.
+/// Sub-folders are searched down to this depth; links between folders may form circles.
 const DEEPEST: usize = 16;
 
 /// The image files of a folder and its sub-folders.
@@ -19,26 +19,26 @@ pub struct PhotoFolder {
     files: Vec<String>,
 }
 
-/// What a photo of the cameras was found to be.
+/// The result of matching one photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Match {
-    /// The file with this number; and how it differs from the name, when it does.
+    /// The index of the file, and how its name differs from the photo's (empty if it does not).
     File(usize, &'static str),
-    /// No file fits.
+    /// No file matches.
     Missing,
-    /// Several files fit equally well, or several photos fit this file.
+    /// Several files match equally well, or several photos match this file.
     Ambiguous {
-        /// The files.
+        /// Indices of the files.
         files: Vec<usize>,
-        /// How many of the cameras' photos they would fit.
+        /// Number of photos that match these files.
         photos: usize,
     },
 }
 
-/// A way in which a file may differ, and what names that differ so have in common.
+/// A way in which names may differ, and a function that maps such names to the same text.
 type Rule = (&'static str, fn(&str) -> String);
 
-/// From the most alike to the least: how files may differ from the name that the cameras give.
+/// The ways in which a file's name may differ from the photo's, from the smallest difference to the largest.
 const RULES: [Rule; 8] = [
     ("", |name| name.to_owned()),
     ("in another letter case", |name| name.to_lowercase()),
@@ -54,7 +54,7 @@ fn base(name: &str) -> &str {
     name.rsplit('/').next().unwrap_or(name)
 }
 
-/// The name without the extension of an image format; with any other ending it stays whole.
+/// Returns the name without the extension of an image format; other endings are kept.
 fn stem(name: &str) -> &str {
     match name.rsplit_once('.') {
         Some((stem, extension)) if is_image_extension(extension) => stem,
@@ -67,13 +67,13 @@ fn is_image_extension(extension: &str) -> bool {
 }
 
 impl PhotoFolder {
-    /// Lists the image files below `root`; hidden files and folders are left out.
+    /// Lists the image files below `root`; hidden files and folders are skipped.
     ///
     /// # Errors
-    /// [`Error::Input`] when `root` is no folder, [`Error::Io`], [`Error::Cancelled`].
+    /// [`Error::Input`] when `root` is not a folder; [`Error::Io`]; [`Error::Cancelled`].
     pub fn scan(root: &Path, task: &Task) -> Result<Self> {
         if !root.is_dir() {
-            return Err(Error::input(root, "", "there is no such folder", "check the path to the photos"));
+            return Err(Error::input(root, "", "this folder does not exist", "check the path to the photos"));
         }
         let mut folder = Self { root: root.to_path_buf(), files: Vec::new() };
         folder.enter("", 0, task)?;
@@ -86,7 +86,7 @@ impl PhotoFolder {
         let folder = self.root.join(below);
         for entry in std::fs::read_dir(&folder).map_err(Error::io(&folder, "read the folder"))? {
             let entry = entry.map_err(Error::io(&folder, "read the folder"))?;
-            // The cameras' names are UTF-8, so a file whose name is not cannot be meant.
+            // The cameras' names are UTF-8, so a file whose name is not cannot match.
             let Ok(name) = entry.file_name().into_string() else { continue };
             if name.starts_with('.') {
                 continue;
@@ -102,33 +102,33 @@ impl PhotoFolder {
         Ok(())
     }
 
-    /// The folder.
+    /// Returns the folder.
     pub fn root(&self) -> &Path {
         &self.root
     }
 
-    /// Where file number `file` is.
+    /// Returns the path of the file with index `file`.
     pub fn path(&self, file: usize) -> PathBuf {
         self.root.join(&self.files[file])
     }
 
-    /// File number `file` as a path below the folder, with `/`.
+    /// Returns the file with index `file` as a path relative to the folder, with `/`.
     pub fn name(&self, file: usize) -> &str {
         &self.files[file]
     }
 
-    /// Number of image files.
+    /// Returns the number of image files.
     pub fn len(&self) -> usize {
         self.files.len()
     }
 
-    /// True when there is no image file.
+    /// Returns whether there is no image file.
     pub fn is_empty(&self) -> bool {
         self.files.is_empty()
     }
 
-    /// Finds a file for each of `names`, in their order. No file serves two photos: one that is
-    /// called exactly as a photo is not considered for another.
+    /// Finds a file for each of `names`, in their order. No file is used for two photos: a file whose name
+    /// equals a photo's is not considered for another photo.
     pub fn find(&self, names: &[&str]) -> Vec<Match> {
         let mut found = vec![Match::Missing; names.len()];
         let mut taken = vec![false; self.files.len()];

@@ -1,20 +1,22 @@
-//! Whether a JPEG is whole. Its decoder paints grey what a file that was cut short does not have, and says nothing.
+//! Checks whether a JPEG is complete. Its decoder fills the missing part of a truncated file with grey and
+//! reports nothing.
 
 use std::io::{BufRead, ErrorKind, Read, Seek, SeekFrom};
 
-/// How a JPEG begins.
+/// The first two bytes of a JPEG.
 pub(super) const START: [u8; 2] = [0xFF, START_OF_IMAGE];
 const START_OF_IMAGE: u8 = 0xD8;
 const END_OF_IMAGE: u8 = 0xD9;
 const RESTART_0: u8 = 0xD0;
-/// How one ends that has nothing behind it.
+/// The last two bytes of a JPEG without trailing data.
 const END: [u8; 2] = [0xFF, END_OF_IMAGE];
 
-/// Whether the picture of a JPEG goes on to its end (ITU T.81, B.1 and B.2). A file that ends with an end marker is
-/// taken for whole; the others, which may have more behind it, are read through. `input` may stand anywhere.
+/// Returns whether the picture of a JPEG is complete (ITU T.81, B.1 and B.2). A file that ends with an end
+/// marker counts as complete; others, which may have trailing data, are scanned. `input` may be at any
+/// position.
 ///
 /// # Errors
-/// What the system says.
+/// The error of the system.
 pub(super) fn is_whole(input: &mut (impl BufRead + Seek)) -> std::io::Result<bool> {
     if input.seek(SeekFrom::End(0))? < (START.len() + END.len()) as u64 {
         return Ok(false);
@@ -32,12 +34,12 @@ pub(super) fn is_whole(input: &mut (impl BufRead + Seek)) -> std::io::Result<boo
     }
 }
 
-/// Passes from marker to marker. The code of a scan is passed over as what lies between markers.
+/// Follows the markers to the end marker. The code of a scan is skipped like anything between markers.
 fn reaches_the_end(input: &mut (impl BufRead + Seek)) -> std::io::Result<()> {
     loop {
         match next_marker(input)? {
             END_OF_IMAGE => return Ok(()),
-            // Those without content; and a zero, which says that the 255 before it is a sample of a scan.
+            // Markers without content; and a zero, which means that the 255 before it belongs to a scan.
             0x00 | 0x01 | RESTART_0..=START_OF_IMAGE => (),
             _ => {
                 let length = u16::from_be_bytes(bytes(input)?);
@@ -47,7 +49,7 @@ fn reaches_the_end(input: &mut (impl BufRead + Seek)) -> std::io::Result<()> {
     }
 }
 
-/// The byte behind the next 255, or behind several of them.
+/// Returns the byte behind the next 255, or behind several of them.
 fn next_marker(input: &mut impl BufRead) -> std::io::Result<u8> {
     input.skip_until(0xFF)?;
     loop {
@@ -86,7 +88,7 @@ mod tests {
 
     #[test]
     fn one_that_is_cut_anywhere_is_not_whole() {
-        // Behind byte 8 ends the thumbnail in the first segment: that, at the very end, cannot be told.
+        // Byte 8 is the end of the thumbnail in the first segment, which looks like the end of the file.
         for length in (0..PICTURE.len()).filter(|length| *length != 8) {
             assert!(!whole(&PICTURE[..length]), "{length} bytes");
         }

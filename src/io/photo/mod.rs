@@ -1,7 +1,7 @@
-//! Photos: JPEG, PNG, TIFF and WebP, 8 and 16 bit, grey, RGB and RGBA.
+//! Reads photos: JPEG, PNG, TIFF and WebP, 8 and 16 bit, grey, RGB and RGBA.
 //!
-//! Cameras refer to the pixels as they are stored. A viewer turns a photo by its EXIF orientation;
-//! here that is done only where the stored size does not fit the camera and the turned one does.
+//! Cameras refer to the pixels as they are stored. Viewers rotate a photo by its EXIF orientation; this
+//! module does so only where the stored size does not match the camera and the rotated size does.
 
 use std::fs::File;
 use std::io::{BufRead, BufReader, Cursor, Read, Seek};
@@ -24,29 +24,29 @@ mod tests;
 
 pub use folder::{Match, PhotoFolder};
 pub use pinhole::make_pinhole_image;
-pub use shown::{masked_pixels, read_shown};
+pub use shown::{masked_pixels, read_unmasked};
 
-/// Formats that are read, by the extensions that photos of a folder are recognised by.
+/// The extensions of photos, in lower case.
 pub const EXTENSIONS: [&str; 6] = ["jpg", "jpeg", "png", "tif", "tiff", "webp"];
 
-/// How a photo's file stands to its camera, from its header alone.
+/// The result of comparing a photo's header with its camera.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PhotoHeader {
-    /// What must be done to the stored pixels to fit the camera.
+    /// The rotation of the stored pixels that matches the camera.
     turn: Orientation,
-    /// Bytes of a sample: 1 or 2.
+    /// Bytes per sample: 1 or 2.
     pub sample_bytes: u64,
-    /// What the user should know about that.
+    /// Notes for the user about orientation and profile.
     pub notes: Vec<String>,
 }
 
-/// Looks at a photo without decoding it: can it be read, and does its size fit the camera's?
+/// Checks a photo without decoding it: whether it can be read, and whether its size matches the camera's.
 ///
 /// # Errors
-/// [`Error::Input`] when it is none of the formats, damaged at its beginning, a JPEG that is cut short, of a kind
-/// that is not read, or of another size; [`Error::Io`].
+/// [`Error::Input`] when the file is in no supported format, damaged at its beginning, a truncated JPEG, of
+/// an unsupported kind, or of another size; [`Error::Io`].
 pub fn check_photo(path: &Path, width: u32, height: u32) -> Result<PhotoHeader> {
-    // A JPEG's decoder reads all that it is given; its header rarely reaches beyond this.
+    // The JPEG decoder reads all that it is given; the header rarely reaches beyond this.
     const BEGINNING: u64 = 1 << 18;
     let mut file = open(path, width, height)?;
     let mut beginning = Vec::new();
@@ -66,8 +66,8 @@ fn header_of(path: &Path, input: impl BufRead + Seek, width: u32, height: u32) -
     fitting(path, &mut decoder(path, input, width, height)?, width, height)
 }
 
-/// Reads a photo whose camera is `width` x `height` pixels. Samples are those of the file, bit for
-/// bit as its decoder gives them; grey is repeated into three channels.
+/// Reads a photo whose camera has `width` x `height` pixels. Samples are those of the file, bit for bit as
+/// its decoder returns them; grey is repeated in three channels.
 ///
 /// # Errors
 /// As [`check_photo`], and when the file is damaged.
@@ -93,13 +93,13 @@ fn refuse_cut_jpeg(path: &Path, file: &mut (impl BufRead + Seek)) -> Result<()> 
         return Ok(());
     }
     let found = "the JPEG is cut short: it ends before its picture does";
-    Err(Error::input(path, "", found, "copy the file again from where it is whole"))
+    Err(Error::input(path, "", found, "copy the file again from a complete original"))
 }
 
-/// Width and height of a picture as it is stored, from its header.
+/// Returns width and height of a picture as stored, from its header.
 ///
 /// # Errors
-/// [`Error::Input`] when it is none that is read here; [`Error::Io`].
+/// [`Error::Input`] when the format is not supported; [`Error::Io`].
 pub fn picture_size(path: &Path) -> Result<[u32; 2]> {
     let reader = ImageReader::open(path).map_err(Error::io(path, "open it"))?;
     let reader = reader.with_guessed_format().map_err(Error::io(path, "read it"))?;
@@ -107,17 +107,17 @@ pub fn picture_size(path: &Path) -> Result<[u32; 2]> {
     Ok([width, height])
 }
 
-/// Opens a file that could be a photo of this size.
+/// Opens a file that may be a photo of this size.
 fn open(path: &Path, width: u32, height: u32) -> Result<BufReader<File>> {
     let metadata = std::fs::metadata(path).map_err(Error::io(path, "read it"))?;
     if !metadata.is_file() {
         return Err(Error::input(path, "", "not a file", "put the photo there"));
     }
     if metadata.len() == 0 {
-        let remedy = "copy the file again from where it is whole";
+        let remedy = "copy the file again from a complete original";
         return Err(Error::input(path, "", "the file is empty: 0 bytes", remedy));
     }
-    // More than 8 bytes a sample of uncompressed RGBA: no photo of this size, but a trap.
+    // More than 8 bytes per sample of uncompressed RGBA is not a photo of this size, but an attack.
     let most = 32 * u64::from(width) * u64::from(height) + (64 << 20);
     if metadata.len() > most {
         let found = format!("{} megabytes for a photo of {width} x {height} pixels", metadata.len() >> 20);
@@ -139,19 +139,19 @@ fn decoder<'a>(
         return Err(Error::input(path, "", found, "convert the photo to one of these"));
     }
     let mut limits = Limits::default();
-    // Decoders may need several times the 8 bytes of a 16-bit RGBA pixel, but not without bound.
+    // Decoders may need several times the 8 bytes of a 16-bit RGBA pixel, but not unlimited memory.
     limits.max_alloc = Some(32 * u64::from(width) * u64::from(height) + (64 << 20));
     reader.limits(limits);
     reader.into_decoder().map_err(|error| unreadable(path, &error))
 }
 
-/// Judges size and kind.
+/// Checks size and sample type.
 fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32) -> Result<PhotoHeader> {
     use ColorType::{L8, L16, La8, La16, Rgb8, Rgb16, Rgba8, Rgba16};
     let color = decoder.color_type();
     if !matches!(color, L8 | L16 | La8 | La16 | Rgb8 | Rgb16 | Rgba8 | Rgba16) {
-        let found = format!("samples of a kind that is not read ({color:?})");
-        return Err(Error::input(path, "", found, "save the photo with 8 or 16 bits a channel"));
+        let found = format!("samples of an unsupported kind ({color:?})");
+        return Err(Error::input(path, "", found, "save the photo with 8 or 16 bits per channel"));
     }
     let stored = decoder.dimensions();
     let orientation = decoder.orientation().unwrap_or(Orientation::NoTransforms);
@@ -171,7 +171,7 @@ fn fitting(path: &Path, decoder: &mut impl ImageDecoder, width: u32, height: u32
         return Err(wrong_size(path, stored, (width, height), turns));
     };
     if decoder.icc_profile().ok().flatten().is_some_and(|profile| !describes_rgb(&profile)) {
-        notes.push("its colour profile is not one for RGB and is left out".into());
+        notes.push("its colour profile is not for RGB and is ignored".into());
     }
     Ok(PhotoHeader { turn, sample_bytes: sample_bytes(color), notes })
 }
@@ -180,7 +180,8 @@ fn sample_bytes(color: ColorType) -> u64 {
     (color.bytes_per_pixel() / color.channel_count()).into()
 }
 
-/// A profile of grey or CMYK does not fit what is decoded. Bytes 16..20 of a profile name its space.
+/// Returns whether a profile is for RGB; one for grey or CMYK does not fit the decoded pixels. Bytes 16..20
+/// of a profile hold its colour space.
 fn describes_rgb(profile: &[u8]) -> bool {
     profile.get(16..20) == Some(b"RGB ")
 }
@@ -195,7 +196,7 @@ fn wrong_size(path: &Path, stored: (u32, u32), (width, height): (u32, u32), turn
     Error::input(path, "", found, remedy)
 }
 
-/// Decodes straight into the buffer that is kept.
+/// Decodes directly into the final buffer.
 fn samples(decoder: impl ImageDecoder, color: ColorType) -> image::ImageResult<Samples> {
     let (width, height) = decoder.dimensions();
     let count = width as usize * height as usize * usize::from(color.channel_count());
@@ -210,7 +211,7 @@ fn samples(decoder: impl ImageDecoder, color: ColorType) -> image::ImageResult<S
     }
 }
 
-/// Repeats grey three times.
+/// Repeats grey in three channels.
 fn in_color<T: Copy>(samples: Vec<T>, color: ColorType) -> Vec<T> {
     match (color.has_color(), color.has_alpha()) {
         (true, _) => samples,
@@ -221,5 +222,5 @@ fn in_color<T: Copy>(samples: Vec<T>, color: ColorType) -> Vec<T> {
 
 fn unreadable(path: &Path, error: &image::ImageError) -> Error {
     let found = format!("the photo cannot be decoded ({error})");
-    Error::input(path, "", found, "copy the file again, or save it anew in an image editor")
+    Error::input(path, "", found, "copy the file again, or save it again in an image editor")
 }

@@ -1,7 +1,7 @@
-//! The pinhole image of a distorted photo, kept as a PNG file in the cache.
+//! Makes the pinhole image of a distorted photo and caches it as a PNG file.
 //!
-//! The file says what it was made of: the photo's content, lens and sizes, and this method. As long
-//! as that is the same it is used; else, or when it is gone, it is made again.
+//! The file records what it was made from: the photo's content, lens and sizes, and the method. It is used
+//! while these are the same; otherwise, or when it is missing, it is made again.
 
 use std::borrow::Cow;
 use std::fs::File;
@@ -15,22 +15,22 @@ use crate::error::Result;
 use crate::geometry::Undistortion;
 use crate::io::atomic::write_atomically_with;
 use crate::io::hash::{hash_bytes, hash_file};
+use crate::scene::PhotoPixels;
 use crate::scene::resample::undistorted;
-use crate::scene::{PhotoPixels, Samples};
 use crate::task::Task;
 
-/// Changes when the same photo and lens would give other pixels.
+/// The method's name and version; it changes when the same photo and lens would give other pixels.
 const METHOD: &str = "lanczos3 1";
 
-/// Text chunk of the file: hash of the photo's content, of its lens and sizes, and of [`METHOD`].
+/// Keyword of the text chunk with the hash of the photo's content, of its lens and sizes, and of [`METHOD`].
 const MADE_OF: &str = "quadratura";
 
-/// Makes `image` the pinhole image of `photo`, unless it is that already. Times do not matter: the
-/// photo's content is hashed, which takes a hundredth of the time that decoding it takes.
+/// Makes `image` the pinhole image of `photo`, unless it is already up to date. Modification times are
+/// ignored: the photo's content is hashed, which takes a hundredth of the time of decoding it.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when the photo cannot be used, [`crate::Error::Io`] when the cache cannot be written,
-/// [`crate::Error::Cancelled`]; an old image stays.
+/// [`crate::Error::Input`] when the photo cannot be used; [`crate::Error::Io`] when the cache is not
+/// writable; [`crate::Error::Cancelled`]. An old image stays.
 pub fn make_pinhole_image(
     photo: &Path,
     undistortion: &Undistortion,
@@ -39,7 +39,7 @@ pub fn make_pinhole_image(
 ) -> Result<()> {
     let content = hash_file(photo)?;
     let made_of = hash_bytes(format!("{METHOD} {undistortion:?} {content}").as_bytes());
-    if made_of_what(image).as_ref() == Some(&made_of) {
+    if recorded_hash(image).as_ref() == Some(&made_of) {
         return Ok(());
     }
     let (width, height) = (undistortion.photo.width, undistortion.photo.height);
@@ -48,40 +48,29 @@ pub fn make_pinhole_image(
     task.timed("write pinhole image", || write_png(image, &pixels, &made_of))
 }
 
-/// What an image says of itself; `None` when there is no such file, or another one.
-fn made_of_what(image: &Path) -> Option<String> {
+/// Returns the hash recorded in an image; `None` when the file does not exist or was not made by this
+/// program.
+fn recorded_hash(image: &Path) -> Option<String> {
     let reader = Decoder::new(BufReader::new(File::open(image).ok()?)).read_info().ok()?;
     let chunks = &reader.info().uncompressed_latin1_text;
     chunks.iter().find(|chunk| chunk.keyword == MADE_OF).map(|chunk| chunk.text.clone())
 }
 
-/// Writes a PNG at the fast level, with its profile and what it was made of.
+/// Writes a PNG with fast compression, its profile and the hash of what it was made from.
 fn write_png(file: &Path, pixels: &PhotoPixels, made_of: &str) -> Result<()> {
-    write_atomically_with(file, |out| match &pixels.samples {
-        Samples::U8(samples) => encode(out, pixels, BitDepth::Eight, samples, made_of),
-        Samples::U16(samples) => {
-            let bytes: Vec<u8> = samples.iter().flat_map(|sample| sample.to_be_bytes()).collect();
-            encode(out, pixels, BitDepth::Sixteen, &bytes, made_of)
-        }
-    })
+    write_atomically_with(file, |out| encode(out, pixels, made_of))
 }
 
-fn encode(
-    out: impl Write,
-    pixels: &PhotoPixels,
-    depth: BitDepth,
-    bytes: &[u8],
-    made_of: &str,
-) -> std::io::Result<()> {
+fn encode(out: impl Write, pixels: &PhotoPixels, made_of: &str) -> std::io::Result<()> {
     let mut info = Info::with_size(pixels.width, pixels.height);
     info.color_type = if pixels.has_alpha() { ColorType::Rgba } else { ColorType::Rgb };
-    info.bit_depth = depth;
+    info.bit_depth = if pixels.bits() == 16 { BitDepth::Sixteen } else { BitDepth::Eight };
     info.icc_profile = pixels.icc.as_deref().map(Cow::Borrowed);
     let mut encoder = Encoder::with_info(out, info)?;
     encoder.set_compression(Compression::Fast);
     encoder.add_text_chunk(MADE_OF.into(), made_of.into())?;
     let mut writer = encoder.write_header()?;
-    writer.write_image_data(bytes)?;
+    writer.write_image_data(&pixels.samples.big_endian())?;
     writer.finish()?;
     Ok(())
 }
@@ -92,6 +81,7 @@ mod tests {
 
     use super::*;
     use crate::geometry::{Lens, Pinhole};
+    use crate::scene::Samples;
 
     const PHOTO: Pinhole = Pinhole { width: 40, height: 30, fx: 35.0, fy: 35.0, cx: 20.0, cy: 15.0 };
 

@@ -1,4 +1,4 @@
-//! What a photo shows: its pixels, without what is masked.
+//! Reads the unmasked pixels of a photo.
 
 use super::read_photo;
 use crate::error::Result;
@@ -6,18 +6,18 @@ use crate::geometry::Spans;
 use crate::io::mask_file::read_mask;
 use crate::scene::{Photo, PhotoPixels};
 
-/// The pixels of a photo, valid where it shows the site: what its masks cover is not valid, whatever it has been
-/// before. All that is made of a photo begins here; whoever wants to look at the photo itself reads its file.
+/// Reads the pixels of a photo; masked pixels are not valid. Everything that is derived from a photo starts
+/// with this function; only a view of the photo itself reads the file directly.
 ///
 /// # Errors
 /// As [`read_photo`], and [`crate::Error::Input`] for a mask of another size.
-pub fn read_shown(photo: &Photo) -> Result<PhotoPixels> {
+pub fn read_unmasked(photo: &Photo) -> Result<PhotoPixels> {
     let (width, height) = (photo.camera.width, photo.camera.height);
     let masked = masked_pixels(photo)?;
     Ok(read_photo(&photo.file, width, height)?.without(&masked))
 }
 
-/// What is masked in a photo, by all of its masks together; in its own pixels.
+/// Reads the pixels that any of the photo's masks covers, in photo pixels.
 ///
 /// # Errors
 /// [`crate::Error::Input`] and [`crate::Error::Io`] for a mask that cannot be read.

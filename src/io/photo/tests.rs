@@ -1,4 +1,4 @@
-//! Every format and depth comes back as it was; what does not fit is told apart.
+//! Tests that every format and depth is read unchanged, and that unsuitable files are refused.
 
 use std::path::PathBuf;
 
@@ -10,7 +10,7 @@ use super::*;
 
 const SIZE: (u32, u32) = (6, 4);
 
-/// A picture of every kind that is read.
+/// Returns a picture of every supported kind.
 fn kinds() -> Vec<DynamicImage> {
     let (w, h) = SIZE;
     let at = |x: u32, y: u32| (x * 40 + y * 7) as u16 * 257;
@@ -49,7 +49,7 @@ fn jpeg() -> Vec<u8> {
     encoded(&kinds()[3], ImageFormat::Jpeg).unwrap()
 }
 
-/// A JPEG with an EXIF block that holds nothing but the orientation.
+/// Returns a JPEG with an EXIF block that holds only the orientation.
 fn jpeg_turned(orientation: u8) -> Vec<u8> {
     let mut exif = b"Exif\0\0II*\0\x08\0\0\0\x01\0\x12\x01\x03\0\x01\0\0\0".to_vec();
     exif.extend([orientation, 0, 0, 0, 0, 0, 0, 0]);
@@ -77,7 +77,7 @@ fn every_kind_of_every_lossless_format_comes_back_bit_for_bit() {
     let mut pngs = 0;
     for format in [ImageFormat::Png, ImageFormat::Tiff, ImageFormat::WebP] {
         for image in kinds() {
-            // An encoder converts or refuses what its format does not hold; PNG holds every kind.
+            // An encoder converts or refuses what its format cannot hold; PNG holds every kind.
             let Ok(bytes) = encoded(&image, format) else { continue };
             let stored = image::load_from_memory(&bytes).unwrap();
             pngs += usize::from(format == ImageFormat::Png && stored == image);
@@ -125,7 +125,7 @@ fn a_photo_of_another_size_is_refused_with_both_sizes() {
 }
 
 #[test]
-fn what_is_no_photo_is_refused() {
+fn files_that_are_no_photos_are_refused() {
     let folder = Folder::new();
     for bytes in [&b""[..], b"GIF89a", b"\xFF\xD8\xFF\xE0", &jpeg()[..20]] {
         let path = folder.put("a.jpg", bytes);

@@ -1,17 +1,17 @@
-//! Turning a photo by its EXIF orientation.
+//! Rotates a photo by its EXIF orientation.
 
 use image::metadata::Orientation;
 
 use crate::scene::Samples;
 
-/// True for the orientations that exchange width and height.
+/// Returns whether the orientation exchanges width and height.
 pub(super) fn swaps_sides(orientation: Orientation) -> bool {
     use Orientation::{Rotate90, Rotate90FlipH, Rotate270, Rotate270FlipH};
     matches!(orientation, Rotate90 | Rotate270 | Rotate90FlipH | Rotate270FlipH)
 }
 
-/// The samples of a `width` x `height` photo, turned by an orientation that exchanges width and
-/// height; all others leave it as it is stored.
+/// Rotates the samples of a `width` x `height` photo by an orientation that exchanges width and height; all
+/// others leave it as stored.
 pub(super) fn turned(
     samples: Samples,
     width: u32,

@@ -1,4 +1,5 @@
-//! A photo that asks others what it does not know: place by place, in small blocks that ask the same photos.
+//! Queries of one photo to the donor photos for the colours that it lacks, in small blocks of pixels that
+//! query the same donors.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -8,9 +9,9 @@ use rayon::prelude::*;
 
 use super::cells::{CELL_LEVEL, Cells};
 use super::donor::Donor;
-use super::givers::{Given, Giver, Offered, Place, given, givers, offered};
+use super::givers::{Given, PaintOffer, Place, RankedDonor, given, givers, offered};
 use super::photo::Ground;
-use super::plate::{Plate, Side};
+use super::plate::{RectifiedTexture, Side};
 use super::region::{HiddenSpan, Region};
 use super::surfaces::Surface;
 use crate::error::Result;
@@ -18,31 +19,36 @@ use crate::geometry::PixelRect;
 use crate::projection::PhotoId;
 use crate::projection::srgb::Srgb;
 use crate::projection::weights::pixels_per_unit;
-use crate::scene::light::srgb_of_linear;
+use crate::scene::light::srgb_from_linear;
 use crate::task::Task;
 
-/// A billboard is filled from photos that see it from nearly the same direction, ten degrees or less: what is
-/// seen through leaves moves behind them.
+/// The largest angle, in radians, between the directions from which a billboard is seen by the photo and by
+/// its donors: ten degrees. The background seen through foliage shifts with the direction.
 const BILLBOARD_ANGLE: f64 = 0.17;
 
-/// Side of a block of pixels that asks the same photos.
+/// Side in pixels of a block that queries the same donors.
 const BLOCK: u32 = 32;
 
-/// Relief moves a point by so many pixels of another photo, or hardly more.
+/// A distance in pixels by which relief displaces a point in another photo at most, apart from rare
+/// exceptions.
 const RELIEF_REACH_PX: u32 = 16;
 
-/// The photo that asks, and those that it asks.
+/// The photo that is filled, and its donors.
 pub(super) struct Asking<'a> {
+    /// The data shared by all photos.
     pub ground: &'a Ground<'a>,
+    /// The photo that is filled.
     pub photo: PhotoId,
+    /// The photo that is filled, as a donor.
     pub own: &'a Donor,
+    /// The donor photos.
     pub donors: &'a [(PhotoId, Arc<Donor>)],
 }
 
-/// The place of a row's first texel in its region, and what is answered to each.
+/// The index of a row's first texel in its region, and the answer to each texel's query.
 type Row<T> = (usize, Vec<Option<T>>);
 
-/// Pixels of one region within one block.
+/// The pixels of one region within one block.
 struct Block<'a> {
     region: usize,
     corner: [u32; 2],
@@ -50,20 +56,22 @@ struct Block<'a> {
 }
 
 impl Asking<'_> {
-    /// The surface of a region and which side of it the photo sees.
+    /// Returns the surface of a region and the side of it that the photo sees; `None` when the photo does not
+    /// see it.
     pub fn side(&self, region: &Region) -> Option<Side> {
         let item = self.own.item(region.surface)?;
         Some((region.surface, self.own.seen(item).back))
     }
 
-    /// What is answered to each pixel of the regions.
+    /// Answers the query of each pixel of the regions; `answer` gets the query's block and the pixel's
+    /// centre.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     pub fn ask<T: Copy + Send>(
         &self,
         regions: &[Region],
-        answer: &(dyn Fn(&Asker, DVec2) -> Option<T> + Sync),
+        answer: &(dyn Fn(&Query, DVec2) -> Option<T> + Sync),
         task: &Task,
     ) -> Result<Vec<Vec<Option<T>>>> {
         let blocks: Vec<Block> =
@@ -86,34 +94,34 @@ impl Asking<'_> {
         &self,
         region: &Region,
         block: &Block,
-        answer: &dyn Fn(&Asker, DVec2) -> Option<T>,
+        answer: &dyn Fn(&Query, DVec2) -> Option<T>,
     ) -> Vec<Row<T>> {
-        let Some(asker) = Asker::new(self, region, block.corner) else { return Vec::new() };
+        let Some(query) = Query::new(self, region, block.corner) else { return Vec::new() };
         let mut rows = Vec::new();
         for hidden in &block.spans {
             let x0 = hidden.span.x0.max(block.corner[0]);
             let x1 = hidden.span.x1.min(block.corner[0] + BLOCK);
-            let row = (x0..x1).map(|x| answer(&asker, centre(x, hidden.span.y))).collect();
+            let row = (x0..x1).map(|x| answer(&query, centre(x, hidden.span.y))).collect();
             rows.push(((hidden.first + x0 - hidden.span.x0) as usize, row));
         }
         rows
     }
 
-    /// Compares what the photo shows around a region with what would fill it there; cells that `leave_out` wants
-    /// have no say.
+    /// Compares the photo's pixels around a region with the filling that would take their place. Returns per
+    /// cell its index and the difference in log colour; cells for which `leave_out` is true are skipped.
     pub fn all_differences(
         &self,
         region: &Region,
         item: u32,
         cells: &Cells,
-        plate: Option<&Plate>,
+        plate: Option<&RectifiedTexture>,
         leave_out: &dyn Fn(usize) -> bool,
     ) -> Vec<(usize, [f32; 3])> {
         let mut by_block: BTreeMap<[u32; 2], Vec<(usize, DVec2)>> = BTreeMap::new();
-        let shown = cells.near().filter(|(place, px)| !leave_out(*place) && self.own.shows(item, *px));
-        for (place, px) in shown {
+        let visible = cells.near().filter(|(index, px)| !leave_out(*index) && self.own.shows(item, *px));
+        for (index, px) in visible {
             let corner = [px.x, px.y].map(|at| at as u32 / BLOCK * BLOCK);
-            by_block.entry(corner).or_default().push((place, px));
+            by_block.entry(corner).or_default().push((index, px));
         }
         by_block
             .into_par_iter()
@@ -126,32 +134,33 @@ impl Asking<'_> {
         region: &Region,
         corner: [u32; 2],
         cells: &[(usize, DVec2)],
-        plate: Option<&Plate>,
+        plate: Option<&RectifiedTexture>,
     ) -> Vec<(usize, [f32; 3])> {
-        let asker = Asker::new(self, region, corner);
-        let difference = |&(place, px): &(usize, DVec2)| {
+        let query = Query::new(self, region, corner);
+        let difference = |&(index, px): &(usize, DVec2)| {
             let given =
-                asker.as_ref().and_then(|asker| asker.given(px, CELL_LEVEL)).map(|given| given.colour);
+                query.as_ref().and_then(|query| query.given(px, CELL_LEVEL)).map(|given| given.colour);
             let filling = given.or_else(|| Some(plate?.colour(self.met(region, px))))?;
-            let shown = self.own.colour(px, CELL_LEVEL.min(self.own.level_for(f64::INFINITY)));
+            let own_colour = self.own.colour(px, CELL_LEVEL.min(self.own.level_for(f64::INFINITY)));
             let gain = self.ground.gains.of_photo[self.photo.0 as usize].map(|gain| gain as f32);
             let log = |value: f32| value.max(1e-3).ln();
-            Some((place, [0, 1, 2].map(|c| log(shown[c]) - gain[c] - log(filling[c]))))
+            Some((index, [0, 1, 2].map(|c| log(own_colour[c]) - gain[c] - log(filling[c]))))
         };
         cells.iter().filter_map(difference).collect()
     }
 
-    /// What takes colours from the common exposure to the photo's own.
+    /// Returns the factor per channel that takes colours from the common exposure to the photo's own.
     pub fn factor(&self) -> [f32; 3] {
         self.ground.gains.of_photo[self.photo.0 as usize].map(|gain| gain.exp() as f32)
     }
 
-    /// All of the photo.
+    /// Returns the rectangle of the whole photo.
     pub fn frame(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.own.camera.width, h: self.own.camera.height }
+        self.own.camera.rect()
     }
 
-    /// The point of a region's true surface that is seen at a photo position.
+    /// Returns the point, in world coordinates, of a region's true surface (with relief) that is seen at a
+    /// photo position in pixels.
     pub fn met(&self, region: &Region, px: DVec2) -> DVec3 {
         self.on_surface(self.ground.surfaces.get(region.surface), px)
     }
@@ -164,22 +173,22 @@ impl Asking<'_> {
         self.ground.met(surface, eye, on_plane)
     }
 
-    /// Linear light as the photo's own samples.
+    /// Encodes linear light as samples of the photo (8 bits are scaled to the full range of 16).
     pub fn stored(&self, linear: [f32; 3]) -> [u16; 3] {
         let srgb = Srgb::tables();
         linear.map(|light| match self.own.bits {
-            16 => (srgb_of_linear(f64::from(light).clamp(0.0, 1.0)) * 65535.0).round() as u16,
+            16 => (srgb_from_linear(f64::from(light).clamp(0.0, 1.0)) * 65535.0).round() as u16,
             _ => u16::from(srgb.encoded(light)) * 257,
         })
     }
 }
 
-/// The middle of a pixel.
+/// Returns the centre of a pixel.
 pub(super) fn centre(x: u32, y: u32) -> DVec2 {
     DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5)
 }
 
-/// The blocks that a region's spans touch.
+/// Groups a region's spans by the blocks that they touch.
 fn blocks(index: usize, region: &Region) -> Vec<Block<'_>> {
     let mut found: BTreeMap<[u32; 2], Vec<&HiddenSpan>> = BTreeMap::new();
     for hidden in &region.spans {
@@ -192,17 +201,17 @@ fn blocks(index: usize, region: &Region) -> Vec<Block<'_>> {
     found.into_iter().map(block).collect()
 }
 
-/// The photos that may give in a block, asked point by point.
-pub(super) struct Asker<'a> {
+/// A query for points of one block: the donors ranked for it.
+pub(super) struct Query<'a> {
     asking: &'a Asking<'a>,
     surface: &'a Surface,
-    givers: Vec<Giver<'a>>,
-    /// Some paint may lie in the block.
+    givers: Vec<RankedDonor<'a>>,
+    /// True when some donor may have paint in the block.
     painted: bool,
 }
 
-impl<'a> Asker<'a> {
-    /// None where no photo may give anything.
+impl<'a> Query<'a> {
+    /// Ranks the donors for a block; returns `None` where no donor may know anything.
     fn new(asking: &'a Asking<'a>, region: &Region, [x, y]: [u32; 2]) -> Option<Self> {
         let (id, back) = asking.side(region)?;
         let surface = asking.ground.surfaces.get(id);
@@ -213,24 +222,24 @@ impl<'a> Asker<'a> {
         let probes = offsets
             .map(|(dx, dy)| asking.on_surface(surface, DVec2::new(f64::from(x) + dx, f64::from(y) + dy)));
         let depth = own.pose.camera_from_world(probes[0]).z;
-        // Behind the horizon of the plane: the block's middle meets it nowhere.
+        // The block's middle may lie beyond the horizon of the plane, where no point of it is met.
         let depth = if depth > 0.0 { depth } else { own.pose.camera_from_world(surface.outline[0]).z.abs() };
         let density = pixels_per_unit(&own.camera, &surface.plane, eye, depth.max(f64::MIN_POSITIVE));
         let most_angle = if surface.billboard { BILLBOARD_ANGLE } else { std::f64::consts::PI };
         let plane = surface.plane;
-        let place = Place { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
-        let givers = givers(asking.donors, asking.ground.gains, &place);
+        let spot = Place { surface: id, plane, back, viewpoint: eye, most_angle, density, probes: &probes };
+        let givers = givers(asking.donors, asking.ground.gains, &spot);
         let painted = givers.iter().any(|giver| may_have_paint(giver, &probes));
         (!givers.is_empty()).then_some(Self { asking, surface, givers, painted })
     }
 
-    /// What the others say of what the photo has at a position.
+    /// Returns the donors' colour for the point that the photo sees at a position in pixels.
     pub fn given(&self, px: DVec2, coarser: usize) -> Option<Given> {
         given(&self.givers, self.asking.on_surface(self.surface, px), coarser)
     }
 
-    /// What they have painted there.
-    pub fn offered(&self, px: DVec2) -> Option<Offered> {
+    /// Returns the paint that the donors have there.
+    pub fn offered(&self, px: DVec2) -> Option<PaintOffer> {
         if !self.painted {
             return None;
         }
@@ -238,10 +247,11 @@ impl<'a> Asker<'a> {
     }
 }
 
-/// Whether a giver has paint within the quadrangle of a block's probes; true where one of them is behind it.
-fn may_have_paint(giver: &Giver, probes: &[DVec3]) -> bool {
+/// Returns true when a donor has paint within the quadrangle of a block's probes, or when one of these lies
+/// behind its camera.
+fn may_have_paint(giver: &RankedDonor, probes: &[DVec3]) -> bool {
     let Some(paint) = giver.paint() else { return false };
-    let found: Vec<DVec2> = probes.iter().filter_map(|point| giver.finds(*point)).collect();
+    let found: Vec<DVec2> = probes.iter().filter_map(|point| giver.image_from_world(*point)).collect();
     if found.len() < probes.len() {
         return true;
     }

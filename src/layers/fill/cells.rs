@@ -1,85 +1,78 @@
-//! A region and what is around it, in cells of a few pixels: where a photo is compared with what fills it, and
-//! where smooth values are spread.
+//! A region and its surroundings in cells of a few pixels, in which a photo is compared with its filling and
+//! smooth values are interpolated.
 
 use glam::DVec2;
 
 use super::push_pull::Grid;
 use super::region::Region;
 use crate::geometry::PixelRect;
+use crate::raster::Image;
+use crate::raster::bilinear::Clamped;
 
-/// Side of a cell, in pixels: edges that are out of register by a pixel or two have no say.
+/// Side of a cell in pixels: large enough that misregistration by a pixel or two has little effect.
 pub const CELL_PX: i32 = 4;
 
 /// The level of detail at which a pixel is as large as a cell.
 pub const CELL_LEVEL: usize = 2;
 
-/// So many cells beside the hidden part belong to it: farther ones show other things.
+/// The number of cells around the occluded part that are compared; farther ones show other things.
 const REACH_CELLS: i32 = 6;
 
-/// The cells around a region.
+/// The cells of a region and around it.
 pub struct Cells {
-    corner: [i32; 2],
-    size: [usize; 2],
-    near: Vec<bool>,
+    /// Which are near the hidden part.
+    near: Image<bool>,
 }
 
 impl Cells {
-    /// Those of a region and around it, within a photo.
+    /// Builds the cells of a region and its surroundings, within a photo.
     pub fn around(region: &Region, photo: PixelRect) -> Self {
         let reach = (REACH_CELLS * CELL_PX) as u32;
         let rect = region.rect().grown(reach).intersection(&photo);
-        let corner = [rect.x, rect.y].map(|at| at.div_euclid(CELL_PX));
-        let last = [rect.right() - 1, rect.bottom() - 1].map(|at| at.div_euclid(CELL_PX));
-        let size = [0, 1].map(|i| (last[i] - corner[i] + 1) as usize);
-        let mut holds = vec![false; size[0] * size[1]];
+        let [left, top] = [rect.x, rect.y].map(|at| at.div_euclid(CELL_PX));
+        let [right, bottom] = [rect.right() - 1, rect.bottom() - 1].map(|at| at.div_euclid(CELL_PX) + 1);
+        let mut holds = Image::filled(PixelRect::from_edges(left, top, right, bottom), false);
         for span in region.spans.iter().map(|s| s.span) {
-            let row = (span.y as i32).div_euclid(CELL_PX) - corner[1];
-            let [x0, x1] = [span.x0, span.x1 - 1].map(|x| (x as i32).div_euclid(CELL_PX) - corner[0]);
-            let from = row as usize * size[0];
-            holds[from + x0 as usize..=from + x1 as usize].fill(true);
+            let row = (span.y as i32).div_euclid(CELL_PX);
+            let [from, to] =
+                [span.x0, span.x1 - 1].map(|x| holds.rect().offset((x as i32).div_euclid(CELL_PX), row));
+            holds.pixels_mut()[from..=to].fill(true);
         }
-        Self { corner, size, near: grown(&holds, size, REACH_CELLS as usize) }
+        Self { near: Image::new(holds.rect(), grown(holds.pixels(), holds.size(), REACH_CELLS as usize)) }
     }
 
-    /// Which cells hold one of these pixels of the photo, or lie beside one that does: by their places.
+    /// Returns a mask of the cells that hold one of these pixels of the photo, or are adjacent to one that
+    /// does.
     pub fn touching(&self, pixels: impl Iterator<Item = (u32, u32)>) -> Vec<bool> {
-        let mut holds = vec![false; self.near.len()];
-        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|place| holds[place] = true);
-        grown(&holds, self.size, 1)
+        let mut holds = vec![false; self.near.pixels().len()];
+        pixels.filter_map(|(x, y)| self.place(x, y)).for_each(|index| holds[index] = true);
+        grown(&holds, self.near.size(), 1)
     }
 
-    /// The middles of the cells that are near the hidden part, in photo pixels, with their places.
+    /// Iterates over the cells near the occluded part: their index, and their centre in photo pixels.
     pub fn near(&self) -> impl Iterator<Item = (usize, DVec2)> {
-        let near = self.near.iter().enumerate().filter(|(_, near)| **near);
-        near.map(|(place, _)| {
-            let [x, y] = [place % self.size[0], place / self.size[0]];
-            let at = |corner: i32, cell: usize| {
-                f64::from((corner + cell as i32) * CELL_PX) + f64::from(CELL_PX) / 2.0
-            };
-            (place, DVec2::new(at(self.corner[0], x), at(self.corner[1], y)))
-        })
+        let middle = |cell: i32| f64::from(cell * CELL_PX) + f64::from(CELL_PX) / 2.0;
+        let near = self.near.iter().enumerate().filter(|(_, (_, near))| **near);
+        near.map(move |(index, ((x, y), _))| (index, DVec2::new(middle(x), middle(y))))
     }
 
-    /// The cell that holds a pixel.
+    /// Returns the index of the cell that holds a pixel; `None` outside of the cells.
     pub fn place(&self, x: u32, y: u32) -> Option<usize> {
-        let [column, row] = [0, 1].map(|i| [x, y][i] as i32 / CELL_PX - self.corner[i]);
-        let inside =
-            column >= 0 && row >= 0 && (column as usize) < self.size[0] && (row as usize) < self.size[1];
-        inside.then(|| row as usize * self.size[0] + column as usize)
+        self.near.rect().index(x as i32 / CELL_PX, y as i32 / CELL_PX)
     }
 
-    /// Spreads values over all cells: place, value and weight (1 at most) of those that are known. None where
-    /// nothing is.
+    /// Interpolates values over all cells from the known ones: index, value and weight (1 at most). Returns
+    /// `None` when none is known.
     pub fn spread(&self, known: impl IntoIterator<Item = (usize, [f32; 3], f32)>) -> Option<Field> {
-        let mut grid = Grid::new(self.size);
-        for (place, value, weight) in known {
-            (grid.values[place], grid.weights[place]) = (value, weight);
+        let mut grid = Grid::new(self.near.size());
+        for (index, value, weight) in known {
+            (grid.values[index], grid.weights[index]) = (value, weight);
         }
-        Some(Field { corner: self.corner, size: self.size, values: grid.filled()? })
+        Some(Field { values: Image::new(self.near.rect(), grid.filled()?) })
     }
 }
 
-/// Every mark grown to all sides by so many cells.
+/// Dilates a mask by `reach` cells to all sides.
 fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool> {
     let mut wide = vec![false; marks.len()];
     for (i, _) in marks.iter().enumerate().filter(|(_, mark)| **mark) {
@@ -97,30 +90,19 @@ fn grown(marks: &[bool], [width, height]: [usize; 2], reach: usize) -> Vec<bool>
     grown
 }
 
-/// Smooth values over a region.
+/// A grid of smooth values over a region.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Field {
-    corner: [i32; 2],
-    size: [usize; 2],
-    values: Vec<[f32; 3]>,
+    /// By cell.
+    values: Image<[f32; 3]>,
 }
 
 impl Field {
-    /// The value at a pixel, between the cells' middles.
+    /// Interpolates the value at a pixel between the cells' centres.
     pub fn at(&self, x: u32, y: u32) -> [f32; 3] {
-        let along = |at: u32, corner: i32, count: usize| {
-            let place = (at as f32 + 0.5) / CELL_PX as f32 - 0.5 - corner as f32;
-            let place = place.clamp(0.0, (count - 1) as f32);
-            let first = place as usize;
-            (first, (first + 1).min(count - 1), place - first as f32)
-        };
-        let (x0, x1, sx) = along(x, self.corner[0], self.size[0]);
-        let (y0, y1, sy) = along(y, self.corner[1], self.size[1]);
-        let value = |x: usize, y: usize, c: usize| self.values[y * self.size[0] + x][c];
-        [0, 1, 2].map(|c| {
-            let above = value(x0, y0, c) * (1.0 - sx) + value(x1, y0, c) * sx;
-            let below = value(x0, y1, c) * (1.0 - sx) + value(x1, y1, c) * sx;
-            above * (1.0 - sy) + below * sy
-        })
+        let (rect, size) = (self.values.rect(), self.values.size());
+        let cell = |at: u32, first: i32| (f64::from(at) + 0.5) / f64::from(CELL_PX) - f64::from(first);
+        let between = Clamped::of(DVec2::new(cell(x, rect.x), cell(y, rect.y)), size);
+        [0, 1, 2].map(|c| between.mix(|x, y| self.values.pixels()[y * size[0] + x][c]))
     }
 }

@@ -1,4 +1,4 @@
-//! A photo that gives: its colours at several levels of detail, and what it shows where.
+//! Donor photos: their colours at several levels of detail, and the surface that each pixel shows.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -6,7 +6,7 @@ use std::sync::Arc;
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::painted::{LEVELS, Paint, PaintedSurface, Word};
+use super::painted::{LEVELS, Paint, PaintSample, PaintedSurface};
 use super::surfaces::{SurfaceId, Surfaces};
 use crate::error::Result;
 use crate::geometry::{Pinhole, Plane, Pose};
@@ -14,70 +14,71 @@ use crate::layers::software::owners;
 use crate::layers::view::{Item, View};
 use crate::projection::srgb::Srgb;
 use crate::projection::{PhotoId, Projector};
+use crate::raster::bilinear::Clamped;
+use crate::raster::halving::{OddSide, halved};
+use crate::raster::{Image, in_8_bits};
 use crate::scene::{Model, PhotoPixels};
 
-/// Where the photos come from: files, or a test's own.
+/// A source of donor photos: files, or images made by a test.
 pub trait Donors: Sync {
-    /// The photo, ready to give; none where it cannot be read.
+    /// Returns the photo as a donor; `None` where it cannot be read.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>>;
 
-    /// So many may be held at the same time: as many as memory allows, two at least.
+    /// Returns the number of donors that fit into memory at the same time; two at least.
     fn at_once(&self) -> usize;
 }
 
-/// A photo gives nothing nearer to another depth than so many pixels: models are wrong by a few, and what
-/// lies behind an edge must not be taken for what lies before it.
+/// The distance in pixels from a depth discontinuity within which a photo is not sampled: models are wrong by
+/// a few pixels, and the background at an edge must not be taken for the foreground.
 const INSIDE_PX: usize = 4;
 
-/// Two surfaces whose depths differ by less than this share are one at a pixel: windows in their wall. What
-/// `projection::relief` calls the same surface.
+/// The relative difference of depths below which two surfaces count as one at a pixel, such as windows in
+/// their wall. It is the tolerance by which `projection::relief` recognises the same surface.
 const SAME_DEPTH: f32 = 5e-4;
 
-/// Planes that lean against each other by less than 2.5 degrees are parallel (cosine).
+/// The cosine of 2.5 degrees; planes that enclose a smaller angle count as parallel.
 const PARALLEL: f64 = 0.999;
 
-/// Neighbouring pixels have the same depth up to this share of it, beside what slopes explain.
+/// The relative difference of depths that neighbouring pixels may have without a discontinuity, beyond what
+/// slopes explain.
 const JUMP: f32 = 3e-3;
 
-/// The pixel lies [`INSIDE_PX`] inside of what the photo shows of its surface.
+/// The bit of [`Donor::owners`] that says that the pixel lies at least [`INSIDE_PX`] inside the area that the
+/// photo shows of its surface.
 const INSIDE: u32 = 1 << 31;
 
-/// A photo, ready to give.
+/// A photo prepared for sampling.
 pub struct Donor {
-    /// Size and K in pixels.
+    /// Image size and intrinsics in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// Bits of a sample in its file: 8 or 16. Here all have 8.
+    /// Bits per sample of the photo's file, 8 or 16. The donor itself keeps 8.
     pub bits: u8,
-    /// Its colour profile.
+    /// The photo's ICC colour profile.
     pub icc: Option<Vec<u8>>,
     view: View,
     planes: Vec<Plane>,
-    /// For each surface its item in `view`, or [`NOWHERE`].
+    /// The item in `view` of each surface, or [`NOWHERE`].
     item_of: Vec<u32>,
-    /// Per pixel the item that owns it plus one, 0 for none, and [`INSIDE`].
-    shown: Vec<u32>,
+    /// Per pixel, the index of the item that owns it plus one (0 for none), and [`INSIDE`].
+    owners: Vec<u32>,
     levels: Vec<Level>,
-    /// By item.
+    /// The paint on each item.
     paint: BTreeMap<u32, Paint>,
 }
 
 const NOWHERE: u32 = u32::MAX;
 
-/// One level of detail: sRGB, 8 bits, three samples a pixel, rows from the top.
-struct Level {
-    width: usize,
-    height: usize,
-    rgb: Vec<u8>,
-}
+/// One level of detail: sRGB with 8 bits.
+type Level = Image<[u8; 3]>;
 
 impl Donor {
-    /// Of a photo with its pixels and what was painted on it, and the model in world coordinates; `tolerance`
-    /// is that of occlusion. What is painted over is as if the photo had never shown anything else.
+    /// Prepares a photo from its pixels, the paint on it, and the model in world coordinates. `tolerance` is
+    /// that of occlusion. Paint replaces the photo's own pixels.
     pub fn new(
         projector: &Projector,
         pixels: &PhotoPixels,
@@ -95,31 +96,34 @@ impl Donor {
             item_of[surface.0 as usize] = i;
             planes.push(surfaces.get(surface).plane);
         }
-        let shown = owners(&view, tolerance);
-        let (bits, icc, paint) = (pixels.bits(), pixels.icc.clone(), BTreeMap::new());
+        let owners = owners(&view, tolerance);
+        let bits = pixels.bits();
+        let icc = pixels.icc.clone();
+        let paint = BTreeMap::new();
         let levels = vec![finest(pixels)];
         let mut donor =
-            Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, shown, levels, paint };
-        remove_invalid(&mut donor.shown, pixels);
+            Self { camera: *camera, pose: *pose, bits, icc, view, planes, item_of, owners, levels, paint };
+        remove_invalid(&mut donor.owners, pixels);
         donor.take_paint(painted);
-        mark_inside(&mut donor.shown, &donor.view);
+        mark_inside(&mut donor.owners, &donor.view);
         donor.add_levels(valid(pixels));
         donor
     }
 
-    /// Colours take the place of the photo's where it shows their surface; what was painted away is shown no more.
+    /// Applies paint: colours replace the photo's where it shows their surface; where paint was erased, the
+    /// photo shows nothing any more.
     fn take_paint(&mut self, painted: &[PaintedSurface]) {
         let (width, height) = (self.camera.width, self.camera.height);
         for painted in painted {
             let Some(item) = self.item(painted.surface) else { continue };
             for (x, y, colour) in painted.within(width, height) {
-                if !self.owns(item, x, y) {
+                if !self.shows_plane_at(item, x, y) {
                     continue;
                 }
                 let at = y as usize * width as usize + x as usize;
                 match colour {
-                    Some(colour) => self.levels[0].rgb[3 * at..3 * at + 3].copy_from_slice(&colour),
-                    None => self.shown[at] = 0,
+                    Some(colour) => self.levels[0].pixels_mut()[at] = colour,
+                    None => self.owners[at] = 0,
                 }
             }
             self.paint.insert(item, Paint::of(painted));
@@ -127,140 +131,134 @@ impl Donor {
     }
 
     fn add_levels(&mut self, mut valid: Option<Vec<bool>>) {
-        // What is masked and painted over is known.
-        let painted = |(valid, shown): (&mut bool, &u32)| *valid |= *shown != 0;
-        valid.iter_mut().flatten().zip(&self.shown).for_each(painted);
+        // Masked pixels that were painted over have a known colour.
+        let painted = |(valid, owner): (&mut bool, &u32)| *valid |= *owner != 0;
+        valid.iter_mut().flatten().zip(&self.owners).for_each(painted);
         while self.levels.len() < LEVELS {
             let last = &self.levels[self.levels.len() - 1];
-            if last.width.min(last.height) <= 1 {
+            if last.size().iter().any(|side| *side <= 1) {
                 break;
             }
-            let next = halved(last, valid.as_deref());
-            valid = valid.map(|valid| halved_valid(&valid, last.width, last.height));
+            let next = half(last, valid.as_deref());
+            valid = valid.map(|valid| halved_valid(&valid, last.size()));
             self.levels.push(next);
         }
     }
 
-    /// The paint on an item's surface.
+    /// Returns the paint on an item's surface.
     pub fn paint(&self, item: u32) -> Option<&Paint> {
         self.paint.get(&item)
     }
 
-    /// What was painted at a pixel's middle on an item's surface, at full detail.
-    pub fn painted(&self, item: u32, x: u32, y: u32) -> Word {
+    /// Returns the paint at a pixel's centre on an item's surface, at full detail.
+    pub fn painted(&self, item: u32, x: u32, y: u32) -> PaintSample {
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-        self.paint(item).map_or(Word::None, |paint| paint.at(centre, 0))
+        self.paint(item).map_or(PaintSample::None, |paint| paint.at(centre, 0))
     }
 
-    /// The model as the photo sees it.
+    /// Returns the model as the photo sees it.
     pub fn view(&self) -> &View {
         &self.view
     }
 
-    /// The item of a surface, if that may cover pixels of this photo.
+    /// Returns the item of a surface; `None` where the surface cannot cover pixels of this photo.
     pub fn item(&self, surface: SurfaceId) -> Option<u32> {
         Some(self.item_of[surface.0 as usize]).filter(|item| *item != NOWHERE)
     }
 
-    /// The item with this index.
+    /// Returns the item with this index.
     pub fn seen(&self, item: u32) -> &Item {
         &self.view.items[item as usize]
     }
 
-    /// Whether the photo shows the item's plane at a position, well inside of what it shows of it.
+    /// Returns true when the photo shows the item's plane at a position in pixels, at least four pixels from
+    /// the next depth discontinuity.
     pub fn shows(&self, item: u32, px: DVec2) -> bool {
-        let inside = px.x >= 0.0 && px.y >= 0.0;
-        let (x, y) = (px.x as u32, px.y as u32);
-        if !inside || x >= self.camera.width || y >= self.camera.height {
+        if !self.camera.rect().contains_position(px) {
             return false;
         }
-        let shown = self.shown[y as usize * self.camera.width as usize + x as usize];
-        shown & INSIDE != 0 && self.owns(item, x, y)
+        let (x, y) = (px.x as u32, px.y as u32);
+        let entry = self.owners[y as usize * self.camera.width as usize + x as usize];
+        entry & INSIDE != 0 && self.shows_plane_at(item, x, y)
     }
 
-    /// The item that a pixel shows, if it shows anything of the model.
+    /// Returns the item that a pixel shows; `None` where it shows nothing of the model, is invalid, or was
+    /// erased.
     pub fn owner(&self, x: u32, y: u32) -> Option<u32> {
-        (self.shown[y as usize * self.camera.width as usize + x as usize] & !INSIDE).checked_sub(1)
+        (self.owners[y as usize * self.camera.width as usize + x as usize] & !INSIDE).checked_sub(1)
     }
 
-    /// Whether the photo shows anything of the model at a pixel.
+    /// Returns true when the photo shows any surface of the model at a pixel.
     pub fn shows_any(&self, x: u32, y: u32) -> bool {
         self.owner(x, y).is_some()
     }
 
-    /// Whether the photo shows the item's plane at a pixel, be it at its border.
-    pub fn owns(&self, item: u32, x: u32, y: u32) -> bool {
+    /// Returns true when the photo shows the item's plane at a pixel, even next to a depth discontinuity.
+    pub fn shows_plane_at(&self, item: u32, x: u32, y: u32) -> bool {
         self.owner(x, y).is_some_and(|owner| owner == item || self.is_level(owner, item, x, y))
     }
 
-    /// Two items have one plane as far as a pixel can tell.
+    /// Returns true when two items lie in the same plane as far as one pixel can tell.
     fn is_level(&self, a: u32, b: u32, x: u32, y: u32) -> bool {
         let depth = |item: u32| self.view.items[item as usize].inverse_depth.at(x, y);
         let normal = |item: u32| self.planes[item as usize].normal;
         (depth(a) / depth(b) - 1.0).abs() <= SAME_DEPTH && normal(a).dot(normal(b)).abs() >= PARALLEL
     }
 
-    /// The level of detail at which `ratio` of the photo's pixels lie along one that is asked for.
+    /// Returns the level of detail at which `ratio` of the photo's pixels correspond to one pixel wanted.
     pub fn level_for(&self, ratio: f64) -> usize {
         (ratio.max(1.0).log2().round() as usize).min(self.levels.len() - 1)
     }
 
-    /// The colour of a pixel: linear light, full range 1.
+    /// Returns the colour of a pixel: linear light, full range 1.
     pub fn pixel(&self, x: u32, y: u32) -> [f32; 3] {
-        let at = 3 * (y as usize * self.camera.width as usize + x as usize);
-        [0, 1, 2].map(|c| Srgb::tables().linear(self.levels[0].rgb[at + c]))
+        let at = y as usize * self.camera.width as usize + x as usize;
+        self.levels[0].pixels()[at].map(|value| Srgb::tables().linear(value))
     }
 
-    /// The colour at a position, between four pixels of a level: linear light, full range 1.
+    /// Interpolates the colour at a position in pixels between four texels of a level: linear light, full
+    /// range 1.
     pub fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
-        let Level { width, height, rgb } = &self.levels[level];
+        let (size, rgb) = (self.levels[level].size(), self.levels[level].pixels());
         let srgb = Srgb::tables();
-        let scale = 1.0 / f64::from(1u32 << level);
-        let at = (px * scale - 0.5).clamp(DVec2::ZERO, DVec2::new((*width - 1) as f64, (*height - 1) as f64));
-        let (x, y) = (at.x as usize, at.y as usize);
-        let (sx, sy) = ((at.x - x as f64) as f32, (at.y - y as f64) as f32);
-        let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
-        let texel = |x: usize, y: usize, c: usize| srgb.linear(rgb[3 * (y * width + x) + c]);
-        [0, 1, 2].map(|c| {
-            let above = texel(x, y, c) * (1.0 - sx) + texel(x1, y, c) * sx;
-            let below = texel(x, y1, c) * (1.0 - sx) + texel(x1, y1, c) * sx;
-            above * (1.0 - sy) + below * sy
-        })
+        let between = Clamped::of(px * (1.0 / f64::from(1u32 << level)), size);
+        [0, 1, 2].map(|c| between.mix(|x, y| srgb.linear(rgb[y * size[0] + x][c])))
     }
 
-    /// About how many bytes one of a camera takes.
+    /// Estimates the memory of a donor with this camera, in bytes.
     pub fn bytes_of(camera: &Pinhole) -> u64 {
-        // Owner, colours, and a third of those once more for the coarser levels.
+        // The owner, the colours, and a third of the colours once more for the coarser levels.
         u64::from(camera.width) * u64::from(camera.height) * (4 + 3 + 1)
     }
 
-    /// Bytes that it takes.
+    /// Returns the memory that the donor uses, in bytes.
     pub fn bytes(&self) -> u64 {
-        let levels: u64 = self.levels.iter().map(|level| level.rgb.len() as u64).sum();
-        4 * self.shown.len() as u64 + levels + self.paint.values().map(Paint::bytes).sum::<u64>()
+        let levels: u64 = self.levels.iter().map(|level| 3 * level.pixels().len() as u64).sum();
+        4 * self.owners.len() as u64 + levels + self.paint.values().map(Paint::bytes).sum::<u64>()
     }
 }
 
-/// Where the photo is not valid it shows nothing.
-fn remove_invalid(shown: &mut [u32], pixels: &PhotoPixels) {
+/// Removes the owners of invalid pixels.
+fn remove_invalid(owners: &mut [u32], pixels: &PhotoPixels) {
     if !pixels.has_alpha() {
         return;
     }
-    for (i, shown) in (0..).zip(shown) {
+    for (i, owner) in (0..).zip(owners) {
         if !pixels.is_valid(i % pixels.width, i / pixels.width) {
-            *shown = 0;
+            *owner = 0;
         }
     }
 }
 
-/// Marks the pixels that have no other depth within [`INSIDE_PX`] pixels along rows and columns.
-fn mark_inside(shown: &mut [u32], view: &View) {
+/// Sets [`INSIDE`] at pixels without a depth discontinuity within [`INSIDE_PX`] pixels along rows and
+/// columns.
+fn mark_inside(owners: &mut [u32], view: &View) {
     let (width, height) = (view.width as usize, view.height as usize);
-    let owners = &*shown;
+    let unmarked = &*owners;
     let differs = |x: usize, y: usize| {
         let jump_to = |x1: usize, y1: usize| {
             let inside = x1 < width && y1 < height;
-            inside && is_jump(view, [owners[y * width + x], owners[y1 * width + x1]], [x, y], [x1, y1])
+            inside && is_jump(view, [unmarked[y * width + x], unmarked[y1 * width + x1]], [x, y], [x1, y1])
         };
         jump_to(x + 1, y)
             || jump_to(x, y + 1)
@@ -272,17 +270,17 @@ fn mark_inside(shown: &mut [u32], view: &View) {
         row.iter_mut().enumerate().for_each(|(x, jump)| *jump = differs(x, y).into());
     });
     let wide: Vec<u8> = jumps.par_chunks(width).flat_map_iter(grown_along).collect();
-    shown.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
+    owners.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         let rows = y.saturating_sub(INSIDE_PX)..(y + INSIDE_PX + 1).min(height);
-        for (x, shown) in row.iter_mut().enumerate() {
-            if *shown != 0 && rows.clone().all(|y| wide[y * width + x] == 0) {
-                *shown |= INSIDE;
+        for (x, owner) in row.iter_mut().enumerate() {
+            if *owner != 0 && rows.clone().all(|y| wide[y * width + x] == 0) {
+                *owner |= INSIDE;
             }
         }
     });
 }
 
-/// A row with every mark grown to both sides.
+/// Returns a row in which every mark is extended by [`INSIDE_PX`] to both sides.
 fn grown_along(row: &[u8]) -> Vec<u8> {
     let mut grown = vec![0u8; row.len()];
     for (x, _) in row.iter().enumerate().filter(|(_, mark)| **mark != 0) {
@@ -291,7 +289,8 @@ fn grown_along(row: &[u8]) -> Vec<u8> {
     grown
 }
 
-/// Whether the depth jumps between two neighbours: neither plane explains the other's depth.
+/// Returns true when the depth jumps between two neighbouring pixels: neither plane explains the other's
+/// depth.
 fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool {
     if owners[0] == owners[1] {
         return false;
@@ -310,49 +309,39 @@ fn is_jump(view: &View, owners: [u32; 2], a: [usize; 2], b: [usize; 2]) -> bool 
 }
 
 fn finest(pixels: &PhotoPixels) -> Level {
-    let (width, height) = (pixels.width as usize, pixels.height as usize);
-    let rows = (0..pixels.height).into_par_iter().flat_map_iter(|y| {
-        (0..pixels.width).flat_map(move |x| {
-            let [r, g, b, _] = pixels.rgba16(x, y);
-            [r, g, b].map(|value| ((u32::from(value) * 255 + 32767) / 65535) as u8)
-        })
-    });
-    Level { width, height, rgb: rows.collect() }
+    let rgb = |x: u32, y: u32| {
+        let [r, g, b, _] = pixels.rgba16(x, y);
+        [r, g, b].map(in_8_bits)
+    };
+    let row = |y: u32| (0..pixels.width).map(move |x| rgb(x, y));
+    let rgb = (0..pixels.height).into_par_iter().flat_map_iter(row).collect();
+    Level::new(pixels.rect(), rgb)
 }
 
-/// Which pixels are valid, row by row; none where all are.
+/// Returns the validity of each pixel, row by row; `None` where all pixels are valid.
 fn valid(pixels: &PhotoPixels) -> Option<Vec<bool>> {
     let row = |y: u32| (0..pixels.width).map(move |x| pixels.is_valid(x, y));
     pixels.has_alpha().then(|| (0..pixels.height).into_par_iter().flat_map_iter(row).collect())
 }
 
-/// A texel is valid where one of its four is.
-fn halved_valid(valid: &[bool], width: usize, height: usize) -> Vec<bool> {
-    let any = |x: usize, y: usize| {
-        let above = &valid[2 * y * width + 2 * x..];
-        let below = &valid[(2 * y + 1) * width + 2 * x..];
-        above[0] || above[1] || below[0] || below[1]
-    };
-    (0..height / 2).flat_map(|y| (0..width / 2).map(move |x| (x, y))).map(|(x, y)| any(x, y)).collect()
+/// Halves a validity mask: a texel is valid where one of its four pixels is.
+fn halved_valid(valid: &[bool], size: [usize; 2]) -> Vec<bool> {
+    halved(size, OddSide::Dropped, |four| four.iter().any(|at| valid[*at]))
 }
 
-/// Means of those of two by two that are valid, in linear light, lest what is masked tinges what is beside it; an
-/// odd last row or column is dropped.
-fn halved(level: &Level, valid: Option<&[bool]>) -> Level {
-    let (width, height) = (level.width / 2, level.height / 2);
+/// Halves a level: each texel is the mean, in linear light, of the valid ones of two by two texels, so that
+/// masked pixels do not tinge their surroundings. An odd last row or column is dropped.
+fn half(level: &Level, valid: Option<&[bool]>) -> Level {
     let srgb = Srgb::tables();
-    let rgb = (0..height).into_par_iter().flat_map_iter(|y| {
-        (0..width).flat_map(move |x| {
-            let first = 2 * y * level.width + 2 * x;
-            let four = [first, first + 1, first + level.width, first + level.width + 1];
-            let weights = four.map(|at| f32::from(u8::from(valid.is_none_or(|valid| valid[at]))));
-            let total: f32 = weights.iter().sum();
-            let weights = if total > 0.0 { weights.map(|weight| weight / total) } else { [0.25; 4] };
-            [0, 1, 2].map(|c| {
-                let light = four.map(|at| srgb.linear(level.rgb[3 * at + c]));
-                srgb.encoded((0..4).map(|i| weights[i] * light[i]).sum())
-            })
+    let mean = |four: &[usize]| {
+        let four: [usize; 4] = std::array::from_fn(|i| four[i]);
+        let weights = four.map(|at| f32::from(u8::from(valid.is_none_or(|valid| valid[at]))));
+        let total: f32 = weights.iter().sum();
+        let weights = if total > 0.0 { weights.map(|weight| weight / total) } else { [0.25; 4] };
+        [0, 1, 2].map(|c| {
+            let light = four.map(|at| srgb.linear(level.pixels()[at][c]));
+            srgb.encoded((0..4).map(|i| weights[i] * light[i]).sum())
         })
-    });
-    Level { width, height, rgb: rgb.collect() }
+    };
+    level.halved(OddSide::Dropped, mean)
 }

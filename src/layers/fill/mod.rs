@@ -1,18 +1,19 @@
-//! Filling what a photo did not show, in order of trust.
+//! Filling of the texels that a photo does not show, from the most to the least reliable source.
 //!
-//! Every hidden texel of an image layer lies on a surface whose place is known. It gets its colour
+//! Every occluded texel of an image layer lies on a surface whose position is known. Its colour comes
 //!
-//! 1. from other photos ([`givers`]): from paint on the same surface ([`painted`]), else from those whose own
-//!    pixel there shows the same surface, well inside of what they show of it;
-//! 2. by example ([`exemplar`]): what no photo shows of a surface is made of what some photo shows of it,
-//!    in its own plane ([`plate`]), once for all photos;
-//! 3. by diffusion ([`push_pull`]) where there is too little to take examples from, if need be from the few
-//!    pixels that the photo itself has of the surface ([`remnant`]).
+//! 1. from other photos ([`givers`]): from paint on the same surface ([`painted`]), else from photos whose
+//!    own pixel at that point shows the same surface and lies well inside the area that they show of it;
+//! 2. by example ([`exemplar`]): the parts of a surface that no photo shows are synthesised from the parts
+//!    that some photo shows, in the plane of the surface ([`plate`]), once for all photos;
+//! 3. by diffusion ([`push_pull`]) where the known part is too small to take examples from, in the last
+//!    resort from the few pixels that the photo itself has of the surface ([`remnant`]).
 //!
-//! The seam to what the photo shows is closed by a smooth factor ([`seam`]); pixels of the photo never
-//! change. [`fill_photo`] is the recipe. What filling needs of the photos is told by [`Donors`].
+//! A smooth factor on the filling closes the seam to the pixels that the photo shows ([`seam`]); pixels of
+//! the photo never change. [`fill_photo`] carries out the steps for one photo. [`Donors`] is the interface
+//! through which the photos are read.
 //!
-//! Where it is wished, paint of one photo also takes the place of what others show of the surface (`spread`).
+//! On request, paint of one photo also replaces the pixels that other photos show of the surface (`spread`).
 
 mod asker;
 pub mod cells;
@@ -34,31 +35,33 @@ pub use donor::{Donor, Donors};
 pub use options::{FillOptions, Invent};
 pub use painted::PaintedSurface;
 pub use photo::{Filled, FilledRegion, Ground, Texel, fill_photo};
-pub use plate::Plates;
+pub use plate::RectifiedTextures;
 pub use region::{HiddenSpan, Region, Regions};
-pub use spread::{Offer, Spread, spread_paint};
+pub use spread::{PropagationStatistics, Spread, spread_paint};
 pub use surfaces::{SurfaceId, Surfaces};
 
 use crate::projection::PhotoId;
 
-/// Where the colour of a texel comes from.
+/// The source of a filled texel's colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Origin {
-    /// Made of what photos show elsewhere on the surface.
+    /// Synthesised by example from other parts of the surface.
     Exemplar,
-    /// A smooth mean of what is around it.
+    /// A smooth mean of the surrounding colours.
     Diffused,
-    /// This photo shows the place.
+    /// Taken from this photo, which shows the point.
     Photo(PhotoId),
-    /// Somebody painted the place in this photo.
+    /// Taken from paint on this photo.
     Painted(PhotoId),
 }
 
-/// What another photo gives is trusted so far at most: it was seen under another angle.
+/// The highest confidence of a colour from another photo, in 0..1: the photo saw the surface from another
+/// direction.
 pub const MOST_CONFIDENCE: f32 = 0.5;
 
-/// What was invented is trusted so far: any photo that shows the place comes first.
+/// The confidence of a texel synthesised by example, in 0..1: lower than that of any photo that shows the
+/// point.
 pub const INVENTED_CONFIDENCE: f32 = 0.1;
 
-/// The same where there was nothing to take examples from.
+/// The confidence of a texel filled by diffusion, in 0..1.
 pub const DIFFUSED_CONFIDENCE: f32 = 0.04;

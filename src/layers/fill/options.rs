@@ -1,15 +1,15 @@
-//! What the user may decide about filling: the command line's, the project's and the editor's.
+//! Options of filling, shared by the command line, the project file and the editor.
 
 use serde::{Deserialize, Serialize};
 
-/// How that is made which no photo shows.
+/// The method for texels that no photo shows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Invent {
-    /// By example, where there is enough to take examples from.
+    /// By example where the known part is large enough, else by diffusion.
     #[default]
     Exemplar,
-    /// Smoothly, everywhere.
+    /// By diffusion everywhere.
     Diffusion,
 }
 
@@ -17,37 +17,37 @@ pub enum Invent {
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize, Deserialize)]
 #[serde(default, deny_unknown_fields)]
 pub struct FillOptions {
-    /// Objects that are left as the photos show them: names, or beginnings of names with `*` behind. By
-    /// object and not by image layer, so that it holds whatever the next build makes of them.
+    /// Objects that are not filled: names, or prefixes of names followed by `*`. The option refers to objects
+    /// and not to image layers, so that it remains valid when a build forms other layers.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub without: Vec<String>,
-    /// What no photo shows.
+    /// The method for texels that no photo shows.
     pub invent: Invent,
-    /// Photos whose paint is laid over what the others show of the same surfaces: names, or beginnings of names
-    /// with `*` behind.
+    /// Photos whose paint replaces the pixels that other photos show of the same surfaces: names, or prefixes
+    /// of names followed by `*`.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub propagate: Vec<String>,
 }
 
 impl FillOptions {
-    /// Whether the object with this name is filled.
+    /// Returns true when the object with this name is filled.
     pub fn fills(&self, object: &str) -> bool {
-        !self.without.iter().any(|pattern| is_named(object, pattern))
+        !self.without.iter().any(|pattern| matches_pattern(object, pattern))
     }
 
-    /// Whether paint of the photo with this name is laid over other photos.
+    /// Returns true when paint of the photo with this name is propagated to other photos.
     pub fn propagates(&self, photo: &str) -> bool {
-        self.propagate.iter().any(|pattern| is_named(photo, pattern))
+        self.propagate.iter().any(|pattern| matches_pattern(photo, pattern))
     }
 
-    /// All of it is as if nothing had been decided.
+    /// Returns true when all options have their default values.
     pub fn is_default(&self) -> bool {
         *self == Self::default()
     }
 }
 
-/// Whether a name is the pattern's, or begins as it does before its `*`.
-pub fn is_named(name: &str, pattern: &str) -> bool {
+/// Returns true when a name equals the pattern, or begins with the part of the pattern before its final `*`.
+pub fn matches_pattern(name: &str, pattern: &str) -> bool {
     match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning),
         None => name == pattern,

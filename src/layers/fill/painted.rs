@@ -1,42 +1,43 @@
-//! Paint of a photo, ready to give: where a hand has been on a surface it has the word, not the photo under it.
+//! Paint of a photo prepared for sampling by other photos: where a surface is painted, its paint counts
+//! instead of the photo underneath.
 
 use glam::DVec2;
 
 use super::surfaces::SurfaceId;
 use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
+use crate::raster::Image;
+use crate::raster::bilinear::Corner;
+use crate::raster::halving::OddSide;
 
-/// Soft paint gives its colour from half its opacity on: below, what it was laid on has more say in it.
+/// The least alpha at which soft paint provides a colour: below half its opacity, the photo underneath
+/// contributes more.
 const GIVING_ALPHA: u8 = 128;
 
-/// Levels of detail, as photos have them (see [`super::donor`]).
+/// The number of levels of detail, the same as of photos (see [`super::donor`]).
 pub(super) const LEVELS: usize = 4;
 
-/// What was painted on one surface of a photo.
+/// The paint on one surface of a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct PaintedSurface {
     /// The surface.
     pub surface: SurfaceId,
-    /// In photo pixels; may reach outside the photo.
-    pub rect: PixelRect,
-    /// Rows of `rect` from the top: R, G, B, A in the photo's encoding; without opacity where it was painted
-    /// away, none where nobody painted.
-    pub pixels: Vec<Option<[u8; 4]>>,
+    /// In photo pixels; the bounds may reach outside the photo. R, G, B, A in the photo's encoding, with alpha 0 where
+    /// paint was erased; `None` where there is no paint.
+    pub pixels: Image<Option<[u8; 4]>>,
 }
 
 impl PaintedSurface {
-    /// Every painted pixel that lies within a photo of this size, and its colour if it gives one.
+    /// Iterates over the painted pixels that lie within a photo of this size: column, row, and the colour if
+    /// the pixel provides one.
     pub(super) fn within(
         &self,
         width: u32,
         height: u32,
     ) -> impl Iterator<Item = (u32, u32, Option<[u8; 3]>)> {
-        let row = self.rect.w.max(1) as usize;
-        self.pixels.iter().enumerate().filter_map(move |(i, pixel)| {
-            let (x, y) = (self.rect.x + (i % row) as i32, self.rect.y + (i / row) as i32);
-            let inside = x >= 0 && y >= 0 && (x as u32) < width && (y as u32) < height;
-            pixel.filter(|_| inside).map(|pixel| (x as u32, y as u32, given(pixel)))
-        })
+        let photo = PixelRect::of_size(width, height);
+        let painted = self.pixels.iter().filter(move |((x, y), _)| photo.contains(*x, *y));
+        painted.filter_map(|((x, y), pixel)| pixel.map(|pixel| (x as u32, y as u32, given(pixel))))
     }
 }
 
@@ -44,23 +45,24 @@ fn given([r, g, b, a]: [u8; 4]) -> Option<[u8; 3]> {
     (a >= GIVING_ALPHA).then_some([r, g, b])
 }
 
-/// What paint says of a place.
+/// The result of sampling paint at a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub enum Word {
-    /// Nobody painted there: the photo may speak.
+pub enum PaintSample {
+    /// There is no paint: the photo's own pixel counts.
     None,
-    /// It was painted away, or too faintly: nothing is to come from here.
+    /// The paint was erased or is too faint: neither paint nor photo is to be used.
     Silence,
-    /// The colour, linear light, full range 1.
+    /// The colour of the paint: linear light, full range 1.
     Colour([f32; 3]),
 }
 
 /// The paint of one surface at several levels of detail.
 #[derive(Debug)]
 pub struct Paint {
-    /// Its corner is a multiple of the coarsest texel, so that texels of all levels lie as the photo's do.
+    /// Bounds in photo pixels. The corner is a multiple of the coarsest texel, so that the texels of all
+    /// levels are aligned with the photo's.
     rect: PixelRect,
-    /// Where it was painted, and whether that gives a colour.
+    /// The state of each pixel of `rect`, row by row.
     marks: Vec<Mark>,
     levels: Vec<Level>,
 }
@@ -72,113 +74,86 @@ enum Mark {
     Gives,
 }
 
-/// sRGB, 8 bits; the fourth is 0 where no paint gives any colour.
-#[derive(Debug)]
-struct Level {
-    width: usize,
-    height: usize,
-    texels: Vec<[u8; 4]>,
-}
+/// One level: sRGB, 8 bits; alpha is 0 where no paint provides a colour. Counted from the paint's corner.
+type Level = Image<[u8; 4]>;
 
 impl Paint {
-    /// Makes it ready.
+    /// Builds the levels of detail.
     pub fn of(painted: &PaintedSurface) -> Self {
         let step = 1 << (LEVELS - 1);
         let down = |at: i32| at.div_euclid(step) * step;
         let up = |at: i32| -down(-at);
-        let inner = painted.rect;
+        let inner = painted.pixels.rect();
         let rect = PixelRect::from_edges(down(inner.x), down(inner.y), up(inner.right()), up(inner.bottom()));
-        let (width, height) = (rect.w as usize, rect.h as usize);
-        let mut marks = vec![Mark::Bare; width * height];
-        let mut texels = vec![[0; 4]; width * height];
-        for (i, pixel) in painted.pixels.iter().enumerate() {
+        let mut marks = vec![Mark::Bare; rect.area() as usize];
+        let mut texels = vec![[0; 4]; marks.len()];
+        for ((x, y), pixel) in painted.pixels.iter() {
             let Some(pixel) = pixel else { continue };
-            let (x, y) = (i % inner.w.max(1) as usize, i / inner.w.max(1) as usize);
-            let at = (y + (inner.y - rect.y) as usize) * width + x + (inner.x - rect.x) as usize;
+            let at = rect.offset(x, y);
             marks[at] = Mark::Silent;
             if let Some([r, g, b]) = given(*pixel) {
                 (marks[at], texels[at]) = (Mark::Gives, [r, g, b, u8::MAX]);
             }
         }
-        let mut levels = vec![Level { width, height, texels }];
+        let mut levels = vec![Level::new(PixelRect::of_size(rect.w, rect.h), texels)];
         while levels.len() < LEVELS {
-            levels.push(levels[levels.len() - 1].halved());
+            levels.push(half(&levels[levels.len() - 1]));
         }
         Self { rect, marks, levels }
     }
 
-    /// In photo pixels, all of it.
+    /// Returns the bounds of the paint in photo pixels, rounded outwards to the coarsest texel.
     pub fn rect(&self) -> PixelRect {
         self.rect
     }
 
-    /// Bytes that it takes.
+    /// Returns the memory that the paint uses, in bytes.
     pub fn bytes(&self) -> u64 {
-        let texels: usize = self.levels.iter().map(|level| level.texels.len()).sum();
+        let texels: usize = self.levels.iter().map(|level| level.pixels().len()).sum();
         (self.marks.len() + 4 * texels) as u64
     }
 
-    /// What is said at a position of the photo, at a level of detail.
-    pub fn at(&self, px: DVec2, level: usize) -> Word {
-        let pixel = (px - DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y))).floor();
-        let inside = pixel.cmpge(DVec2::ZERO).all()
-            && pixel.x < f64::from(self.rect.w)
-            && pixel.y < f64::from(self.rect.h);
-        if !inside {
-            return Word::None;
-        }
-        match self.marks[pixel.y as usize * self.rect.w as usize + pixel.x as usize] {
-            Mark::Bare => Word::None,
-            Mark::Silent => Word::Silence,
-            Mark::Gives => Word::Colour(self.colour(px, level)),
+    /// Samples the paint at a position of the photo in pixels, at a level of detail.
+    pub fn at(&self, px: DVec2, level: usize) -> PaintSample {
+        let pixel = px.floor().as_ivec2();
+        match self.rect.index(pixel.x, pixel.y).map(|at| self.marks[at]) {
+            None | Some(Mark::Bare) => PaintSample::None,
+            Some(Mark::Silent) => PaintSample::Silence,
+            Some(Mark::Gives) => PaintSample::Colour(self.colour(px, level)),
         }
     }
 
-    /// Between the four texels of the level that are painted; the pixel itself is.
+    /// Interpolates between those of four texels of the level that are painted; the pixel at `px` is.
     fn colour(&self, px: DVec2, level: usize) -> [f32; 3] {
         let scale = 1.0 / f64::from(1u32 << level);
         let corner = DVec2::new(f64::from(self.rect.x), f64::from(self.rect.y));
-        let at = (px - corner) * scale - 0.5;
-        let first = at.floor();
-        let share = at - first;
         let mut sum = [0.0f32; 3];
         let mut weights = 0.0;
-        for (dx, wx) in [(0.0, 1.0 - share.x), (1.0, share.x)] {
-            for (dy, wy) in [(0.0, 1.0 - share.y), (1.0, share.y)] {
-                let weight = (wx * wy) as f32;
-                if let Some(colour) = self.levels[level].at(first.x + dx, first.y + dy) {
-                    (0..3).for_each(|c| sum[c] += weight * colour[c]);
-                    weights += weight;
-                }
+        for (x, y, weight) in Corner::of((px - corner) * scale).taps() {
+            let weight = weight as f32;
+            if let Some(colour) = self.levels[level].get(x, y).copied().and_then(linear) {
+                (0..3).for_each(|c| sum[c] += weight * colour[c]);
+                weights += weight;
             }
         }
         if weights > 0.0 {
             return sum.map(|sum| sum / weights);
         }
-        // A lonely pixel is lost in coarser levels; its own colour is still there.
+        // An isolated pixel disappears in coarser levels, but a finer level still has its colour.
         if level == 0 { [0.0; 3] } else { self.colour(px, level - 1) }
     }
 }
 
-impl Level {
-    fn at(&self, x: f64, y: f64) -> Option<[f32; 3]> {
-        let inside = x >= 0.0 && y >= 0.0 && x < self.width as f64 && y < self.height as f64;
-        linear(inside.then(|| self.texels[y as usize * self.width + x as usize])?)
-    }
-
-    /// Means of two by two over those that are painted, where half of them are.
-    fn halved(&self) -> Self {
-        let (width, height) = (self.width / 2, self.height / 2);
-        let mean = |i: usize| {
-            let at = 2 * (i / width * self.width + i % width);
-            let four = [at, at + 1, at + self.width, at + self.width + 1].map(|at| linear(self.texels[at]));
-            let count = four.iter().flatten().count();
-            let sum = |c: usize| four.iter().flatten().map(|colour| colour[c]).sum::<f32>();
-            let [r, g, b] = [0, 1, 2].map(|c| Srgb::tables().encoded(sum(c) / count.max(1) as f32));
-            if count >= 2 { [r, g, b, u8::MAX] } else { [0; 4] }
-        };
-        Self { width, height, texels: (0..width * height).map(mean).collect() }
-    }
+/// Halves the level: each texel is the mean of the painted ones of two by two texels, when at least two are painted.
+fn half(level: &Level) -> Level {
+    let mean = |four: &[usize]| {
+        let painted = four.iter().filter_map(|at| linear(level.pixels()[*at]));
+        let count = painted.clone().count();
+        let sum = |c: usize| painted.clone().map(|colour| colour[c]).sum::<f32>();
+        let [r, g, b] = [0, 1, 2].map(|c| Srgb::tables().encoded(sum(c) / count.max(1) as f32));
+        if count >= 2 { [r, g, b, u8::MAX] } else { [0; 4] }
+    };
+    level.halved(OddSide::Dropped, mean)
 }
 
 fn linear([r, g, b, a]: [u8; 4]) -> Option<[f32; 3]> {
@@ -191,11 +166,11 @@ mod tests {
 
     fn painted(pixels: &[(i32, i32, [u8; 4])]) -> PaintedSurface {
         let rect = PixelRect { x: -3, y: 5, w: 20, h: 10 };
-        let mut all = vec![None; 200];
+        let mut all = Image::filled(rect, None);
         for (x, y, colour) in pixels {
-            all[((y - rect.y) * 20 + x - rect.x) as usize] = Some(*colour);
+            *all.get_mut(*x, *y).unwrap() = Some(*colour);
         }
-        PaintedSurface { surface: SurfaceId(0), rect, pixels: all }
+        PaintedSurface { surface: SurfaceId(0), pixels: all }
     }
 
     fn centre(x: i32, y: i32) -> DVec2 {
@@ -213,9 +188,12 @@ mod tests {
         let at = |x: i32, y: i32| paint.at(centre(x, y), 0);
         assert_eq!(
             (at(2, 7), at(3, 7), at(4, 7)),
-            (Word::Colour([1.0, 0.0, 0.0]), Word::Silence, Word::Silence)
+            (PaintSample::Colour([1.0, 0.0, 0.0]), PaintSample::Silence, PaintSample::Silence)
         );
-        assert_eq!((at(-3, 5), at(5, 7), at(99, 7)), (Word::Colour([0.0, 0.0, 1.0]), Word::None, Word::None));
+        assert_eq!(
+            (at(-3, 5), at(5, 7), at(99, 7)),
+            (PaintSample::Colour([0.0, 0.0, 1.0]), PaintSample::None, PaintSample::None)
+        );
     }
 
     #[test]
@@ -224,10 +202,10 @@ mod tests {
         let field: Vec<_> = (0..8).flat_map(|y| (0..8).map(move |x| red(x, y + 5))).collect();
         let paint = Paint::of(&painted(&field));
         for level in 0..LEVELS {
-            assert_eq!(paint.at(centre(0, 5), level), Word::Colour([1.0, 0.0, 0.0]), "level {level}");
+            assert_eq!(paint.at(centre(0, 5), level), PaintSample::Colour([1.0, 0.0, 0.0]), "level {level}");
         }
         let lonely = Paint::of(&painted(&[red(4, 9)]));
-        assert_eq!(lonely.at(centre(4, 9), 3), Word::Colour([1.0, 0.0, 0.0]));
+        assert_eq!(lonely.at(centre(4, 9), 3), PaintSample::Colour([1.0, 0.0, 0.0]));
     }
 
     #[test]

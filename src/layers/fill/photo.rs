@@ -1,17 +1,17 @@
-//! The recipe of one photo: other photos, then what is invented, then the seam.
+//! Filling of one photo: colours from other photos, then synthesis, then the seam.
 
 use std::sync::Arc;
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::asker::{Asker, Asking, centre};
+use super::asker::{Asking, Query, centre};
 use super::cells::Cells;
 use super::donor::{Donor, Donors};
 use super::givers::Given;
-use super::plate::{Plates, Side};
+use super::plate::{RectifiedTextures, Side};
 use super::region::Region;
-use super::remnant::Remnant;
+use super::remnant::LastResort;
 use super::seam::seam;
 use super::surfaces::{Surface, Surfaces};
 use super::{DIFFUSED_CONFIDENCE, FillOptions, INVENTED_CONFIDENCE, Origin};
@@ -20,28 +20,28 @@ use crate::projection::relief::Relief;
 use crate::projection::{Gains, PhotoId, Projector};
 use crate::task::Task;
 
-/// What all photos of a site share.
+/// The data that the filling of all photos of a site shares.
 pub struct Ground<'a> {
-    /// In the site's order.
+    /// The photos, in the site's order.
     pub photos: &'a [Projector],
-    /// Of the model in world coordinates.
+    /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
-    /// By face, the photos that have it in their working set, rising.
+    /// Per face, the photos that have it in their working set, rising.
     pub serving: &'a [Vec<PhotoId>],
-    /// By face, the photos in which somebody painted on it, rising.
+    /// Per face, the photos that have paint on it, rising.
     pub painters: &'a [Vec<PhotoId>],
-    /// How far the true surface stands off the model's.
+    /// The heights of the true surface over the model's.
     pub relief: &'a Relief,
-    /// How much brighter each photo is than the common exposure.
+    /// The exposure of each photo relative to the common exposure, and its optics.
     pub gains: &'a Gains,
-    /// What the user decided.
+    /// The user's options.
     pub options: &'a FillOptions,
-    /// The photos themselves.
+    /// The source of the photos' pixels.
     pub source: &'a dyn Donors,
 }
 
 impl Ground<'_> {
-    /// These photos, ready to give; those that cannot be read are left out.
+    /// Returns these photos as donors; those that cannot be read are left out.
     ///
     /// # Errors
     /// [`Error::Cancelled`].
@@ -50,13 +50,15 @@ impl Ground<'_> {
         photos.iter().filter_map(|photo| donor(photo).transpose()).collect()
     }
 
-    /// The point of the true surface over a point of the plane.
-    pub fn risen(&self, surface: &Surface, on_plane: DVec3) -> DVec3 {
+    /// Returns the point of the true surface (with relief) over a point of the plane, both in world
+    /// coordinates.
+    pub fn point_on_relief(&self, surface: &Surface, on_plane: DVec3) -> DVec3 {
         let height = self.relief.of(surface.face).map_or(0.0, |relief| relief.height(on_plane));
         on_plane + surface.plane.normal * height
     }
 
-    /// The point of the true surface that is seen where the plane would be.
+    /// Returns the point of the true surface (with relief) that `eye` sees in the direction of a point of the
+    /// plane, all in world coordinates.
     pub fn met(&self, surface: &Surface, eye: DVec3, on_plane: DVec3) -> DVec3 {
         let relief = self.relief.of(surface.face);
         relief.map_or(on_plane, |relief| relief.meet(eye, on_plane, surface.plane.normal))
@@ -66,35 +68,35 @@ impl Ground<'_> {
 /// A filled texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Texel {
-    /// In the photo's own encoding, full range of 16 bits.
+    /// The colour in the photo's own encoding, in the full range of 16 bits.
     pub rgb: [u16; 3],
-    /// In 255ths, at least one.
+    /// The confidence in 255ths, 1 at least.
     pub confidence: u8,
-    /// Where it comes from.
+    /// The source of the colour.
     pub origin: Origin,
 }
 
-/// The texels of a region, as its spans count them.
+/// A filled region.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FilledRegion {
-    /// What was hidden.
+    /// The pixels that were filled.
     pub region: Region,
-    /// One a hidden pixel.
+    /// One texel per pixel, in the order of the region's spans.
     pub texels: Vec<Texel>,
 }
 
-/// What was filled of a photo.
+/// The filling of a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Filled {
-    /// In the order of the regions.
+    /// The filled regions, in the order in which they were given.
     pub regions: Vec<FilledRegion>,
 }
 
-/// Photos that give to one photo at most: more give nothing new. Where photos are so large that memory does
-/// not hold as many, fewer do.
+/// The largest number of donors for one photo; more contribute hardly anything. Fewer are used when photos
+/// are too large for memory.
 const MOST_DONORS: usize = 24;
 
-/// Fills the hidden regions of a photo. Plates that are needed are made and kept for the next photo.
+/// Fills the occluded regions of a photo. Plates that are needed are made and cached for the next photo.
 ///
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
@@ -102,7 +104,7 @@ pub fn fill_photo(
     ground: &Ground,
     photo: PhotoId,
     regions: Vec<Region>,
-    plates: &mut Plates,
+    plates: &mut RectifiedTextures,
     task: &Task,
 ) -> Result<Filled> {
     let own = ground.source.donor(photo)?;
@@ -110,10 +112,10 @@ pub fn fill_photo(
     let donors = ground.donors(&nearest_donors(ground, photo, &regions))?;
     let job = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| job.side(region).is_some()).collect();
-    let given = |asker: &Asker, px: DVec2| asker.given(px, 0);
+    let given = |query: &Query, px: DVec2| query.given(px, 0);
     let from_photos = task.timed("from photos", || job.ask(&regions, &given, task))?;
     let lacking = regions.iter().zip(&from_photos).filter(|(_, texels)| texels.iter().any(Option::is_none));
-    // A billboard has no picture of its own in its plane.
+    // A billboard stands for foliage, so an image in its plane would be meaningless.
     let flat = lacking.filter(|(region, _)| !ground.surfaces.get(region.surface).billboard);
     let sides: Vec<Side> = flat.filter_map(|(region, _)| job.side(region)).collect();
     task.timed("invent", || plates.make(ground, sides, task))?;
@@ -126,7 +128,8 @@ pub fn fill_photo(
     Ok(Filled { regions })
 }
 
-/// The photos that have most of what is hidden in their working sets, rising; those with paint on it first.
+/// Returns the photos that have most of the occluded texels' faces in their working sets, rising; photos with
+/// paint on these faces are preferred.
 fn nearest_donors(ground: &Ground, photo: PhotoId, regions: &[Region]) -> Vec<PhotoId> {
     let mut shared = vec![(false, 0usize); ground.photos.len()];
     for region in regions {
@@ -147,15 +150,20 @@ fn nearest_donors(ground: &Ground, photo: PhotoId, regions: &[Region]) -> Vec<Ph
 }
 
 impl Asking<'_> {
-    /// Invents what no photo gave, and closes the seam.
-    fn finish(&self, region: Region, from_photos: &[Option<Given>], plates: &Plates) -> FilledRegion {
+    /// Synthesises the texels that no donor has, and closes the seam.
+    fn finish(
+        &self,
+        region: Region,
+        from_photos: &[Option<Given>],
+        plates: &RectifiedTextures,
+    ) -> FilledRegion {
         let side = self.side(&region).expect("regions that the photo does not see were left out");
         let item = self.own.item(region.surface).expect("it has a side, so it is seen");
         let plate = plates.get(side).map(Arc::as_ref);
         let cells = Cells::around(&region, self.frame());
         let seam = seam(&cells, &self.all_differences(&region, item, &cells, plate, &|_| false));
         let lacking = plate.is_none() && from_photos.iter().any(Option::is_none);
-        let remnant = lacking.then(|| Remnant::of(self.own, item, &region, &cells));
+        let remnant = lacking.then(|| LastResort::of(self.own, item, &region, &cells));
         let gains = self.factor();
         let mut texels = Vec::with_capacity(region.texels());
         for hidden in &region.spans {
@@ -182,7 +190,7 @@ impl Asking<'_> {
     }
 }
 
-/// A confidence as files have it: what is there is trusted a little at least.
+/// Converts a confidence to 255ths; it is 1 at least, because 0 stands for an empty texel.
 pub(super) fn in_255ths(confidence: f32) -> u8 {
     (confidence * 255.0).round().clamp(1.0, 255.0) as u8
 }

@@ -1,8 +1,9 @@
-//! A surface laid flat: what photos show of it, and the rest invented, once for all photos.
+//! Plates: surfaces rectified to their own plane, with the parts that no photo shows synthesised once for all
+//! photos.
 //!
-//! A plate is a picture in the surface's plane, in the common exposure, its rows along the most of the
-//! outline's edges. What no photo shows of the surface is made here, where windows have one size and courses
-//! of stone run straight, and looks the same from wherever it is seen later.
+//! A plate is an image in the plane of the surface, in the common exposure, with its rows along the
+//! prevailing direction of the outline's edges. In this plane windows have one size and courses of stone run
+//! straight, which suits the synthesis; and what is synthesised here looks the same from every viewpoint.
 
 use std::collections::BTreeMap;
 use std::sync::Arc;
@@ -21,68 +22,66 @@ use crate::geometry::clip::clipped_to_box;
 use crate::geometry::polygon::PlaneFrame;
 use crate::projection::PhotoId;
 use crate::projection::weights::pixels_per_unit;
+use crate::raster::bilinear::Clamped;
 use crate::task::Task;
 
-/// Cells of a plate at most: larger ones have larger cells. What is invented needs no more, and an
-/// invented picture of half a million cells takes a second.
+/// The largest number of cells of a plate; larger surfaces get larger cells. Synthesised texture needs no
+/// finer ones, and synthesising half a million cells takes about a second.
 const MOST_CELLS: f64 = (1 << 19) as f64;
 
-/// Photos that a plate is made of at most: those with paint on the surface, then the nearest to it.
+/// The largest number of photos that a plate is made from: those with paint on the surface, then those of the
+/// highest resolution on it.
 const MOST_PHOTOS: usize = 16;
 
-/// Cells of all plates that are kept at most, six bytes each; beyond, all are made again when they are asked
-/// for, and are the same.
+/// The largest number of cells of all cached plates, at six bytes each. Beyond it the cache is emptied;
+/// plates are then made again on request, with the same result.
 const MOST_KEPT: usize = 1 << 27;
 
-/// Side of a block of cells that ask the same photos.
+/// Side in cells of a block that queries the same photos.
 const BLOCK: usize = 32;
 
-/// Roots of linear light are kept up to this one: four times full range, as photos of other exposures are.
+/// The largest square root of linear light that is stored: light of four times full range, because photos are
+/// brought to a common exposure.
 const MOST_ROOT: f32 = 2.0;
 
-/// A surface laid flat.
+/// A surface rectified to its own plane.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Plate {
+pub struct RectifiedTexture {
     frame: PlaneFrame,
     low: DVec2,
     cell: f64,
     size: [usize; 2],
-    /// Square roots of linear light, in 65535ths of [`MOST_ROOT`].
+    /// Square roots of linear light in units of [`MOST_ROOT`] / 65535, row by row.
     roots: Vec<[u16; 3]>,
-    /// How the unknown was made.
+    /// The method by which the unknown cells were filled.
     pub origin: Origin,
 }
 
-impl Plate {
-    /// The colour at a point over the plane, linear light in the common exposure.
+impl RectifiedTexture {
+    /// Interpolates the colour at a world point projected onto the plane: linear light in the common
+    /// exposure, full range 1.
     pub fn colour(&self, point_in_world: DVec3) -> [f32; 3] {
-        let [width, height] = self.size;
-        let last = DVec2::new((width - 1) as f64, (height - 1) as f64);
-        let at = ((self.frame.flat(point_in_world) - self.low) / self.cell - 0.5).clamp(DVec2::ZERO, last);
-        let (x, y) = (at.x as usize, at.y as usize);
-        let (sx, sy) = ((at.x - x as f64) as f32, (at.y - y as f64) as f32);
-        let (x1, y1) = ((x + 1).min(width - 1), (y + 1).min(height - 1));
-        let root = |x: usize, y: usize, c: usize| f32::from(self.roots[y * width + x][c]);
+        let at = (self.frame.flat(point_in_world) - self.low) / self.cell;
+        let between = Clamped::of(at, self.size);
         [0, 1, 2].map(|c| {
-            let above = root(x, y, c) * (1.0 - sx) + root(x1, y, c) * sx;
-            let below = root(x, y1, c) * (1.0 - sx) + root(x1, y1, c) * sx;
-            let value = (above * (1.0 - sy) + below * sy) * (MOST_ROOT / 65535.0);
-            value * value
+            let root =
+                between.mix(|x, y| f32::from(self.roots[y * self.size[0] + x][c])) * (MOST_ROOT / 65535.0);
+            root * root
         })
     }
 }
 
-/// A surface, seen from its front or from its back.
+/// A surface and the side of it that is seen: true for its back.
 pub type Side = (SurfaceId, bool);
 
-/// The plates that were needed so far.
+/// A cache of the plates made so far.
 #[derive(Debug, Default)]
-pub struct Plates {
-    made: BTreeMap<Side, Option<Arc<Plate>>>,
+pub struct RectifiedTextures {
+    made: BTreeMap<Side, Option<Arc<RectifiedTexture>>>,
 }
 
-impl Plates {
-    /// Makes those of `sides` that are not there yet.
+impl RectifiedTextures {
+    /// Makes the plates of those `sides` that are not in the cache.
     ///
     /// # Errors
     /// [`crate::Error::Cancelled`].
@@ -102,32 +101,32 @@ impl Plates {
         Ok(())
     }
 
-    /// The plate of a side; none where it was not made, or no photo shows anything of it.
-    pub fn get(&self, side: Side) -> Option<&Arc<Plate>> {
+    /// Returns the plate of a side; `None` where it was not made, or where no photo shows any of the surface.
+    pub fn get(&self, side: Side) -> Option<&Arc<RectifiedTexture>> {
         self.made.get(&side)?.as_ref()
     }
 }
 
-fn plate(ground: &Ground, (id, back): Side) -> Result<Option<Plate>> {
+fn plate(ground: &Ground, (id, back): Side) -> Result<Option<RectifiedTexture>> {
     let surface = ground.surfaces.get(id);
-    let Some(layout) = Layout::of(ground, surface) else { return Ok(None) };
+    let Some(layout) = Layout::of_surface(ground, surface) else { return Ok(None) };
     let donors = ground.donors(&layout.photos)?;
     let mut canvas = layout.canvas(surface);
     layout.gather(&mut canvas, ground, &donors, (id, back));
     if canvas.cells.iter().all(|cell| *cell != Cell::Known) {
         return Ok(None);
     }
-    // The seed is the surface's own: the same plate whatever else is filled.
+    // The seed is the surface's own id, so that the plate is the same whatever else is filled.
     let by_example = ground.options.invent == Invent::Exemplar && invent(&mut canvas, u64::from(id.0));
     let Some(colours) = canvas.diffused() else { return Ok(None) };
     let stored = |value: f32| (value / MOST_ROOT * 65535.0).round().clamp(0.0, 65535.0) as u16;
     let roots = colours.into_iter().map(|colour| colour.map(stored)).collect();
     let origin = if by_example { Origin::Exemplar } else { Origin::Diffused };
     let Layout { frame, low, cell, size, .. } = layout;
-    Ok(Some(Plate { frame, low, cell, size, roots, origin }))
+    Ok(Some(RectifiedTexture { frame, low, cell, size, roots, origin }))
 }
 
-/// Where a plate lies and how fine it is.
+/// The position and resolution of a plate in its plane, and the photos that it is made from.
 struct Layout {
     frame: PlaneFrame,
     low: DVec2,
@@ -137,8 +136,9 @@ struct Layout {
 }
 
 impl Layout {
-    /// What the photos that serve a surface have of it within their frames, in cells as fine as their pixels.
-    fn of(ground: &Ground, surface: &Surface) -> Option<Self> {
+    /// Lays out the part of a surface that lies within the frames of the photos that show it, in cells as
+    /// fine as the best photo's pixels. Returns `None` where no photo shows any of it.
+    fn of_surface(ground: &Ground, surface: &Surface) -> Option<Self> {
         let frame = along_edges(surface);
         let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
         let mut densities: Vec<(f64, PhotoId)> = Vec::new();
@@ -178,7 +178,7 @@ impl Layout {
         self.low + (DVec2::new(x as f64, y as f64) + 0.5) * self.cell
     }
 
-    /// Cells within the outline are unknown, all others outside.
+    /// Builds a canvas in which the cells within the outline are unknown and all others outside.
     fn canvas(&self, surface: &Surface) -> Canvas {
         let ring: Vec<DVec2> = surface.outline.iter().map(|p| self.frame.flat(*p)).collect();
         let mut canvas = Canvas::new(self.size);
@@ -193,7 +193,7 @@ impl Layout {
         canvas
     }
 
-    /// Asks the photos for every cell within the outline.
+    /// Sets the cells within the outline to the colours that the photos have there.
     fn gather(&self, canvas: &mut Canvas, ground: &Ground, donors: &[(PhotoId, Arc<Donor>)], side: Side) {
         let [width, height] = self.size;
         let columns = width.div_ceil(BLOCK);
@@ -207,12 +207,12 @@ impl Layout {
         let cells = &canvas.cells;
         let found: Vec<Vec<(usize, [f32; 3])>> =
             blocks.par_iter().map(|block| self.gather_block(cells, ground, donors, side, *block)).collect();
-        for (at, colour) in found.into_iter().flatten() {
-            (canvas.cells[at], canvas.colours[at]) = (Cell::Known, colour);
+        for (index, colour) in found.into_iter().flatten() {
+            (canvas.cells[index], canvas.colours[index]) = (Cell::Known, colour);
         }
     }
 
-    /// The known cells of one block: their places, and roots of their colours.
+    /// Returns the known cells of one block: their indices, and the square roots of their colours.
     fn gather_block(
         &self,
         cells: &[Cell],
@@ -224,18 +224,19 @@ impl Layout {
         let [width, height] = self.size;
         let surface = ground.surfaces.get(id);
         let (x1, y1) = ((x0 + BLOCK).min(width), (y0 + BLOCK).min(height));
-        let point = |x: usize, y: usize| ground.risen(surface, self.frame.raised(self.flat(x, y)));
+        let point = |x: usize, y: usize| ground.point_on_relief(surface, self.frame.raised(self.flat(x, y)));
         let [middle_x, middle_y] = [(x0 + x1) / 2, (y0 + y1) / 2];
         let probes = [(middle_x, middle_y), (x0, y0), (x1 - 1, y0), (x0, y1 - 1), (x1 - 1, y1 - 1)]
             .map(|(x, y)| point(x, y));
         let outwards = if back { -surface.plane.normal } else { surface.plane.normal };
-        // From far away, straight on: what is seen most upright is best.
+        // The viewpoint is far away and straight on, so that the photo that sees the surface most frontally
+        // is preferred.
         let viewpoint = probes[0] + outwards * (self.cell * 1e6);
         let density = 1.0 / self.cell;
         let most_angle = std::f64::consts::PI;
         let plane = surface.plane;
-        let place = Place { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
-        let givers = givers(donors, ground.gains, &place);
+        let spot = Place { surface: id, plane, back, viewpoint, most_angle, density, probes: &probes };
+        let givers = givers(donors, ground.gains, &spot);
         if givers.is_empty() {
             return Vec::new();
         }
@@ -249,7 +250,7 @@ impl Layout {
     }
 }
 
-/// Where a row crosses a ring, rising.
+/// Returns the abscissas at which a row crosses a ring, in rising order.
 fn crossings(ring: &[DVec2], y: f64) -> Vec<f64> {
     let edges = (0..ring.len()).map(|i| (ring[i], ring[(i + 1) % ring.len()]));
     let crossed = edges.filter(|(a, b)| (a.y <= y) != (b.y <= y));
@@ -258,13 +259,14 @@ fn crossings(ring: &[DVec2], y: f64) -> Vec<f64> {
     crossings
 }
 
-/// Axes in the plane, one along the direction that most of the outline runs in, at right angles or so:
-/// facades repeat along their edges.
+/// Returns a frame of the plane with one axis along the prevailing direction of the outline's edges, where
+/// edges at right angles to each other count for the same direction: facades repeat along their edges.
 fn along_edges(surface: &Surface) -> PlaneFrame {
     let frame = PlaneFrame::of(&surface.plane);
     let ring: Vec<DVec2> = surface.outline.iter().map(|p| frame.flat(*p)).collect();
     let edges = (0..ring.len()).map(|i| ring[(i + 1) % ring.len()] - ring[i]);
-    // Four times the angle: edges at right angles to each other say the same (the mean of directions).
+    // The angles are multiplied by four, so that edges at right angles to each other agree (mean of
+    // directions).
     let sum = edges
         .filter(|edge| edge.length() > 0.0)
         .fold(DVec2::ZERO, |sum, edge| sum + DVec2::from_angle(4.0 * edge.to_angle()) * edge.length());

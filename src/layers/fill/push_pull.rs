@@ -1,32 +1,34 @@
-//! Smooth interpolation of scattered values over a grid, by a pyramid: averages are pulled up to where they
-//! reach everywhere, and pushed down to where nothing is known (Gortler, Grzeszczuk, Szeliski and Cohen,
-//! *The Lumigraph*, 1996, section 4.3.2; as a membrane: Farbman, Fattal and Lischinski, *Convolution Pyramids*,
-//! 2011, section 4). The work is proportional to the grid.
+//! Smooth interpolation of scattered values over a grid by push and pull: averages are pulled up a pyramid
+//! until they cover the grid, and pushed down to the cells without a known value (Gortler, Grzeszczuk,
+//! Szeliski and Cohen, *The Lumigraph*, 1996, section 4.3.2; as a membrane: Farbman, Fattal and Lischinski,
+//! *Convolution Pyramids*, 2011, section 4). The running time is proportional to the number of cells.
 
 use rayon::prelude::*;
 
-/// Values at the cells of a grid, row by row, each with a weight: 0 unknown, 1 known.
+use crate::raster::halving::{OddSide, halved};
+
+/// A grid of values, row by row, each with a weight: 0 unknown, 1 known.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Grid {
-    /// Columns and rows.
+    /// The number of columns and rows.
     pub size: [usize; 2],
-    /// The values; those of weight 0 mean nothing.
+    /// The values; those of weight 0 carry no meaning.
     pub values: Vec<[f32; 3]>,
-    /// Between 0 and 1.
+    /// The weights, in 0..1.
     pub weights: Vec<f32>,
 }
 
-/// Steps of smoothing on each level: what makes a membrane of squares.
+/// The number of smoothing steps on each level, which turn squares into a membrane.
 const STEPS: usize = 2;
 
 impl Grid {
-    /// Nothing known.
+    /// Builds a grid without known values.
     pub fn new(size: [usize; 2]) -> Self {
         let count = size[0] * size[1];
         Self { size, values: vec![[0.0; 3]; count], weights: vec![0.0; count] }
     }
 
-    /// A value everywhere, exact where the weight is 1; none where nothing is known at all.
+    /// Computes a value for every cell, exact where the weight is 1; `None` where no value is known at all.
     pub fn filled(self) -> Option<Vec<[f32; 3]>> {
         let [width, height] = self.size;
         if self.weights.iter().all(|weight| *weight > 0.0) {
@@ -45,32 +47,23 @@ impl Grid {
         Some(values)
     }
 
-    /// Means of two by two by weight; weights add up to 1 at most.
+    /// Halves the grid: each cell is the weighted mean of two by two cells. Weights add up, to 1 at most; an
+    /// odd side is rounded up.
     fn halved(&self) -> Self {
-        let [width, height] = self.size;
-        let size = [width.div_ceil(2), height.div_ceil(2)];
-        let mut half = Self::new(size);
-        let rows = half.values.par_chunks_mut(size[0]).zip(half.weights.par_chunks_mut(size[0]));
-        rows.enumerate().for_each(|(y, (values, weights))| {
-            for x in 0..size[0] {
-                let (mut sum, mut weight) = ([0.0; 3], 0.0);
-                for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-                    let (x, y) = (2 * x + dx, 2 * y + dy);
-                    if x < width && y < height {
-                        let (value, w) = (self.values[y * width + x], self.weights[y * width + x]);
-                        (0..3).for_each(|c| sum[c] += w * value[c]);
-                        weight += w;
-                    }
-                }
-                if weight > 0.0 {
-                    (values[x], weights[x]) = (sum.map(|sum| sum / weight), weight.min(1.0));
-                }
+        let mean = |four: &[usize]| {
+            let (mut sum, mut weight) = ([0.0; 3], 0.0);
+            for &at in four {
+                let (value, w) = (self.values[at], self.weights[at]);
+                (0..3).for_each(|c| sum[c] += w * value[c]);
+                weight += w;
             }
-        });
-        half
+            if weight > 0.0 { (sum.map(|sum| sum / weight), weight.min(1.0)) } else { ([0.0; 3], 0.0) }
+        };
+        let (values, weights) = halved(self.size, OddSide::Alone, mean).into_iter().unzip();
+        Self { size: OddSide::Alone.half_size(self.size), values, weights }
     }
 
-    /// The level above where nothing is known, between its cells' centres.
+    /// Interpolates the coarser level at cells that are not fully known.
     fn pushed(&self, above: &[[f32; 3]], size: [usize; 2]) -> Vec<[f32; 3]> {
         let width = self.size[0];
         let mut values = self.values.clone();
@@ -87,7 +80,7 @@ impl Grid {
         values
     }
 
-    /// Unknown cells become the mean of their four neighbours.
+    /// Does one smoothing step: unknown cells become the mean of their four neighbours.
     fn smoothed(&self, values: &[[f32; 3]]) -> Vec<[f32; 3]> {
         let [width, height] = self.size;
         let mut smooth = values.to_vec();
@@ -112,7 +105,7 @@ impl Grid {
     }
 }
 
-/// The value at a cell of the level below.
+/// Interpolates the coarser level at a cell of the level below it.
 fn between(above: &[[f32; 3]], [width, height]: [usize; 2], x: usize, y: usize) -> [f32; 3] {
     let near = |at: usize, count: usize| {
         let first = at / 2;

@@ -1,4 +1,4 @@
-//! What is hidden: surface by surface, as spans of photo pixels.
+//! The occluded parts of a photo's image layers, surface by surface, as spans of photo pixels.
 
 use std::collections::BTreeMap;
 
@@ -10,46 +10,47 @@ use crate::layers::content::PixelSpan;
 use crate::layers::software::Footprint;
 use crate::layers::view::{View, clip_from_camera};
 
-/// Hidden pixels of a row, in one image layer.
+/// A span of occluded pixels of a row, in one image layer.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 pub struct HiddenSpan {
-    /// Where, in photo pixels.
+    /// The pixels, in photo coordinates.
     pub span: PixelSpan,
-    /// The image layer, as the stack counts them.
+    /// Index of the image layer in the stack.
     pub layer: u32,
-    /// The place of its first texel among those of the region.
+    /// Index of the span's first texel among the texels of the region.
     pub first: u32,
 }
 
-/// What is hidden of one surface.
+/// The occluded texels of one surface.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Region {
     /// The surface.
     pub surface: SurfaceId,
-    /// Rising by row and column.
+    /// The spans, rising by row and column.
     pub spans: Vec<HiddenSpan>,
 }
 
 impl Region {
-    /// How many texels there are.
+    /// Returns the number of texels.
     pub fn texels(&self) -> usize {
         self.spans.last().map_or(0, |last| (last.first + last.span.x1 - last.span.x0) as usize)
     }
 
-    /// Every texel as column and row, as the spans count them.
+    /// Iterates over the texels as (column, row), in the order of the spans.
     pub fn pixels(&self) -> impl Iterator<Item = (u32, u32)> + Clone {
         self.spans.iter().flat_map(|s| (s.span.x0..s.span.x1).map(move |x| (x, s.span.y)))
     }
 
-    /// Only the texels that `keep` wants, by their places; none where it wants nothing.
+    /// Returns the region of only those texels, given by their index, for which `keep` is true; `None` where
+    /// there is none.
     pub fn part(&self, keep: impl Fn(usize) -> bool) -> Option<Self> {
         let mut spans: Vec<HiddenSpan> = Vec::new();
         let mut first = 0;
         for whole in &self.spans {
-            let wanted = |x: &u32| keep((whole.first + x - whole.span.x0) as usize);
+            let kept = |x: &u32| keep((whole.first + x - whole.span.x0) as usize);
             let mut x0 = whole.span.x0;
-            while let Some(from) = (x0..whole.span.x1).find(|x| wanted(x)) {
-                x0 = (from..whole.span.x1).find(|x| !wanted(x)).unwrap_or(whole.span.x1);
+            while let Some(from) = (x0..whole.span.x1).find(|x| kept(x)) {
+                x0 = (from..whole.span.x1).find(|x| !kept(x)).unwrap_or(whole.span.x1);
                 spans.push(HiddenSpan {
                     span: PixelSpan { x0: from, x1: x0, ..whole.span },
                     first,
@@ -61,7 +62,7 @@ impl Region {
         (!spans.is_empty()).then_some(Self { surface: self.surface, spans })
     }
 
-    /// Their bounding box.
+    /// Returns the bounding box of the spans.
     pub fn rect(&self) -> PixelRect {
         let of_span = |s: &HiddenSpan| {
             PixelRect::from_edges(s.span.x0 as i32, s.span.y as i32, s.span.x1 as i32, s.span.y as i32 + 1)
@@ -70,28 +71,28 @@ impl Region {
     }
 }
 
-/// Gathers what is hidden, image layer by image layer.
+/// A builder of regions, to which occluded pixels are added image layer by image layer.
 #[derive(Debug, Default)]
 pub struct Regions {
     of_surface: BTreeMap<SurfaceId, Vec<(PixelSpan, u32)>>,
 }
 
 impl Regions {
-    /// Adds the hidden pixels of an image layer. `surfaces` and `hidden` have a value a pixel of `rect`, row
-    /// by row; where a hidden pixel has no surface it takes its neighbour's: outlines of rasterisers may
-    /// differ by a pixel.
+    /// Adds the occluded pixels of an image layer. `surfaces` and `hidden` hold one value per pixel of
+    /// `rect`, row by row. An occluded pixel without a surface takes that of its neighbour, because the
+    /// outlines of different rasterisers may differ by a pixel.
     pub fn add(&mut self, layer: u32, rect: PixelRect, surfaces: &[Option<SurfaceId>], hidden: &[bool]) {
         let width = rect.w as usize;
         for (row, y) in (rect.y..rect.bottom()).enumerate() {
             let columns = row * width..(row + 1) * width;
-            let named = named(&surfaces[columns.clone()], &hidden[columns]);
+            let surface_of_hidden = surface_of_hidden(&surfaces[columns.clone()], &hidden[columns]);
             let mut x = 0;
             while x < width {
-                let Some(surface) = named[x] else {
+                let Some(surface) = surface_of_hidden[x] else {
                     x += 1;
                     continue;
                 };
-                let end = (x..width).find(|&x| named[x] != Some(surface)).unwrap_or(width);
+                let end = (x..width).find(|&x| surface_of_hidden[x] != Some(surface)).unwrap_or(width);
                 let [x0, x1] = [x, end].map(|x| (rect.x + x as i32) as u32);
                 let spans = self.of_surface.entry(surface).or_default();
                 spans.push((PixelSpan { y: y as u32, x0, x1 }, layer));
@@ -100,7 +101,7 @@ impl Regions {
         }
     }
 
-    /// All of it, by surface.
+    /// Returns the regions, one per surface.
     pub fn finish(self) -> Vec<Region> {
         let region = |(surface, mut spans): (SurfaceId, Vec<(PixelSpan, u32)>)| {
             spans.sort_unstable();
@@ -116,8 +117,9 @@ impl Regions {
     }
 }
 
-/// The surface of each hidden pixel of a row; none where it is not hidden, or no surface is near.
-fn named(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Option<SurfaceId>> {
+/// Returns the surface of each occluded pixel of a row; `None` where the pixel is not occluded, or the row
+/// has no surface.
+fn surface_of_hidden(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Option<SurfaceId>> {
     let mut last = surfaces.iter().zip(hidden).find_map(|(surface, hidden)| surface.filter(|_| *hidden));
     let name = |(surface, hidden): (&Option<SurfaceId>, &bool)| {
         last = surface.or(last);
@@ -126,15 +128,15 @@ fn named(surfaces: &[Option<SurfaceId>], hidden: &[bool]) -> Vec<Option<SurfaceI
     surfaces.iter().zip(hidden).map(name).collect()
 }
 
-/// An outline that an image layer holds: a whole surface, or a piece of one.
+/// The footprint of an outline that an image layer holds: a whole surface, or a piece of one.
 pub struct Shape {
-    /// The surface it is of.
+    /// The surface that the outline belongs to.
     pub surface: SurfaceId,
     footprints: Vec<Footprint>,
 }
 
 impl Shape {
-    /// Of a whole item of a view.
+    /// Builds the shape of a whole item of a view.
     pub fn of_item(surface: SurfaceId, view: &View, item: u32) -> Self {
         let first = view.triangle_items.partition_point(|i| *i < item);
         let of_item = view.triangle_items[first..].iter().take_while(|i| **i == item);
@@ -142,8 +144,8 @@ impl Shape {
         Self { surface, footprints: footprints(corners, view) }
     }
 
-    /// Of triangles in world coordinates.
-    pub fn of_triangles(
+    /// Builds the shape of triangles in world coordinates.
+    pub fn from_triangles(
         surface: SurfaceId,
         triangles: &[[DVec3; 3]],
         camera: &Pinhole,
@@ -159,7 +161,7 @@ fn footprints(corners: impl Iterator<Item = [[f32; 3]; 3]>, view: &View) -> Vec<
     corners.filter_map(|corners| Footprint::new(&corners, view.width, view.height)).collect()
 }
 
-/// Which surface each pixel of `rect` belongs to, row by row: of the shapes that cover it the last.
+/// Returns the surface at each pixel of `rect`, row by row: that of the last shape that covers the pixel.
 pub fn painted(shapes: &[Shape], rect: PixelRect) -> Vec<Option<SurfaceId>> {
     let mut painted = vec![None; rect.area() as usize];
     for shape in shapes {
@@ -197,7 +199,7 @@ mod tests {
         assert_eq!(found[0].texels(), 3);
         assert_eq!(found[0].rect(), PixelRect { x: 10, y: 5, w: 4, h: 1 });
         assert_eq!(found[0].pixels().map(|(x, _)| x).collect::<Vec<_>>(), [10, 11, 13]);
-        let part = found[0].part(|place| place != 1).unwrap();
+        let part = found[0].part(|index| index != 1).unwrap();
         let spans: Vec<_> = part.spans.iter().map(|s| (s.span.x0, s.span.x1, s.layer, s.first)).collect();
         assert_eq!(spans, [(10, 11, 3, 0), (13, 14, 3, 1)]);
         assert_eq!(found[0].part(|_| false), None);

@@ -1,38 +1,38 @@
-//! What a photo itself shows of a surface, however little: the last resort, for surfaces of which no photo shows
-//! anything well inside.
+//! Filling of a surface from the few pixels that the photo itself shows of it: the last resort, for surfaces
+//! that no photo shows well.
 
 use super::cells::{Cells, Field};
 use super::donor::Donor;
 use super::region::Region;
 use crate::geometry::PixelRect;
 
-/// Colours for all of a region, in linear light of the photo, spread from the pixels that show its surface.
-pub enum Remnant {
-    /// From pixels beside it.
+/// The colours for a whole region, in linear light of the photo, from the photo's pixels of its surface.
+pub enum LastResort {
+    /// Interpolated from pixels of the surface next to the region.
     Spread(Field),
-    /// Of one colour: what shows the surface is far away, or there is nothing.
+    /// One colour, because pixels of the surface are far away, or there are none.
     Plain([f32; 3]),
 }
 
-impl Remnant {
-    /// Of the item of a region's surface.
+impl LastResort {
+    /// Gathers the pixels that the photo shows of an item, for a region of its surface.
     pub fn of(own: &Donor, item: u32, region: &Region, cells: &Cells) -> Self {
         let mut sums = std::collections::BTreeMap::<usize, ([f32; 3], f32)>::new();
         let mut all = ([0.0; 3], 0.0);
         let bounds = own.seen(item).bounds;
-        for (x, y) in pixels(bounds).filter(|(x, y)| own.owns(item, *x, *y)) {
+        for (x, y) in pixels(bounds).filter(|(x, y)| own.shows_plane_at(item, *x, *y)) {
             let colour = own.pixel(x, y);
             let add = |(sum, count): &mut ([f32; 3], f32)| {
                 (0..3).for_each(|c| sum[c] += colour[c]);
                 *count += 1.0;
             };
             add(&mut all);
-            if let Some(place) = cells.place(x, y) {
-                add(sums.entry(place).or_default());
+            if let Some(index) = cells.place(x, y) {
+                add(sums.entry(index).or_default());
             }
         }
         let mean = |(sum, count): ([f32; 3], f32)| sum.map(|sum| sum / count);
-        let known = sums.into_iter().map(|(place, sum)| (place, mean(sum), 1.0));
+        let known = sums.into_iter().map(|(index, sum)| (index, mean(sum), 1.0));
         if let Some(field) = cells.spread(known) {
             return Self::Spread(field);
         }
@@ -42,7 +42,7 @@ impl Remnant {
         Self::Plain(mean(all))
     }
 
-    /// The colour at a pixel.
+    /// Returns the colour at a pixel.
     pub fn colour(&self, x: u32, y: u32) -> [f32; 3] {
         match self {
             Self::Spread(field) => field.at(x, y),
@@ -51,10 +51,10 @@ impl Remnant {
     }
 }
 
-/// The sum of the pixels at a place of which nothing is shown, and their number: what stands before it is as near as
-/// can be. What is masked says nothing; where all is, one looks farther around.
+/// Sums the photo's pixels within a rectangle where none shows the surface, and counts them: the occluder's
+/// colour is the best guess. Masked pixels are ignored; where all are masked, the rectangle is enlarged.
 fn around(own: &Donor, rect: PixelRect) -> ([f32; 3], f32) {
-    let photo = PixelRect { x: 0, y: 0, w: own.camera.width, h: own.camera.height };
+    let photo = own.camera.rect();
     let mut wide = rect;
     loop {
         let mut all = ([0.0; 3], 0.0);

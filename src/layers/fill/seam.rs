@@ -1,32 +1,32 @@
-//! The seam between what the photo shows of a surface and what fills the rest of it: a smooth factor on the
-//! filling, so that both meet alike. Gradients of the filling stay, its sum is bent to the photo's (Perez, Gangnet
-//! and Blake, *Poisson Image Editing*, 2003, in the form of a membrane over logarithms, see
-//! [`super::push_pull`]). Pixels of the photo never change.
+//! The seam between the pixels that the photo shows of a surface and the filling of the rest: a smooth factor
+//! on the filling makes the two match there. The gradients of the filling remain, its level is adapted to the
+//! photo (Perez, Gangnet and Blake, *Poisson Image Editing*, 2003, in the form of a membrane over logarithms,
+//! see [`super::push_pull`]). Pixels of the photo never change.
 
 use super::cells::{Cells, Field};
+use crate::raster::robust::upper_median;
 
-/// What differs by more than this from the usual, as a natural logarithm, is no matter of light: something
-/// that the model does not have stands before one of the two.
+/// The deviation from the median difference, as a natural logarithm, at which a difference loses most of its
+/// weight: it is then not due to light but to an object that the model lacks, in front of one of the two.
 const STRAY: f32 = 0.25;
 
-/// The filling is made so much brighter or darker at most, as a natural logarithm.
+/// The largest factor on the filling in either direction, as a natural logarithm.
 const MOST: f32 = 1.0;
 
-/// The logarithm of what the filling is multiplied with to close these differences: place of a cell, and the
-/// logarithm of the photo over the filling. None without any difference.
+/// Computes the logarithm of the factor on the filling from differences: the index of a cell, and the
+/// logarithm of the photo over the filling there. Returns `None` when there is no difference.
 pub fn seam(cells: &Cells, differences: &[(usize, [f32; 3])]) -> Option<Field> {
     if differences.is_empty() {
         return None;
     }
     let usual = [0, 1, 2].map(|c| {
         let mut values: Vec<f32> = differences.iter().map(|(_, value)| value[c]).collect();
-        let middle = values.len() / 2;
-        *values.select_nth_unstable_by(middle, f32::total_cmp).1
+        upper_median(&mut values).expect("there is a difference at least")
     });
-    cells.spread(differences.iter().map(|(place, value)| {
+    cells.spread(differences.iter().map(|(index, value)| {
         let off = (0..3).map(|c| (value[c] - usual[c]).abs()).fold(0.0, f32::max);
         let weight = 1.0 / (1.0 + (off / STRAY).powi(2)).powi(2);
-        (*place, value.map(|v| v.clamp(-MOST, MOST)), weight)
+        (*index, value.map(|v| v.clamp(-MOST, MOST)), weight)
     }))
 }
 
@@ -44,14 +44,15 @@ mod tests {
         let span =
             |y: u32| HiddenSpan { span: PixelSpan { y, x0: 40, x1: 80 }, layer: 0, first: (y - 20) * 40 };
         let region = Region { surface: SurfaceId(0), spans: (20..60).map(span).collect() };
-        let cells = Cells::around(&region, PixelRect { x: 0, y: 0, w: 200, h: 100 });
-        let beside: Vec<(usize, DVec2)> = cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();
-        let differences: Vec<(usize, [f32; 3])> = beside
+        let cells = Cells::around(&region, PixelRect::of_size(200, 100));
+        let outside: Vec<(usize, DVec2)> =
+            cells.near().filter(|(_, px)| px.x < 38.0 || px.x > 82.0).collect();
+        let differences: Vec<(usize, [f32; 3])> = outside
             .iter()
             .enumerate()
-            .map(|(i, (place, px))| {
+            .map(|(i, (index, px))| {
                 let value = if px.x < 60.0 { 0.1 } else { -0.1 };
-                (*place, [if i == 7 { 5.0 } else { value }; 3])
+                (*index, [if i == 7 { 5.0 } else { value }; 3])
             })
             .collect();
         let seam = seam(&cells, &differences).unwrap();

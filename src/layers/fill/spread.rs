@@ -1,17 +1,18 @@
-//! Paint of one photo on the layers of others: what was taken off a wall in one is taken off in all.
+//! Propagation of paint to other photos: what was painted out of one photo is painted out of all.
 //!
-//! It is derived, like all filling, and never lies over paint of the photo's own: what a hand did here counts more
-//! than what one did elsewhere. Where the two say different things, or two other photos do, that is told.
+//! Propagated paint is derived, like all filling. It never covers paint of the photo itself, which counts
+//! more than paint of another photo. Texels where the two differ, and texels where the paint of two other
+//! photos differs, are reported.
 
 use std::collections::BTreeMap;
 
 use glam::DVec2;
 use rayon::prelude::*;
 
-use super::asker::{Asker, Asking};
+use super::asker::{Asking, Query};
 use super::cells::Cells;
-use super::givers::{Offered, contradict};
-use super::painted::Word;
+use super::givers::{PaintOffer, paints_differ};
+use super::painted::PaintSample;
 use super::photo::{FilledRegion, Ground, Texel, in_255ths};
 use super::region::Region;
 use super::seam::seam;
@@ -20,34 +21,34 @@ use crate::error::{Error, Result};
 use crate::projection::PhotoId;
 use crate::task::Task;
 
-/// Paint that was laid over what a photo shows.
+/// The paint that was propagated to a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Spread {
-    /// In the order of the regions; all texels are of [`super::Origin::Painted`].
+    /// The texels, in the order of the regions; the origin of all is [`super::Origin::Painted`].
     pub regions: Vec<FilledRegion>,
-    /// By surface and photo.
-    pub offers: Vec<Offer>,
+    /// The statistics, by surface and photo.
+    pub offers: Vec<PropagationStatistics>,
 }
 
-/// What the paint of one photo on a surface says of another photo.
+/// The statistics of the propagation of one photo's paint on one surface to another photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Offer {
+pub struct PropagationStatistics {
     /// The surface.
     pub surface: SurfaceId,
-    /// Where it was painted.
+    /// The photo that was painted on.
     pub from: PhotoId,
-    /// Texels of the photo that show the surface and have it now.
+    /// The number of texels that show the surface and received the paint.
     pub texels: u64,
-    /// Texels with paint of their own, which stays.
+    /// The number of texels that keep the photo's own paint.
     pub own: u64,
-    /// Of these, texels whose own paint clearly says something else.
+    /// The number of texels of `own` whose own paint clearly differs.
     pub conflicts: u64,
-    /// Of `texels`, those where some other photo's paint clearly says something else.
+    /// The number of texels of `texels` for which a further photo's paint clearly differs.
     pub dissents: u64,
 }
 
-/// Lays the paint of `painters` over what a photo shows: `regions` are what it shows of surfaces that may have
-/// paint.
+/// Propagates the paint of `painters` to a photo. `regions` are the pixels in which the photo shows surfaces
+/// that may have paint.
 ///
 /// # Errors
 /// [`Error::Request`] when the photo itself cannot be read, [`Error::Cancelled`].
@@ -64,37 +65,42 @@ pub fn spread_paint(
     }
     let own = ground.source.donor(photo)?;
     let own =
-        own.ok_or_else(|| Error::Request("the photo cannot be read, so nothing is laid on it".into()))?;
+        own.ok_or_else(|| Error::Request("the photo cannot be read, so no paint is projected to it".into()))?;
     let donors = ground.donors(&others)?;
     let asking = Asking { ground, photo, own: &own, donors: &donors };
     let regions: Vec<Region> = regions.into_iter().filter(|region| asking.side(region).is_some()).collect();
-    let offered = |asker: &Asker, px: DVec2| asker.offered(px);
+    let offered = |query: &Query, px: DVec2| query.offered(px);
     let offered = task.timed("spread", || asking.ask(&regions, &offered, task))?;
     let answered: Vec<_> = regions.into_iter().zip(offered).collect();
-    let laid = answered.par_iter().map(|(region, offered)| {
+    let propagated = answered.par_iter().map(|(region, offered)| {
         task.go_on()?;
-        Ok(asking.laid(region, offered))
+        Ok(asking.propagated(region, offered))
     });
-    let (regions, offers): (Vec<_>, Vec<_>) = laid.collect::<Result<Vec<_>>>()?.into_iter().unzip();
+    let (regions, offers): (Vec<_>, Vec<_>) = propagated.collect::<Result<Vec<_>>>()?.into_iter().unzip();
     Ok(Spread { regions: regions.into_iter().flatten().collect(), offers: offers.concat() })
 }
 
-/// What becomes of the paint that is offered to a texel.
+/// The decision about paint offered to a texel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Fate {
     Taken,
-    /// The photo's own paint is as good as the same.
+    /// The photo's own paint is kept, and is nearly the same.
     Own,
-    /// The photo's own paint says something else.
+    /// The photo's own paint is kept, and clearly differs.
     Conflict,
 }
 
 impl Asking<'_> {
-    /// Takes what may be taken, at the seam like what the photo shows around it.
-    fn laid(&self, region: &Region, offered: &[Option<Offered>]) -> (Option<FilledRegion>, Vec<Offer>) {
+    /// Applies the offered paint where the photo has none of its own, adapted at the seam to the photo's
+    /// surrounding pixels.
+    fn propagated(
+        &self,
+        region: &Region,
+        offered: &[Option<PaintOffer>],
+    ) -> (Option<FilledRegion>, Vec<PropagationStatistics>) {
         let item = self.own.item(region.surface).expect("regions that the photo does not see were left out");
-        let places = region.pixels();
-        let fates: Vec<Option<Fate>> = places
+        let pixels = region.pixels();
+        let fates: Vec<Option<Fate>> = pixels
             .clone()
             .zip(offered)
             .map(|((x, y), offered)| Some(self.fate(item, x, y, offered.as_ref()?)))
@@ -103,13 +109,13 @@ impl Asking<'_> {
         let taken = |at: usize| fates[at] == Some(Fate::Taken);
         let Some(part) = region.part(taken) else { return (None, offers) };
         let cells = Cells::around(&part, self.frame());
-        // What is painted in either photo tells nothing of how both show the rest.
-        let painted = places.zip(&fates).filter(|(_, fate)| fate.is_some()).map(|(place, _)| place);
+        // Pixels painted in either photo do not tell how the two photos show the rest.
+        let painted = pixels.zip(&fates).filter(|(_, fate)| fate.is_some()).map(|(pixel, _)| pixel);
         let painted = cells.touching(painted);
-        let differences = self.all_differences(&part, item, &cells, None, &|place| painted[place]);
+        let differences = self.all_differences(&part, item, &cells, None, &|index| painted[index]);
         let seam = seam(&cells, &differences);
         let factor = self.factor();
-        let texel = |((x, y), offered): ((u32, u32), &Offered)| {
+        let texel = |((x, y), offered): ((u32, u32), &PaintOffer)| {
             let seam = seam.as_ref().map_or([0.0; 3], |seam| seam.at(x, y)).map(f32::exp);
             let given = &offered.given;
             let rgb = self.stored([0, 1, 2].map(|c| given.colour[c] * seam[c] * factor[c]));
@@ -120,25 +126,29 @@ impl Asking<'_> {
         (Some(FilledRegion { region: part, texels }), offers)
     }
 
-    fn fate(&self, item: u32, x: u32, y: u32, offered: &Offered) -> Fate {
+    fn fate(&self, item: u32, x: u32, y: u32, offered: &PaintOffer) -> Fate {
         let factor = self.factor();
         match self.own.painted(item, x, y) {
-            Word::None => Fate::Taken,
-            Word::Silence => Fate::Conflict,
-            Word::Colour(own) => {
+            PaintSample::None => Fate::Taken,
+            PaintSample::Silence => Fate::Conflict,
+            PaintSample::Colour(own) => {
                 let own = [0, 1, 2].map(|c| own[c] / factor[c]);
-                if contradict(own, offered.given.colour) { Fate::Conflict } else { Fate::Own }
+                if paints_differ(own, offered.given.colour) { Fate::Conflict } else { Fate::Own }
             }
         }
     }
 }
 
-fn offers(surface: SurfaceId, offered: &[Option<Offered>], fates: &[Option<Fate>]) -> Vec<Offer> {
-    let mut by_photo: BTreeMap<PhotoId, Offer> = BTreeMap::new();
+fn offers(
+    surface: SurfaceId,
+    offered: &[Option<PaintOffer>],
+    fates: &[Option<Fate>],
+) -> Vec<PropagationStatistics> {
+    let mut by_photo: BTreeMap<PhotoId, PropagationStatistics> = BTreeMap::new();
     for (offered, fate) in offered.iter().zip(fates) {
         let (Some(offered), Some(fate)) = (offered, fate) else { continue };
         let from = offered.given.photo;
-        let offer = by_photo.entry(from).or_insert(Offer {
+        let offer = by_photo.entry(from).or_insert(PropagationStatistics {
             surface,
             from,
             texels: 0,

@@ -1,4 +1,4 @@
-//! The planar surfaces of a model: what is filled as one.
+//! The planar surfaces of a model, the units of filling.
 
 use glam::DVec3;
 
@@ -6,35 +6,36 @@ use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
 use crate::scene::{FaceId, Model};
 
-/// A surface's place in [`Surfaces`].
+/// The index of a surface in [`Surfaces`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct SurfaceId(pub u32);
 
 /// A planar face, or one triangle of a face that is not planar.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Surface {
-    /// The face.
+    /// The face that the surface belongs to.
     pub face: FaceId,
-    /// Which of its triangles, when the face is not planar.
+    /// The index of the triangle within the face when the face is not planar; `None` for a planar face.
     pub triangle: Option<u32>,
-    /// Its plane, in world coordinates.
+    /// The plane, in world coordinates.
     pub plane: Plane,
-    /// One ring, holes bridged, in world coordinates.
+    /// The outline as one ring in world coordinates; holes are bridged.
     pub outline: Vec<DVec3>,
-    /// A flat stand-in for foliage and the like: what is seen through it depends on where one stands.
+    /// True for a flat stand-in for foliage and the like; the background seen through it depends on the
+    /// viewpoint.
     pub billboard: bool,
 }
 
-/// All of them, in the order of faces.
+/// The surfaces of a model, in the order of its faces.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Surfaces {
     list: Vec<Surface>,
-    /// For each face its first surface.
+    /// The index of each face's first surface.
     first: Vec<u32>,
 }
 
 impl Surfaces {
-    /// Those of a model in world coordinates.
+    /// Lists the surfaces of a model (in world coordinates).
     pub fn of(model: &Model) -> Self {
         let mut surfaces = Self::default();
         for face in model.face_ids() {
@@ -55,40 +56,43 @@ impl Surfaces {
         surfaces
     }
 
-    /// How many there are.
+    /// Returns the number of surfaces.
     pub fn len(&self) -> usize {
         self.list.len()
     }
 
-    /// There is none.
+    /// Returns true when there is no surface.
     pub fn is_empty(&self) -> bool {
         self.list.is_empty()
     }
 
-    /// The surface with this id.
+    /// Returns the surface with this id.
     pub fn get(&self, id: SurfaceId) -> &Surface {
         &self.list[id.0 as usize]
     }
 
-    /// The surface of a face, or of one of its triangles.
+    /// Returns the surface of a planar face, or of one triangle of a face; the face must have it (see
+    /// [`Self::find`]).
     pub fn id(&self, face: FaceId, triangle: Option<u32>) -> SurfaceId {
         SurfaceId(self.first[face.0 as usize] + triangle.unwrap_or(0))
     }
 
-    /// The same where nobody knows whether the face has such a triangle, or is planar.
+    /// Returns the surface of a face or of one of its triangles; `None` when the face has no such triangle,
+    /// or is planar when it should not be (or the reverse).
     pub fn find(&self, face: FaceId, triangle: Option<u32>) -> Option<SurfaceId> {
         let id = self.id(face, triangle);
         let surface = self.list.get(id.0 as usize)?;
         (surface.face == face && surface.triangle == triangle).then_some(id)
     }
 
-    /// Which of a face's surfaces a polygon lies on: that whose plane and middle are nearest to it.
-    pub fn of_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
+    /// Returns the surface of a face that a polygon (world coordinates) lies on: the one whose plane and
+    /// centroid are nearest to it.
+    pub fn nearest_to_polygon(&self, face: FaceId, polygon: &[DVec3]) -> SurfaceId {
         let mean = |ring: &[DVec3]| ring.iter().sum::<DVec3>() / ring.len() as f64;
         let middle = mean(polygon);
         let far = |surface: &Surface| {
             let off = polygon.iter().map(|p| surface.plane.signed_distance(*p).abs()).fold(0.0, f64::max);
-            // The plane decides; the middle tells triangles of one plane apart.
+            // The plane decides; the centroid distinguishes triangles of one plane.
             1e3 * off + mean(&surface.outline).distance(middle)
         };
         let first = self.first[face.0 as usize];
@@ -113,7 +117,7 @@ mod tests {
             let corners = surfaces.get(id).outline.clone();
             let middle = corners.iter().sum::<DVec3>() / 3.0;
             let inner: Vec<DVec3> = corners.iter().map(|p| middle + (*p - middle) * 0.3).collect();
-            assert_eq!(surfaces.of_polygon(bent, &inner), id);
+            assert_eq!(surfaces.nearest_to_polygon(bent, &inner), id);
             assert_eq!(surfaces.find(bent, Some(t)), Some(id));
         }
         assert_eq!((surfaces.find(bent, None), surfaces.find(bent, Some(99))), (None, None));

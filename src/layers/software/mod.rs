@@ -1,17 +1,17 @@
-//! The plain twin of the GPU's rasteriser: the same passes with the same names, in an order and a
-//! form that are easy to check by reading. It serves tests, benchmarks and machines without Vulkan.
+//! The CPU reference of the GPU's rasteriser: the same passes under the same names, in an order and a form
+//! that are easy to verify by reading. It serves tests, benchmarks and machines without Vulkan.
 //!
-//! | here | shader | what it leaves |
+//! | here | GPU pass | result |
 //! |---|---|---|
 //! | `passes::nearest` | *nearest* | inverse depth of the nearest fragment, per pixel |
-//! | `passes::presence` | *item* | the working set; where and by which item the others are hidden |
-//! | `passes::owners` | | who owns each pixel |
-//! | `passes::lists` | *lists* | every fragment of the working set, per pixel |
+//! | `passes::presence` | *presence* | the working set; where the other items are hidden |
+//! | `passes::owners` | none | the item that owns each pixel |
+//! | `passes::lists` | *count*, *scan*, *fill* | the fragments of the working set, as one list per pixel |
 //! | [`super::count_pairs`] | *pairs* | the table of occlusions |
 //!
 //! Depths are compared bit for bit as on the GPU ([`super::InverseDepth::at`], [`super::is_behind`]).
-//! Coverage is exact here, while a GPU moves corners to a grid of 1/256 pixel first: the two may
-//! differ where an outline passes within a hundredth of a pixel of a pixel centre, and nowhere else.
+//! Coverage is exact here, while a GPU rounds corners to a grid of 1/256 pixel: the two may differ where an
+//! outline passes within a hundredth of a pixel of a pixel centre, and nowhere else.
 
 mod coverage;
 mod passes;
@@ -26,7 +26,7 @@ use crate::error::Result;
 use crate::task::Task;
 use passes::Drawing;
 
-/// Rasterises on the CPU. Results do not depend on the number of threads.
+/// A rasteriser that runs on the CPU. Its results do not depend on the number of threads.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct SoftwareRasteriser;
 
@@ -64,8 +64,8 @@ impl Rasteriser for SoftwareRasteriser {
     }
 }
 
-/// Per pixel, row by row from the top, the item that owns it plus one: of those visible there, within the
-/// tolerance of the nearest, the last in model order. 0 where there is none.
+/// Finds the owner of each pixel, row by row from the top: the index plus one of the last item in model order
+/// among those visible at the pixel (within the tolerance of the nearest); 0 where there is none.
 pub fn owners(view: &View, tolerance: f32) -> Vec<u32> {
     passes::owners(&Drawing::new(view), tolerance)
 }

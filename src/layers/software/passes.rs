@@ -1,4 +1,4 @@
-//! The passes over the geometry, each in bands of rows that run in parallel.
+//! The passes over the geometry; each runs in bands of rows, in parallel.
 
 use std::ops::Range;
 
@@ -11,19 +11,19 @@ use crate::layers::rasteriser::{Band, FragmentLists, Presence, TIE, VISIBLE};
 use crate::layers::view::{ItemId, View};
 use crate::task::Task;
 
-/// Rows in a band: small enough for many threads, large enough that few triangles are in several.
+/// Rows of a band: few enough to occupy many threads, enough that few triangles lie in several bands.
 const BAND_ROWS: u32 = 32;
 
 /// A view with the footprints of its triangles.
 pub struct Drawing<'a> {
-    /// What is drawn.
+    /// The view that is drawn.
     pub view: &'a View,
-    /// Item and footprint of every triangle that may cover something, in model order.
+    /// The item and footprint of every triangle that may cover pixels, in model order.
     triangles: Vec<(ItemId, Footprint)>,
 }
 
 impl<'a> Drawing<'a> {
-    /// Prepares the triangles of a view.
+    /// Computes the footprints of a view's triangles.
     pub fn new(view: &'a View) -> Self {
         let footprint =
             |(corners, &item)| Some((ItemId(item), Footprint::new(corners, view.width, view.height)?));
@@ -31,14 +31,14 @@ impl<'a> Drawing<'a> {
         Self { view, triangles }
     }
 
-    /// The bands of rows, from the top.
+    /// Returns the bands of rows, from the top.
     fn bands(&self) -> Vec<Range<u32>> {
         let height = self.view.height;
         (0..height).step_by(BAND_ROWS as usize).map(|y| y..(y + BAND_ROWS).min(height)).collect()
     }
 
-    /// Visits every fragment of some rows in model order: item, index of the pixel within the
-    /// rows, inverse depth.
+    /// Calls `visit` for every fragment of some rows in model order, with its item, the index of its pixel
+    /// within the rows, and its inverse depth.
     fn each_fragment(&self, rows: &Range<u32>, mut visit: impl FnMut(ItemId, usize, f32)) {
         for (item, footprint) in &self.triangles {
             let inverse_depth = &self.view.items[item.0 as usize].inverse_depth;
@@ -47,7 +47,8 @@ impl<'a> Drawing<'a> {
                 let row = ((y - rows.start) * self.view.width) as usize;
                 for x in footprint.columns(y) {
                     let depth = inverse_depth.at(x, y);
-                    // Not so where rounding at an outline carried a plane past its horizon.
+                    // At an outline, rounding can carry a plane past its horizon, where the value is not
+                    // positive.
                     if depth > 0.0 {
                         visit(*item, row + x as usize, depth);
                     }
@@ -61,7 +62,7 @@ impl<'a> Drawing<'a> {
     }
 }
 
-/// Pass *nearest*: per pixel of some rows, the largest inverse depth; 0 where nothing is.
+/// Computes the largest inverse depth at each pixel of some rows (pass *nearest*); 0 where no item is.
 pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
     let mut nearest = vec![0.0_f32; drawing.pixels(rows)];
     drawing.each_fragment(rows, |_, pixel, inverse_depth| {
@@ -70,8 +71,8 @@ pub fn nearest(drawing: &Drawing, rows: &Range<u32>) -> Vec<f32> {
     nearest
 }
 
-/// Pass *presence*: what became of every item of the view. Who hides the hidden ones is told by
-/// [`name_owners`], once there are lists.
+/// Determines the state of every item of the view (pass *presence*). The owners that hide the hidden items
+/// are added by [`name_owners`], once the lists exist.
 pub fn presence(drawing: &Drawing, task: &Task) -> Result<Vec<Presence>> {
     let nowhere = || vec![Presence::Nowhere; drawing.view.items.len()];
     drawing
@@ -86,7 +87,7 @@ pub fn presence(drawing: &Drawing, task: &Task) -> Result<Vec<Presence>> {
         })
 }
 
-/// What is known of an item from the rows above and from those below.
+/// Combines the states of an item in the rows above and in the rows below.
 fn merged(above: Presence, below: Presence) -> Presence {
     match (above, below) {
         (Presence::Working, _) | (_, Presence::Working) => Presence::Working,
@@ -118,7 +119,7 @@ fn presence_in(drawing: &Drawing, rows: &Range<u32>) -> Vec<Presence> {
     working.into_iter().zip(first_hidden).map(presence).collect()
 }
 
-/// Pass *owners*: see [`super::owners`].
+/// Finds the owner of each pixel, see [`super::owners`].
 pub fn owners(drawing: &Drawing, tolerance: f32) -> Vec<u32> {
     let of_band = |rows: Range<u32>| {
         let nearest = nearest(drawing, &rows);
@@ -133,7 +134,7 @@ pub fn owners(drawing: &Drawing, tolerance: f32) -> Vec<u32> {
     drawing.bands().into_par_iter().map(of_band).collect::<Vec<_>>().concat()
 }
 
-/// Names the owners of the pixels where items are hidden.
+/// Sets the owners of the pixels where items are hidden.
 pub fn name_owners(presence: &mut [Presence], lists: &FragmentLists) {
     for presence in presence {
         if let Presence::Hidden { x, y, by } = presence {
@@ -142,8 +143,8 @@ pub fn name_owners(presence: &mut [Presence], lists: &FragmentLists) {
     }
 }
 
-/// Pass *lists*: the fragments of the items flagged in `kept`, entries in model order within a
-/// pixel, visible bits as seen among the kept.
+/// Builds the lists of the fragments of the items flagged in `kept` (passes *count*, *scan* and *fill*):
+/// entries are in model order within a pixel, visibility is judged among the kept items only.
 pub fn lists(drawing: &Drawing, tolerance: f32, kept: &[bool], task: &Task) -> Result<FragmentLists> {
     let bands = drawing
         .bands()
@@ -156,7 +157,7 @@ pub fn lists(drawing: &Drawing, tolerance: f32, kept: &[bool], task: &Task) -> R
     Ok(FragmentLists { width: drawing.view.width, bands })
 }
 
-/// One band: count, prefix sum, fill.
+/// Builds the lists of one band: count, prefix sum, fill.
 fn band(drawing: &Drawing, rows: &Range<u32>, tolerance: f32, kept: &[bool]) -> Band {
     let mut offsets = vec![0_u32; drawing.pixels(rows) + 1];
     let mut nearest = vec![0.0_f32; drawing.pixels(rows)];

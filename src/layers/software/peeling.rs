@@ -1,5 +1,5 @@
-//! Peeling, on fragment lists: the exact kind, which is the reference for the occlusion graph, and
-//! the published kind, which is the baseline.
+//! Peeling on fragment lists: exact peeling, which is the reference for the occlusion graph, and stencil
+//! peeling as published, which is the baseline.
 
 use rayon::prelude::*;
 
@@ -10,15 +10,15 @@ use crate::layers::rasteriser::{FragmentLists, StencilLayers, VISIBLE};
 use crate::layers::view::View;
 use crate::task::Task;
 
-/// Per item, whether a fragment of it lies behind another item's by more than the tolerance,
-/// `forgiven` pairs (front, back), sorted, left out.
+/// Returns, per item, whether a fragment of it lies behind a fragment of another item by more than the
+/// tolerance. The `forgiven` pairs (front, back), sorted, are ignored.
 pub fn occluded(view: &View, lists: &FragmentLists, tolerance: f32, forgiven: &[(u32, u32)]) -> Vec<bool> {
     marked(view, lists, |fragments, mark| {
         for &(back, inverse_depth) in fragments {
             let hides = |&(front, nearer): &(u32, f32)| {
                 is_behind(inverse_depth, nearer, tolerance) && forgiven.binary_search(&(front, back)).is_err()
             };
-            // Asked once per item: most fragments belong to an item that is marked already.
+            // Tested once per item only: most fragments belong to an item that is marked already.
             if !mark[back as usize] && fragments.iter().any(hides) {
                 mark[back as usize] = true;
             }
@@ -26,10 +26,10 @@ pub fn occluded(view: &View, lists: &FragmentLists, tolerance: f32, forgiven: &[
     })
 }
 
-/// Stencil peeling as published in 2003. A round draws the set with the depth test inverted, so
-/// that the farthest item wins each pixel, and counts the fragments that are nearer by more than
-/// the tolerance; winners of pixels with a count leave the set. When no pixel counts, what is left
-/// is a layer, and those that left are the next set.
+/// Does stencil peeling as published in 2003. A round draws the set with the depth test inverted, so that the
+/// farthest item wins each pixel, and counts the fragments there that are nearer by more than the tolerance;
+/// items that won a pixel with a count leave the set. When no pixel has a count, the remaining set is a
+/// layer, and the items that left are the next set.
 pub fn stencil(
     view: &View,
     lists: &FragmentLists,
@@ -38,12 +38,15 @@ pub fn stencil(
     task: &Task,
 ) -> Result<StencilLayers> {
     let mut layer = vec![None; view.items.len()];
-    let (mut rest, mut passes, mut current, mut locked) = (working.to_vec(), 0, 0, 0);
+    let mut rest = working.to_vec();
+    let mut passes = 0;
+    let mut current = 0;
+    let mut locked = 0;
     while rest.contains(&true) {
         task.go_on()?;
         let (set, rounds) = peel_one(view, lists, tolerance, &rest);
         passes += rounds;
-        // An empty set means that everything hides something: no order can be found any more.
+        // An empty set means that every item hides another: no order can be found any more.
         let set = set.unwrap_or_else(|| {
             locked = rest.iter().filter(|&&left| left).count() as u32;
             rest.clone()
@@ -57,7 +60,8 @@ pub fn stencil(
     Ok(StencilLayers { layer, passes, locked })
 }
 
-/// One layer of the `rest`, or `None` when a round emptied the set; and the number of rounds.
+/// Peels one layer off the `rest`: returns its items, or `None` when a round emptied the set, and the number
+/// of rounds.
 fn peel_one(view: &View, lists: &FragmentLists, tolerance: f32, rest: &[bool]) -> (Option<Vec<bool>>, u32) {
     let mut set = rest.to_vec();
     for rounds in 1.. {
@@ -75,8 +79,8 @@ fn peel_one(view: &View, lists: &FragmentLists, tolerance: f32, rest: &[bool]) -
     unreachable!("every round takes an item out of a finite set")
 }
 
-/// Per item of the `set`, whether it is the farthest at a pixel where another is nearer. Of equally
-/// far fragments the last in model order wins.
+/// Returns, per item of the `set`, whether it is the farthest item at a pixel where another one is nearer. Of
+/// equally far fragments the last in model order wins.
 fn farthest_of_several(view: &View, lists: &FragmentLists, tolerance: f32, set: &[bool]) -> Vec<bool> {
     marked(view, lists, |fragments, mark| {
         let alive = || fragments.iter().filter(|(item, _)| set[*item as usize]);
@@ -88,7 +92,7 @@ fn farthest_of_several(view: &View, lists: &FragmentLists, tolerance: f32, set: 
     })
 }
 
-/// Collects marks per item from every pixel: `look` gets a pixel's (item, inverse depth) and the
+/// Collects marks per item over all pixels: `look` gets each pixel's fragments (item, inverse depth) and the
 /// marks so far.
 fn marked(view: &View, lists: &FragmentLists, look: impl Fn(&[(u32, f32)], &mut [bool]) + Sync) -> Vec<bool> {
     let none = || vec![false; view.items.len()];

@@ -8,7 +8,7 @@ use crate::scene::FaceId;
 
 const TOLERANCE: f32 = 1e-4;
 
-/// A view of 16 x 8 pixels without items.
+/// Returns a view of 16 x 8 pixels without items.
 fn empty_view() -> View {
     View { width: 16, height: 8, largest_inverse_depth: 1.0, ..View::default() }
 }
@@ -17,7 +17,7 @@ fn empty_view() -> View {
 fn add_item(view: &mut View, a: f32, c: f32, triangles: &[[[f32; 3]; 3]]) {
     let item = view.items.len() as u32;
     let inverse_depth = InverseDepth { a, b: 0.0, c, u0: 8.0, v0: 4.0 };
-    let bounds = PixelRect { x: 0, y: 0, w: view.width, h: view.height };
+    let bounds = PixelRect::of_size(view.width, view.height);
     view.items.push(Item { face: FaceId(item), triangle: None, inverse_depth, back: false, bounds });
     view.corners.extend_from_slice(triangles);
     view.triangle_items.extend(triangles.iter().map(|_| item));

@@ -1,100 +1,101 @@
-//! How far a photo is from what the others agree on, pixel by pixel.
+//! The disagreement of one photo with the consensus of the others, pixel by pixel.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
-use super::StrangerOptions;
+use super::TransientOptions;
 use super::look::{Look, Tint, length};
 use crate::error::Result;
 use crate::layers::fill::{SurfaceId, Surfaces};
 use crate::projection::relief::Relief;
+use crate::raster::robust::{median, of_rank};
 use crate::task::Task;
 
-/// So many photos are asked at most, the nearest ones.
+/// The largest number of photos that a photo is compared with, the nearest ones.
 const MOST_WITNESSES: usize = 24;
 
-/// Two photos that show a place say what it looks like, if they agree.
+/// The least number of other photos that have to show a point.
 const LEAST_WITNESSES: usize = 2;
 
-/// A surface that is seen under a smaller angle than two degrees (sine) shows nothing that can be compared; the ground
-/// of a square is seen under three from its far side, and people stand there.
+/// The sine of the least angle, about two degrees, under which a surface is compared. The ground of a square
+/// is seen under three degrees from its far side, where people stand.
 const GRAZING: f64 = 0.03;
 
-/// What all photos of a site share.
-pub struct Witnesses<'a> {
-    /// In the site's order; none where a photo cannot be read.
+/// The data that the comparisons of all photos of a site share.
+pub struct ReducedPhotos<'a> {
+    /// The reduced photos, in the site's order; `None` where a photo cannot be read.
     pub looks: &'a [Option<Look>],
-    /// Of the model in world coordinates.
+    /// The surfaces of the model in world coordinates.
     pub surfaces: &'a Surfaces,
-    /// How far the true surface stands off the model's.
+    /// The heights of the true surface over the model's.
     pub relief: &'a Relief,
 }
 
-/// For each pixel of the small photo at this place of the site how far it is from what the others show there, row by
-/// row; not a number where too few show it.
+/// Measures, for each pixel of a reduced photo, how far it is from what the others show there: a natural
+/// logarithm, row by row; NaN where too few others show the point. `photo` is an index in the site's order.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
 pub fn disagreement(
-    witnesses: &Witnesses,
+    witnesses: &ReducedPhotos,
     photo: usize,
-    options: &StrangerOptions,
+    options: &TransientOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {
-    let Some(asked) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
-    let court = Court { witnesses, asked, others: nearest(witnesses.looks, photo), options };
-    let (width, height) = (asked.donor.camera.width, asked.donor.camera.height);
+    let Some(tested) = &witnesses.looks[photo] else { return Ok(Vec::new()) };
+    let consensus = Consensus { witnesses, tested, others: nearest(witnesses.looks, photo), options };
+    let (width, height) = (tested.donor.camera.width, tested.donor.camera.height);
     let row = |y: u32| {
         task.go_on()?;
-        Ok((0..width).map(|x| court.pixel(x, y).unwrap_or(f32::NAN)).collect::<Vec<f32>>())
+        Ok((0..width).map(|x| consensus.pixel(x, y).unwrap_or(f32::NAN)).collect::<Vec<f32>>())
     };
     let rows: Vec<Vec<f32>> = (0..height).into_par_iter().map(row).collect::<Result<_>>()?;
     Ok(rows.concat())
 }
 
-/// The other photos, nearest first.
+/// Returns the other photos, nearest first.
 fn nearest(looks: &[Option<Look>], photo: usize) -> Vec<&Look> {
     let eye = |look: &Look| look.donor.pose.center_in_world();
     let own = looks[photo].as_ref().map_or(DVec3::ZERO, eye);
-    let others = looks.iter().enumerate().filter(|(place, _)| *place != photo);
+    let others = looks.iter().enumerate().filter(|(index, _)| *index != photo);
     let mut others: Vec<&Look> = others.filter_map(|(_, look)| look.as_ref()).collect();
     others.sort_by(|a, b| eye(a).distance(own).total_cmp(&eye(b).distance(own)));
     others.truncate(MOST_WITNESSES);
     others
 }
 
-struct Court<'a> {
-    witnesses: &'a Witnesses<'a>,
-    asked: &'a Look,
+struct Consensus<'a> {
+    witnesses: &'a ReducedPhotos<'a>,
+    tested: &'a Look,
     others: Vec<&'a Look>,
-    options: &'a StrangerOptions,
+    options: &'a TransientOptions,
 }
 
-impl Court<'_> {
-    /// None where the photo shows nothing that enough others show.
+impl Consensus<'_> {
+    /// Computes the disagreement at a pixel; `None` where fewer than two other photos show the point.
     fn pixel(&self, x: u32, y: u32) -> Option<f32> {
-        let (id, point) = self.shown(x, y)?;
-        let tint = self.asked.tint(x, y);
-        let (mut apart, mut tints) = ([0.0; MOST_WITNESSES], [[0.0; 3]; MOST_WITNESSES]);
+        let (id, point) = self.visible_point(x, y)?;
+        let tint = self.tested.tint(x, y);
+        let (mut distances, mut tints) = ([0.0; MOST_WITNESSES], [[0.0; 3]; MOST_WITNESSES]);
         let mut count = 0;
         for look in &self.others {
             let Some(px) = self.seen(look, id, point) else { continue };
-            apart[count] = look.distance(tint, px, self.options.reach);
+            distances[count] = look.distance(tint, px, self.options.reach);
             tints[count] = look.tint(px.x as u32, px.y as u32);
             count += 1;
         }
         if count < LEAST_WITNESSES {
             return None;
         }
-        let quarrel = spread(&tints[..count]) / self.options.quarrel;
-        apart[..count].sort_unstable_by(f32::total_cmp);
-        // One in four may be wrong as the asked one is: it shows the same stranger, or is out of register.
-        Some(apart[count / 4] / (1.0 + quarrel * quarrel))
+        let others_disagreement = deviation(&tints[..count]) / self.options.quarrel;
+        // One photo in four may be wrong like the tested one, because it shows the same object or is out of
+        // register.
+        Some(of_rank(&mut distances[..count], count / 4)? / (1.0 + others_disagreement * others_disagreement))
     }
 
-    /// The surface that the asked photo shows at a pixel, and the point.
-    fn shown(&self, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
-        let donor = &self.asked.donor;
+    /// Returns the surface that the tested photo shows at a pixel, and the point in world coordinates.
+    fn visible_point(&self, x: u32, y: u32) -> Option<(SurfaceId, DVec3)> {
+        let donor = &self.tested.donor;
         let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let item = donor.owner(x, y)?;
         let seen = donor.seen(item);
@@ -115,7 +116,8 @@ impl Court<'_> {
         Some((id, point))
     }
 
-    /// Where a witness shows the surface at a point, well inside.
+    /// Returns the pixel position at which another photo shows a surface point, well inside what it shows of
+    /// the surface.
     fn seen(&self, look: &Look, id: SurfaceId, point: DVec3) -> Option<DVec2> {
         let item = look.donor.item(id)?;
         let normal = self.witnesses.surfaces.get(id).plane.normal;
@@ -127,25 +129,19 @@ impl Court<'_> {
     }
 }
 
-/// How far colours are from the one in their middle: the median.
-fn spread(tints: &[Tint]) -> f32 {
+/// Computes the median distance of colours from their median.
+fn deviation(tints: &[Tint]) -> f32 {
+    const COUNTED: &str = "several witnesses say something";
     let middle = [0, 1, 2].map(|c| {
         let mut values = [0.0; MOST_WITNESSES];
         tints.iter().zip(&mut values).for_each(|(tint, value)| *value = tint[c]);
-        median(&mut values[..tints.len()])
+        median(&mut values[..tints.len()]).expect(COUNTED)
     });
     let mut values = [0.0; MOST_WITNESSES];
     for (tint, value) in tints.iter().zip(&mut values) {
         *value = length([0, 1, 2].map(|c| tint[c] - middle[c]));
     }
-    median(&mut values[..tints.len()])
-}
-
-/// The mean of the two in the middle where their number is even.
-fn median(values: &mut [f32]) -> f32 {
-    values.sort_unstable_by(f32::total_cmp);
-    let middle = values.len() / 2;
-    if values.len() % 2 == 1 { values[middle] } else { (values[middle - 1] + values[middle]) / 2.0 }
+    median(&mut values[..tints.len()]).expect(COUNTED)
 }
 
 #[cfg(test)]
@@ -155,7 +151,7 @@ mod tests {
     #[test]
     fn witnesses_that_quarrel_are_spread_and_one_stray_among_them_is_not() {
         let grey = |l: f32| [l, 0.0, 0.0];
-        assert!(spread(&[grey(-1.0), grey(-1.1), grey(-1.05), grey(-4.0)]) < 0.06);
-        assert!(spread(&[grey(-1.0), grey(-2.0), grey(-3.0), grey(-4.0)]) > 0.9);
+        assert!(deviation(&[grey(-1.0), grey(-1.1), grey(-1.05), grey(-4.0)]) < 0.06);
+        assert!(deviation(&[grey(-1.0), grey(-2.0), grey(-3.0), grey(-4.0)]) > 0.9);
     }
 }

@@ -1,31 +1,34 @@
-//! A photo made small, as one that is asked and as one that answers.
+//! A reduced photo with its colours prepared for comparison.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
 
 use crate::layers::fill::Donor;
 use crate::projection::exposure::Optics;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 
-/// Black is no darker than this, of white: below, noise and haze decide what a logarithm says.
+/// The least value of linear light that enters a logarithm, white being 1; below it, noise and haze decide.
 const BLACK: f32 = 0.01;
 
-/// How much more a difference of hue weighs than one of brightness: shadows move, and hues stay.
+/// The weight of a difference of hue relative to one of brightness: shadows change brightness more than hue.
 const HUE: f32 = 2.0;
 
-/// A colour as it is compared: logarithm of the brightness, and of red and blue against green, each weighed.
+/// A colour prepared for comparison: the logarithm of the brightness, and those of red and of blue over
+/// green, each weighted.
 pub type Tint = [f32; 3];
 
-/// A small photo.
+/// A reduced photo.
 pub struct Look {
-    /// What it shows where.
+    /// The photo's camera, and the surface that each pixel shows.
     pub donor: Donor,
-    /// By pixel, row by row, in the common exposure; not a number where nothing of the model is shown.
+    /// The colour of each pixel, row by row, in the common exposure; NaN where no surface of the model is
+    /// shown.
     tints: Vec<Tint>,
 }
 
 impl Look {
-    /// Of a donor that was made of the small photo; `gain` takes it to the common exposure (natural logarithms).
+    /// Builds the colours of a donor that was made from the reduced photo. `gain` is the photo's exposure
+    /// relative to the common one (natural logarithms).
     pub fn new(donor: Donor, gain: [f64; 3], optics: &Optics) -> Self {
         let (width, height) = (donor.camera.width, donor.camera.height);
         let tint = |x: u32, y: u32| {
@@ -33,7 +36,7 @@ impl Look {
                 return [f32::NAN; 3];
             }
             let px = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-            let light = optics.undone(donor.pixel(x, y).map(f64::from), radius2(&donor.camera, px));
+            let light = optics.undone(donor.pixel(x, y).map(f64::from), squared_radius(&donor.camera, px));
             tint_of([0, 1, 2].map(|c| (light[c] * (-gain[c]).exp()) as f32))
         };
         let row = |y: u32| (0..width).map(move |x| (x, y));
@@ -41,20 +44,20 @@ impl Look {
         Self { donor, tints }
     }
 
-    /// The colour at a pixel.
+    /// Returns the colour at a pixel.
     pub fn tint(&self, x: u32, y: u32) -> Tint {
         self.tints[y as usize * self.donor.camera.width as usize + x as usize]
     }
 
-    /// Where a point of the world lies on it, if within.
+    /// Projects a world point to pixel coordinates; `None` outside of the photo.
     pub fn place(&self, point: DVec3) -> Option<DVec2> {
         let camera = &self.donor.camera;
         let px = camera.image_from_camera(self.donor.pose.camera_from_world(point))?;
-        let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
-        (px.cmpge(DVec2::ZERO).all() && px.cmplt(size).all()).then_some(px)
+        camera.rect().contains_position(px).then_some(px)
     }
 
-    /// How far a colour is from all that lie between those of the pixels at most `reach` rows and columns away.
+    /// Computes the distance of a colour from the bounding box of the colours of all pixels at most `reach`
+    /// rows and columns from `px`.
     pub fn distance(&self, tint: Tint, px: DVec2, reach: i32) -> f32 {
         let (width, height) = (self.donor.camera.width as i32, self.donor.camera.height as i32);
         let (x, y) = (px.x as i32, px.y as i32);
@@ -73,13 +76,13 @@ impl Look {
     }
 }
 
-/// Of linear light, full range 1.
+/// Converts linear light, full range 1.
 fn tint_of(light: [f32; 3]) -> Tint {
     let [r, g, b] = light.map(|light| light.max(BLACK).ln());
     [(r + g + b) / 3.0, HUE * (r - g), HUE * (b - g)]
 }
 
-/// How far apart two colours are.
+/// Returns the length of a difference of two colours.
 pub fn length(difference: Tint) -> f32 {
     difference.iter().map(|d| d * d).sum::<f32>().sqrt()
 }

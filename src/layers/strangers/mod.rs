@@ -1,46 +1,50 @@
-//! What stands in one photo alone: people, cars, cables, and whatever else the model does not have.
+//! Detection of transient objects, which one photo alone shows and the model lacks: people, cars, cables.
 //!
-//! At a surface point the photos that show it agree, but for one who shows something that stands before the surface.
-//! So each photo is asked, pixel by pixel and at a size at which models are right to a pixel or two, how far its colour
-//! is from all that the others show around the same place ([`disagreement()`]); where they agree among themselves and
-//! it differs, a region of that is a suspect ([`regions`]). A window that mirrors another sky in every photo is none,
-//! because the others do not agree either. Suspects are suggestions: somebody looks at them.
+//! At a surface point the photos agree, except for one that shows an object in front of the surface. So each
+//! photo is compared with the others, pixel by pixel and at a reduced size at which models are accurate to a
+//! pixel or two: [`disagreement()`] measures how far its colour is from all colours that the others show
+//! around the same point. Where the others agree among themselves and the photo differs, the region is
+//! suggested as a mask ([`regions`]). A window that mirrors another sky in every photo is not suggested,
+//! because the others disagree there, too. The user reviews all suggestions.
 
 pub mod disagreement;
 pub mod look;
 pub mod regions;
 
-pub use disagreement::{Witnesses, disagreement};
+pub use disagreement::{ReducedPhotos, disagreement};
 pub use look::Look;
-pub use regions::{Suspect, suspects};
+pub use regions::{TransientRegion, transient_regions};
 
-/// How strangers are looked for. Sizes are in pixels of the reduced photos.
+/// Options of the detection of transient objects. Sizes are in pixels of the reduced photos.
 #[derive(Debug, Clone, PartialEq)]
-pub struct StrangerOptions {
-    /// Photos are reduced to this many pixels along their longer side: models are wrong by a few pixels of photos of
-    /// three thousand, and one of these is three of them.
+pub struct TransientOptions {
+    /// The longer side of the reduced photos: models are wrong by a few pixels of a photo three thousand
+    /// pixels wide, and one reduced pixel is three of these.
     pub longest_side: u32,
-    /// The others are asked so far around a place: what relief leaves of the model's errors.
+    /// The radius within which colours of the other photos are accepted: it covers model errors that remain
+    /// after relief.
     pub reach: i32,
-    /// A suspect differs by this somewhere: a natural logarithm, and a third of light.
+    /// The disagreement that a suggested region reaches somewhere, as a natural logarithm; 0.45 corresponds
+    /// to a third of the light.
     pub strong: f32,
-    /// And by this everywhere.
+    /// The disagreement that all pixels of a suggested region reach.
     pub weak: f32,
-    /// Witnesses that are this far apart among themselves halve what they say.
+    /// The deviation among the other photos that halves the disagreement.
     pub quarrel: f32,
-    /// A suspect of fewer pixels is none.
+    /// The least number of pixels of a suggested region.
     pub least_pixels: u64,
-    /// On average a suspect differs by this at least: where light plays on a surface, little differs much.
+    /// The least mean disagreement of a suggested region; light that changes on a surface rarely reaches it.
     pub least_score: f32,
-    /// A suspect has this weight at least ([`Suspect::weight`]).
+    /// The least weight of a suggested region ([`TransientRegion::weight`]).
     pub least_weight: f32,
-    /// A suspect of a larger share of the photo is no thing before it, but a model that is wrong.
+    /// The largest share of the photo that a suggested region may take; larger ones come from errors of the
+    /// model.
     pub most_share: f64,
-    /// What is masked reaches so far beyond what was found: rims are mixed of both.
+    /// The width by which the mask is extended beyond the region, because colours at its rim are mixed.
     pub margin: i32,
 }
 
-impl Default for StrangerOptions {
+impl Default for TransientOptions {
     fn default() -> Self {
         Self {
             longest_side: 1024,

@@ -1,25 +1,31 @@
-//! Where a photo disagrees with the others: connected regions.
+//! Connected regions in which a photo disagrees with the others.
 
-use super::StrangerOptions;
+use super::TransientOptions;
 use crate::geometry::{PixelRect, Spans};
 
-/// A region that shows something that the others do not.
+/// A region that probably shows a transient object.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Suspect {
-    /// With its margin, in pixels of the small photo.
+pub struct TransientRegion {
+    /// The mask: the region with its margin, in pixels of the reduced photo.
     pub masked: Spans,
-    /// How far it differs, on average: a natural logarithm.
+    /// The mean disagreement, as a natural logarithm.
     pub score: f32,
-    /// That, times the root of its pixels without the margin: large things need not differ as much as small ones.
+    /// The score times the square root of the number of pixels without the margin: large objects need not
+    /// differ as much as small ones.
     pub weight: f32,
 }
 
-/// The suspects of a photo of `width` columns, from the top; `apart` as [`super::disagreement()`] has it.
-pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<Suspect> {
-    let smooth = smoothed(apart, width);
-    let most = (apart.len() as f64 * options.most_share) as u64;
-    let whole = PixelRect { x: 0, y: 0, w: width as u32, h: (apart.len() / width.max(1)) as u32 };
-    let mut taken = vec![false; apart.len()];
+/// Finds the suggested regions of a photo of `width` columns, from the top. `disagreement` is the result of
+/// [`super::disagreement()`].
+pub fn transient_regions(
+    disagreement: &[f32],
+    width: usize,
+    options: &TransientOptions,
+) -> Vec<TransientRegion> {
+    let smooth = smoothed(disagreement, width);
+    let most = (disagreement.len() as f64 * options.most_share) as u64;
+    let whole = PixelRect::of_size(width as u32, (disagreement.len() / width.max(1)) as u32);
+    let mut taken = vec![false; disagreement.len()];
     let mut found = Vec::new();
     for start in 0..smooth.len() {
         if taken[start] || smooth[start].is_nan() || smooth[start] < options.weak {
@@ -34,23 +40,27 @@ pub fn suspects(apart: &[f32], width: usize, options: &StrangerOptions) -> Vec<S
         let score = pixels.iter().map(|&i| smooth[i]).sum::<f32>() / pixels.len() as f32;
         let weight = score * (pixels.len() as f32).sqrt();
         if score >= options.least_score && weight >= options.least_weight {
-            found.push(Suspect { masked: spans(pixels, width, whole, options.margin), score, weight });
+            found.push(TransientRegion {
+                masked: spans(pixels, width, whole, options.margin),
+                score,
+                weight,
+            });
         }
     }
     found
 }
 
-/// Means over 3 x 3 of what is known, where that is known itself.
-fn smoothed(apart: &[f32], width: usize) -> Vec<f32> {
-    let height = apart.len() / width.max(1);
+/// Smooths the known values: means over the known values of 3 x 3 pixels; NaN remains NaN.
+fn smoothed(disagreement: &[f32], width: usize) -> Vec<f32> {
+    let height = disagreement.len() / width.max(1);
     let mean = |x: usize, y: usize| {
-        if apart[y * width + x].is_nan() {
+        if disagreement[y * width + x].is_nan() {
             return f32::NAN;
         }
         let (mut sum, mut count) = (0.0, 0.0);
         for v in y.saturating_sub(1)..(y + 2).min(height) {
             for u in x.saturating_sub(1)..(x + 2).min(width) {
-                let value = apart[v * width + u];
+                let value = disagreement[v * width + u];
                 if !value.is_nan() {
                     sum += value;
                     count += 1.0;
@@ -62,7 +72,7 @@ fn smoothed(apart: &[f32], width: usize) -> Vec<f32> {
     (0..height).flat_map(|y| (0..width).map(move |x| (x, y))).map(|(x, y)| mean(x, y)).collect()
 }
 
-/// The pixels above `least` that are connected with one, across corners too.
+/// Collects the pixels of at least `least` that are connected with `start`, across corners too.
 fn connected(values: &[f32], width: usize, start: usize, least: f32, taken: &mut [bool]) -> Vec<usize> {
     let height = values.len() / width;
     let (mut found, mut next) = (Vec::new(), vec![start]);
@@ -72,11 +82,11 @@ fn connected(values: &[f32], width: usize, start: usize, least: f32, taken: &mut
         let (x, y) = (at % width, at / width);
         for v in y.saturating_sub(1)..(y + 2).min(height) {
             for u in x.saturating_sub(1)..(x + 2).min(width) {
-                let beside = v * width + u;
-                // Not a number is never at least anything.
-                if !taken[beside] && values[beside] >= least {
-                    taken[beside] = true;
-                    next.push(beside);
+                let neighbour = v * width + u;
+                // The comparison is false for NaN.
+                if !taken[neighbour] && values[neighbour] >= least {
+                    taken[neighbour] = true;
+                    next.push(neighbour);
                 }
             }
         }
@@ -84,19 +94,19 @@ fn connected(values: &[f32], width: usize, start: usize, least: f32, taken: &mut
     found
 }
 
-/// As a set, with what is enclosed or nearly so, and the margin around.
+/// Converts pixels to a mask with the margin, in which holes and narrow gaps are closed.
 fn spans(mut pixels: Vec<usize>, width: usize, whole: PixelRect, margin: i32) -> Spans {
     pixels.sort_unstable();
     let mut rest = pixels.iter().copied().peekable();
     let last = pixels.last().map_or(0, |at| at / width) as i32;
     let first = pixels.first().map_or(0, |at| at / width) as i32;
-    let bare = Spans::of_rows(first..last + 1, |y, out| {
+    let bare = Spans::from_rows(first..last + 1, |y, out| {
         while let Some(at) = rest.next_if(|at| (at / width) as i32 == y) {
             let x = (at % width) as i32;
             out.push(x..x + 1);
         }
     });
-    // Grown by twice the margin and shrunk by once: gaps close, and rims get their margin.
+    // The mask is dilated by twice the margin and eroded by once: gaps close, and rims get their margin.
     let frame = whole.grown(4 * margin.max(1) as u32);
     let wide = bare.grown(2 * margin);
     let shrunk = wide.complement(frame).grown(margin).complement(frame);
@@ -107,30 +117,30 @@ fn spans(mut pixels: Vec<usize>, width: usize, whole: PixelRect, margin: i32) ->
 mod tests {
     use super::*;
 
-    fn options() -> StrangerOptions {
-        StrangerOptions {
+    fn options() -> TransientOptions {
+        TransientOptions {
             least_pixels: 12,
             least_weight: 3.0,
             most_share: 0.5,
             margin: 1,
-            ..StrangerOptions::default()
+            ..TransientOptions::default()
         }
     }
 
-    /// 40 x 30 pixels.
-    fn apart(value: impl Fn(i32, i32) -> f32) -> Vec<f32> {
+    /// Builds values of 40 x 30 pixels.
+    fn disagreement(value: impl Fn(i32, i32) -> f32) -> Vec<f32> {
         (0..30).flat_map(|y| (0..40).map(move |x| (x, y))).map(|(x, y)| value(x, y)).collect()
     }
 
     #[test]
     fn a_region_that_differs_is_found_with_its_margin_and_noise_is_not() {
         let is_stranger = |x: i32, y: i32| (10..18).contains(&x) && (5..20).contains(&y);
-        let values = apart(|x, y| match (is_stranger(x, y), (x * 7 + y * 13) % 50) {
+        let values = disagreement(|x, y| match (is_stranger(x, y), (x * 7 + y * 13) % 50) {
             (true, _) => 0.9,
             (false, 0) => 0.8,
             (false, _) => 0.02,
         });
-        let found = suspects(&values, 40, &options());
+        let found = transient_regions(&values, 40, &options());
         assert_eq!(found.len(), 1);
         let masked = &found[0].masked;
         assert!((4..21).all(|y| (9..19).all(|x| masked.holds(x, y))), "{:?}", masked.bounds());
@@ -139,21 +149,24 @@ mod tests {
 
     #[test]
     fn weak_small_and_huge_differences_are_no_suspects_and_the_unknown_is_none() {
-        assert!(suspects(&apart(|x, _| if x < 9 { 0.4 } else { 0.0 }), 40, &options()).is_empty(), "weak");
-        let small = apart(|x, y| if x < 2 && y < 2 { 2.0 } else { 0.0 });
-        assert!(suspects(&small, 40, &options()).is_empty(), "small");
-        assert!(suspects(&apart(|_, _| 2.0), 40, &options()).is_empty(), "all of it");
-        assert!(suspects(&apart(|_, _| f32::NAN), 40, &options()).is_empty());
+        assert!(
+            transient_regions(&disagreement(|x, _| if x < 9 { 0.4 } else { 0.0 }), 40, &options()).is_empty(),
+            "weak"
+        );
+        let small = disagreement(|x, y| if x < 2 && y < 2 { 2.0 } else { 0.0 });
+        assert!(transient_regions(&small, 40, &options()).is_empty(), "small");
+        assert!(transient_regions(&disagreement(|_, _| 2.0), 40, &options()).is_empty(), "all of it");
+        assert!(transient_regions(&disagreement(|_, _| f32::NAN), 40, &options()).is_empty());
     }
 
     #[test]
     fn holes_are_closed() {
-        let values = apart(|x, y| match ((10..20).contains(&x) && (5..15).contains(&y), x == 14) {
+        let values = disagreement(|x, y| match ((10..20).contains(&x) && (5..15).contains(&y), x == 14) {
             (true, true) => f32::NAN,
             (true, false) => 1.0,
             _ => 0.0,
         });
-        let found = suspects(&values, 40, &options());
+        let found = transient_regions(&values, 40, &options());
         assert_eq!(found.len(), 1, "both sides touch beyond the ends of what is not known");
         assert!((5..15).all(|y| found[0].masked.holds(14, y)));
     }

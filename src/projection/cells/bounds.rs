@@ -1,4 +1,4 @@
-//! Bounds of what a photo is to a ball of points.
+//! Bounds of a photo's angle, position and border factor over a ball of points.
 
 use std::ops::Range;
 
@@ -7,9 +7,9 @@ use glam::{DVec2, DVec3};
 use crate::geometry::Pinhole;
 use crate::projection::weights::{BORDER_SHARE, angle_at, border_ramp};
 
-/// Bounds of the angle under which `a` and `b` appear from points of a ball. From a point at
-/// distances x and y it changes by at most |a - b| / (x y) per unit of the way: its level sets are the
-/// circles through both (inscribed angles).
+/// Bounds the angle under which `a` and `b` appear from points of a ball. At a point with distances x and y
+/// from them the angle changes by at most |a - b| / (x y) per unit of movement, because its level sets are
+/// the circles through both (inscribed angles).
 pub fn angles(middle: DVec3, radius: f64, a: DVec3, b: DVec3) -> Range<f64> {
     let (x, y) = (middle.distance(a) - radius, middle.distance(b) - radius);
     if x <= 0.0 || y <= 0.0 {
@@ -20,13 +20,13 @@ pub fn angles(middle: DVec3, radius: f64, a: DVec3, b: DVec3) -> Range<f64> {
     (angle - change).max(0.0)..(angle + change).min(std::f64::consts::PI)
 }
 
-/// A box in photo pixels that holds the projection of a ball (camera frame); all of the plane where
+/// Returns a box in photo pixels that contains the projection of a ball (camera frame); the whole plane where
 /// the ball reaches behind the camera.
 pub fn projected_ball(middle: DVec3, radius: f64, camera: &Pinhole) -> (DVec2, DVec2) {
     if middle.z <= radius {
         return (DVec2::NEG_INFINITY, DVec2::INFINITY);
     }
-    // x/z over the box around the ball: each bound is taken at the depth that makes it extreme.
+    // The bounds of x/z over the box around the ball; each is taken at the depth that makes it extreme.
     let depths = (middle.z - radius, middle.z + radius);
     let bounds = |m: f64, f: f64, c: f64| {
         let (low, high) = (m - radius, m + radius);
@@ -39,7 +39,7 @@ pub fn projected_ball(middle: DVec3, radius: f64, camera: &Pinhole) -> (DVec2, D
     (DVec2::new(x0, y0), DVec2::new(x1, y1))
 }
 
-/// Bounds of [`crate::projection::weights::border`] in a box.
+/// Bounds [`crate::projection::weights::border`] over a box in photo pixels.
 pub fn borders(camera: &Pinhole, low: DVec2, high: DVec2) -> Range<f64> {
     let size = DVec2::new(f64::from(camera.width), f64::from(camera.height));
     let ramp = BORDER_SHARE * size.min_element();

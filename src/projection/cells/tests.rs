@@ -1,16 +1,16 @@
-//! The candidates of a cell hold every photo that matters at any of its points.
+//! Tests that the candidates of a cell include every photo that has weight at any of its points.
 
 use glam::{DVec2, DVec3, dvec3};
 
 use super::{Cells, Confidence, Unknown, cells};
 use crate::geometry::{PixelRect, Plane};
 use crate::projection::shot::{Blend, Mode, Shot};
-use crate::projection::sources::{Domain, PhotoId, Projector, Server, Sheet, SheetId, Sources};
+use crate::projection::sources::{Domain, LayerTextureId, PhotoId, Projector, Server, Sheet, Sources};
 use crate::projection::weights::{self, Claim, angle_at, border, octaves_missing, pixels_per_unit};
 use crate::scene::Model;
-use crate::scene::synthetic::{Dice, centred, look_at, random};
+use crate::scene::synthetic::{Rng, centred, look_at, random};
 
-/// Every photo is sure of itself to one degree everywhere.
+/// A source of bounds in which each photo has one confidence everywhere.
 struct Even;
 
 impl Even {
@@ -25,8 +25,8 @@ impl Confidence for Even {
     }
 }
 
-/// Cameras around the scene, each of which serves the side of every face that it sees.
-fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
+/// Arranges cameras around the scene, each of which textures the side of every face that it sees.
+fn ring_of_photos(dice: &mut Rng, model: &Model, count: u32) -> Sources {
     let mut sources = Sources::default();
     for i in 0..count {
         let turn = std::f64::consts::TAU * f64::from(i) / f64::from(count);
@@ -45,7 +45,7 @@ fn ring_of_photos(dice: &mut Dice, model: &Model, count: u32) -> Sources {
             let eye = sources.photos[photo as usize].pose.center_in_world();
             let back = plane.signed_distance(eye) < 0.0;
             let pinned = pin == Some(photo);
-            let (sheet, photo) = (SheetId(photo), PhotoId(photo));
+            let (sheet, photo) = (LayerTextureId(photo), PhotoId(photo));
             sources.servers.push(Server { sheet, photo, back, pinned, domain: Domain::Whole });
         }
         sources.of_face.push(start..sources.servers.len() as u32);
@@ -57,7 +57,7 @@ fn center(model: &Model) -> DVec3 {
     model.vertices.iter().sum::<DVec3>() / model.vertices.len() as f64
 }
 
-/// The penalty of a server at a point, by the definition.
+/// Computes the penalty of a server at a point, by the definition.
 fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DVec3) -> f64 {
     let photo = sources.photo(server.photo);
     let in_photo = photo.pose.camera_from_world(p);
@@ -77,9 +77,9 @@ fn penalty(sources: &Sources, shot: &Shot, plane: &Plane, server: &Server, p: DV
     claim.penalty(&shot.blend)
 }
 
-/// Compares, at pixels of the shot, the weights of the cell's candidates with those of all servers.
-/// Returns how many points were looked at and how many candidates they had in all.
-fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Dice) -> (u32, usize) {
+/// Compares, at pixels of the view, the weights of the cell's candidates with those of all servers. Returns
+/// the number of points compared and the total number of their candidates.
+fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &mut Rng) -> (u32, usize) {
     let (mut points, mut candidates) = (0, 0);
     for found in &cells.faces {
         let plane = model.face(found.face).plane;
@@ -121,7 +121,7 @@ fn compare(model: &Model, sources: &Sources, shot: &Shot, cells: &Cells, dice: &
 
 #[test]
 fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
-    let mut dice = Dice::new(21);
+    let mut dice = Rng::new(21);
     for seed in 0..6 {
         let model = random::boxes(seed, 5).model;
         let sources = ring_of_photos(&mut dice, &model, 24);
@@ -136,7 +136,7 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
                 };
                 let (points, candidates) = compare(&model, &sources, &shot, &found, &mut dice);
                 assert!(points > 100, "seed {seed}: {points} points");
-                // Where confidence is known, lists are short: 24 photos serve every side.
+                // Where lower bounds of confidence are known, lists are short: 24 photos texture every side.
                 if known && mode == Mode::Lumigraph {
                     assert!(candidates < 16 * points as usize, "{candidates} at {points} points");
                 }
@@ -147,7 +147,7 @@ fn no_cell_misses_a_photo_that_has_weight_at_any_of_its_points() {
 
 #[test]
 fn a_photo_that_must_not_take_part_is_no_candidate() {
-    let mut dice = Dice::new(22);
+    let mut dice = Rng::new(22);
     let model = random::boxes(3, 4).model;
     let sources = ring_of_photos(&mut dice, &model, 6);
     let photo = sources.photo(PhotoId(2)).clone();

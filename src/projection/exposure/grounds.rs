@@ -1,27 +1,29 @@
-//! What a photo's gain rests on: how much it has in common with others, and how well that agrees.
+//! The support of the photos' gains: how much each photo has in common with others, and how well the
+//! comparisons agree.
 
 use serde::{Deserialize, Serialize};
 
 use super::{PatchColour, Ratio, SharedPoint};
+use crate::raster::robust::upper_median;
 
-/// Of one photo.
+/// The support of one photo's gain.
 #[derive(Debug, Clone, Copy, PartialEq, Default, Serialize, Deserialize)]
-pub struct Grounds {
-    /// Surface points that it and another photo show, both with usable colours.
+pub struct GainSupport {
+    /// The number of surface points that this and another photo show, both with usable colours.
     pub points: u32,
-    /// Median, over its comparisons and R, G and B, of the absolute log ratio that is left once the gains
-    /// are taken out; 0 without any.
+    /// Median, over the photo's comparisons and R, G and B, of the absolute log ratio that remains after the
+    /// gains are removed; 0 without comparisons.
     pub residual: f64,
 }
 
-/// By photo. `gains` as they were estimated from `ratios`.
+/// Computes the support of each photo's gain. `gains` are those estimated from `ratios`.
 pub fn grounds(
     photos: usize,
     points: &[SharedPoint],
     colours: &[Vec<PatchColour>],
     ratios: &[Ratio],
     gains: &[[f64; 3]],
-) -> Vec<Grounds> {
+) -> Vec<GainSupport> {
     let mut shared = vec![0; photos];
     for (point, colours) in points.iter().zip(colours) {
         let usable = || point.patches.iter().zip(colours).filter(|(_, c)| c.is_some_and(|c| c.usable));
@@ -37,15 +39,7 @@ pub fn grounds(
         left[a].extend(residuals);
         left[b].extend(residuals);
     }
-    let of_photo = |(points, left)| Grounds { points, residual: median(left) };
+    let residual = |left: &mut [f64]| upper_median(left).unwrap_or(0.0);
+    let of_photo = |(points, mut left): (_, Vec<f64>)| GainSupport { points, residual: residual(&mut left) };
     shared.into_iter().zip(left).map(of_photo).collect()
-}
-
-/// 0 of nothing.
-fn median(mut values: Vec<f64>) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }

@@ -1,9 +1,10 @@
-//! What a camera's exposure meter would read in a view, and how far the photos' exposures followed theirs.
+//! A model of exposure metering: what a camera's meter would read in a view, and how closely the photos'
+//! exposures followed their meters.
 //!
-//! Photos are mostly taken with automatic exposure: the darker the middle of the view, the longer the
-//! exposure. How bright the site is where a view looks is known, in the common exposure, from the points
-//! that photos share. So a meter can be read at every photo's camera, it can be seen whether the gains
-//! went against it, and if they did, a view's exposure can be told from its own reading.
+//! Photos are mostly taken with automatic exposure: the darker the centre of the image, the longer the
+//! exposure. The brightness of the site in the common exposure is known at the points that photos share. So
+//! the meter can be simulated at every photo's camera and compared with the gains; where these fall as
+//! readings rise, a view's exposure can be predicted from its own reading.
 //!
 //! Leaving out photo by photo, the log gains of 19 photos of a castle (0.33 rms about their mean) are
 //! predicted with 0.13 rms error by nearness alone and 0.07 with the meter.
@@ -15,50 +16,51 @@ use super::near::Shares;
 use super::{PatchColour, SharedPoint};
 use crate::geometry::Pose;
 use crate::projection::Projector;
+use crate::raster::robust::upper_median;
 
-/// The meter looks at the middle of a photo, with weights that fall like a Gaussian of this standard
-/// deviation, as a share of the photo's width and height. Between 0.1 and 0.15 it makes little difference.
+/// The standard deviation of the Gaussian weight of the meter, centred on the image, as a share of the
+/// image's width and height. Values between 0.1 and 0.15 make little difference.
 const SPREAD: f64 = 0.15;
 
-/// Beyond so many standard deviations it does not look at all.
+/// The number of standard deviations beyond which the weight is 0.
 const REACH: f64 = 3.0;
 
-/// More points would tell no more.
+/// The largest number of points kept; more would not change the readings.
 const MOST_POINTS: usize = 8192;
 
-/// Where the meter sees next to nothing it reads what is usual: that counts like this share of the points
-/// that photos' own meters see.
+/// The weight of the usual reading, as a share of the weight of the points that photos' own meters see; it
+/// matters where a meter sees hardly any points.
 const USUAL: f64 = 0.02;
 
-/// A meter with what it needs to be read anywhere. One without points reads and carries nothing.
+/// The metering model with the data for readings anywhere. A model without points corrects nothing.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Meter {
     points: Vec<LitPoint>,
     /// Standard deviations of the Gaussian across and down, as tangents.
     spread: [f64; 2],
-    /// What counts as next to nothing.
+    /// The weight of the usual reading.
     least: f64,
-    /// By photo: the logarithm of the light that its meter reads, in the common exposure.
+    /// The logarithm of the light that each photo's meter reads, in the common exposure.
     readings: Vec<f64>,
-    /// By photo: the mean reading of its component.
+    /// The mean reading of each photo's component.
     usual: Vec<f64>,
-    /// R, G, B: how much gains fall by where readings rise by 1; 0 (not metered) to 1 (metered).
+    /// The decrease of gains per unit of increase of readings, R, G, B; 0 (not metered) to 1 (metered).
     pub follows: [f64; 3],
 }
 
-/// A surface point of known light.
+/// A surface point of known brightness.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 struct LitPoint {
     position: DVec3,
-    /// Of the surface that the point stands for: its area in square world units, along the unit normal.
+    /// The area of the surface that the point stands for, in square world units, times the unit normal.
     area: DVec3,
-    /// Photos that see it, with its mean light there in the common exposure.
+    /// The photos that see the point, each with the mean light there in the common exposure.
     seen: Vec<(u32, f64)>,
 }
 
 impl LitPoint {
-    /// How far the photos near a view see it (0 to 1), and its mean light in all photos that may be asked;
-    /// `None` when none of those sees it.
+    /// Returns the share of the photos near a view that see the point (0 to 1), and its mean light in all
+    /// photos that may be used; `None` when none of these sees it.
     fn seen_in(&self, shares: &Shares) -> Option<(f64, f64)> {
         let (mut seen, mut light, mut count) = (0.0, 0.0, 0u32);
         for (photo, mean) in &self.seen {
@@ -74,8 +76,8 @@ impl LitPoint {
 }
 
 impl Meter {
-    /// The meter of photos whose gains are known. `component`: a number that photos have in common
-    /// exactly where their gains are relative to each other.
+    /// Builds the model from photos whose gains are known. Photos have the same number in `component` exactly
+    /// where their gains are relative to each other.
     pub fn of(
         photos: &[Projector],
         points: &[SharedPoint],
@@ -105,8 +107,8 @@ impl Meter {
         meter
     }
 
-    /// What the gains of the photos near a view have to be changed by for its meter, R, G, B; exactly 0
-    /// at a photo's own camera.
+    /// Computes the correction of the gains of the photos near a view by the view's meter reading, R, G, B;
+    /// exactly 0 at a photo's own camera.
     pub(super) fn carried(&self, view: &Pose, shares: &Shares) -> [f64; 3] {
         if self.points.is_empty() || self.follows == [0.0; 3] {
             return [0.0; 3];
@@ -117,22 +119,22 @@ impl Meter {
         self.follows.map(|follows| -follows * brighter)
     }
 
-    /// The logarithm of the light that a meter reads in a view, in the common exposure.
+    /// Computes the logarithm of the light that a meter reads in a view, in the common exposure.
     fn reading(&self, view: &Pose, shares: &Shares) -> f64 {
         let (light, seen) = self.sums(view, shares);
         ((light + self.least * self.usual_at(shares).exp()) / (seen + self.least)).ln()
     }
 
-    /// The mean reading of the photos near a view.
+    /// Returns the mean of the usual readings of the photos near a view.
     fn usual_at(&self, shares: &Shares) -> f64 {
         let near: f64 = shares.of_photo.iter().sum();
         let sum: f64 = shares.of_photo.iter().zip(&self.usual).map(|(share, usual)| share * usual).sum();
-        // Without photos there is nothing to be carried either.
+        // Without photos there is nothing to correct either.
         if near > 0.0 { sum / near } else { 0.0 }
     }
 
-    /// The sums of light times weight, and of weight, over what the meter sees. Whether a point is hidden
-    /// from the view is told by the photos near it, each with its share: that is continuous in the view.
+    /// Sums light times weight, and weight, over the points that the meter sees. Occlusion of a point in the
+    /// view is estimated from the photos near it, each with its share, which is continuous in the view.
     fn sums(&self, view: &Pose, shares: &Shares) -> (f64, f64) {
         let eye = view.center_in_world();
         self.points.iter().fold((0.0, 0.0), |(light, all), point| {
@@ -144,22 +146,22 @@ impl Meter {
         })
     }
 
-    /// The solid angle of a point's surface, times the meter's interest in its direction.
+    /// Computes the solid angle of a point's surface, times the meter's weight in its direction.
     fn weight(&self, point: &LitPoint, in_camera: DVec3, eye: DVec3) -> f64 {
         let DVec3 { x, y, z } = in_camera;
         let squared = (x / (z * self.spread[0])).powi(2) + (y / (z * self.spread[1])).powi(2);
         if z <= 0.0 || squared >= REACH * REACH {
             return 0.0;
         }
-        // Lowered to reach 0 at the edge.
+        // The Gaussian is lowered to reach 0 at its edge.
         let interest = (-0.5 * squared).exp() - (-0.5 * REACH * REACH).exp();
         let size = point.area.dot(eye - point.position) / (z * z * z);
-        // A point nearer than any photo was must not fill the view alone.
+        // The limit keeps a point nearer than any photo was from filling the view alone.
         interest * size.clamp(0.0, self.spread[0] * self.spread[1])
     }
 
-    /// By how much the gains of a channel fall where readings rise: the slope of a line through both, made
-    /// smaller where it may be chance (by the positive part of James & Stein's factor, 1961).
+    /// Computes by how much the gains of a channel fall where readings rise: the slope of a line through
+    /// both, reduced where it may be chance (by the positive part of James & Stein's factor, 1961).
     fn slope(&self, gains: &[[f64; 3]], c: usize) -> f64 {
         const FEWEST: usize = 4;
         if gains.len() < FEWEST {
@@ -172,12 +174,12 @@ impl Meter {
         let slope = product / squared;
         let left: f64 = pairs.iter().map(|(x, y)| (y - slope * x).powi(2)).sum();
         let chance = left / (gains.len() - 2) as f64 / (slope * slope * squared);
-        // Nothing was brighter anywhere: no slope.
+        // The value is not finite when all readings are equal; the slope is then 0.
         if chance.is_finite() { (-slope * (1.0 - chance).max(0.0)).clamp(0.0, 1.0) } else { 0.0 }
     }
 }
 
-/// The mean of the known values of a component; 0 without any.
+/// Returns the mean of the known values of a component; 0 without any.
 fn usual_of(of: usize, known: &[Option<f64>], component: &[usize]) -> f64 {
     mean(
         known
@@ -188,7 +190,7 @@ fn usual_of(of: usize, known: &[Option<f64>], component: &[usize]) -> f64 {
     )
 }
 
-/// 0 of nothing.
+/// Returns the mean; 0 for no values.
 fn mean(values: impl Iterator<Item = f64>) -> f64 {
     let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
     sum / f64::from(count.max(1))
@@ -203,19 +205,18 @@ fn lit_point(point: &SharedPoint, colours: &[PatchColour], gains: &[[f64; 3]]) -
         Some((photo, (0..3).map(|c| LUMINANCE[c] * mean[c] * (-gain[c]).exp()).sum()))
     });
     let seen: Vec<(u32, f64)> = lit.collect();
-    // Each photo that sees it has its own grid of points there: the denser all of them, the less surface
-    // a single point stands for.
+    // Each photo that sees the point has its own grid of points there: the denser all of them together, the
+    // less surface a single point stands for.
     let density: f64 = point.patches.iter().map(|patch| patch.px_per_unit * patch.px_per_unit).sum();
     let area = point.normal / density;
     (!seen.is_empty()).then_some(LitPoint { position: point.position, area, seen })
 }
 
-/// Width and height of a photo, as tangents: the medians.
+/// Returns the median width and height of the photos, as tangents.
 fn typical_size(photos: &[Projector]) -> [f64; 2] {
     let median = |size: fn(&Projector) -> f64| {
         let mut sizes: Vec<f64> = photos.iter().map(size).collect();
-        sizes.sort_by(f64::total_cmp);
-        sizes.get(sizes.len() / 2).copied().unwrap_or(1.0)
+        upper_median(&mut sizes).unwrap_or(1.0)
     };
     [
         median(|p| f64::from(p.camera.width) / p.camera.fx),

@@ -1,16 +1,16 @@
-//! Exposure: how much brighter each photo is than the exposure that all are brought to.
+//! Exposure: the brightness of each photo relative to a common exposure.
 //!
-//! Photos of one site differ by shutter, aperture and white balance: per channel a factor in linear
-//! light, here kept as its natural logarithm, the *gain*. It is estimated from what the photos have in
-//! common: small patches around surface points that two photos or more show ([`points`]), the ratios
-//! of their mean colours ([`ratios`]), and the gains that explain those best, robustly ([`solve`]).
-//! What the photos do *not* tell is how bright the site was: gains are relative, 0 on average.
+//! Photos of one site differ by shutter, aperture and white balance, that is, by a factor per channel in
+//! linear light. Its natural logarithm is the *gain*. Gains are estimated from small patches around surface
+//! points that two photos or more show ([`points`]), the ratios of their mean colours ([`ratios`]), and the
+//! gains that explain these best, robustly ([`solve`]). The photos do *not* tell how bright the site was:
+//! gains are relative, 0 on average.
 //!
-//! A view has an exposure, too: a blend of the photos' gains by what they show of it ([`seen`]), carried to what the
-//! view's exposure meter would read where the photos were metered ([`meter`]); a photo's own camera shows
-//! the photo as it is.
+//! A view has an exposure, too: a blend of the photos' gains by their part in the view ([`seen`]), corrected
+//! by the difference between what the view's exposure meter would read and what the photos' meters read
+//! ([`meter`]). A view from a photo's own camera has the photo's exposure.
 //!
-//! Panoramas are evened out in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
+//! Panoramas are equalised in the same way (Brown & Lowe, *Automatic Panoramic Image Stitching using
 //! Invariant Features*, 2007, section 6); there the overlaps are whole images, here single points.
 
 pub mod grounds;
@@ -23,13 +23,13 @@ pub mod ratios;
 pub mod seen;
 pub mod solve;
 
-pub use grounds::{Grounds, grounds};
+pub use grounds::{GainSupport, grounds};
 pub use meter::Meter;
 pub use near::Shares;
 pub use optics::{Optics, solve_optics};
-pub use points::{Patch, RayVisibility, SharedPoint, Visibility, spread_points};
+pub use points::{Patch, RayVisibility, SharedPoint, Visibility, shared_points};
 pub use ratios::{Ratio, pairwise_ratios};
-pub use seen::seen_shares;
+pub use seen::visible_shares;
 pub use solve::{Fit, solve_gains};
 
 use glam::DVec2;
@@ -39,41 +39,42 @@ use serde::{Deserialize, Serialize};
 use self::solve::median_residual;
 use super::{PhotoId, Projector};
 use crate::error::Result;
+use crate::raster::robust::upper_median;
 use crate::task::Task;
 
-/// The photos' gains.
+/// The photos' gains, their optics, and the model of exposure metering.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Gains {
-    /// By photo, as [`super::Sources::photos`]: natural logarithm of photo / common exposure in linear
-    /// light, per channel R, G, B.
+    /// The gain of each photo, in the order of [`super::Sources::photos`]: natural logarithm of photo /
+    /// common exposure in linear light, per channel R, G, B.
     pub of_photo: Vec<[f64; 3]>,
-    /// By photo: what its camera did to light besides exposing it; nothing where that was not asked for.
+    /// The vignetting and offset of each photo; neutral where they were not estimated.
     pub optics: Vec<Optics>,
-    /// Tells from a view what its exposure would be, where the photos' exposures were told so.
+    /// The model that predicts a view's exposure, where the photos' exposures followed their meters.
     pub meter: Meter,
 }
 
 impl Gains {
-    /// All photos as they are.
+    /// Returns gains of 0 and neutral optics, which leave all photos unchanged.
     pub fn none(photos: usize) -> Self {
         let optics = vec![Optics::default(); photos];
         Self { of_photo: vec![[0.0; 3]; photos], optics, meter: Meter::default() }
     }
 }
 
-/// How gains are estimated.
+/// Options of the estimation of gains.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExposureOptions {
-    /// Surface points looked for in a photo, on a regular grid.
+    /// The number of surface points looked for in a photo, on a regular grid.
     pub points_per_photo: u32,
-    /// Half the side of the square that a colour is the mean of, in pixels of the photo.
+    /// Half the side of the square over which a colour is averaged, in pixels of the photo.
     pub half_patch_px: f64,
-    /// The surface around a patch has to be visible so much further: a coarse model's edges are off by
-    /// a few pixels, and lenses and noise filters smear.
+    /// The additional width, in pixels of the photo, in which the surface around a patch has to be visible:
+    /// edges of a coarse model are off by a few pixels, and lenses and noise filters smear.
     pub border_px: f64,
-    /// Cameras are asked how their lenses darken the corners.
+    /// True when the vignetting of each camera is estimated.
     pub vignetting: bool,
-    /// Photos are asked how much light was added to them everywhere.
+    /// True when the offset of each photo, light added everywhere, is estimated.
     pub offset: bool,
 }
 
@@ -83,49 +84,49 @@ impl Default for ExposureOptions {
     }
 }
 
-/// What came of an estimate.
+/// The result of the estimation of gains.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// The gains.
     pub gains: Gains,
-    /// By photo, what its gain rests on.
-    pub grounds: Vec<Grounds>,
-    /// How far from their cameras surfaces typically are, in world units: what a step of the camera is
-    /// measured by ([`Shares::of`]).
+    /// The support of each photo's gain.
+    pub grounds: Vec<GainSupport>,
+    /// The typical distance between surfaces and their cameras, in world units; movements of the camera are
+    /// measured relative to it ([`Shares::of`]).
     pub reach: f64,
-    /// Surface points that two photos or more show, with usable colours.
+    /// The number of surface points that two photos or more show with usable colours.
     pub points: usize,
-    /// Pairs of photos at points.
+    /// The number of compared pairs of photos, over all points.
     pub pairs: usize,
-    /// Photos that share no point with another one have no gain to speak of: it is 0.
+    /// Photos that share no point with another one; their gain is unknown, and 0.
     pub alone: Vec<PhotoId>,
-    /// Groups of photos that share points, not counting those alone.
+    /// The number of groups of photos that share points, not counting photos alone.
     pub components: usize,
-    /// Median of the absolute log ratios, R, G, B, photos as they are.
+    /// Median of the absolute log ratios, R, G, B, of the unchanged photos.
     pub before: [f64; 3],
-    /// The same once the gains, and what else cameras did, are taken out: what is left are textures out of register, reflections,
-    /// light that has changed.
+    /// Median of the absolute log ratios, R, G, B, after gains and optics are removed: the rest is due to
+    /// misregistered textures, reflections and changed light.
     pub after: [f64; 3],
 }
 
-/// The colour of a patch; none where the photo does not show all of it.
+/// The colour of a patch; `None` where the photo does not show all of it.
 pub type PatchColour = Option<Colour>;
 
 /// The mean colour of a patch.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Colour {
-    /// In linear light, R, G, B, full range 1.
+    /// The mean in linear light, R, G, B, full range 1.
     pub mean: [f64; 3],
-    /// No pixel is clipped or near black: ratios of it are ratios of exposures.
+    /// True when no pixel is clipped or near black, so that ratios of the colour are ratios of exposures.
     pub usable: bool,
 }
 
-/// Estimates the gains of `photos`. `colours` measures patches of one photo, given their centres in
-/// its pixels, in the same order; it is called once a photo, several at a time. The result does not
-/// depend on the number of threads.
+/// Estimates the gains of `photos`. `colours` measures patches of one photo, given their centres in its
+/// pixels, in the same order; it is called once per photo, for several photos in parallel. The result does
+/// not depend on the number of threads.
 ///
 /// # Errors
-/// What `colours` fails with, and [`crate::Error::Cancelled`].
+/// The errors of `colours`, and [`crate::Error::Cancelled`].
 pub fn estimate_gains(
     photos: &[Projector],
     visibility: &impl Visibility,
@@ -133,7 +134,7 @@ pub fn estimate_gains(
     options: &ExposureOptions,
     task: &Task,
 ) -> Result<Estimate> {
-    let points = spread_points(photos, visibility, options, task)?;
+    let points = shared_points(photos, visibility, options, task)?;
     let mut measured = task.timed("measure colours", || measure(photos.len(), &points, colours))?;
     task.go_on()?;
     let mut ratios = pairwise_ratios(&points, &measured);
@@ -161,13 +162,13 @@ pub fn estimate_gains(
     })
 }
 
-/// For each point the colours of its patches.
+/// Measures the colours of all patches, per point.
 fn measure(
     photos: usize,
     points: &[SharedPoint],
     colours: &(impl Fn(PhotoId, &[DVec2]) -> Result<Vec<PatchColour>> + Sync),
 ) -> Result<Vec<Vec<PatchColour>>> {
-    // Photo by photo, so that each is read once: (point, place among its patches, centre).
+    // Grouped by photo, so that each photo is read once: (point, index among its patches, centre).
     let mut wanted: Vec<Vec<(usize, usize, DVec2)>> = vec![Vec::new(); photos];
     for (p, point) in points.iter().enumerate() {
         for (k, patch) in point.patches.iter().enumerate() {
@@ -188,14 +189,10 @@ fn measure(
     Ok(measured)
 }
 
-/// The median distance between a point and the cameras that see it; 1 without any.
+/// Returns the median distance between points and the cameras that see them; 1 without any.
 fn typical_distance(points: &[SharedPoint]) -> f64 {
     let mut distances: Vec<f64> = points.iter().flat_map(|p| &p.patches).map(|p| p.distance).collect();
-    if distances.is_empty() {
-        return 1.0;
-    }
-    let middle = distances.len() / 2;
-    *distances.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut distances).unwrap_or(1.0)
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! The exposure of a view: a blend of the photos' gains, by the shares that they have in the picture or by
-//! nearness, corrected by what a camera's meter would read there.
+//! The exposure of a view: a blend of the photos' gains, by their shares of the image or by nearness,
+//! corrected by the reading of the view's exposure meter.
 
 use glam::DVec3;
 
@@ -7,18 +7,18 @@ use super::{Gains, Optics};
 use crate::geometry::Pose;
 use crate::projection::{Exposure, PhotoId, Projector, Shot};
 
-/// How far a view is from a photo when the common exposure counts as much as the photo's own, in
-/// radians.
+/// The distance between a view and a photo, in radians, at which the common exposure weighs as much as the
+/// photo's own.
 const FADES_AT_RAD: f64 = 1.0;
 
-/// Weights fall with this power of the distance. Leaving out photo by photo, gains are predicted
-/// about as well (within a tenth) by powers from 2 to 4 and fading from 0.5 to 2 rad, on one site whose
-/// exposures follow the view and on one where they were drawn by lot.
+/// The power of the distance by which weights decrease. Leaving out photo by photo, gains are predicted about
+/// as well (within a tenth) by powers from 2 to 4 and fading from 0.5 to 2 rad, on one site whose exposures
+/// follow the view and on one where they are random.
 const POWER: i32 = 3;
 
 impl Gains {
-    /// What each photo's linear colours are multiplied with in a shot, R, G, B. `shares` is asked where the
-    /// shot has an exposure of its own.
+    /// Computes the factors on the photos' linear colours in a view, R, G, B. `shares` is called only when
+    /// the view has an exposure of its own.
     pub fn factors(&self, shot: &Shot, shares: impl FnOnce() -> Shares) -> Vec<[f64; 3]> {
         let view = match shot.exposure {
             Exposure::Near => self.of_view(&shot.pose, &shares()),
@@ -29,14 +29,15 @@ impl Gains {
         self.of_photo.iter().map(|gain| [0, 1, 2].map(|c| (view[c] - gain[c]).exp())).collect()
     }
 
-    /// What is undone in a photo's colours in a shot, at a place of it, before factors count.
+    /// Returns the optics to undo in a photo's colours in a view, before the factors are applied.
     pub fn optics(&self, shot: &Shot, photo: PhotoId) -> Optics {
         if shot.exposure == Exposure::Raw { Optics::default() } else { self.optics[photo.0 as usize] }
     }
 
-    /// The log gain of a view, R, G, B, to which the photos contribute with these shares. Where the photos'
-    /// exposures were metered ([`super::Meter`]) each photo's gain is first carried to what the view's
-    /// meter reads: a photo beside a view that looks into the light says little about it as it is.
+    /// Computes the log gain of a view, R, G, B, to which the photos contribute with these shares. Where the
+    /// photos' exposures followed their meters ([`super::Meter`]), the gains are corrected by the difference
+    /// of the view's meter reading: the gain of a nearby photo is misleading when the view, for example,
+    /// looks into the light.
     pub fn of_view(&self, view: &Pose, shares: &Shares) -> [f64; 3] {
         let own = |c: usize| {
             let of_photo = shares.of_photo.iter().zip(&self.of_photo);
@@ -47,25 +48,25 @@ impl Gains {
     }
 }
 
-/// How much the photos say about a view's gain, and the common exposure with them; all sum to 1.
+/// The shares of the photos and of the common exposure in a view's gain; all sum to 1.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Shares {
-    /// By photo; 0 for those that do not take part.
+    /// The share of each photo; 0 for those that do not take part.
     pub of_photo: Vec<f64>,
-    /// Of the common exposure: 0 at a photo's own camera, 1 far from all.
+    /// The share of the common exposure: 0 at a photo's own camera, 1 far from all photos.
     pub of_common: f64,
-    /// By photo: false for those that must not be asked.
+    /// False for photos that must not contribute.
     pub takes_part: Vec<bool>,
 }
 
 impl Shares {
-    /// By nearness to a view alone: Shepard's interpolation (1968) of the photos' gains and of 0, the common
-    /// exposure, which counts as a photo that is always one radian away.
+    /// Computes the shares by nearness to a view alone: Shepard's interpolation (1968) of the photos' gains
+    /// and of 0, the common exposure, which counts as a photo that is always one radian away.
     ///
-    /// Nearness is measured in radians, of parallax and of turning: a step of the camera counts by the
-    /// angle under which a surface at the distance `reach` (in world units) would see it. At a photo's own
-    /// camera (position and direction; the lens does not matter) that photo's share is exactly 1, and
-    /// shares are continuous in the camera everywhere. Photos in `without` have none.
+    /// The distance combines parallax and rotation, in radians: a movement of the camera counts by the angle
+    /// under which a surface at the distance `reach` (in world units) would see it. At a photo's own camera
+    /// (position and direction; the lens does not matter) that photo's share is exactly 1, and shares are
+    /// continuous in the camera everywhere. Photos in `without` have none.
     pub fn of(view: &Pose, reach: f64, photos: &[Projector], without: &[PhotoId]) -> Self {
         let takes_part: Vec<bool> =
             (0..photos.len() as u32).map(|photo| !without.contains(&PhotoId(photo))).collect();
@@ -75,8 +76,8 @@ impl Shares {
         };
         let distances: Vec<f64> = photos.iter().zip(&takes_part).map(distance).collect();
         let nearest = distances.iter().copied().fold(FADES_AT_RAD, f64::min);
-        // Scaled such that the nearest has 1: nothing is divided by 0, and in a photo's own camera all
-        // others vanish.
+        // The weights are scaled so that the nearest photo has 1: nothing is divided by 0, and at a photo's
+        // own camera all others vanish.
         let weight = |distance: f64| if distance <= nearest { 1.0 } else { (nearest / distance).powi(POWER) };
         let weights: Vec<f64> = distances.into_iter().map(weight).collect();
         let common = weight(FADES_AT_RAD);
@@ -88,7 +89,7 @@ impl Shares {
 
 fn distance_rad(view: &Pose, photo: &Pose, reach: f64) -> f64 {
     let step = (view.center_in_world() - photo.center_in_world()).length() / reach;
-    // By the chord, which is exactly 0 for equal directions.
+    // The angle is computed from the chord, which is exactly 0 for equal directions.
     let turn = 2.0 * (0.5 * (forward(view) - forward(photo)).length()).min(1.0).asin();
     step.hypot(turn)
 }
@@ -100,9 +101,9 @@ fn forward(pose: &Pose) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::{Dice, centred, look_at};
+    use crate::scene::synthetic::{Rng, centred, look_at};
 
-    fn photos(dice: &mut Dice, count: usize) -> (Vec<Projector>, Gains) {
+    fn photos(dice: &mut Rng, count: usize) -> (Vec<Projector>, Gains) {
         let mut place = || DVec3::new(dice.between(-9.0, 9.0), dice.between(-9.0, 9.0), 2.0);
         let poses: Vec<Pose> = (0..count).map(|_| look_at(place(), place() + DVec3::Z)).collect();
         let camera = centred(300, 200, 300.0);
@@ -112,14 +113,14 @@ mod tests {
         (poses.into_iter().map(projector).collect(), gains)
     }
 
-    /// By nearness; surfaces are 8 units away.
+    /// Computes the gain of a view by nearness; surfaces are 8 units away.
     fn near(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
         gains.of_view(view, &Shares::of(view, 8.0, photos, without))
     }
 
     #[test]
     fn a_photos_own_camera_has_exactly_its_gain() {
-        let (photos, gains) = photos(&mut Dice::new(11), 30);
+        let (photos, gains) = photos(&mut Rng::new(11), 30);
         for (photo, gain) in photos.iter().zip(&gains.of_photo) {
             assert_eq!(near(&photo.pose, &gains, &photos, &[]), *gain);
         }
@@ -127,7 +128,7 @@ mod tests {
 
     #[test]
     fn with_the_exposure_of_a_photo_that_one_stays_as_it_is_and_the_others_follow() {
-        let (photos, gains) = photos(&mut Dice::new(15), 4);
+        let (photos, gains) = photos(&mut Rng::new(15), 4);
         let mut shot = Shot::new(photos[0].camera, photos[1].pose);
         shot.exposure = Exposure::Of(PhotoId(2));
         let factors = gains.factors(&shot, || unreachable!("no view decides"));
@@ -140,7 +141,7 @@ mod tests {
 
     #[test]
     fn a_photo_left_out_does_not_tell_its_gain() {
-        let (photos, mut gains) = photos(&mut Dice::new(12), 5);
+        let (photos, mut gains) = photos(&mut Rng::new(12), 5);
         let own = PhotoId(2);
         let before = near(&photos[2].pose, &gains, &photos, &[own]);
         gains.of_photo[2] = [9.0; 3];
@@ -149,7 +150,7 @@ mod tests {
 
     #[test]
     fn a_small_step_of_the_camera_is_a_small_step_of_the_gain() {
-        let (photos, gains) = photos(&mut Dice::new(13), 12);
+        let (photos, gains) = photos(&mut Rng::new(13), 12);
         let eye = photos[3].pose.center_in_world();
         let at = |step: f64| {
             let pose = look_at(eye + DVec3::new(step, 0.3 * step, 0.0), DVec3::new(0.0, 1.0, 2.0 + step));
@@ -165,7 +166,7 @@ mod tests {
 
     #[test]
     fn far_from_every_photo_the_exposure_is_the_common_one() {
-        let (photos, gains) = photos(&mut Dice::new(14), 4);
+        let (photos, gains) = photos(&mut Rng::new(14), 4);
         let pose = look_at(DVec3::new(900.0, 0.0, 2.0), DVec3::new(1000.0, 1.0, 2.0));
         assert!(near(&pose, &gains, &photos, &[]).iter().all(|gain| gain.abs() < 1e-3));
         assert_eq!(near(&pose, &Gains::none(0), &[], &[]), [0.0; 3]);

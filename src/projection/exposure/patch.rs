@@ -4,14 +4,14 @@ use glam::DVec2;
 
 use super::{Colour, PatchColour};
 use crate::scene::PhotoPixels;
-use crate::scene::light::LINEAR_OF_BYTE;
+use crate::scene::light::LINEAR_FROM_BYTE;
 
-/// Stored values, of 255, that are as good as black or white: sensors, film curves and JPEG bend there,
-/// and a ratio of them is none of exposures.
+/// Stored values (of 255) that are usable. Near black and white, sensors, film curves and JPEG are not
+/// linear, and ratios of values are not ratios of exposures.
 const USABLE: std::ops::RangeInclusive<u8> = 9..=249;
 
-/// The mean over the pixels whose centres are within `half_px` of a point (a square). None where the
-/// square leaves the photo or has a pixel that is not valid.
+/// Averages the pixels whose centres are within `half_px` of a point (a square), in linear light. Returns
+/// `None` where the square leaves the photo or has an invalid pixel.
 pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> PatchColour {
     let from = (center_px - half_px - 0.5).ceil().as_ivec2();
     let to = (center_px + half_px - 0.5).floor().as_ivec2();
@@ -24,14 +24,15 @@ pub fn patch_colour(pixels: &PhotoPixels, center_px: DVec2, half_px: f64) -> Pat
         for x in from.x..=to.x {
             let bytes = bytes_at(pixels, x as u32, y as u32)?;
             usable &= bytes.iter().all(|byte| USABLE.contains(byte));
-            (0..3).for_each(|c| sum[c] += f64::from(LINEAR_OF_BYTE[usize::from(bytes[c])]));
+            (0..3).for_each(|c| sum[c] += f64::from(LINEAR_FROM_BYTE[usize::from(bytes[c])]));
         }
     }
     let count = f64::from((to.x - from.x + 1) * (to.y - from.y + 1));
     Some(Colour { mean: sum.map(|s| s / count), usable })
 }
 
-/// None where the photo is not valid. 16 bits are measured in 8: finer than what patches differ by.
+/// Returns the values of a pixel; `None` where the photo is not valid. 16 bits are reduced to 8, which is
+/// finer than the differences between patches.
 fn bytes_at(pixels: &PhotoPixels, x: u32, y: u32) -> Option<[u8; 3]> {
     let [r, g, b, _] = pixels.rgba16(x, y);
     pixels.is_valid(x, y).then(|| [r, g, b].map(|sample| (sample >> 8) as u8))
@@ -42,7 +43,7 @@ mod tests {
     use super::*;
     use crate::scene::Samples;
 
-    /// Grey, with one pixel of another colour.
+    /// Builds a grey photo, with one pixel of another colour.
     fn grey(alpha: u8, odd: Option<(u32, u32, u8)>) -> PhotoPixels {
         let mut samples = [188, 188, 188, alpha].repeat(16 * 16);
         if let Some((x, y, value)) = odd {
@@ -55,11 +56,11 @@ mod tests {
     fn the_mean_is_of_light_and_not_of_bytes() {
         let middle = DVec2::splat(8.0);
         let colour = patch_colour(&grey(255, Some((5, 8, 100))), middle, 3.0).unwrap().mean;
-        let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_OF_BYTE[byte]));
+        let [high, low] = [188, 100].map(|byte: usize| f64::from(LINEAR_FROM_BYTE[byte]));
         assert!((colour[0] - (35.0 * high + low) / 36.0).abs() < 1e-6 && (colour[1] - high).abs() < 1e-6);
-        // One pixel further out it is not in the patch: 5.5 is less than 9 - 3.
-        let beside = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap().mean;
-        assert!((beside[0] - high).abs() < 1e-6);
+        // The pixel is not in a patch one pixel further right: 5.5 is less than 9 - 3.
+        let neighbour = patch_colour(&grey(255, Some((5, 8, 100))), middle + DVec2::X, 3.0).unwrap().mean;
+        assert!((neighbour[0] - high).abs() < 1e-6);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Surface points that several photos show, spread evenly over what the photos see.
+//! Surface points that several photos show, evenly distributed over the photos.
 
 use glam::{DVec2, DVec3};
 use rayon::prelude::*;
@@ -12,14 +12,14 @@ use crate::projection::{PhotoId, Projector};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// A surface point with the photos that show it, in their order.
+/// A surface point with the photos that show it, in the photos' order.
 #[derive(Debug, Clone, PartialEq)]
 pub struct SharedPoint {
-    /// In the world.
+    /// The position in world coordinates.
     pub position: DVec3,
-    /// Of the surface, on the side that the photos see; length 1.
+    /// The unit normal of the surface, on the side that the photos see.
     pub normal: DVec3,
-    /// Two or more.
+    /// The point's patches in the photos; at least two.
     pub patches: Vec<Patch>,
 }
 
@@ -28,32 +28,32 @@ pub struct SharedPoint {
 pub struct Patch {
     /// The photo.
     pub photo: PhotoId,
-    /// Where the point is, in the photo's pixels.
+    /// The position of the point, in the photo's pixels.
     pub center_px: DVec2,
-    /// From the point to the camera, length 1.
+    /// The unit direction from the point to the camera.
     pub towards_camera: DVec3,
-    /// From the point to the camera, in world units.
+    /// The distance from the point to the camera, in world units.
     pub distance: f64,
-    /// Square root of the pixels that a unit of the surface's area has in the photo: pixels per world
-    /// unit, foreshortening included.
+    /// Square root of the number of pixels per unit of the surface's area in the photo: pixels per world
+    /// unit, including foreshortening.
     pub px_per_unit: f64,
 }
 
-/// What the photos see of the model.
+/// A source of answers about which surfaces the photos show.
 pub trait Visibility: Sync {
-    /// The face that the photo shows at an image point, and where on it; `None` for none and for
-    /// things whose looks change with the direction (billboards).
+    /// Returns the face that the photo shows at an image point, and the point on it in world coordinates;
+    /// `None` where there is none, and for billboards, whose appearance changes with the direction.
     fn surface_at(&self, photo: PhotoId, image_px: DVec2) -> Option<(FaceId, DVec3)>;
 
-    /// The face's unit normal.
+    /// Returns the face's unit normal.
     fn normal(&self, face: FaceId) -> DVec3;
 
-    /// Whether the photo shows the plane of `face` all over the square of `half_px` around an image
-    /// point, all of it within the photo.
+    /// Returns true when the photo shows the plane of `face` in the whole square of `half_px` around an image
+    /// point, and the square lies within the photo.
     fn shows_around(&self, photo: PhotoId, face: FaceId, image_px: DVec2, half_px: f64) -> bool;
 }
 
-/// Visibility by rays onto the model: that is what stacks' visible parts are cut from, pixel by pixel.
+/// The visibility by ray casting against the model, which agrees with the visible parts in stacks pixel by pixel.
 #[derive(Debug)]
 pub struct RayVisibility<'a> {
     model: &'a Model,
@@ -62,12 +62,12 @@ pub struct RayVisibility<'a> {
 }
 
 impl<'a> RayVisibility<'a> {
-    /// Of a model in the photos' world.
+    /// Builds the visibility of a model in the photos' world.
     pub fn new(model: &'a Model, photos: &'a [Projector]) -> Self {
         Self { model, surface: Surface::of(model), photos }
     }
 
-    /// Origin and direction (depth 1 at t = 1) of the ray through an image point.
+    /// Returns the origin and direction (depth 1 at t = 1) of the ray through an image point.
     fn ray(&self, photo: PhotoId, image_px: DVec2) -> (DVec3, DVec3) {
         let Projector { camera, pose, .. } = &self.photos[photo.0 as usize];
         (pose.center_in_world(), pose.rotation.transpose() * camera.ray_in_camera(image_px))
@@ -93,30 +93,31 @@ impl Visibility for RayVisibility<'_> {
             return false;
         }
         let plane = self.model.face(face).plane;
-        // The middle first: it says no most often.
-        let places = [0, 1, 2, 3, 5, 6, 7, 8].map(|k| (k % 3, k / 3));
-        [(1, 1)].into_iter().chain(places).all(|(i, j)| {
+        // The centre is tested first, because it fails most often.
+        let offsets = [0, 1, 2, 3, 5, 6, 7, 8].map(|k| (k % 3, k / 3));
+        [(1, 1)].into_iter().chain(offsets).all(|(i, j)| {
             let offset = DVec2::new(f64::from(i - 1), f64::from(j - 1)) * half_px;
             let (origin, direction) = self.ray(photo, image_px + offset);
             let on_plane = -plane.signed_distance(origin) / plane.normal.dot(direction);
             let hit = self.surface.nearest(origin, direction);
-            // Coarser than the visibility tolerance, for faces that are not quite planar: what lies
-            // this near to the plane has the same pixels in any photo.
+            // The limit is coarser than the visibility tolerance, for faces that are not quite planar: what
+            // lies this close to the plane has the same pixels in any photo.
             hit.is_some_and(|hit| (hit.t - on_plane).abs() <= 1e-3 * hit.t)
         })
     }
 }
 
-/// Surfaces seen more obliquely are left out: their patches are long stripes elsewhere.
+/// The least cosine of the angle to the normal; patches of surfaces seen more obliquely are long stripes in
+/// other photos.
 const LEAST_COSINE: f64 = 0.2;
 
-/// Points on the surface, from a regular grid over each photo, with all photos that show them well.
-/// So each photo has about the same say, and near things as much as far ones. In the order of photos,
-/// rows and columns, whatever the number of threads.
+/// Finds points on the surface from a regular grid over each photo, with all photos that show them well, so
+/// that each photo has about the same weight, and near surfaces as much as far ones. The points are in the
+/// order of photos, rows and columns, whatever the number of threads.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
-pub fn spread_points(
+pub fn shared_points(
     photos: &[Projector],
     visibility: &impl Visibility,
     options: &ExposureOptions,
@@ -136,7 +137,7 @@ pub fn spread_points(
     Ok(points)
 }
 
-/// Image points of one photo.
+/// Returns the grid of image points of one photo.
 fn grid(projector: &Projector, options: &ExposureOptions) -> Vec<DVec2> {
     let (w, h) = (f64::from(projector.camera.width), f64::from(projector.camera.height));
     let step = (w * h / f64::from(options.points_per_photo.max(1))).sqrt();
@@ -146,7 +147,7 @@ fn grid(projector: &Projector, options: &ExposureOptions) -> Vec<DVec2> {
     (0..rows).flat_map(row).collect()
 }
 
-/// The point with the photos that show it, if its own is one of them and not the only one.
+/// Finds the photos that show a point; `None` unless its own photo and at least one other do.
 fn shared_point(
     photos: &[Projector],
     visibility: &impl Visibility,
@@ -157,20 +158,21 @@ fn shared_point(
 ) -> Option<SharedPoint> {
     let normal = visibility.normal(face);
     let half_px = options.half_patch_px + options.border_px;
-    let shown = |photo: PhotoId, side: f64| {
+    let patch_if_visible = |photo: PhotoId, side: f64| {
         let patch = patch_in(photo, &photos[photo.0 as usize], position, normal * side)?;
         visibility.shows_around(photo, face, patch.center_px, half_px).then_some(patch)
     };
-    // A face has two sides, and they have nothing in common.
+    // A face has two sides, whose appearance is unrelated.
     let eye = photos[own.0 as usize].pose.center_in_world();
     let side = normal.dot(eye - position).signum();
-    shown(own, side)?;
+    patch_if_visible(own, side)?;
     let patches: Vec<Patch> =
-        (0..photos.len() as u32).filter_map(|photo| shown(PhotoId(photo), side)).collect();
+        (0..photos.len() as u32).filter_map(|photo| patch_if_visible(PhotoId(photo), side)).collect();
     (patches.len() >= 2).then_some(SharedPoint { position, normal: normal * side, patches })
 }
 
-/// How a photo sees a point of a surface; `None` behind it, behind the camera, or too obliquely.
+/// Computes the patch of a surface point in a photo; `None` from behind the surface, behind the camera, or
+/// too obliquely.
 fn patch_in(photo: PhotoId, projector: &Projector, position: DVec3, normal: DVec3) -> Option<Patch> {
     let eye = projector.pose.center_in_world();
     let in_camera = projector.pose.camera_from_world(position);

@@ -1,4 +1,4 @@
-//! Log ratios between photos at the points that they share.
+//! Log ratios of the photos' colours at the points that they share.
 
 use glam::Vec2;
 use rayon::prelude::*;
@@ -6,26 +6,26 @@ use rayon::prelude::*;
 use super::{Patch, PatchColour, SharedPoint};
 use crate::projection::PhotoId;
 
-/// Two photos compared at one point.
+/// The comparison of two photos at one point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ratio {
-    /// One photo.
+    /// The first photo.
     pub a: PhotoId,
-    /// The other one.
+    /// The second photo.
     pub b: PhotoId,
     /// `ln(colour in a / colour in b)`, R, G, B: the difference of the two gains, and noise.
     pub log: [f32; 3],
-    /// How much it says, in 0..1.
+    /// The weight of the comparison, in 0..1.
     pub weight: f32,
     /// Linear light in a and in b, the mean of the channels.
     pub light: [f32; 2],
-    /// Where the point is in a and in b, in their pixels.
+    /// The position of the point in a and in b, in their pixels.
     pub at_px: [Vec2; 2],
 }
 
-/// The ratios at all points, in their order. A point that n photos show gives at most n log2(n)
-/// pairs: each photo is compared with those 1, 2, 4, ... places further around, which keeps chains of
-/// comparisons short without looking at every pair.
+/// Computes the ratios at all points, in their order. A point that n photos show gives at most n log2(n)
+/// pairs: each photo is compared with those 1, 2, 4, ... positions further on in a cycle, which keeps chains
+/// of comparisons short without comparing every pair.
 pub fn pairwise_ratios(points: &[SharedPoint], colours: &[Vec<PatchColour>]) -> Vec<Ratio> {
     points.par_iter().zip(colours).flat_map_iter(|(point, colours)| ratios_at(point, colours)).collect()
 }
@@ -41,17 +41,18 @@ fn ratios_at(point: &SharedPoint, colours: &[PatchColour]) -> Vec<Ratio> {
         let log = [0, 1, 2].map(|c| (in_a[c] / in_b[c]).ln() as f32);
         let light = [in_a, in_b].map(|mean| (mean.iter().sum::<f64>() / 3.0) as f32);
         let at_px = [a, b].map(|patch| patch.center_px.as_vec2());
-        Ratio { a: a.photo, b: b.photo, log, weight: likeness(a, b) as f32, light, at_px }
+        Ratio { a: a.photo, b: b.photo, log, weight: similarity(a, b) as f32, light, at_px }
     };
     pairs.into_iter().map(compare).filter(|ratio| ratio.weight > 0.0).collect()
 }
 
-/// Each of n with those 1, 2, 4, ... places further around, each pair once.
+/// Lists the pairs of n items in which each meets those 1, 2, 4, ... positions further on in a cycle; each
+/// pair once.
 fn pairs_of(n: usize) -> Vec<(usize, usize)> {
     let mut pairs = Vec::new();
     let mut apart = 1;
     while 2 * apart <= n {
-        // Half around, i meets i + n/2 and is met by it: one of the two is enough.
+        // Half way around, the pair of i and i + n/2 would be met twice; half of the starts are enough.
         let starts = if 2 * apart == n { apart } else { n };
         pairs.extend((0..starts).map(|i| (i, (i + apart) % n)));
         apart *= 2;
@@ -59,9 +60,10 @@ fn pairs_of(n: usize) -> Vec<(usize, usize)> {
     pairs
 }
 
-/// How alike two photos see a point: the cosine between their rays (surfaces shine), times the ratio
-/// of their resolutions (patches of the same size in pixels then show the same piece of the surface).
-fn likeness(a: &Patch, b: &Patch) -> f64 {
+/// Computes the similarity of two photos' views of a point: the cosine between their rays (surfaces are not
+/// perfectly diffuse), times the ratio of their resolutions (for equal ratios, patches of the same size in
+/// pixels show the same piece of the surface).
+fn similarity(a: &Patch, b: &Patch) -> f64 {
     let resolution = (a.px_per_unit / b.px_per_unit).min(b.px_per_unit / a.px_per_unit);
     a.towards_camera.dot(b.towards_camera).max(0.0) * resolution
 }

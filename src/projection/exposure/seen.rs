@@ -1,4 +1,4 @@
-//! The exposure of a view: that of the photos that it is made of.
+//! The photos' shares of an image, from which the exposure of a view follows.
 
 use glam::{DVec2, DVec3};
 
@@ -13,14 +13,14 @@ use crate::projection::weights::{
 use crate::projection::{PhotoId, Shot, Sources};
 use crate::scene::Model;
 
-/// Rays per picture, across and down: enough that one more or less at an edge is a thousandth of the
-/// whole, which no eye sees.
+/// The number of rays per image, across and down: enough that a single ray at an edge changes the sum by an
+/// imperceptible thousandth.
 const RAYS: [u32; 2] = [36, 24];
 
-/// The shares of the photos in a picture: how much weight each has on a regular grid of rays. In a
-/// photo's own camera its own is 1 but for a millionth; they change as gradually as the blend does, which
-/// is what keeps colours from popping.
-pub fn seen_shares(
+/// Computes the shares of the photos in an image from their weights on a regular grid of rays. At a photo's
+/// own camera its share is 1 but for a millionth. The shares change as gradually as the blend does, which
+/// keeps exposures from popping.
+pub fn visible_shares(
     shot: &Shot,
     model: &Model,
     sources: &Sources,
@@ -52,28 +52,28 @@ struct Looker<'a> {
 }
 
 impl Looker<'_> {
-    /// Tells the weights of the photos where one ray meets the model.
-    fn look(&self, column: u32, row: u32, tell: &mut impl FnMut(usize, f64)) {
+    /// Calls `add` with the weights of the photos at the point where one ray hits the model.
+    fn look(&self, column: u32, row: u32, add: &mut impl FnMut(usize, f64)) {
         let camera = &self.shot.camera;
         let share = DVec2::new(f64::from(column) + 0.5, f64::from(row) + 0.5)
             / DVec2::new(f64::from(RAYS[0]), f64::from(RAYS[1]));
         let px = share * DVec2::new(f64::from(camera.width), f64::from(camera.height));
         let eye = self.shot.viewpoint();
         let direction = self.shot.pose.rotation.transpose() * camera.ray_in_camera(px);
-        let Some(hit) = self.surface.first_seen(eye, direction, self.shot.backs) else { return };
-        let Ok(place) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return };
+        let Some(hit) = self.surface.first_visible(eye, direction, self.shot.backs) else { return };
+        let Ok(index) = self.cells.faces.binary_search_by_key(&hit.face, |f| f.face) else { return };
         let side = self.cells.side_px;
-        let list = self.cells.of(&self.cells.faces[place], px.x as u32 / side, px.y as u32 / side);
+        let list = self.cells.of(&self.cells.faces[index], px.x as u32 / side, px.y as u32 / side);
         let point = eye + direction * hit.t;
         let claims = list.iter().map(|c| self.claim(&hit, c, point));
         let (penalties, pinned): (Vec<f64>, Vec<Option<f64>>) = claims.unzip();
         for (candidate, weight) in list.iter().zip(shares(&penalties, &pinned, &self.shot.blend)) {
             let photo = self.sources.servers[candidate.server as usize].photo;
-            tell(photo.0 as usize, weight);
+            add(photo.0 as usize, weight);
         }
     }
 
-    /// The penalty, and of a pinned photo how far it is trusted, as far as they are known without looking at
+    /// Computes the penalty, and the trust of a pinned photo, as far as they are known without access to
     /// texels.
     fn claim(&self, hit: &Hit, candidate: &Candidate, point: DVec3) -> (f64, Option<f64>) {
         let server = &self.sources.servers[candidate.server as usize];
@@ -97,7 +97,7 @@ impl Looker<'_> {
         (claim.penalty(&self.shot.blend), pinned)
     }
 
-    /// The face's plane; of a face that is not planar its triangle's.
+    /// Returns the plane of a face; of its triangle when the face is not planar.
     fn plane(&self, hit: &Hit) -> Option<Plane> {
         let face = self.model.face(hit.face);
         if face.planar {
@@ -113,23 +113,24 @@ mod tests {
     use super::*;
     use crate::geometry::PixelRect;
     use crate::projection::cells::{Unknown, cells};
-    use crate::projection::{Domain, Projector, Server, Sheet, SheetId};
+    use crate::projection::{Domain, LayerTextureId, Projector, Server, Sheet};
     use crate::scene::synthetic::{Modeller, centred, look_at};
 
-    /// What a view from the front shows of a wall that one photo saw from the front and one from behind.
+    /// Computes the shares in a view from the front of a wall that one photo saw from the front and one from
+    /// behind.
     fn shares(billboard: bool) -> Vec<f64> {
         let mut m = Modeller::new();
         let (origin, u, v) = (DVec3::new(-5.0, 0.0, -5.0), DVec3::X * 10.0, DVec3::Z * 10.0);
         m.object("wall").quad_facing(DVec3::NEG_Y, origin, u, v);
         let mut model = (*m.finish()).clone();
         model.objects[0].billboard = billboard;
-        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let rect = PixelRect::of_size(64, 64);
         let projector = |y: f64| {
             let pose = look_at(DVec3::new(0.5, y, 0.0), DVec3::ZERO);
             Projector { name: String::new(), camera: centred(64, 64, 64.0), pose }
         };
         let server = |i: u32| Server {
-            sheet: SheetId(i),
+            sheet: LayerTextureId(i),
             photo: PhotoId(i),
             back: i == 1,
             pinned: false,
@@ -144,7 +145,7 @@ mod tests {
         };
         let shot = Shot::new(centred(64, 64, 64.0), look_at(DVec3::new(-0.5, -4.0, 0.0), DVec3::ZERO));
         let cells = cells(&model, &sources, &shot, 16, &[], &Unknown);
-        seen_shares(&shot, &model, &sources, &Surface::of(&model), &cells).of_photo
+        visible_shares(&shot, &model, &sources, &Surface::of(&model), &cells).of_photo
     }
 
     #[test]

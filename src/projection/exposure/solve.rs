@@ -4,44 +4,43 @@ use rayon::prelude::*;
 
 use super::Ratio;
 use crate::projection::PhotoId;
+use crate::raster::robust::{SIGMA_PER_MAD, upper_median};
 
-/// What fits the ratios.
+/// The result of fitting gains to ratios.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// By photo, R, G, B: log gain; 0 on average in each component.
+    /// The log gain of each photo, R, G, B; 0 on average in each component.
     pub of_photo: Vec<[f64; 3]>,
-    /// By photo: the first photo of its component, those that ratios connect it with.
+    /// For each photo, the first photo of its component, which is the group that ratios connect it with.
     pub component: Vec<usize>,
-    /// Photos without any ratio.
+    /// The photos without any ratio.
     pub alone: Vec<PhotoId>,
-    /// Groups of photos connected by ratios.
+    /// The number of groups of photos connected by ratios.
     pub components: usize,
     /// Median absolute residual, R, G, B.
     pub after: [f64; 3],
 }
 
-/// What a gain is likely to be when nothing is known of it, as a standard deviation: 0.7 EV.
+/// The standard deviation assumed for a gain before any measurement: 0.7 EV.
 pub(super) const PRIOR: f64 = 0.5;
 
-/// Ratios at neighbouring points err together: so many of them count as one against the prior.
+/// The number of ratios that count as one against the prior, because ratios at neighbouring points have
+/// correlated errors.
 pub(super) const CORRELATED: f64 = 10.0;
 
-/// Residuals beyond so many standard deviations count by their sign rather than by their size; 95 %
-/// as good as least squares where nothing is wrong (Huber 1981).
+/// The number of standard deviations beyond which residuals count by their sign rather than by their size; 95
+/// % as efficient as least squares on normal errors (Huber 1981).
 pub(super) const HUBER: f64 = 1.345;
 
-/// The median of the absolute value of a normal variable, inverted.
-pub(super) const SIGMA_PER_MEDIAN: f64 = 1.4826;
-
-/// Ratios of 8-bit values are not better than this, nor need gains be.
+/// The least standard deviation assumed; ratios of 8-bit values are not more precise, nor need gains be.
 pub(super) const LEAST_SIGMA: f64 = 1e-3;
 
 const MOST_ROUNDS: u32 = 50;
 const GOOD_ENOUGH: f64 = 1e-7;
 
-/// Gains `g` of `photos` such that each ratio's `log` is about `g[a] - g[b]`: minimises Huber's loss
-/// by reweighted least squares, each channel alone. A weak prior pulls gains towards 0, which only
-/// photos with a handful of ratios notice; then each component is shifted to mean 0.
+/// Finds gains `g` of `photos` such that each ratio's `log` is about `g[a] - g[b]`: it minimises Huber's loss
+/// by reweighted least squares, each channel separately. A weak prior pulls gains towards 0, which matters
+/// only to photos with a handful of ratios; then each component is shifted to mean 0.
 pub fn solve_gains(photos: usize, ratios: &[Ratio]) -> Fit {
     let component = components(photos, ratios);
     let channels: Vec<Channel> =
@@ -68,7 +67,7 @@ fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[u
     let mut gains = vec![0.0; photos];
     let mut median = median_residual(ratios, channel, &gains);
     for _ in 0..MOST_ROUNDS {
-        let sigma = (SIGMA_PER_MEDIAN * median).max(LEAST_SIGMA);
+        let sigma = (SIGMA_PER_MAD * median).max(LEAST_SIGMA);
         let next = reweighted(ratios, channel, &gains, sigma);
         let moved = gains.iter().zip(&next).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
         gains = next;
@@ -81,7 +80,7 @@ fn solve_channel(photos: usize, ratios: &[Ratio], channel: usize, component: &[u
     Channel { after: median_residual(ratios, channel, &gains), gains }
 }
 
-/// One round: the minimum of the quadratic that touches Huber's loss at `gains`.
+/// Does one round: finds the minimum of the quadratic that touches Huber's loss at `gains`.
 fn reweighted(ratios: &[Ratio], channel: usize, gains: &[f64], sigma: f64) -> Vec<f64> {
     let n = gains.len();
     let mut normal = vec![0.0; n * n];
@@ -103,7 +102,7 @@ fn reweighted(ratios: &[Ratio], channel: usize, gains: &[f64], sigma: f64) -> Ve
     cholesky_solve(normal, right)
 }
 
-/// Solves `a x = b` for a symmetric positive definite `a` (n x n, rows), in place.
+/// Solves `a x = b` for a symmetric positive definite `a` (n x n, by rows), in place.
 pub(super) fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
     let n = b.len();
     for j in 0..n {
@@ -127,18 +126,14 @@ pub(super) fn cholesky_solve(mut a: Vec<f64>, mut b: Vec<f64>) -> Vec<f64> {
     b
 }
 
-/// 0 without ratios.
+/// Returns the median absolute residual of a channel; 0 without ratios.
 pub(super) fn median_residual(ratios: &[Ratio], channel: usize, gains: &[f64]) -> f64 {
     let off = |r: &Ratio| (f64::from(r.log[channel]) - (gains[r.a.0 as usize] - gains[r.b.0 as usize])).abs();
     let mut residuals: Vec<f64> = ratios.iter().map(off).collect();
-    if residuals.is_empty() {
-        return 0.0;
-    }
-    let middle = residuals.len() / 2;
-    *residuals.select_nth_unstable_by(middle, f64::total_cmp).1
+    upper_median(&mut residuals).unwrap_or(0.0)
 }
 
-/// For each photo the first photo of its component.
+/// Returns, for each photo, the first photo of its component.
 fn components(photos: usize, ratios: &[Ratio]) -> Vec<usize> {
     let mut parent: Vec<usize> = (0..photos).collect();
     fn root(parent: &mut [usize], mut at: usize) -> usize {
@@ -172,11 +167,11 @@ mod tests {
     use glam::Vec2;
 
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     #[test]
     fn a_positive_definite_system_is_solved() {
-        let mut dice = Dice::new(1);
+        let mut dice = Rng::new(1);
         let n = 9;
         let m: Vec<f64> = (0..n * n).map(|_| dice.between(-1.0, 1.0)).collect();
         let row = |i: usize| &m[i * n..(i + 1) * n];

@@ -1,4 +1,4 @@
-//! Photos of an invented court whose exposures are known.
+//! Tests on photos of a synthetic courtyard whose exposures are known.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -8,10 +8,10 @@ use glam::{DMat3, DVec3};
 use super::*;
 use crate::geometry::Pose;
 use crate::scene::Model;
-use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
+use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 
-/// A floor with four boxes on it, `at` in the world.
-fn court(at: DVec3) -> Arc<Model> {
+/// Builds a floor with four boxes on it, at the world point `at`.
+fn courtyard(at: DVec3) -> Arc<Model> {
     let mut m = Modeller::new();
     m.object("floor").quad(at + DVec3::new(-8.0, -8.0, 0.0), DVec3::X * 16.0, DVec3::Y * 16.0);
     for (k, angle) in [0.3, 1.9, 3.3, 4.9].into_iter().enumerate() {
@@ -21,7 +21,7 @@ fn court(at: DVec3) -> Arc<Model> {
     m.finish()
 }
 
-/// Photos in a ring around `at`, looking inwards.
+/// Arranges photos in a ring around `at`, looking inwards.
 fn ring(at: DVec3, count: u32) -> Vec<Projector> {
     let photo = |k: u32| {
         let angle = TAU * f64::from(k) / f64::from(count);
@@ -32,25 +32,25 @@ fn ring(at: DVec3, count: u32) -> Vec<Projector> {
     (0..count).map(photo).collect()
 }
 
-/// Some photos, what is true of them, and what is wrong with them.
+/// Photos with their true exposures, and the disturbances to simulate.
 struct Shoot {
     model: Arc<Model>,
     photos: Vec<Projector>,
     gains: Vec<[f64; 3]>,
-    /// Standard deviation, about, of a patch's log colour.
+    /// The approximate standard deviation of a patch's log colour.
     noise: f64,
-    /// In these photos somebody in white stands in columns 200 to 240.
+    /// The photos in which a person in white covers columns 200 to 240.
     visited: Vec<u32>,
-    /// One side of the court is brighter, by so much as a logarithm.
+    /// The logarithm by which one side of the courtyard is brighter.
     sunny: f64,
-    /// What cameras do, photo by photo; and what is asked for of it.
+    /// The optics of each photo; below, whether vignetting and offset are estimated.
     optics: Vec<Optics>,
     asked: [bool; 2],
 }
 
 impl Shoot {
     fn new(model: Arc<Model>, photos: Vec<Projector>) -> Self {
-        let mut dice = Dice::new(7);
+        let mut dice = Rng::new(7);
         let gains = photos.iter().map(|_| [0; 3].map(|_: i32| dice.between(-0.4, 0.4))).collect();
         let optics = vec![Optics::default(); photos.len()];
         let (visited, asked) = (Vec::new(), [false; 2]);
@@ -60,7 +60,7 @@ impl Shoot {
     fn estimate(&self) -> Estimate {
         let visibility = RayVisibility::new(&self.model, &self.photos);
         let colours = |photo: PhotoId, centers: &[DVec2]| {
-            let mut dice = Dice::new(u64::from(photo.0));
+            let mut dice = Rng::new(u64::from(photo.0));
             let colour = |px: &DVec2| self.colour(&visibility, photo, *px, &mut dice);
             Ok(centers.iter().map(colour).collect())
         };
@@ -69,7 +69,7 @@ impl Shoot {
         estimate_gains(&self.photos, &visibility, &colours, &options, &Task::silent()).unwrap()
     }
 
-    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Dice) -> PatchColour {
+    fn colour(&self, seen: &RayVisibility, photo: PhotoId, px: DVec2, dice: &mut Rng) -> PatchColour {
         if self.visited.contains(&photo.0) && (200.0..240.0).contains(&px.x) {
             return Some(Colour { mean: [0.9; 3], usable: true });
         }
@@ -79,13 +79,13 @@ impl Shoot {
         let noise = (dice.unit() + dice.unit() + dice.unit() - 1.5) * 2.0 * self.noise;
         let sun = self.sunny * p.y.atan2(p.x).sin();
         let Optics { falloff: [a, b], offset } = self.optics[photo.0 as usize];
-        let r2 = optics::radius2(&self.photos[photo.0 as usize].camera, px);
+        let r2 = optics::squared_radius(&self.photos[photo.0 as usize].camera, px);
         let lens = a * r2 + b * r2 * r2;
         let mean = [0, 1, 2].map(|c| pattern(1.0 + c as f64) * (sun + gain[c] + lens + noise).exp() + offset);
         Some(Colour { mean, usable: true })
     }
 
-    /// The largest error of a gain among `photos`, their mean taken out.
+    /// Returns the largest error of a gain among `photos`, after removing the mean error.
     fn worst(&self, found: &Gains, photos: std::ops::Range<usize>) -> f64 {
         let mut worst: f64 = 0.0;
         for c in 0..3 {
@@ -100,7 +100,7 @@ impl Shoot {
 
 #[test]
 fn known_exposures_are_found_to_one_percent() {
-    let shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     let found = shoot.estimate();
     assert!(shoot.worst(&found.gains, 0..10) < 0.01, "{found:?}");
     assert!(found.after[0] < 0.04 && found.before[0] > 0.1, "{found:?}");
@@ -110,7 +110,7 @@ fn known_exposures_are_found_to_one_percent() {
 
 #[test]
 fn what_a_gain_rests_on_is_counted_and_a_photo_that_disagrees_shows_it() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.visited = vec![2];
     let found = shoot.estimate();
     let most = found.points as u32;
@@ -123,7 +123,7 @@ fn what_a_gain_rests_on_is_counted_and_a_photo_that_disagrees_shows_it() {
 
 #[test]
 fn somebody_in_white_in_two_photos_does_not_disturb() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.visited = vec![2, 7];
     let found = shoot.estimate();
     assert!(shoot.worst(&found.gains, 0..10) < 0.01, "{found:?}");
@@ -132,7 +132,7 @@ fn somebody_in_white_in_two_photos_does_not_disturb() {
 #[test]
 fn far_from_the_origin_nothing_changes() {
     let at = DVec3::new(5e6, -3e6, 100.0);
-    let shoot = Shoot::new(court(at), ring(at, 6));
+    let shoot = Shoot::new(courtyard(at), ring(at, 6));
     assert!(shoot.worst(&shoot.estimate().gains, 0..6) < 0.01);
 }
 
@@ -141,10 +141,10 @@ fn two_courts_that_do_not_see_each_other_are_two_components() {
     let (here, there) = (DVec3::ZERO, DVec3::new(0.0, 500.0, 0.0));
     let mut photos = ring(here, 8);
     photos.extend(ring(there, 5));
-    // One photo looks at nothing.
+    // One photo looks away from the model.
     let away = look_at(DVec3::new(100.0, 0.0, 2.0), DVec3::new(200.0, 1.0, 2.0));
     photos.push(Projector { pose: away, ..photos[0].clone() });
-    let model = joined(&court(here), &court(there));
+    let model = joined(&courtyard(here), &courtyard(there));
     let shoot = Shoot::new(model, photos);
     let found = shoot.estimate();
     assert_eq!((found.components, &found.alone[..]), (2, &[PhotoId(13)][..]));
@@ -152,7 +152,7 @@ fn two_courts_that_do_not_see_each_other_are_two_components() {
     assert_eq!(found.gains.of_photo[13], [0.0; 3]);
 }
 
-/// Both, faces of the first before those of the second.
+/// Joins two models, with the faces of the first before those of the second.
 fn joined(first: &Model, second: &Model) -> Arc<Model> {
     let mut m = Modeller::new();
     for (place, model) in [("here", first), ("there", second)] {
@@ -164,7 +164,7 @@ fn joined(first: &Model, second: &Model) -> Arc<Model> {
     m.finish()
 }
 
-/// Photos from the middle of the court, all around.
+/// Arranges photos at the centre of the courtyard, looking in all directions.
 fn panorama(count: u32) -> Vec<Projector> {
     let photo = |k: u32| {
         let angle = TAU * f64::from(k) / f64::from(count);
@@ -175,12 +175,12 @@ fn panorama(count: u32) -> Vec<Projector> {
     (0..count).map(photo).collect()
 }
 
-/// The log gain of a view by nearness; surfaces are about 10 units away.
+/// Computes the log gain of a view by nearness; surfaces are about 10 units away.
 fn near(view: &Pose, gains: &Gains, photos: &[Projector], without: &[PhotoId]) -> [f64; 3] {
     gains.of_view(view, &Shares::of(view, 10.0, photos, without))
 }
 
-/// Root mean square error of the gains, when each is predicted from the other photos.
+/// Computes the root mean square error of the gains when each is predicted from the other photos.
 fn left_out(gains: &Gains, photos: &[Projector]) -> f64 {
     let error = |(i, photo): (u32, &Projector)| {
         let predicted = near(&photo.pose, gains, photos, &[PhotoId(i)]);
@@ -191,17 +191,17 @@ fn left_out(gains: &Gains, photos: &[Projector]) -> f64 {
 
 #[test]
 fn where_exposures_were_metered_the_view_is_metered_too() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(16));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(16));
     (shoot.sunny, shoot.noise) = (0.7, 0.01);
     shoot.gains = vec![[0.0; 3]; 16];
     let seen = RayVisibility::new(&shoot.model, &shoot.photos);
-    // Automatic exposure: what is in the middle becomes grey.
+    // Automatic exposure renders the centre of the image as mid-grey.
     let metered = |photo: u32| {
         let (mut light, mut all) = (0.0, 0.0);
         for (u, v) in (0..30 * 20).map(|k| (f64::from(k % 30) / 30.0, f64::from(k / 30) / 20.0)) {
             let px = DVec2::new(u * 600.0, v * 400.0);
             let weight = (-0.5 * ((u - 0.5).powi(2) + (v - 0.5).powi(2)) / 0.0225).exp();
-            if let Some(colour) = shoot.colour(&seen, PhotoId(photo), px, &mut Dice::new(1)) {
+            if let Some(colour) = shoot.colour(&seen, PhotoId(photo), px, &mut Rng::new(1)) {
                 light += weight * colour.mean[1];
                 all += weight;
             }
@@ -222,7 +222,7 @@ fn where_exposures_were_metered_the_view_is_metered_too() {
 
 #[test]
 fn where_exposures_were_drawn_by_lot_the_meter_is_not_asked() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(16));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(16));
     shoot.sunny = 0.7;
     let gains = shoot.estimate().gains;
     let without = Gains { meter: Meter::default(), ..gains.clone() };
@@ -232,7 +232,7 @@ fn where_exposures_were_drawn_by_lot_the_meter_is_not_asked() {
 
 #[test]
 fn the_metered_gain_changes_little_by_little() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), panorama(8));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), panorama(8));
     shoot.sunny = 0.7;
     let mut gains = shoot.estimate().gains;
     gains.meter.follows = [1.0; 3];
@@ -250,7 +250,7 @@ fn the_metered_gain_changes_little_by_little() {
 
 #[test]
 fn the_number_of_threads_changes_no_bit() {
-    let shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 5));
+    let shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 5));
     let with = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| shoot.estimate())
@@ -258,14 +258,14 @@ fn the_number_of_threads_changes_no_bit() {
     assert_eq!(with(1), with(4));
 }
 
-/// So near what is found of a lens has to come at the corner, as a logarithm: a tenth of a stop.
+/// The largest error allowed for a falloff at the corner, as a logarithm: a tenth of a stop.
 const CORNER: f64 = 0.07;
 
 #[test]
 fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
     let mut photos = ring(DVec3::ZERO, 12);
     photos[6..].iter_mut().for_each(|photo| photo.camera.fx += 1.0);
-    let mut shoot = Shoot::new(court(DVec3::ZERO), photos);
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), photos);
     let [dark, clear] = [[-0.5, -0.2], [0.0, 0.0]];
     for (photo, optics) in shoot.optics.iter_mut().enumerate() {
         optics.falloff = if photo < 6 { dark } else { clear };
@@ -275,7 +275,7 @@ fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
     let found = shoot.estimate();
     let corner = |photo: usize| found.gains.optics[photo].log_light(1.0);
     assert!((corner(0) + 0.7).abs() < CORNER && corner(11).abs() < CORNER, "{:?}", found.gains.optics);
-    // Halfway to the corner a quarter of the first term and a sixteenth of the second.
+    // Halfway to the corner: a quarter of the first term and a sixteenth of the second.
     let halfway = found.gains.optics[0].log_light(0.25);
     assert!((halfway + 0.1375).abs() < 0.5 * CORNER, "{halfway}");
     let (with, without) = (shoot.worst(&found.gains, 0..12), shoot.worst(&blind.gains, 0..12));
@@ -285,11 +285,11 @@ fn a_lens_that_darkens_the_corners_is_found_and_another_one_beside_it() {
 
 #[test]
 fn where_lenses_are_clear_or_photos_are_few_no_falloff_is_found() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.asked = [true, false];
     let clear = shoot.estimate();
     assert!(clear.gains.optics[0].log_light(1.0).abs() < CORNER, "{:?}", clear.gains.optics[0]);
-    let mut few = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 3));
+    let mut few = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 3));
     few.asked = [true, false];
     few.optics.iter_mut().for_each(|optics| optics.falloff = [-0.5, -0.2]);
     assert_eq!(few.estimate().gains.optics, vec![Optics::default(); 3]);
@@ -297,7 +297,7 @@ fn where_lenses_are_clear_or_photos_are_few_no_falloff_is_found() {
 
 #[test]
 fn light_that_was_added_to_one_photo_is_found_and_to_the_others_next_to_nothing() {
-    let mut shoot = Shoot::new(court(DVec3::ZERO), ring(DVec3::ZERO, 10));
+    let mut shoot = Shoot::new(courtyard(DVec3::ZERO), ring(DVec3::ZERO, 10));
     shoot.optics[4].offset = 0.02;
     shoot.asked = [false, true];
     let found = shoot.estimate().gains;

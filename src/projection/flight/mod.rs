@@ -1,10 +1,9 @@
-//! A camera's flight through keyframes: positions, directions and fields of view as smooth functions
-//! of time.
+//! A camera's flight through keyframes: position, direction and field of view as smooth functions of time.
 //!
-//! Every channel is a cubic Hermite spline whose velocity at a keyframe is the mean of those to its
-//! neighbours, the nearer one in time weighing more (Catmull & Rom 1974, for uneven knots: Barry &
-//! Goldman, *A Recursive Evaluation Algorithm for a Class of Catmull-Rom Splines*, 1988). So the
-//! flight passes through its keyframes, and position and direction change speed without a jerk.
+//! Every channel is a cubic Hermite spline whose velocity at a keyframe is a weighted mean of the slopes to
+//! its neighbours, in which the nearer one in time weighs more (Catmull & Rom 1974, for uneven knots: Barry &
+//! Goldman, *A Recursive Evaluation Algorithm for a Class of Catmull-Rom Splines*, 1988). The flight passes
+//! through its keyframes, and the velocities of position and direction are continuous.
 
 mod pace;
 mod spline;
@@ -19,44 +18,44 @@ use crate::geometry::{Pinhole, Pose};
 
 pub use self::pace::Speed;
 
-/// Where the camera is at one time.
+/// The camera at one time of a flight.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Keyframe {
-    /// In seconds; rises from keyframe to keyframe.
+    /// The time in seconds; it rises from keyframe to keyframe.
     pub time_s: f64,
-    /// Of the camera's centre, in the world.
+    /// The position of the camera's centre, in world coordinates.
     pub position: DVec3,
-    /// Where it looks.
+    /// The direction of the camera.
     pub aim: Aim,
-    /// Its field of view.
+    /// The field of view.
     pub lens: FrameLens,
 }
 
-/// Where a camera looks.
+/// The direction of a camera.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Aim {
-    /// Takes directions of the camera frame (x right, y down, z forward) into the world.
+    /// A rotation from the camera frame (x right, y down, z forward) to the world.
     Rotation(DQuat),
-    /// At this point of the world, with the flight's `up` upwards in the picture.
+    /// A point in world coordinates to look at, with the flight's `up` upwards in the image.
     At(DVec3),
 }
 
-/// A pinhole's field of view, without its size in pixels.
+/// A pinhole's field of view and principal point, independent of the size in pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct FrameLens {
-    /// Focal lengths along x and y, in heights of the picture.
+    /// Focal lengths along x and y, in image heights.
     pub focal: [f64; 2],
-    /// The principal point less the picture's centre, in heights of the picture.
+    /// The principal point relative to the image's centre, in image heights.
     pub shift: [f64; 2],
 }
 
 impl FrameLens {
-    /// With this angle from the picture's top to its bottom.
+    /// Builds a centred lens with this angle from the image's top to its bottom, in radians.
     pub fn with_field_of_view(vertical_rad: f64) -> Self {
         Self { focal: [0.5 / (vertical_rad / 2.0).tan(); 2], shift: [0.0; 2] }
     }
 
-    /// That of a camera.
+    /// Converts the intrinsics of a camera.
     pub fn of(camera: &Pinhole) -> Self {
         let (width, height) = (f64::from(camera.width), f64::from(camera.height));
         Self {
@@ -65,7 +64,7 @@ impl FrameLens {
         }
     }
 
-    /// A camera with pictures of `width` x `height` pixels.
+    /// Returns the intrinsics for images of `width` x `height` pixels.
     pub fn camera(&self, width: u32, height: u32) -> Pinhole {
         let px = f64::from(height);
         Pinhole {
@@ -93,24 +92,24 @@ pub struct Flight {
 #[derive(Debug, Clone)]
 enum Directions {
     Turned(TurnSpline),
-    /// Points to look at, and what is up.
+    /// The points to look at, and the up direction.
     At(Spline<3>, DVec3),
 }
 
 impl Flight {
-    /// Through `keyframes`, with pictures of `size_px`. `up` is a direction of the world, for
-    /// keyframes that look at a point. Where all do, the flight looks at a point on a smooth way
-    /// between theirs at any time and never rolls; else rotations are interpolated.
+    /// Builds a flight through `keyframes` for images of `size_px`. `up` is a direction of the world, for
+    /// keyframes that look at a point. Where all keyframes do, the flight looks at points on a smooth path
+    /// between them and never rolls; otherwise rotations are interpolated.
     ///
     /// # Errors
-    /// The number of a keyframe, from 0, and what is wrong with it.
+    /// The index of an invalid keyframe, from 0, and a description of the problem.
     pub fn new(
         keyframes: &[Keyframe],
         size_px: [u32; 2],
         speed: Speed,
         up: DVec3,
     ) -> Result<Self, (usize, String)> {
-        let rotations = judged(keyframes, up)?;
+        let rotations = rotations_of(keyframes, up)?;
         let positions: Vec<DVec3> = keyframes.iter().map(|frame| frame.position).collect();
         let times: Vec<f64> = keyframes.iter().map(|frame| frame.time_s).collect();
         let knots = pace::knots(&times, &positions, &rotations, speed);
@@ -131,12 +130,12 @@ impl Flight {
         Ok(flight)
     }
 
-    /// First and last second.
+    /// Returns the first and the last time, in seconds.
     pub fn span_s(&self) -> [f64; 2] {
         self.pace.span_s()
     }
 
-    /// The camera at a time; before the first keyframe it stands there, after the last one there.
+    /// Returns the camera at a time; times outside of the flight are clamped.
     pub fn at(&self, time_s: f64) -> (Pinhole, Pose) {
         let knot = self.pace.knot_at(time_s);
         let [fx, fy, x, y] = self.lenses.at(knot);
@@ -144,11 +143,11 @@ impl Flight {
         (lens.camera(self.size_px[0], self.size_px[1]), self.pose(knot))
     }
 
-    /// The cameras of a film with so many frames a second, from the first second to the last.
+    /// Returns the cameras of a video with `fps` frames per second, from the first time to the last.
     pub fn frames(&self, fps: f64) -> Vec<(Pinhole, Pose)> {
         let [start, end] = self.span_s();
         let count = ((end - start) * fps).round() as usize;
-        // The last frame is the last keyframe, even where the time is no whole number of frames.
+        // The last frame is the last keyframe, even where the duration is no whole number of frames.
         let time = |i: usize| start + (end - start) * (i as f64 / count.max(1) as f64);
         (0..=count).map(|i| self.at(time(i))).collect()
     }
@@ -174,13 +173,13 @@ fn directions(keyframes: &[Keyframe], knots: &[f64], rotations: &[DQuat], up: DV
     }
 }
 
-/// The rotation of each keyframe, camera to world.
-fn judged(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, String)> {
+/// Validates the keyframes and returns their rotations, camera to world.
+fn rotations_of(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, String)> {
     if keyframes.is_empty() {
-        return Err((0, "there is no keyframe".into()));
+        return Err((0, "the path has no keyframes".into()));
     }
     for (i, pair) in keyframes.windows(2).enumerate() {
-        // False, too, for what is not a number.
+        // The comparison is false for NaN, too.
         let rises = pair[1].time_s > pair[0].time_s;
         if !rises {
             return Err((i + 1, format!("{} s does not come after {} s", pair[1].time_s, pair[0].time_s)));
@@ -192,7 +191,7 @@ fn judged(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, Strin
             let forward = point - frame.position;
             let across = forward.normalize_or_zero().cross(up.normalize_or_zero());
             if across.length() < 1e-6 {
-                let found = "it looks straight up or down, or at where it stands, which leaves its turn open";
+                let found = "it looks straight up or down, or at its own position, so its roll is undefined";
                 return Err((i, found.into()));
             }
             Ok(DQuat::from_mat3(&camera_from_world(forward, up).transpose()))
@@ -201,8 +200,8 @@ fn judged(keyframes: &[Keyframe], up: DVec3) -> Result<Vec<DQuat>, (usize, Strin
     keyframes.iter().enumerate().map(rotation).collect()
 }
 
-/// The rotation of a camera that looks along `forward` with `up` upwards: rows right, down, forward.
-/// Where these are parallel, any that looks there.
+/// Returns the rotation of a camera that looks along `forward` with `up` upwards: rows right, down, forward.
+/// Where the two are parallel, the roll is arbitrary.
 fn camera_from_world(forward: DVec3, up: DVec3) -> DMat3 {
     let forward = forward.try_normalize().unwrap_or(DVec3::Z);
     let right = forward.cross(up).try_normalize().unwrap_or_else(|| forward.any_orthonormal_vector());

@@ -1,6 +1,6 @@
 //! A cubic Hermite spline through points at uneven knots.
 
-/// Through `N`-dimensional points; once continuously differentiable.
+/// A spline through `N`-dimensional points; once continuously differentiable.
 #[derive(Debug, Clone)]
 pub(super) struct Spline<const N: usize> {
     knots: Vec<f64>,
@@ -10,7 +10,7 @@ pub(super) struct Spline<const N: usize> {
 }
 
 impl<const N: usize> Spline<N> {
-    /// Through `points`, as many as `knots`, which rise; one at least.
+    /// Builds the spline through `points`, as many as `knots`, which rise; at least one.
     pub fn new(knots: &[f64], points: Vec<[f64; N]>) -> Self {
         let slopes: Vec<[f64; N]> = (1..points.len())
             .map(|i| {
@@ -24,7 +24,7 @@ impl<const N: usize> Spline<N> {
         Self { knots: knots.to_vec(), points, velocities }
     }
 
-    /// The point at `knot`, clamped to the ends.
+    /// Returns the point at `knot`, clamped to the ends.
     pub fn at(&self, knot: f64) -> [f64; N] {
         let Some((i, step, t)) = segment(&self.knots, knot) else { return self.points[0] };
         let (t2, t3) = (t * t, t * t * t);
@@ -37,8 +37,8 @@ impl<const N: usize> Spline<N> {
     }
 }
 
-/// The segment that `knot` lies in, its length in knot units, and where in it, 0..1. `None` where
-/// there is one knot only.
+/// Returns the segment that `knot` lies in, its length in knot units, and the position in it, 0..1; `None`
+/// where there is one knot only.
 pub(super) fn segment(knots: &[f64], knot: f64) -> Option<(usize, f64, f64)> {
     let last = knots.len().checked_sub(2)?;
     let i = knots.partition_point(|k| *k <= knot).saturating_sub(1).min(last);
@@ -46,9 +46,8 @@ pub(super) fn segment(knots: &[f64], knot: f64) -> Option<(usize, f64, f64)> {
     Some((i, step, ((knot - knots[i]) / step).clamp(0.0, 1.0)))
 }
 
-/// The velocity at point `i` from the slopes of the segments beside it: that of the shorter one
-/// weighs more, so that a parabola would be met exactly. The ends take the slope there (a flight starts
-/// and ends straight).
+/// Computes the velocity at point `i` from the slopes of the adjacent segments, of which the shorter one
+/// weighs more, so that a parabola is reproduced exactly. At the ends it is the slope of the end segment.
 pub(super) fn velocity<T>(knots: &[f64], i: usize, slope: impl Fn(usize) -> T) -> T
 where
     T: std::ops::Mul<f64, Output = T> + std::ops::Add<Output = T> + Default,

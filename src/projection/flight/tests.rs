@@ -1,17 +1,17 @@
-//! Flights pass through their keyframes, without a jerk and without a flip.
+//! Tests that flights pass smoothly through their keyframes, without flips.
 
 use super::*;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 const SIZE: [u32; 2] = [640, 360];
 
-fn random_rotation(dice: &mut Dice) -> DQuat {
+fn random_rotation(dice: &mut Rng) -> DQuat {
     let mut part = || dice.between(-1.0, 1.0);
     DQuat::from_xyzw(part(), part(), part(), part()).normalize()
 }
 
 fn random_keyframes(seed: u64, count: usize, looks_at: bool) -> Vec<Keyframe> {
-    let mut dice = Dice::new(seed);
+    let mut dice = Rng::new(seed);
     let mut time_s = 3.0;
     let keyframe = |_| {
         time_s += dice.between(0.5, 2.0);
@@ -30,7 +30,7 @@ fn flight(keyframes: &[Keyframe], speed: Speed) -> Flight {
     Flight::new(keyframes, SIZE, speed, DVec3::Z).unwrap()
 }
 
-/// How far two poses are apart: in the place, and in the direction of every axis.
+/// Returns the difference of two poses: in position, and in the direction of every axis.
 fn gap(a: &Pose, b: &Pose) -> f64 {
     let turned = a.rotation - b.rotation;
     a.center_in_world().distance(b.center_in_world())
@@ -70,8 +70,8 @@ fn speed_does_not_jump_anywhere() {
         let keyframes = random_keyframes(2, 6, looks_at);
         let flight = flight(&keyframes, speed);
         let [start, end] = flight.span_s();
-        // Velocities by differences: beside a jump, those of two steps differ by it however short the
-        // steps are; on a smooth way by a share of the step.
+        // Velocities are estimated by differences. Across a jump the velocities of two steps differ by the
+        // jump however short the steps are; on a smooth path they differ in proportion to the step.
         let largest_change = |step: f64| {
             let count = ((end - start) / step) as usize;
             let velocity = |i: usize| {
@@ -109,8 +109,8 @@ fn a_quaternion_and_its_negative_make_the_same_flight() {
 
 #[test]
 fn small_turns_stay_small_between_keyframes() {
-    // Ten degrees from keyframe to keyframe: nothing in between may look further away than a bit more.
-    let mut dice = Dice::new(4);
+    // Keyframes are ten degrees apart; no direction between them may deviate much more.
+    let mut dice = Rng::new(4);
     let mut keyframes = random_keyframes(5, 8, false);
     let mut rotation = random_rotation(&mut dice);
     for frame in &mut keyframes {
@@ -132,7 +132,7 @@ fn small_turns_stay_small_between_keyframes() {
 
 #[test]
 fn a_constant_flight_moves_by_equal_parts_and_an_eased_one_starts_and_ends_at_rest() {
-    // Keyframes on a line, unevenly spaced in place and time, all looking the same way.
+    // Keyframes on a line, unevenly spaced in position and time, with the same direction.
     let keyframe = |(time_s, x): (f64, f64)| Keyframe {
         time_s,
         position: DVec3::new(x, 0.0, 0.0),

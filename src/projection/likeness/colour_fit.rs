@@ -1,7 +1,7 @@
-//! The least squares line between two channels, from sums alone: `truth ~ gain * predicted + offset`.
+//! The least squares line between two channels, `truth ~ gain * predicted + offset`, from sums alone.
 
-/// Sums over pairs of samples. Whole numbers, so that their order does not matter: 2^64 holds the
-/// squares of 10^14 samples.
+/// Sums over pairs of samples. They are whole numbers, so that the order of addition does not matter; 2^64
+/// holds the squares of 10^14 samples.
 #[derive(Debug, Clone, Copy, Default)]
 pub(super) struct Sums {
     count: u64,
@@ -13,7 +13,7 @@ pub(super) struct Sums {
 }
 
 impl Sums {
-    /// Adds a pair.
+    /// Adds a pair of samples.
     pub fn add(&mut self, predicted: u8, truth: u8) {
         let (p, t) = (u64::from(predicted), u64::from(truth));
         self.count += 1;
@@ -24,24 +24,25 @@ impl Sums {
         self.product += p * t;
     }
 
-    /// Pairs.
+    /// Returns the number of pairs.
     pub fn count(&self) -> u64 {
         self.count
     }
 
-    /// Sum of `(predicted - truth)^2`.
+    /// Returns the sum of `(predicted - truth)^2`.
     pub fn squared_error(&self) -> f64 {
         (self.predicted_squared + self.truth_squared - 2 * self.product) as f64
     }
 
-    /// What is left of it with the best gain and offset: `S_tt - S_pt^2 / S_pp` of the centred sums.
-    /// The fitted samples are neither rounded nor clipped.
+    /// Returns the sum of squared errors that remains with the best gain and offset: `S_tt - S_pt^2 / S_pp`
+    /// of the centred sums. The fitted samples are neither rounded nor clipped.
     pub fn fitted_squared_error(&self) -> f64 {
         let Self { count, predicted, truth, .. } = *self;
         if count == 0 {
             return 0.0;
         }
-        // Times `count`, still whole: centred sums as differences of f64 would cancel.
+        // The sums are multiplied by `count` and so remain whole: centred sums as differences of f64 would
+        // cancel.
         let centred = |product: u64, a: u64, b: u64| {
             (i128::from(count) * i128::from(product) - i128::from(a) * i128::from(b)) as f64
         };
@@ -56,11 +57,11 @@ impl Sums {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     #[test]
     fn no_other_gain_and_offset_does_better() {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         let pairs: Vec<(u8, u8)> = (0..200)
             .map(|_| {
                 let p = dice.whole(0, 255);

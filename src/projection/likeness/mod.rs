@@ -1,4 +1,5 @@
-//! How like two pictures are: PSNR, the same after a colour fit, and SSIM, over counted pixels only.
+//! Metrics of the similarity of two images: PSNR, PSNR after a colour fit, and SSIM, over counted pixels
+//! only.
 
 mod colour_fit;
 mod structure;
@@ -7,46 +8,47 @@ mod tally;
 use serde::Serialize;
 
 pub use structure::structural_similarity;
-pub use tally::Tally;
+pub use tally::ErrorSum;
 
 use colour_fit::Sums;
 
-/// What identical pictures score, and the most that any do: 8 bits cannot tell more apart.
+/// The PSNR of identical images in dB, and the maximum reported: 8 bits cannot distinguish better ones.
 pub const HIGHEST_DB: f64 = 100.0;
 
-/// A picture and what it should have been. Both `width * height * 3` bytes, rows from the top, RGB of
-/// 8 bits in gamma (sRGB).
+/// A predicted image and its ground truth. Both have `width * height * 3` bytes, rows from the top, RGB of 8
+/// bits in gamma (sRGB).
 #[derive(Debug, Clone, Copy)]
-pub struct Compared<'a> {
-    /// Pixels.
+pub struct ImagePair<'a> {
+    /// Width in pixels.
     pub width: u32,
-    /// Pixels.
+    /// Height in pixels.
     pub height: u32,
-    /// The photo.
+    /// The ground truth: a photo.
     pub truth: &'a [u8],
-    /// The picture that was made.
+    /// The image to judge.
     pub predicted: &'a [u8],
 }
 
-/// How like a picture is to its truth.
+/// The metrics of an image against its ground truth.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Likeness {
-    /// Pixels that were counted.
+    /// The number of pixels that were counted.
     pub pixels: u64,
     /// Peak signal-to-noise ratio in dB: `10 log10(255^2 / mean squared error)` over all channels.
     pub psnr: f64,
-    /// The same after the best gain and offset per channel.
+    /// The PSNR in dB after the best gain and offset per channel.
     pub psnr_fitted: f64,
-    /// Structural similarity, 0..1 as a rule ([`structural_similarity`]); none where no window of 7 x 7
-    /// pixels is counted whole.
+    /// Structural similarity, usually in 0..1 ([`structural_similarity`]); `None` where no window of 7 x 7
+    /// pixels is completely counted.
     pub ssim: Option<f64>,
 }
 
 impl Likeness {
-    /// Over the pixels that are `counted`. The gain and offset of the fitted PSNR are found on those
-    /// of them that are `fitted`, and applied to these alone: black that stands for a hole stays
-    /// black. Both lists have `width * height` items. `None` where nothing is counted.
-    pub fn of(compared: &Compared, counted: &[bool], fitted: &[bool]) -> Option<Self> {
+    /// Computes the metrics over the pixels that are `counted`. The gain and offset of the fitted PSNR are
+    /// estimated on those counted pixels that are `fitted`, and applied to these alone, so that black that
+    /// stands for a hole remains black. Both lists have `width * height` items. Returns `None` where no pixel
+    /// is counted.
+    pub fn of(compared: &ImagePair, counted: &[bool], fitted: &[bool]) -> Option<Self> {
         let (mut sums, mut rest) = ([Sums::default(); 3], [Sums::default(); 3]);
         for (i, _) in counted.iter().enumerate().filter(|(_, counted)| **counted) {
             let into = if fitted[i] { &mut sums } else { &mut rest };
@@ -67,7 +69,7 @@ impl Likeness {
     }
 }
 
-/// In dB, of 8-bit samples whose squared differences add up to `squared_error`; at most
+/// Computes the PSNR in dB of 8-bit samples whose squared differences add up to `squared_error`; at most
 /// [`HIGHEST_DB`].
 pub fn psnr(squared_error: f64, samples: u64) -> f64 {
     let mean = squared_error / samples as f64;
@@ -78,8 +80,8 @@ pub fn psnr(squared_error: f64, samples: u64) -> f64 {
 mod tests {
     use super::*;
 
-    fn compared<'a>(truth: &'a [u8], predicted: &'a [u8]) -> Compared<'a> {
-        Compared { width: (truth.len() / 3) as u32, height: 1, truth, predicted }
+    fn compared<'a>(truth: &'a [u8], predicted: &'a [u8]) -> ImagePair<'a> {
+        ImagePair { width: (truth.len() / 3) as u32, height: 1, truth, predicted }
     }
 
     #[test]

@@ -1,9 +1,9 @@
-//! Structural similarity (Wang, Bovik, Sheikh & Simoncelli, "Image quality assessment: from error
-//! visibility to structural similarity", 2004), in the form that scikit-image has by default.
+//! Structural similarity (Wang, Bovik, Sheikh & Simoncelli, "Image quality assessment: from error visibility
+//! to structural similarity", 2004), in the form that scikit-image uses by default.
 
 use rayon::prelude::*;
 
-use super::Compared;
+use super::ImagePair;
 
 /// Side of a window in pixels.
 const SIDE: usize = 7;
@@ -12,22 +12,23 @@ const PIXELS: f64 = (SIDE * SIDE) as f64;
 const C1: f64 = 2.55 * 2.55;
 const C2: f64 = 7.65 * 7.65;
 
-/// The mean over all windows of 7 x 7 pixels that are `counted` whole, and over R, G and B. Windows
-/// are uniform, K1 = 0.01, K2 = 0.03, variances are those of samples (division by 48), as
-/// `skimage.metrics.structural_similarity` does it with its defaults. `None` without a window.
-pub fn structural_similarity(compared: &Compared, counted: &[bool]) -> Option<f64> {
+/// Computes the mean structural similarity over all windows of 7 x 7 pixels that are completely `counted`,
+/// and over R, G and B. Windows are uniform, K1 = 0.01, K2 = 0.03, and variances are sample variances
+/// (division by 48), as in `skimage.metrics.structural_similarity` with its defaults. Returns `None` without
+/// such a window.
+pub fn structural_similarity(compared: &ImagePair, counted: &[bool]) -> Option<f64> {
     let (width, height) = (compared.width as usize, compared.height as usize);
     if width < SIDE || height < SIDE {
         return None;
     }
     let rows = (0..=height - SIDE).into_par_iter().map(|top| row(compared, counted, top));
-    // Added up in the rows' order, so that the same input gives the same bytes.
+    // The sums are added in the order of the rows, so that the same input gives the same bytes.
     let rows: Vec<(f64, u64)> = rows.collect();
     let (sum, windows) = rows.iter().fold((0.0, 0), |(sum, count), row| (sum + row.0, count + row.1));
     (windows > 0).then(|| sum / (3 * windows) as f64)
 }
 
-/// Sums over the seven pixels of a column, and then over seven columns, one channel.
+/// Sums over pixels of one channel: first over the seven pixels of a column, then over seven columns.
 #[derive(Debug, Clone, Copy, Default)]
 struct Moments {
     x: u32,
@@ -37,9 +38,9 @@ struct Moments {
     xy: u32,
 }
 
-/// Sum of the similarities of the windows whose first row is `top`, over all channels; and their
+/// Sums the similarities of the windows whose first row is `top`, over all channels; also returns their
 /// number.
-fn row(compared: &Compared, counted: &[bool], top: usize) -> (f64, u64) {
+fn row(compared: &ImagePair, counted: &[bool], top: usize) -> (f64, u64) {
     let width = compared.width as usize;
     let whole: Vec<bool> =
         (0..width).map(|column| (top..top + SIDE).all(|row| counted[row * width + column])).collect();
@@ -56,7 +57,7 @@ fn row(compared: &Compared, counted: &[bool], top: usize) -> (f64, u64) {
     (sum, starts.len() as u64)
 }
 
-fn column_moments(compared: &Compared, column: usize, top: usize, channel: usize) -> Moments {
+fn column_moments(compared: &ImagePair, column: usize, top: usize, channel: usize) -> Moments {
     let mut moments = Moments::default();
     for row in top..top + SIDE {
         let at = 3 * (row * compared.width as usize + column) + channel;
@@ -70,7 +71,7 @@ fn column_moments(compared: &Compared, column: usize, top: usize, channel: usize
     moments
 }
 
-/// Of one window, from its columns.
+/// Computes the similarity of one window from its columns.
 fn similarity(columns: &[Moments]) -> f64 {
     let sum = |of: fn(&Moments) -> u32| f64::from(columns.iter().map(of).sum::<u32>());
     let (mean_x, mean_y) = (sum(|m| m.x) / PIXELS, sum(|m| m.y) / PIXELS);
@@ -85,15 +86,15 @@ fn similarity(columns: &[Moments]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     fn noise(seed: u64, width: u32, height: u32) -> Vec<u8> {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         (0..3 * width * height).map(|_| dice.whole(0, 255) as u8).collect()
     }
 
-    /// Window by window, with means first and deviations from them after.
-    fn by_definition(compared: &Compared, counted: &[bool]) -> f64 {
+    /// Computes the mean window by window, with means first and deviations from them after.
+    fn by_definition(compared: &ImagePair, counted: &[bool]) -> f64 {
         let (width, height) = (compared.width as usize, compared.height as usize);
         let mut values = Vec::new();
         for (top, left) in (0..=height - 7).flat_map(|t| (0..=width - 7).map(move |l| (t, l))) {
@@ -123,7 +124,7 @@ mod tests {
     fn it_is_what_the_definition_says_with_and_without_left_out_pixels() {
         let (width, height) = (23, 17);
         let (truth, predicted) = (noise(1, width, height), noise(2, width, height));
-        let compared = Compared { width, height, truth: &truth, predicted: &predicted };
+        let compared = ImagePair { width, height, truth: &truth, predicted: &predicted };
         let all = vec![true; 23 * 17];
         let mut some = all.clone();
         (some[5], some[200]) = (false, false);
@@ -133,11 +134,11 @@ mod tests {
         }
     }
 
-    /// A slope with noise, and the same darker with noise of its own.
+    /// Returns a slope with noise, and a darker copy with noise of its own.
     fn slope_with_noise(seed: u64, width: u32, height: u32) -> (Vec<u8>, Vec<u8>) {
-        let mut dice = Dice::new(seed);
-        let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-        let samples = places.flat_map(|(x, y)| (0..3).map(move |c| 5 * x + 3 * y + 40 * c));
+        let mut dice = Rng::new(seed);
+        let pixels = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
+        let samples = pixels.flat_map(|(x, y)| (0..3).map(move |c| 5 * x + 3 * y + 40 * c));
         samples
             .map(|slope| {
                 let truth = slope % 200 + dice.whole(0, 40);
@@ -146,9 +147,9 @@ mod tests {
             .unzip()
     }
 
-    /// What scikit-image 0.26.0 (numpy 2.4.6) makes of the same pictures, whose samples it was given by a
-    /// copy of [`Dice`] in Python: `skimage.metrics.structural_similarity(truth, predicted, win_size=7,
-    /// channel_axis=2, data_range=255)`, which leaves out a border of three pixels from the mean.
+    /// The expected values are from scikit-image 0.26.0 (numpy 2.4.6) on the same images, whose samples it
+    /// got from a copy of [`Rng`] in Python: `skimage.metrics.structural_similarity(truth, predicted,
+    /// win_size=7, channel_axis=2, data_range=255)`, which leaves out a border of three pixels from the mean.
     #[test]
     fn it_is_what_scikit_image_says() {
         let said = [
@@ -158,7 +159,7 @@ mod tests {
         ];
         for (seed, width, height, expected) in said {
             let (truth, predicted) = slope_with_noise(seed, width, height);
-            let compared = Compared { width, height, truth: &truth, predicted: &predicted };
+            let compared = ImagePair { width, height, truth: &truth, predicted: &predicted };
             let found = structural_similarity(&compared, &vec![true; (width * height) as usize]).unwrap();
             assert!((found - expected).abs() < 1e-12, "{found}, not {expected}");
         }
@@ -168,10 +169,10 @@ mod tests {
     fn a_picture_is_like_itself_and_two_flat_ones_are_compared_by_their_means() {
         let picture = noise(3, 9, 8);
         let all = [true; 72];
-        let itself = Compared { width: 9, height: 8, truth: &picture, predicted: &picture };
+        let itself = ImagePair { width: 9, height: 8, truth: &picture, predicted: &picture };
         assert!((structural_similarity(&itself, &all).unwrap() - 1.0).abs() < 1e-12);
         let (dark, bright) = ([50u8; 216], [100u8; 216]);
-        let flat = Compared { width: 9, height: 8, truth: &dark, predicted: &bright };
+        let flat = ImagePair { width: 9, height: 8, truth: &dark, predicted: &bright };
         let expected = (2.0 * 50.0 * 100.0 + C1) / (50.0 * 50.0 + 100.0 * 100.0 + C1);
         assert!((structural_similarity(&flat, &all).unwrap() - expected).abs() < 1e-12);
     }
@@ -179,11 +180,11 @@ mod tests {
     #[test]
     fn without_a_whole_window_there_is_none() {
         let picture = noise(4, 9, 8);
-        let compared = Compared { width: 9, height: 8, truth: &picture, predicted: &picture };
+        let compared = ImagePair { width: 9, height: 8, truth: &picture, predicted: &picture };
         let mut counted = [true; 72];
         (counted[3 * 9 + 2], counted[3 * 9 + 6]) = (false, false);
         assert_eq!(structural_similarity(&compared, &counted), None);
-        let narrow = Compared { width: 6, height: 12, ..compared };
+        let narrow = ImagePair { width: 6, height: 12, ..compared };
         assert_eq!(structural_similarity(&narrow, &[true; 72]), None);
     }
 }

@@ -1,4 +1,4 @@
-//! Relief from photos: what disagrees least, face by face.
+//! The estimation of relief from photos, face by face: the heights at which the photos disagree least.
 
 use std::sync::atomic::{AtomicUsize, Ordering};
 
@@ -7,19 +7,20 @@ use rayon::prelude::*;
 use super::options::ReliefOptions;
 use super::plot::Plot;
 use super::smooth::median_of_nine;
-use super::sweep::{disagreement, witnesses_of};
-use super::witness::Witness;
+use super::sweep::{disagreement, views_of_face};
+use super::witness::SweepView;
 use super::{FaceRelief, Relief};
 use crate::error::Result;
 use crate::projection::PhotoId;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// Faces of more cells are taken one after the other, their rows by all threads: their volumes are
-/// large. Smaller ones are taken side by side.
+/// The number of cells above which faces are processed one after the other, their rows in parallel, because
+/// their cost volumes are large. Smaller faces are processed in parallel.
 const LARGE: usize = 1 << 15;
 
-/// A photo is a witness of a face from so many blocks on: fewer are a corner seen by chance.
+/// The least number of blocks in which a photo has to show a face to be a witness of it; fewer show only a
+/// corner.
 pub(super) const LEAST_BLOCKS: u32 = 8;
 
 /// Estimates the relief of all faces from photos, `witnesses[i]` being photo i. Billboards and faces that
@@ -29,7 +30,7 @@ pub(super) const LEAST_BLOCKS: u32 = 8;
 /// [`crate::Error::Cancelled`].
 pub fn estimate_relief(
     model: &Model,
-    witnesses: &[Witness],
+    witnesses: &[SweepView],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
@@ -38,8 +39,8 @@ pub fn estimate_relief(
     Ok(Relief { of_face })
 }
 
-/// The same as if `photos` were not among the witnesses, given what all of them say: only faces that they
-/// show are estimated again. So photos can be predicted that did not take part.
+/// Estimates the relief without certain photos, starting from the relief of all: only faces that the photos
+/// show are estimated again. It serves to predict photos that did not take part.
 ///
 /// # Errors
 /// [`crate::Error::Cancelled`].
@@ -47,7 +48,7 @@ pub fn relief_without(
     relief: &Relief,
     photos: &[PhotoId],
     model: &Model,
-    witnesses: &[Witness],
+    witnesses: &[SweepView],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Relief> {
@@ -64,8 +65,8 @@ pub fn relief_without(
     Ok(Relief { of_face: of_face.collect() })
 }
 
-/// For each face the photos that show it, with the number of blocks.
-fn seen_faces(model: &Model, witnesses: &[Witness]) -> Vec<Vec<(usize, u32)>> {
+/// Lists for each face the photos that show it, with the number of blocks.
+fn seen_faces(model: &Model, witnesses: &[SweepView]) -> Vec<Vec<(usize, u32)>> {
     let mut seen = vec![Vec::new(); model.faces.len()];
     for (w, witness) in witnesses.iter().enumerate() {
         for (face, blocks) in witness.faces() {
@@ -80,7 +81,7 @@ fn seen_faces(model: &Model, witnesses: &[Witness]) -> Vec<Vec<(usize, u32)>> {
 
 fn of_faces(
     model: &Model,
-    witnesses: &[Witness],
+    witnesses: &[SweepView],
     seen: &[Vec<(usize, u32)>],
     options: &ReliefOptions,
     task: &Task,
@@ -88,14 +89,14 @@ fn of_faces(
     let plots: Vec<Plot> = model
         .face_ids()
         .filter_map(|face| {
-            let of_face = witnesses_of(model, face, &seen[face.0 as usize], witnesses);
+            let of_face = views_of_face(model, face, &seen[face.0 as usize], witnesses);
             Plot::new(model, face, &of_face, options)
         })
         .collect();
     let (done, total) = (AtomicUsize::new(0), plots.iter().map(Plot::cells).sum::<usize>());
     let one = |plot: Plot| {
         let (face, cells) = (plot.face, plot.cells());
-        let of_face = witnesses_of(model, face, &seen[face.0 as usize], witnesses);
+        let of_face = views_of_face(model, face, &seen[face.0 as usize], witnesses);
         let heights = heights(model, &plot, &of_face, options, task)?;
         let done = done.fetch_add(cells, Ordering::Relaxed) + cells;
         task.step("relief", done as u64, total as u64)?;
@@ -111,11 +112,12 @@ fn of_faces(
     Ok(of_face)
 }
 
-/// The heights of one plot: what the photos say of each, a preference for the plane, and smoothness.
+/// Computes the heights of one plot from the photos' disagreement, a preference for the plane, and
+/// smoothness.
 fn heights(
     model: &Model,
     plot: &Plot,
-    witnesses: &[(&Witness, f64)],
+    witnesses: &[(&SweepView, f64)],
     options: &ReliefOptions,
     task: &Task,
 ) -> Result<Vec<f32>> {

@@ -1,34 +1,36 @@
-//! How relief is estimated.
+//! Options of the estimation of relief.
 
 use super::{detail, estimate, sweep, witness};
 
-/// Counts the ways in which heights were ever estimated: one more with every change that neither an option
-/// nor a constant tells, so that heights kept from before are not taken for today's.
+/// The version of the method. It is increased with every change of the method that neither an option nor a
+/// constant reflects, so that relief estimated by an older version is not reused.
 const METHOD: u32 = 1;
 
-/// Options of [`super::estimate_relief`]. Lengths are relative, because a site's unit is not known.
+/// Options of [`super::estimate_relief`]. Lengths are relative, because the unit of a site is unknown.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReliefOptions {
-    /// Side of a cell, in pixels of the photos that see the face best (a quarter of them see it better).
+    /// Side of a cell, in pixels of the photos that see the face best (a quarter of the photos see it
+    /// better).
     pub cell_px: f64,
-    /// Most cells of one face; larger faces get larger cells.
+    /// The largest number of cells of one face; larger faces get larger cells.
     pub most_cells: u32,
-    /// Largest height, as a share of the photos' median distance from the face. It is also at most
-    /// half the face's own extent: thin things don't stand off by more than they are wide.
+    /// The largest height, as a share of the photos' median distance from the face. It is also at most half
+    /// the face's own extent, because thin objects do not deviate by more than their width.
     pub reach: f64,
-    /// Heights tried on each side of the plane, evenly spaced.
+    /// The number of heights tried on each side of the plane, evenly spaced.
     pub steps: u32,
-    /// Photos that are asked at one cell: those with most pixels there.
+    /// The largest number of photos compared at one cell: those with the highest resolution there.
     pub most_photos: usize,
-    /// Photos that see a cell more obliquely have no say: cosine of the angle to the normal. Their details
-    /// are stripes elsewhere, and what they take for heights of a flat ground shows in every view along it.
+    /// The least cosine of the angle to the normal under which a photo is compared. More oblique photos show
+    /// details as stripes, and the spurious heights that they suggest for flat ground are visible in every
+    /// grazing view.
     pub least_cosine: f64,
-    /// Cost of the largest height; smaller ones cost in proportion. Disagreement of photos is between 0
-    /// and about 1 per cell, so this decides where there is little to see.
+    /// The cost of the largest height; smaller heights cost in proportion. The photos' disagreement per cell
+    /// is between 0 and about 1, so this decides where there is little texture.
     pub prior: f32,
-    /// Cost of one step of height between neighbours: slanted surfaces.
+    /// The cost of one step of height between neighbouring cells, as on slanted surfaces.
     pub slope_cost: f32,
-    /// Cost of any larger one: reveals and mouldings.
+    /// The cost of a larger difference of height between neighbouring cells, as at reveals and mouldings.
     pub jump_cost: f32,
 }
 
@@ -49,12 +51,13 @@ impl Default for ReliefOptions {
 }
 
 impl ReliefOptions {
-    /// Heights tried, the plane's own among them.
+    /// Returns the number of heights tried, including that of the plane itself.
     pub fn hypotheses(&self) -> usize {
         2 * self.steps as usize + 1
     }
 
-    /// All that decides on the heights besides the site: equal texts, equal heights.
+    /// Returns a text of all settings that decide on the heights besides the site: equal texts mean equal
+    /// heights.
     pub fn fingerprint(&self) -> String {
         let details = (detail::MOST_TEXELS, detail::AROUND, detail::NOISE, detail::STEPS);
         let witnesses = (witness::BLOCK_PX, witness::SAME_SURFACE, estimate::LEAST_BLOCKS);

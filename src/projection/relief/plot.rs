@@ -1,39 +1,40 @@
-//! The part of a face's plane that gets heights: its bounding box, in cells.
+//! The grid of cells on a face's plane for which heights are estimated.
 
 use glam::{DVec2, DVec3};
 
 use super::FaceRelief;
 use super::options::ReliefOptions;
-use super::witness::Witness;
+use super::witness::SweepView;
 use crate::geometry::polygon::PlaneFrame;
+use crate::raster::robust::quantile;
 use crate::scene::{FaceId, Model};
 
-/// Cells in the plane of a face.
+/// A grid of cells that covers the bounding box of a face in its plane.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Plot {
-    /// Whose.
+    /// The face.
     pub face: FaceId,
-    /// Flat coordinates in the plane.
+    /// The frame of flat coordinates in the plane, in world units.
     pub frame: PlaneFrame,
-    /// Of the plane.
+    /// The unit normal of the plane.
     pub normal: DVec3,
-    /// Flat coordinates of the first cell's low corner.
+    /// The low corner of the first cell, in flat coordinates.
     pub low: DVec2,
     /// Side of a cell, in world units.
     pub cell: f64,
-    /// Columns and rows.
+    /// The number of columns and rows.
     pub size: [u32; 2],
-    /// The largest height, in world units.
+    /// The largest height tried, in world units.
     pub reach: f64,
 }
 
 impl Plot {
-    /// For a face and its witnesses with their pixels per world unit; `None` where there is nothing to
-    /// see: fewer than two witnesses, or a face smaller than two cells.
+    /// Lays out the grid for a face and its witnesses with their pixels per world unit. Returns `None` where
+    /// heights cannot be estimated: with fewer than two witnesses, or for a face smaller than four cells.
     pub fn new(
         model: &Model,
         face: FaceId,
-        witnesses: &[(&Witness, f64)],
+        witnesses: &[(&SweepView, f64)],
         options: &ReliefOptions,
     ) -> Option<Self> {
         if witnesses.len() < 2 {
@@ -44,7 +45,7 @@ impl Plot {
         let corners = || model.ring_points(face).map(|point| frame.flat(point));
         let low = corners().fold(DVec2::INFINITY, DVec2::min);
         let extent = corners().fold(DVec2::NEG_INFINITY, DVec2::max) - low;
-        let cell = cell_side(witnesses, extent, options);
+        let cell = cell_side(witnesses, extent, options)?;
         if cell == 0.0 || !cell.is_finite() {
             return None;
         }
@@ -53,44 +54,42 @@ impl Plot {
             return None;
         }
         let distances = witnesses.iter().map(|(w, px_per_unit)| w.camera.fx / px_per_unit);
-        let reach = options.reach * at_share(distances, 0.5);
+        let reach = options.reach * at_share(distances, 0.5)?;
         let reach = reach.min(0.5 * (extent.x * extent.y).sqrt());
         Some(Self { face, frame, normal: plane.normal, low, cell, size, reach })
     }
 
-    /// Cells in a row.
+    /// Returns the number of cells in a row.
     pub fn columns(&self) -> usize {
         self.size[0] as usize
     }
 
-    /// Rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         self.size[1] as usize
     }
 
-    /// Cells.
+    /// Returns the number of cells.
     pub fn cells(&self) -> usize {
         self.columns() * self.rows()
     }
 
-    /// With its heights, one a cell, row by row.
+    /// Combines the grid with its heights, one per cell, row by row.
     pub fn with_heights(self, heights: Vec<f32>) -> FaceRelief {
         FaceRelief { frame: self.frame, low: self.low, cell: self.cell, size: self.size, heights }
     }
 }
 
-fn cell_side(witnesses: &[(&Witness, f64)], extent: DVec2, options: &ReliefOptions) -> f64 {
-    // A quarter of the witnesses see it better.
-    let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75);
+fn cell_side(witnesses: &[(&SweepView, f64)], extent: DVec2, options: &ReliefOptions) -> Option<f64> {
+    // The resolution that a quarter of the witnesses exceed.
+    let px_per_unit = at_share(witnesses.iter().map(|(_, px)| *px), 0.75)?;
     let wanted = options.cell_px / px_per_unit;
     let most = f64::from(options.most_cells);
-    // The second bound is for slivers, which have length but no area.
-    wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most)
+    // The second bound is for slivers, which have length but hardly any area.
+    Some(wanted.max((extent.x * extent.y / most).sqrt()).max(extent.max_element() / most))
 }
 
-/// The value with this share of the others below it.
-fn at_share(values: impl Iterator<Item = f64>, share: f64) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    values.sort_unstable_by(f64::total_cmp);
-    values[((values.len() - 1) as f64 * share).round() as usize]
+/// Returns the quantile of the values at `share` (0 to 1); `None` without any value.
+fn at_share(values: impl Iterator<Item = f64>, share: f64) -> Option<f64> {
+    quantile(&mut values.collect::<Vec<_>>(), share)
 }

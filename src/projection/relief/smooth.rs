@@ -1,31 +1,32 @@
-//! One height per cell from what each height costs at each cell: semi-global matching (Hirschmüller,
+//! Selection of one height per cell from the costs of all heights: semi-global matching (Hirschmüller,
 //! *Stereo Processing by Semiglobal Matching and Mutual Information*, 2008, section 2.3), along rows and
 //! columns.
 
 use rayon::prelude::*;
 
 use super::options::ReliefOptions;
+use crate::raster::robust::upper_median;
 
-/// A cost for every cell and hypothesis: `costs[(row * columns + column) * hypotheses + hypothesis]`.
+/// The cost of every cell and hypothesis: `costs[(row * columns + column) * hypotheses + hypothesis]`.
 pub struct Volume {
-    /// Cells in a row.
+    /// The number of cells in a row.
     pub columns: usize,
-    /// Heights tried at a cell.
+    /// The number of heights tried at a cell.
     pub hypotheses: usize,
-    /// Row by row.
+    /// The costs, row by row.
     pub costs: Vec<f32>,
 }
 
 impl Volume {
-    /// Means over 3 x 3 cells: a single cell says little.
+    /// Blurs the costs: means over 3 x 3 cells, because a single cell is unreliable.
     pub fn blurred(self) -> Self {
         let (across, row) = (self.hypotheses, self.columns * self.hypotheses);
         let costs = blurred(&blurred(&self.costs, across, row), row, self.costs.len());
         Self { costs, ..self }
     }
 
-    /// The hypothesis of least cost for each cell, neighbours considered, refined to a fraction of a
-    /// step.
+    /// Finds the hypothesis of least cost for each cell, including the costs of differing from its
+    /// neighbours, refined to a fraction of a step.
     pub fn least(&self, options: &ReliefOptions) -> Vec<f32> {
         let mut sums = vec![0.0; self.costs.len()];
         self.along_rows(&mut sums, options);
@@ -51,7 +52,7 @@ impl Volume {
         });
     }
 
-    /// All columns side by side, row after row.
+    /// Accumulates the costs of paths along all columns at once, row after row.
     fn along_columns(&self, sums: &mut [f32], options: &ReliefOptions, reverse: bool) {
         let row = self.columns * self.hypotheses;
         let (mut paths, mut next) = (vec![0.0; row], vec![0.0; row]);
@@ -68,16 +69,16 @@ impl Volume {
     }
 }
 
-/// One cell further along a path: the cheapest way to each hypothesis. What all have in common is taken
-/// off, so that sums stay small.
+/// Advances a path by one cell: the least cost to reach each hypothesis. The part common to all is
+/// subtracted, so that sums remain small.
 #[inline]
 fn advance(path: &[f32], costs: &[f32], options: &ReliefOptions, next: &mut [f32]) {
     let least = path.iter().copied().fold(f32::INFINITY, f32::min);
     let jump = least + options.jump_cost;
     let last = path.len() - 1;
     for (h, next) in next.iter_mut().enumerate() {
-        let beside = path[h.saturating_sub(1)].min(path[(h + 1).min(last)]) + options.slope_cost;
-        *next = costs[h] + path[h].min(beside).min(jump) - least;
+        let neighbouring = path[h.saturating_sub(1)].min(path[(h + 1).min(last)]) + options.slope_cost;
+        *next = costs[h] + path[h].min(neighbouring).min(jump) - least;
     }
 }
 
@@ -87,7 +88,7 @@ fn add(sums: &mut [f32], path: &[f32]) {
     }
 }
 
-/// Means of three neighbours `stride` apart, within lines of `line` values that lie one after the other.
+/// Computes means of three neighbours `stride` apart, within consecutive lines of `line` values.
 fn blurred(values: &[f32], stride: usize, line: usize) -> Vec<f32> {
     let mean = |(i, &value): (usize, &f32)| {
         let at = i % line;
@@ -98,8 +99,8 @@ fn blurred(values: &[f32], stride: usize, line: usize) -> Vec<f32> {
     values.par_iter().enumerate().map(mean).collect()
 }
 
-/// The place of the least cost; of equal ones the nearest to the middle, which is the plane itself. A
-/// parabola through it and its neighbours gives the fraction.
+/// Returns the hypothesis of least cost; of equal ones the nearest to the middle, which is the plane itself.
+/// A parabola through it and its neighbours gives the fraction.
 fn refined_minimum(costs: &[f32]) -> f32 {
     let middle = costs.len() / 2;
     let by_cost = |&a: &usize, &b: &usize| {
@@ -115,7 +116,7 @@ fn refined_minimum(costs: &[f32]) -> f32 {
     least as f32 + fraction.clamp(-0.5, 0.5)
 }
 
-/// The median over 3 x 3 cells, which takes away single cells that stand alone.
+/// Applies a median over 3 x 3 cells, which removes isolated outliers.
 pub fn median_of_nine(heights: &[f32], columns: usize) -> Vec<f32> {
     let rows = heights.len() / columns;
     let median = |i: usize| {
@@ -125,8 +126,7 @@ pub fn median_of_nine(heights: &[f32], columns: usize) -> Vec<f32> {
         for (k, value) in around.iter_mut().enumerate() {
             *value = heights[ys[k / 3] * columns + xs[k % 3]];
         }
-        around.sort_unstable_by(f32::total_cmp);
-        around[4]
+        upper_median(&mut around).expect("nine values have a median")
     };
     (0..heights.len()).into_par_iter().map(median).collect()
 }
@@ -135,7 +135,7 @@ pub fn median_of_nine(heights: &[f32], columns: usize) -> Vec<f32> {
 mod tests {
     use super::*;
 
-    /// One row whose cells want these hypotheses of five; `None`: all are alike.
+    /// Builds one row whose cells prefer these hypotheses of five; with `None` all are equal.
     fn row(wanted: &[Option<usize>]) -> Volume {
         let cell = |wanted: &Option<usize>| {
             (0..5).map(|h| wanted.map_or(0.3, |w| if w == h { 0.0 } else { 0.3 })).collect::<Vec<_>>()

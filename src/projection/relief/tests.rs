@@ -1,4 +1,4 @@
-//! Relief on a wall whose window is set back, which the model does not know.
+//! Tests of relief on a wall whose window is set back, which the model does not show.
 
 use std::sync::Arc;
 use std::sync::atomic::Ordering;
@@ -7,34 +7,35 @@ use super::*;
 use crate::geometry::{Pinhole, Pose};
 use crate::projection::surface::Surface;
 use crate::projection::{PhotoId, Projector};
-use crate::scene::synthetic::{Dice, Modeller, camera_is_world, centred};
+use crate::scene::synthetic::{Modeller, Rng, camera_is_world, centred};
 use crate::scene::{FaceId, Model, PhotoPixels, Samples};
 use crate::task::Task;
 
-/// The wall is at depth 10; where both coordinates are below one in size it is a window, this far behind.
+/// The distance by which the window is set back. The wall is at depth 10, the window where both coordinates
+/// are below 1 in absolute value.
 const SET_BACK: f64 = 0.4;
 
-/// Cameras look along z from here, in both directions each.
+/// The positions of the cameras, which look along z.
 const EYES: [[f64; 2]; 5] = [[-2.5, -1.2], [2.5, -1.0], [0.0, 0.2], [-1.2, 1.5], [2.2, 1.4]];
 
-/// The model: a wall without a window.
+/// Builds the model: a wall without a window.
 fn wall() -> Arc<Model> {
     Modeller::new().object("wall").screen(10.0, [-4.0, -3.0, 4.0, 3.0]).finish()
 }
 
-/// A texture of spots of several sizes, 0 to 1: smoothed noise, the same every time.
+/// A reproducible texture of spots of several sizes, 0 to 1: smoothed noise.
 struct Spots(Vec<f64>);
 
 impl Spots {
     const SIDE: usize = 64;
 
     fn new() -> Self {
-        let mut dice = Dice::new(3);
+        let mut dice = Rng::new(3);
         Self((0..Self::SIDE * Self::SIDE).map(|_| dice.unit()).collect())
     }
 
     fn at(&self, point: DVec2) -> f64 {
-        // Spots of 0.4, 0.2 and 0.1 units: 24, 12 and 6 pixels.
+        // Spots of 0.4, 0.2 and 0.1 units, which are 24, 12 and 6 pixels.
         [2.5, 5.0, 10.0].map(|scale| self.smooth(point * scale)).iter().sum::<f64>() / 3.0
     }
 
@@ -51,12 +52,12 @@ impl Spots {
     }
 }
 
-/// What stands behind the model.
+/// The true surface behind the model.
 #[derive(Clone, Copy, PartialEq)]
 enum Truth {
     /// The window is set back.
     Window,
-    /// One colour all over.
+    /// The wall is flat and of a single colour.
     Blank,
 }
 
@@ -89,37 +90,37 @@ fn photographed(truth: Truth, projector: &Projector) -> PhotoPixels {
     PhotoPixels { width: CAMERA.width, height: CAMERA.height, channels: 3, samples, icc: None }
 }
 
-fn witnesses(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<Witness> {
+fn witnesses(model: &Model, truth: Truth, change: impl Fn(usize, &mut PhotoPixels)) -> Vec<SweepView> {
     let surface = Surface::of(model);
     let witness = |(i, eye): (usize, &[f64; 2])| {
         let projector = projector(*eye);
         let mut pixels = photographed(truth, &projector);
         change(i, &mut pixels);
-        Witness::new(&projector, &pixels, &surface)
+        SweepView::new(&projector, &pixels, &surface)
     };
     EYES.iter().enumerate().map(witness).collect()
 }
 
-/// Photos of 800 pixels do not see small heights.
+/// Returns options for photos of 800 pixels, which cannot resolve small heights.
 fn options() -> ReliefOptions {
     ReliefOptions { reach: 0.06, ..ReliefOptions::default() }
 }
 
-fn estimate(model: &Model, witnesses: &[Witness]) -> Relief {
+fn estimate(model: &Model, witnesses: &[SweepView]) -> Relief {
     estimate_relief(model, witnesses, &options(), &Task::silent()).unwrap()
 }
 
-/// Heights towards the cameras, at the nodes of a grid of `step` units within the box around the middle;
-/// with their positions on the wall.
+/// Returns the heights towards the cameras on a grid around the centre, with the positions on the wall.
 fn heights(relief: &Relief) -> Vec<(DVec2, f64)> {
     let relief = relief.of(FaceId(0)).expect("five photos show it");
-    // The face's normal points to the cameras if its outline runs counter-clockwise from there.
+    // The face's normal points to the cameras if its outline is counter-clockwise as seen from there.
     let side = if relief.frame.u.cross(relief.frame.v).z < 0.0 { 1.0 } else { -1.0 };
-    let places = (0..400).map(|k| DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) * 0.2);
-    places.map(|p| (p, side * relief.height(DVec3::new(p.x, p.y, 10.0)))).collect()
+    let points = (0..400).map(|k| DVec2::new(f64::from(k % 20) - 9.5, f64::from(k / 20) - 9.5) * 0.2);
+    points.map(|p| (p, side * relief.height(DVec3::new(p.x, p.y, 10.0)))).collect()
 }
 
-/// Where neither the window's edge nor the photos' is near: within it, and outside.
+/// Selects the heights inside the window and those outside of it, away from its edge and from the photos'
+/// borders.
 fn window_and_wall(heights: &[(DVec2, f64)]) -> [Vec<f64>; 2] {
     let of = |from: f64, to: f64| {
         let within = heights.iter().filter(|(p, _)| (from..to).contains(&p.abs().max_element()));
@@ -152,7 +153,7 @@ fn exposure_and_somebody_in_the_way_of_one_photo_change_nothing() {
         let Samples::U8(samples) = &mut pixels.samples else { return };
         match photo {
             1 => samples.iter_mut().for_each(|sample| *sample /= 2),
-            // 30 x 300 pixels of something else, before the wall.
+            // An obstacle of 30 x 300 pixels in front of the wall.
             3 => (0..300).for_each(|row| {
                 let start = ((100 + row) * 800 + 560) * 3;
                 let stripes = (0..90).map(|k| if (k / 21 + row / 9) % 2 == 0 { 200 } else { 40 });
@@ -175,7 +176,7 @@ fn where_there_is_nothing_to_see_it_is_flat() {
 fn photos_that_see_a_face_obliquely_have_no_say() {
     let model = wall();
     let witnesses = witnesses(&model, Truth::Window, |_, _| ());
-    // No point of the wall is seen as straight as this by two cameras.
+    // No point of the wall is seen this frontally by two cameras.
     let options = ReliefOptions { least_cosine: 0.9999, ..options() };
     let relief = estimate_relief(&model, &witnesses, &options, &Task::silent()).unwrap();
     let within = heights(&relief).into_iter().filter(|(p, _)| p.abs().max_element() < 0.7);
@@ -209,7 +210,7 @@ fn billboards_and_faces_that_one_photo_shows_have_none() {
     let mut modeller = Modeller::new();
     modeller.object("wall").screen(10.0, [-4.0, -3.0, 4.0, 3.0]);
     modeller.object("tree").screen(8.0, [-1.0, -2.0, 1.0, 2.0]);
-    // Outside of the first photo, beyond the wall in the second one.
+    // Outside of the first photo, and behind the wall in the second one.
     modeller.object("beyond").screen(11.0, [5.2, -3.0, 6.2, 3.0]);
     let mut model = (*modeller.finish()).clone();
     model.objects[1].billboard = true;
@@ -248,7 +249,7 @@ fn a_photo_of_an_empty_view_is_no_trouble() {
     let away = Projector { camera: centred(40, 30, 900.0), ..projector([99.0, 0.0]) };
     let samples = Samples::U8(vec![7; 40 * 30 * 3]);
     let pixels = PhotoPixels { width: 40, height: 30, channels: 3, samples, icc: None };
-    let witness = Witness::new(&away, &pixels, &surface);
+    let witness = SweepView::new(&away, &pixels, &surface);
     assert_eq!(witness.faces(), []);
     assert_eq!(estimate(&model, &[witness.clone(), witness]).of_face, [None]);
 }

@@ -1,12 +1,12 @@
-//! How far a texel can be trusted near the border of what the photo shows (`docs/method.md`, section 7):
-//! poses and models err by a pixel or two, and there the photo may show the neighbour.
+//! The confidence of texels near the border of what a photo shows (`docs/method.md`, section 7): poses and
+//! models are wrong by a pixel or two, and there the photo may show the neighbouring surface.
 
 use crate::geometry::{PixelRect, Spans};
 
-/// Where confidence falls, and how slowly.
+/// The ramp by which confidence falls off towards a border.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Ramp {
-    /// From 0 to 1 within so many texels of the border, at most 32.
+    /// The width, in texels, over which confidence rises from 0 at the border to 1; at most 32.
     pub width_px: f32,
 }
 
@@ -17,20 +17,21 @@ impl Default for Ramp {
 }
 
 impl Ramp {
-    /// Texels from the border inwards in which it is below 1.
+    /// Returns the number of texels inwards from the border in which confidence may be below 1.
     fn reach(&self) -> i32 {
         (self.width_px.clamp(0.0, 32.0) + 0.5).ceil() as i32
     }
 
-    /// Of a texel whose centre is `distance` away from the centre of the nearest texel beyond the border.
-    /// Never 0: a surface that only this photo shows must still be served.
+    /// Returns the confidence of a texel whose centre is `distance` from the centre of the nearest texel
+    /// beyond the border. It is never 0, because a surface that only this photo shows still has to be
+    /// textured.
     fn value(&self, distance: f32) -> f32 {
         if self.width_px <= 0.0 { 1.0 } else { ((distance - 0.5) / self.width_px).clamp(1.0 / 255.0, 1.0) }
     }
 
-    /// Calls `put(x, y, confidence)` for every texel of `content` whose confidence may be below 1, by the
-    /// exact Euclidean distance to the nearest texel that is not: hidden, or beyond the outline, where
-    /// another surface or nothing follows.
+    /// Calls `put(x, y, confidence)` for every texel of `content` whose confidence may be below 1, from the
+    /// exact Euclidean distance to the nearest texel outside of the content: an occluded one, or one beyond
+    /// the outline, where another surface or nothing follows.
     pub fn each(&self, content: &Spans, mut put: impl FnMut(i32, i32, f32)) {
         let reach = self.reach();
         let border = content.complement(content.bounds().grown(reach as u32 + 1));
@@ -50,20 +51,20 @@ impl Ramp {
     }
 }
 
-/// A squared distance beyond the reach.
+/// Returns a squared distance that is beyond the reach.
 fn far(reach: i32) -> i16 {
     ((reach + 1) * (reach + 1)) as i16
 }
 
-/// Squared distances along rows, for the rows about the one that is asked for.
+/// The squared distances along rows, for the rows around the current one.
 struct Distances<'a> {
     border: &'a Spans,
     reach: i32,
     left: i32,
     width: usize,
-    /// `2 reach + 1` rows, row y at `y mod (2 reach + 1)`.
+    /// A ring buffer of `2 reach + 1` rows; row y is at `y mod (2 reach + 1)`.
     rows: Vec<i16>,
-    /// The first row that is not there yet.
+    /// The first row that is not in the buffer yet.
     next: i32,
 }
 
@@ -74,7 +75,8 @@ impl<'a> Distances<'a> {
         Self { border, reach, left: bounds.x, width, rows, next: i32::MIN }
     }
 
-    /// The least squared distance for `count` texels from column `x` of row `y`. Rows must not fall.
+    /// Computes the least squared distance for `count` texels from column `x` of row `y`. Rows must not
+    /// decrease.
     fn least(&mut self, y: i32, x: i32, count: usize, least: &mut Vec<i16>) {
         for row in self.next.max(y - self.reach)..=y + self.reach {
             self.fill(row);
@@ -83,7 +85,7 @@ impl<'a> Distances<'a> {
         least.clear();
         least.resize(count, far(self.reach));
         for dy in -self.reach..=self.reach {
-            let at = self.place(y + dy) + (x - self.left) as usize;
+            let at = self.index(y + dy) + (x - self.left) as usize;
             let down = (dy * dy) as i16;
             for (least, along) in least.iter_mut().zip(&self.rows[at..at + count]) {
                 *least = (*least).min(along + down);
@@ -91,13 +93,15 @@ impl<'a> Distances<'a> {
         }
     }
 
-    fn place(&self, y: i32) -> usize {
+    fn index(&self, y: i32) -> usize {
         y.rem_euclid(2 * self.reach + 1) as usize * self.width
     }
 
-    /// Row y: the squared distance to the row's nearest border texel.
+    /// Fills row y with the squared distance to the row's nearest border texel.
     fn fill(&mut self, y: i32) {
-        let (reach, left, at) = (self.reach, self.left, self.place(y));
+        let reach = self.reach;
+        let left = self.left;
+        let at = self.index(y);
         let row = &mut self.rows[at..at + self.width];
         row.fill(far(reach));
         let mut lower = |x: i32, away: i32| {
@@ -119,10 +123,10 @@ impl<'a> Distances<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
-    fn blob(dice: &mut Dice, side: i32) -> Spans {
-        Spans::of_rows(0..side, |y, out| {
+    fn blob(dice: &mut Rng, side: i32) -> Spans {
+        Spans::from_rows(0..side, |y, out| {
             let (a, b) = (dice.between(0.0, 12.0) as i32, dice.between(20.0, f64::from(side)) as i32);
             out.push(a..(a + b) / 2);
             if y % 9 != 0 {
@@ -137,7 +141,7 @@ mod tests {
 
     #[test]
     fn confidence_is_the_exact_distance_to_the_border() {
-        let mut dice = Dice::new(5);
+        let mut dice = Rng::new(5);
         for case in 0..20 {
             let ramp = Ramp { width_px: [8.0, 3.0][case % 2] };
             let content = blob(&mut dice, 40).minus(&blob(&mut dice, 14));
@@ -164,7 +168,7 @@ mod tests {
     #[test]
     fn a_border_of_no_width_trusts_everything() {
         let ramp = Ramp { width_px: 0.0 };
-        let content = Spans::of_rows(0..3, |_, out| out.push(0..3));
+        let content = Spans::from_rows(0..3, |_, out| out.push(0..3));
         ramp.each(&content, |x, y, confidence| assert_eq!(confidence, 1.0, "{x}, {y}"));
     }
 }

@@ -1,4 +1,4 @@
-//! A picture at half the size: averages in linear light, of what is there and of nothing else.
+//! Halving of levels: means in linear light over the content alone, never over empty texels.
 
 use std::ops::Range;
 
@@ -9,22 +9,22 @@ use crate::geometry::{PixelRect, Spans};
 /// A level in linear light: a rectangle of texels, relative to the sheet's corner at this level.
 #[derive(Debug, Clone)]
 pub struct Light {
-    /// Where anything is.
+    /// The texels with content.
     pub content: Spans,
-    /// Which texels there are values for: the bounds of `content`.
+    /// The texels that have values: the bounds of `content`.
     pub rect: PixelRect,
-    /// r, g, b times weight, and weight: how much of the texel is content. Only at `content`.
+    /// r, g, b times weight, and weight, the share of the texel that is content. Valid at `content` only.
     pub colour: Vec<Vec4>,
-    /// 0..1. Only at `content`.
+    /// Confidence, 0..1. Valid at `content` only.
     pub confidence: Vec<f32>,
 }
 
-/// What can be halved: colour (as in [`Light`]) and confidence of the texels of a row from column `x`.
+/// A source of rows of texels that can be halved: colour (as in [`Light`]) and confidence.
 pub trait Rows {
-    /// Where anything is.
+    /// Returns the texels with content.
     fn content(&self) -> &Spans;
 
-    /// Calls `put(index, colour, confidence)` for `count` texels of content.
+    /// Calls `put(index, colour, confidence)` for `count` texels of content from column `x` of row `y`.
     fn row(&self, y: i32, x: i32, count: usize, put: impl FnMut(usize, Vec4, f32));
 }
 
@@ -34,7 +34,7 @@ impl Rows for Light {
     }
 
     fn row(&self, y: i32, x: i32, count: usize, mut put: impl FnMut(usize, Vec4, f32)) {
-        let at = self.index(x, y);
+        let at = self.rect.offset(x, y);
         let values = self.colour[at..at + count].iter().zip(&self.confidence[at..at + count]);
         for (i, (&colour, &confidence)) in values.enumerate() {
             put(i, colour, confidence);
@@ -43,14 +43,9 @@ impl Rows for Light {
 }
 
 impl Light {
-    /// The place of a texel within `rect`.
-    pub fn index(&self, x: i32, y: i32) -> usize {
-        (y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize
-    }
-
-    /// Half of `source`: in columns, in rows, or both. A texel is the mean of the (at most) four that it
-    /// stands for, and no other's: content where one of them is, its colour theirs by weight; of confidence
-    /// it is the plain mean, nothing counting as 0.
+    /// Halves `source` in columns, in rows, or both. A texel is the mean of exactly those (at most) four
+    /// texels that it stands for. It has content where one of them has, its colour is their mean by weight,
+    /// and its confidence is the plain mean, where empty texels count as 0.
     pub fn half_of(source: &impl Rows, [in_x, in_y]: [bool; 2]) -> Self {
         let content = source.content().halved([in_x, in_y]);
         let rect = content.bounds();
@@ -65,7 +60,7 @@ impl Light {
         for y in content.rows().filter(|&y| !content.row(y).is_empty()) {
             sums.gather(content.row(y), y);
             for x in content.row(y).iter().flat_map(Clone::clone) {
-                let at = half.index(x, y);
+                let at = half.rect.offset(x, y);
                 (half.colour[at], half.confidence[at]) = sums.texel(x);
             }
         }
@@ -74,10 +69,10 @@ impl Light {
     }
 }
 
-/// One row of the half: columns of the source, summed over the rows that make it up.
+/// One row of the half: columns of the source, summed over the rows that form it.
 struct Sums<'a, R> {
     source: &'a R,
-    /// Texels of the source to one of the half, across and down.
+    /// The number of texels of the source per texel of the half, across and down.
     of: [i32; 2],
     /// The column of the first sum.
     left: i32,
@@ -87,19 +82,19 @@ struct Sums<'a, R> {
 
 impl<'a, R: Rows> Sums<'a, R> {
     fn new(source: &'a R, halved: [bool; 2]) -> Self {
-        // The neighbour of an outermost texel makes up the same texel of the half.
+        // The neighbour of an outermost texel belongs to the same texel of the half.
         let bounds = source.content().bounds().grown(1);
         let width = bounds.w as usize;
         let of = halved.map(|halved| if halved { 2 } else { 1 });
         Self { source, of, left: bounds.x, colour: vec![Vec4::ZERO; width], confidence: vec![0.0; width] }
     }
 
-    /// Sums what the runs of row `y` of the half are made of.
+    /// Sums the source's texels that form the runs of row `y` of the half.
     fn gather(&mut self, runs: &[Range<i32>], y: i32) {
         let [across, down] = self.of;
         for run in runs {
-            let place = |x: i32| ((across * x - self.left).max(0) as usize).min(self.colour.len());
-            let columns = place(run.start)..place(run.end);
+            let index = |x: i32| ((across * x - self.left).max(0) as usize).min(self.colour.len());
+            let columns = index(run.start)..index(run.end);
             self.colour[columns.clone()].fill(Vec4::ZERO);
             self.confidence[columns].fill(0.0);
         }
@@ -118,7 +113,7 @@ impl<'a, R: Rows> Sums<'a, R> {
         }
     }
 
-    /// Colour times weight, weight, confidence.
+    /// Returns the texel of the half in column `x`: colour times weight with the weight, and confidence.
     fn texel(&self, x: i32) -> (Vec4, f32) {
         let across = self.of[0] as usize;
         let at = (self.of[0] * x - self.left) as usize;

@@ -1,22 +1,22 @@
-//! Lower bounds of a sheet's confidence by blocks of texels, so that cells need not look at texels to know
-//! that a photo serves them well.
+//! Lower bounds of a sheet's confidence per block of texels, so that the photos for a cell can be judged
+//! without access to texels.
 
 use super::pyramid::Pyramid;
 use crate::geometry::PixelRect;
 
-/// Side of a block, in texels: finer than what a cell spans in a photo, coarser than a tile's half.
+/// Side of a block, in texels: smaller than the extent of a cell in a photo, larger than half a tile.
 const BLOCK: i32 = 32;
 
 /// The least confidence in each block of a sheet's level 0.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct LeastConfidence {
-    /// Of the blocks, in blocks from the sheet's corner; blocks outside hold nothing.
+    /// The range of blocks, in blocks from the sheet's corner; blocks outside of it have confidence 0.
     bounds: Blocks,
-    /// In 255ths, row by row.
+    /// The least confidence of each block in 255ths, row by row.
     least: Vec<u8>,
 }
 
-/// Columns and rows of blocks: first and one past the last.
+/// A range of columns and rows of blocks: first and one past the last.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 struct Blocks {
     x: [i32; 2],
@@ -24,7 +24,7 @@ struct Blocks {
 }
 
 impl LeastConfidence {
-    /// Of a pyramid's finest level.
+    /// Computes the bounds from a pyramid's finest level.
     pub fn of(pyramid: &Pyramid) -> Self {
         let level = &pyramid.levels[0];
         let rect = level.rect;
@@ -36,14 +36,14 @@ impl LeastConfidence {
             let x = (bounds.x[0] + (i % columns) as i32) * BLOCK;
             let y = (bounds.y[0] + (i / columns) as i32) * BLOCK;
             let block = PixelRect { x, y, w: BLOCK as u32, h: BLOCK as u32 };
-            // What is not kept is empty.
+            // Texels that the level does not store are empty.
             let kept = block.intersection(&rect);
             *value = if kept == block { least_of(level, kept) } else { 0 };
         }
         Self { bounds, least }
     }
 
-    /// A lower bound within `rect` (texels from the sheet's corner), 0 to 1.
+    /// Returns a lower bound of the confidence within `rect` (texels from the sheet's corner), 0 to 1.
     pub fn within(&self, rect: PixelRect) -> f64 {
         let x = [rect.x.div_euclid(BLOCK), (rect.right() - 1).div_euclid(BLOCK)];
         let y = [rect.y.div_euclid(BLOCK), (rect.bottom() - 1).div_euclid(BLOCK)];
@@ -78,14 +78,14 @@ fn least_of(level: &super::pyramid::Level, rect: PixelRect) -> u8 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::projection::SheetPixels;
+    use crate::projection::LayerTexturePixels;
     use crate::projection::pyramid::{PyramidOptions, pyramid};
 
     #[test]
     fn inside_it_is_whole_and_near_a_border_as_low_as_the_lowest_texel() {
         let rect = PixelRect { x: 100, y: 50, w: 256, h: 256 };
         let kept = PixelRect { x: 110, y: 50, w: 200, h: 200 };
-        let pixels = SheetPixels { rect: kept, rgba: vec![255; 4 * 40_000], needed: vec![1; 40_000] };
+        let pixels = LayerTexturePixels { rect: kept, rgba: vec![255; 4 * 40_000], needed: vec![1; 40_000] };
         let least = LeastConfidence::of(&pyramid(rect, &pixels, &PyramidOptions::default()));
         let at = |x: i32, y: i32, side: u32| least.within(PixelRect { x, y, w: side, h: side });
         assert_eq!(at(100, 100, 20), 1.0);

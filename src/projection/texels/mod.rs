@@ -1,7 +1,7 @@
-//! From a sheet's pixels to what lies on the device. In reading order: `geometry::spans` says which pixels there
-//! are, `confidence` how far each can be trusted, `pyramid` makes every level of detail by `halving` in the linear
-//! light of `srgb`, `tiles` cuts them, `residency` keeps the book of who has room; `least_confidence` is what
-//! is known afterwards without looking at texels.
+//! The preparation of a sheet's pixels for texture memory. In reading order: `geometry::spans` lists the
+//! pixels that exist, `confidence` weights each, `pyramid` makes every level of detail by `halving` in the
+//! linear light of `srgb`, `tiles` cuts them, `residency` manages the slots; `least_confidence` is the
+//! summary that answers queries without texels.
 
 pub mod confidence;
 pub mod halving;

@@ -1,6 +1,6 @@
-//! A sheet's texels at every level of detail, ready to be cut into tiles: colour carried past outlines so
-//! that filtering never fetches emptiness (push-pull in the spirit of Gortler et al. 1996, by as much as a
-//! filter reaches), and confidence beside it.
+//! The pyramid of a sheet, its texels at every level of detail, from which tiles are cut. Colour is extended
+//! past outlines so that filtering never fetches empty texels (push-pull in the spirit of Gortler et al.
+//! 1996, as far as a filter reaches), and each texel has a confidence.
 
 use glam::Vec4;
 
@@ -9,59 +9,60 @@ use super::halving::{Light, Rows};
 use super::srgb::Srgb;
 use super::tiles::{GUTTER, Shape};
 use crate::geometry::{PixelRect, Spans};
-use crate::projection::SheetPixels;
+use crate::projection::LayerTexturePixels;
 use crate::projection::sources::{BESIDE, COVERED, FILLED};
 
-/// How a pyramid is made.
+/// Options of a pyramid.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PyramidOptions {
-    /// Confidence near borders.
+    /// The fall-off of confidence near borders.
     pub ramp: Ramp,
 }
 
-/// All levels of a sheet.
+/// The levels of detail of a sheet.
 #[derive(Debug, Clone)]
 pub struct Pyramid {
-    /// Of the sheet.
+    /// The size of the sheet.
     pub shape: Shape,
-    /// From the sheet itself to one texel.
+    /// The levels, from the sheet itself to one texel.
     pub levels: Vec<Level>,
-    /// Texels that faces cover, whether there is anything or not.
+    /// The number of texels that faces cover, with or without content.
     pub covered: u64,
 }
 
-/// One level.
+/// One level of detail.
 #[derive(Debug, Clone)]
 pub struct Level {
-    /// Texels that hold something.
+    /// The texels with content.
     pub content: Spans,
-    /// The part of the level that is kept, relative to the sheet's corner; may reach outside of it by the
-    /// gutter.
+    /// The part of the level that is stored, relative to the sheet's corner; it may reach outside the sheet
+    /// by the gutter.
     pub rect: PixelRect,
-    /// sRGB and confidence, 8 bits, rows from the top. Where there is no content colour is the
-    /// neighbours', two texels far, then black, and confidence 0; or what the photo shows, one texel far,
-    /// and the least confidence: a photo's own camera is served there, hardly anyone else.
+    /// sRGB and confidence, 8 bits, rows from the top. Outside the content, texels up to two texels away have
+    /// colours extended from it and confidence 0, and all others are black. Where the photo's own colour is
+    /// known one texel outside, it is used with the least confidence: this serves the photo's own camera, and
+    /// has hardly any effect elsewhere.
     pub rgba: Vec<u8>,
 }
 
 impl Level {
-    /// The byte where a texel of `rect` begins.
+    /// Returns the index of a texel's first byte; `x` and `y` in texels from the sheet's corner.
     pub fn index(&self, x: i32, y: i32) -> usize {
-        4 * ((y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize)
+        4 * self.rect.offset(x, y)
     }
 
-    /// Room for this content and what is carried past it.
+    /// Allocates a level for this content and the colours extended past it.
     fn new(content: Spans) -> Self {
         let bounds = content.bounds();
         let rect = if bounds.is_empty() { bounds } else { bounds.grown(GUTTER) };
-        // Zeroed memory costs nothing where it is never touched: sheets are mostly empty.
+        // Zeroed memory costs nothing where it is never touched, and sheets are mostly empty.
         Self { content, rect, rgba: vec![0; 4 * rect.area() as usize] }
     }
 
-    /// Colour flows `GUTTER` texels past the content: the first ring has what the photo shows there
-    /// (`shown`), where that is known, and the least confidence; else a ring is the mean of its neighbours
-    /// of the ring before, in linear light.
-    fn carry(&mut self, srgb: Srgb, shown: impl Fn(i32, i32) -> Option<[u8; 3]>) {
+    /// Extends colour `GUTTER` texels past the content. Each ring of texels gets the mean of its neighbours
+    /// in the previous ring, in linear light. Where the photo's own colour in the first ring is known
+    /// (`shown`), that colour is used instead, with the least confidence.
+    fn carry(&mut self, srgb: Srgb, bleed_colour: impl Fn(i32, i32) -> Option<[u8; 3]>) {
         let mut inside = self.content.clone();
         let mut rings = Vec::new();
         for _ in 0..GUTTER {
@@ -75,14 +76,15 @@ impl Level {
             run.clone().for_each(|x| self.set_confidence(x, y, 0));
         }
         for (y, x) in rings[0].iter().flat_map(|(y, run)| run.clone().map(move |x| (y, x))) {
-            if let Some([r, g, b]) = shown(x, y) {
+            if let Some([r, g, b]) = bleed_colour(x, y) {
                 let at = self.index(x, y);
                 self.rgba[at..at + 4].copy_from_slice(&[r, g, b, 1]);
             }
         }
     }
 
-    /// Gives the texels of a ring a colour, and the least confidence as the mark that the next ring looks for.
+    /// Sets the colours of a ring, and as its confidence the least one, which marks the ring as known for the
+    /// next ring.
     fn fill_ring(&mut self, ring: &Spans, srgb: Srgb) {
         let texels = ring.iter().flat_map(|(y, run)| run.clone().map(move |x| (x, y)));
         let filled: Vec<(usize, [u8; 4])> =
@@ -114,11 +116,11 @@ impl Level {
     }
 }
 
-/// The pyramid of a sheet whose rectangle is `rect` (in photo pixels).
+/// Builds the pyramid of a sheet whose rectangle is `rect` (in photo pixels).
 ///
-/// Level 0 is the sheet's pixels, bit for bit where they hold anything. Confidence is the pixel's alpha
-/// times the ramp, never less than 1/255 where there is content.
-pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Pyramid {
+/// Level 0 has the sheet's pixels, bit for bit where they have content. Confidence is the pixel's alpha times
+/// the ramp, and at least 1/255 where there is content.
+pub fn pyramid(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Pyramid {
     let (shape, srgb) = (Shape::of(rect), Srgb::tables());
     let from_corner = PixelRect { x: pixels.rect.x - rect.x, y: pixels.rect.y - rect.y, ..pixels.rect };
     let needed = runs_where(from_corner, &pixels.needed, |needed| needed & COVERED != 0);
@@ -128,7 +130,7 @@ pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) 
     let mut levels = Vec::with_capacity(shape.levels() as usize);
     let mut light =
         (shape.levels() > 1).then(|| Light::half_of(&Decoded { level: &first, srgb }, shape.halves(0)));
-    first.carry(srgb, |x, y| beside(from_corner, pixels, x, y));
+    first.carry(srgb, |x, y| bleed(from_corner, pixels, x, y));
     levels.push(first);
     while let Some(above) = light.take() {
         let level = levels.len() as u32;
@@ -141,16 +143,16 @@ pub fn pyramid(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) 
 }
 
 impl Pyramid {
-    /// Bytes that it holds in memory.
+    /// Returns the memory that the pyramid uses, in bytes.
     pub fn bytes(&self) -> u64 {
         self.levels.iter().map(|level| level.rgba.len() as u64).sum()
     }
 }
 
-/// The texels of a rectangle whose value `holds`, given all values in row order. Rows are long and change
-/// seldom: blocks are looked at as a whole first.
+/// Returns the texels of a rectangle whose value satisfies `holds`; `values` are in row order. Values change
+/// seldom along a row, so blocks are tested as a whole first.
 pub fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) -> Spans {
-    Spans::of_rows(rect.y..rect.bottom(), |y, out| {
+    Spans::from_rows(rect.y..rect.bottom(), |y, out| {
         let row = (y - rect.y) as usize * rect.w as usize;
         let mut x = rect.x;
         for block in values[row..row + rect.w as usize].chunks(32) {
@@ -166,29 +168,28 @@ pub fn runs_where<T>(rect: PixelRect, values: &[T], holds: impl Fn(&T) -> bool) 
     })
 }
 
-/// The pixels as level 0, their alpha as it is.
-fn photo_level(rect: PixelRect, pixels: &SheetPixels) -> Level {
+/// Builds level 0 from the pixels, with their alpha unchanged.
+fn photo_level(rect: PixelRect, pixels: &LayerTexturePixels) -> Level {
     let mut level = Level::new(runs_where(rect, pixels.rgba.as_chunks::<4>().0, |texel| texel[3] != 0));
     let content = std::mem::take(&mut level.content);
     for (y, run) in content.iter() {
         let to = level.index(run.start, y);
-        let from = 4 * ((y - rect.y) as usize * rect.w as usize + (run.start - rect.x) as usize);
+        let from = 4 * rect.offset(run.start, y);
         let bytes = 4 * run.len();
         level.rgba[to..to + bytes].copy_from_slice(&pixels.rgba[from..from + bytes]);
     }
     Level { content, ..level }
 }
 
-/// What the photo shows at a texel that holds nothing, if the sheet's pixels tell.
-fn beside(rect: PixelRect, pixels: &SheetPixels, x: i32, y: i32) -> Option<[u8; 3]> {
-    let inside = (rect.x..rect.right()).contains(&x) && (rect.y..rect.bottom()).contains(&y);
-    let index = inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)?;
+/// Returns the photo's own colour at a texel outside the content, if the sheet's pixels include it.
+fn bleed(rect: PixelRect, pixels: &LayerTexturePixels, x: i32, y: i32) -> Option<[u8; 3]> {
+    let index = rect.index(x, y)?;
     let [r, g, b, _] = pixels.rgba.as_chunks::<4>().0[index];
     (pixels.needed[index] & BESIDE != 0).then_some([r, g, b])
 }
 
-/// Alpha becomes confidence. What was filled keeps its own: it is invented beside what the photo shows, not
-/// taken for it.
+/// Multiplies alpha with the ramp of confidence. Filled texels keep theirs, because they are not read from
+/// the photo and cannot show the neighbouring surface by mistake.
 fn trust(level: &mut Level, filled: &Spans, ramp: Ramp) {
     let content = std::mem::take(&mut level.content);
     ramp.each(&content.minus(filled), |x, y, trust| {
@@ -198,12 +199,12 @@ fn trust(level: &mut Level, filled: &Spans, ramp: Ramp) {
     level.content = content;
 }
 
-/// Of content: never 0.
+/// Converts the confidence of a texel with content to 255ths; it is never 0.
 fn byte(confidence: f32) -> u8 {
     ((confidence * 255.0 + 0.5) as u8).max(1)
 }
 
-/// Level 0 on its way to linear light.
+/// Level 0, decoded to linear light while it is halved.
 struct Decoded<'a> {
     level: &'a Level,
     srgb: Srgb,
@@ -224,11 +225,11 @@ impl Rows for Decoded<'_> {
     }
 }
 
-/// A level of 8 bits.
+/// Encodes a level in 8 bits.
 fn encoded(light: Light, srgb: Srgb) -> Level {
     let mut level = Level::new(light.content.clone());
     for (y, run) in light.content.iter() {
-        let (from, to) = (light.index(run.start, y), level.index(run.start, y));
+        let (from, to) = (light.rect.offset(run.start, y), level.index(run.start, y));
         let texels = level.rgba[to..to + 4 * run.len()].as_chunks_mut().0;
         for (texel, i) in texels.iter_mut().zip(from..) {
             let colour = light.colour[i] / light.colour[i].w;

@@ -1,5 +1,5 @@
-//! Which tiles are where in texture memory: slots, the page tables that shaders look them up in, and who
-//! has to leave when room runs out. Pure book-keeping; `gpu` moves the texels.
+//! The allocation of texture memory: slots, the page tables in which shaders look tiles up, and the eviction
+//! of tiles when memory runs out. This module only keeps the records; `gpu` moves the texels.
 
 use std::cmp::Reverse;
 use std::collections::BTreeSet;
@@ -9,81 +9,86 @@ use rustc_hash::{FxHashMap, FxHashSet};
 
 use super::tiles::{MOST_LEVELS, Occupancy, Shape, TILE, TileKey};
 use crate::geometry::PixelRect;
-use crate::projection::SheetId;
+use crate::projection::LayerTextureId;
 
-/// An entry of a page table: nothing is there.
+/// The entry of a page table for a tile that is not resident, and for which no coarser tile is.
 pub const NOTHING: u32 = u32::MAX;
-/// Bits of an entry that hold the slot; those above say by how many levels the tile in it is coarser.
+/// The number of low bits of an entry that hold the slot; the bits above hold the number of levels by which
+/// the tile in it is coarser.
 pub const SLOT_BITS: u32 = 24;
-/// Slots in a row of a page, and rows of slots in a page, at most.
+/// The largest number of slots in a row of a page, and of rows of slots in a page.
 pub const PAGE_SLOTS: u32 = 32;
 
-/// `Sheet` of the shaders: where a sheet's page tables are.
+/// A record of the buffer of sheets (`Sheet` of the shaders): the position of a sheet's page tables.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, bytemuck::Pod, bytemuck::Zeroable)]
 #[repr(C)]
 pub struct SheetRecord {
-    /// Binary logarithms of width and height.
+    /// Binary logarithms of width and height in texels.
     pub log: [u32; 2],
-    /// How many levels.
+    /// The number of levels.
     pub levels: u32,
     /// The first level in the tail.
     pub tail: u32,
-    /// Where the table of each level begins in the buffer of entries: its tiles in row order.
+    /// The index of each level's page table in the buffer of entries; a table has the level's tiles in row
+    /// order.
     pub offsets: [u32; MOST_LEVELS],
 }
 
-/// What a view needs of a sheet: of all levels from one on, the tiles in a rectangle.
+/// A request for the texels of a sheet that a view needs: of all levels from `finest` on, the tiles in a
+/// rectangle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct Want {
+pub struct TileRequest {
     /// The sheet.
-    pub sheet: SheetId,
+    pub sheet: LayerTextureId,
     /// The finest level that is needed.
     pub finest: u32,
-    /// In texels of level 0, from the sheet's corner.
+    /// The rectangle in texels of level 0, from the sheet's corner.
     pub rect: PixelRect,
 }
 
-impl Want {
-    /// Everything of a sheet.
-    pub fn all(sheet: SheetId) -> Self {
+impl TileRequest {
+    /// Requests all of a sheet.
+    pub fn all(sheet: LayerTextureId) -> Self {
         Self::from_level(sheet, 0)
     }
 
-    /// All of a sheet that is no finer than `finest`.
-    pub fn from_level(sheet: SheetId, finest: u32) -> Self {
+    /// Requests all of a sheet at levels no finer than `finest`.
+    pub fn from_level(sheet: LayerTextureId, finest: u32) -> Self {
         let side = 1 << (MOST_LEVELS - 1);
-        Self { sheet, finest, rect: PixelRect { x: 0, y: 0, w: side, h: side } }
+        Self { sheet, finest, rect: PixelRect::of_size(side, side) }
     }
 }
 
-/// Where a tile is, and when it was last wanted.
+/// The slot of a resident tile, and the time of its last request.
 #[derive(Debug, Clone, Copy)]
-struct Place {
+struct Resident {
     slot: u32,
     wanted: u64,
 }
 
-/// The book of slots and page tables.
+/// The records of slots and page tables.
 #[derive(Debug)]
 pub struct Residency {
     shapes: Vec<Shape>,
     records: Vec<SheetRecord>,
     entries: Vec<u32>,
-    /// `None`: not decoded yet, and nothing of it can be resident.
+    /// The occupancy of each sheet; `None` until the sheet is decoded, and until then no tile of it is
+    /// resident.
     occupancies: Vec<Option<Occupancy>>,
-    resident: FxHashMap<TileKey, Place>,
-    /// Per sheet how many of its tiles are resident, and when all of them were last wanted together.
+    resident: FxHashMap<TileKey, Resident>,
+    /// Per sheet, the number of its resident tiles, and the time when all of them were last requested
+    /// together.
     of_sheet: Vec<(u32, u64)>,
     free: BTreeSet<u32>,
     capacity: u32,
-    /// Sheets whose page tables no longer say what is resident.
-    stale: BTreeSet<SheetId>,
-    /// Counts the calls of [`Self::choose`].
+    /// The sheets whose page tables are out of date.
+    stale: BTreeSet<LayerTextureId>,
+    /// The current time: the number of requests so far.
     now: u64,
 }
 
 impl Residency {
-    /// Nothing is resident, and there are no slots.
+    /// Starts without slots and resident tiles; `rects` are the sheets' rectangles.
     pub fn new(rects: impl IntoIterator<Item = PixelRect>) -> Self {
         let shapes: Vec<Shape> = rects.into_iter().map(Shape::of).collect();
         let mut next = 0;
@@ -102,80 +107,80 @@ impl Residency {
         }
     }
 
-    /// One per sheet.
+    /// Returns the records of all sheets.
     pub fn records(&self) -> &[SheetRecord] {
         &self.records
     }
 
-    /// The page tables of all sheets.
+    /// Returns the page tables of all sheets.
     pub fn entries(&self) -> &[u32] {
         &self.entries
     }
 
-    /// The sheet's shape.
-    pub fn shape(&self, sheet: SheetId) -> Shape {
+    /// Returns the shape of a sheet.
+    pub fn shape(&self, sheet: LayerTextureId) -> Shape {
         self.shapes[sheet.0 as usize]
     }
 
-    /// What the sheet holds, if that is known.
-    pub fn occupancy(&self, sheet: SheetId) -> Option<&Occupancy> {
+    /// Returns the occupancy of a sheet; `None` until it is decoded.
+    pub fn occupancy(&self, sheet: LayerTextureId) -> Option<&Occupancy> {
         self.occupancies[sheet.0 as usize].as_ref()
     }
 
-    /// Levels of the sheet that has most.
+    /// Returns the largest number of levels of any sheet.
     pub fn most_levels(&self) -> u32 {
         self.shapes.iter().map(Shape::levels).max().unwrap_or(0)
     }
 
-    /// How many slots there are.
+    /// Returns the number of slots.
     pub fn capacity(&self) -> u32 {
         self.capacity
     }
 
-    /// How many tiles are resident.
+    /// Returns the number of resident tiles.
     pub fn len(&self) -> usize {
         self.resident.len()
     }
 
-    /// No tile is resident.
+    /// Returns true when no tile is resident.
     pub fn is_empty(&self) -> bool {
         self.resident.is_empty()
     }
 
-    /// The slot of a tile.
+    /// Returns the slot of a tile; `None` when it is not resident.
     pub fn slot(&self, key: TileKey) -> Option<u32> {
-        self.resident.get(&key).map(|place| place.slot)
+        self.resident.get(&key).map(|resident_tile| resident_tile.slot)
     }
 
-    /// Slots of these numbers are there, too.
+    /// Adds slots with these numbers.
     pub fn grow(&mut self, slots: impl IntoIterator<Item = u32>) {
         let before = self.free.len();
         self.free.extend(slots);
         self.capacity += (self.free.len() - before) as u32;
     }
 
-    /// Says what a sheet holds. Tiles that are no longer occupied leave.
-    pub fn learn(&mut self, sheet: SheetId, occupancy: Occupancy) {
+    /// Sets the occupancy of a sheet. Resident tiles that are no longer occupied are evicted.
+    pub fn learn(&mut self, sheet: LayerTextureId, occupancy: Occupancy) {
         let gone: Vec<TileKey> = self
             .resident
             .keys()
             .filter(|key| key.sheet == sheet && !occupancy.holds(key.level, key.x, key.y))
             .copied()
             .collect();
-        gone.into_iter().for_each(|key| self.leave(key));
+        gone.into_iter().for_each(|key| self.evict(key));
         self.occupancies[sheet.0 as usize] = Some(occupancy);
         self.stale.insert(sheet);
     }
 
-    /// The tiles of a sheet that are resident.
-    pub fn resident_of(&self, sheet: SheetId) -> Vec<TileKey> {
+    /// Returns the resident tiles of a sheet, sorted.
+    pub fn resident_of(&self, sheet: LayerTextureId) -> Vec<TileKey> {
         let mut keys: Vec<_> = self.resident.keys().filter(|key| key.sheet == sheet).copied().collect();
         keys.sort_unstable();
         keys
     }
 
-    /// The occupied tiles that `want` asks for, `coarser` levels coarser than it does; the tail first.
-    pub fn tiles(&self, want: &Want, coarser: u32) -> Vec<TileKey> {
+    /// Returns the occupied tiles that `want` requests, but `coarser` levels coarser; the tail first.
+    pub fn tiles(&self, want: &TileRequest, coarser: u32) -> Vec<TileKey> {
         let (sheet, shape) = (want.sheet, self.shape(want.sheet));
         let Some(occupancy) = self.occupancy(sheet) else { return Vec::new() };
         let mut keys = Vec::new();
@@ -191,14 +196,14 @@ impl Residency {
         keys
     }
 
-    /// True when all that is wanted is resident; then it counts as wanted just now. Costs next to nothing for
-    /// sheets that are there as a whole: views ask this at every frame.
-    pub fn all_there(&mut self, wants: &[Want]) -> bool {
+    /// Returns true when all requested tiles are resident, and then marks them as requested now. Sheets that
+    /// are completely resident are handled at almost no cost, because views ask this for every frame.
+    pub fn is_resident(&mut self, wants: &[TileRequest]) -> bool {
         self.now += 1;
         wants.iter().all(|want| self.is_there(want))
     }
 
-    fn is_there(&mut self, want: &Want) -> bool {
+    fn is_there(&mut self, want: &TileRequest) -> bool {
         let Some(occupancy) = self.occupancy(want.sheet) else { return false };
         let total = occupancy.total();
         let (resident, wanted) = &mut self.of_sheet[want.sheet.0 as usize];
@@ -207,18 +212,19 @@ impl Residency {
             return true;
         }
         self.tiles(want, 0).iter().all(|key| match self.resident.get_mut(key) {
-            Some(place) => {
-                place.wanted = self.now;
+            Some(resident_tile) => {
+                resident_tile.wanted = self.now;
                 true
             }
             None => false,
         })
     }
 
-    /// What of the wants there is room for in `capacity` slots: everything as many levels coarser as has to
-    /// be, then, coarse tiles first, what still fits of the next finer step; and how many tiles all of the
-    /// wants are. Coarse tiles come first; less than the tails only when there are more of them than slots.
-    pub fn choose(&mut self, wants: &[Want], capacity: u32) -> (Vec<TileKey>, usize) {
+    /// Chooses the requested tiles that fit into `capacity` slots: all requests are made coarser by as many
+    /// levels as necessary, and the remaining slots are filled from the next finer step. Coarse tiles come
+    /// first; tails are missing only when there are more of them than slots. Also returns the number of tiles
+    /// of the complete requests.
+    pub fn choose(&mut self, wants: &[TileRequest], capacity: u32) -> (Vec<TileKey>, usize) {
         self.now += 1;
         let mut finer = Vec::new();
         let mut chosen = self.union(wants, 0);
@@ -233,13 +239,14 @@ impl Residency {
         chosen.extend(finer.into_iter().filter(|key| !there.contains(key)));
         chosen.truncate(capacity as usize);
         for key in &chosen {
-            self.resident.entry(*key).and_modify(|place| place.wanted = self.now);
+            self.resident.entry(*key).and_modify(|resident_tile| resident_tile.wanted = self.now);
         }
         (chosen, wanted)
     }
 
-    /// The occupied tiles that the wants ask for, each once, the tails first, then coarse tiles first.
-    pub fn union(&self, wants: &[Want], coarser: u32) -> Vec<TileKey> {
+    /// Returns the occupied tiles that the requests cover, each once: the tails first, then by level, coarse
+    /// tiles first.
+    pub fn union(&self, wants: &[TileRequest], coarser: u32) -> Vec<TileKey> {
         let mut keys: Vec<TileKey> = wants.iter().flat_map(|want| self.tiles(want, coarser)).collect();
         let finest_last =
             |key: &TileKey| (self.shape(key.sheet).tail() != key.level, Reverse(key.level), *key);
@@ -248,15 +255,16 @@ impl Residency {
         keys
     }
 
-    /// Gives each of these tiles a slot; those that were not wanted for the longest time leave. Tiles of
-    /// the last [`Self::choose`] never do. Returns which tiles got one, in their order, with it.
+    /// Assigns a slot to each of these tiles; the tiles not requested for the longest time are evicted. Tiles
+    /// of the last [`Self::choose`] are never evicted. Returns the tiles that got a slot, in their order,
+    /// with the slot.
     pub fn enter(&mut self, keys: &[TileKey]) -> Vec<(TileKey, u32)> {
         let missing: Vec<TileKey> = keys.iter().filter(|key| self.slot(**key).is_none()).copied().collect();
         self.make_room(missing.len());
         let mut entered = Vec::with_capacity(missing.len());
         for key in missing {
             let Some(slot) = self.free.pop_first() else { break };
-            self.resident.insert(key, Place { slot, wanted: self.now });
+            self.resident.insert(key, Resident { slot, wanted: self.now });
             self.of_sheet[key.sheet.0 as usize].0 += 1;
             self.stale.insert(key.sheet);
             entered.push((key, slot));
@@ -266,29 +274,32 @@ impl Residency {
 
     fn make_room(&mut self, slots: usize) {
         let Some(short) = slots.checked_sub(self.free.len()).filter(|short| *short > 0) else { return };
-        let last = |key: &TileKey, place: &Place| place.wanted.max(self.of_sheet[key.sheet.0 as usize].1);
-        let old = self.resident.iter().filter(|(_, place)| place.wanted < self.now);
-        let mut old: Vec<(u64, TileKey)> = old.map(|(key, place)| (last(key, place), *key)).collect();
-        // Of those wanted at the same time the finest leave first.
+        let last = |key: &TileKey, resident_tile: &Resident| {
+            resident_tile.wanted.max(self.of_sheet[key.sheet.0 as usize].1)
+        };
+        let old = self.resident.iter().filter(|(_, resident_tile)| resident_tile.wanted < self.now);
+        let mut old: Vec<(u64, TileKey)> =
+            old.map(|(key, resident_tile)| (last(key, resident_tile), *key)).collect();
+        // Of tiles last requested at the same time, the finest are evicted first.
         old.sort_unstable_by_key(|(wanted, key)| (*wanted, key.level, *key));
-        old.into_iter().take(short).for_each(|(_, key)| self.leave(key));
+        old.into_iter().take(short).for_each(|(_, key)| self.evict(key));
     }
 
-    fn leave(&mut self, key: TileKey) {
-        if let Some(place) = self.resident.remove(&key) {
-            self.free.insert(place.slot);
+    fn evict(&mut self, key: TileKey) {
+        if let Some(resident_tile) = self.resident.remove(&key) {
+            self.free.insert(resident_tile.slot);
             self.of_sheet[key.sheet.0 as usize].0 -= 1;
             self.stale.insert(key.sheet);
         }
     }
 
-    /// Brings the page tables up to date. Returns which parts of [`Self::entries`] changed.
+    /// Brings the page tables up to date. Returns the parts of [`Self::entries`] that changed.
     pub fn write_entries(&mut self) -> Vec<Range<usize>> {
         std::mem::take(&mut self.stale).into_iter().map(|sheet| self.write_entries_of(sheet)).collect()
     }
 
-    /// The page tables of a sheet: the tile itself, or the nearest coarser one that is resident.
-    fn write_entries_of(&mut self, sheet: SheetId) -> Range<usize> {
+    /// Writes the page tables of a sheet: the tile itself, or the nearest coarser one that is resident.
+    fn write_entries_of(&mut self, sheet: LayerTextureId) -> Range<usize> {
         let (shape, record) = (self.shape(sheet), self.records[sheet.0 as usize]);
         let range = record.offsets[0] as usize..(record.offsets[0] + shape.entries()) as usize;
         let Some(occupancy) = self.occupancies[sheet.0 as usize].take() else { return range };
@@ -309,7 +320,7 @@ impl Residency {
         range
     }
 
-    /// The entry of an occupied tile, those of the coarser levels being written.
+    /// Returns the entry of an occupied tile; those of the coarser levels are already written.
     fn entry(&self, key: TileKey, record: &SheetRecord, shape: &Shape) -> u32 {
         if let Some(slot) = self.slot(key) {
             return slot;
@@ -334,7 +345,7 @@ fn record(shape: &Shape, next: &mut u32) -> SheetRecord {
     SheetRecord { log: shape.log, levels: shape.levels(), tail: shape.tail(), offsets }
 }
 
-/// The columns and rows of tiles of a level that a lookup within the rectangle may reach.
+/// Returns the columns and rows of tiles of a level that a lookup within the rectangle may reach.
 fn reach(rect: PixelRect, level: u32) -> [Range<u32>; 2] {
     let tiles = |from: i32, to: i32| {
         let (from, to) = ((from.max(0) as u32 >> level), (to.max(0) as u32 >> level) + 1);

@@ -1,18 +1,18 @@
-//! sRGB, 8 bits, to linear light and back, by table: for many texels.
+//! Conversion between 8-bit sRGB and linear light by table, for large numbers of texels.
 
 use std::sync::LazyLock;
 
-use crate::scene::light::{LINEAR_OF_BYTE, srgb_of_linear};
+use crate::scene::light::{LINEAR_FROM_BYTE, srgb_from_linear};
 
-/// Steps of the way back: fine enough that every 8-bit value comes back as it was.
+/// The number of steps of the table back to sRGB: enough that every 8-bit value is recovered exactly.
 const STEPS: usize = 1 << 16;
 
 static ENCODED: LazyLock<Vec<u8>> = LazyLock::new(|| {
-    let step = |i: usize| (srgb_of_linear(i as f64 / (STEPS - 1) as f64) * 255.0).round() as u8;
+    let step = |i: usize| (srgb_from_linear(i as f64 / (STEPS - 1) as f64) * 255.0).round() as u8;
     (0..STEPS).map(step).collect()
 });
 
-/// Both tables, looked up once.
+/// Both conversion tables.
 #[derive(Debug, Clone, Copy)]
 pub struct Srgb {
     linear: &'static [f32; 256],
@@ -20,19 +20,19 @@ pub struct Srgb {
 }
 
 impl Srgb {
-    /// The tables; made at the first call.
+    /// Returns the tables, which are made at the first call.
     pub fn tables() -> Self {
-        Self { linear: &LINEAR_OF_BYTE, encoded: &ENCODED }
+        Self { linear: &LINEAR_FROM_BYTE, encoded: &ENCODED }
     }
 
-    /// Linear light, 0..1, of an 8-bit value.
+    /// Converts an 8-bit value to linear light, 0..1.
     pub fn linear(&self, value: u8) -> f32 {
         self.linear[usize::from(value)]
     }
 
-    /// The nearest 8-bit value; linear light below 0 and above 1 is clipped.
+    /// Converts linear light to the nearest 8-bit value; values outside of 0..1 are clipped.
     pub fn encoded(&self, linear: f32) -> u8 {
-        // Adding 2^23 leaves the rounded number in the lowest bits: several times as fast as a cast.
+        // Adding 2^23 leaves the rounded number in the lowest bits, which is several times as fast as a cast.
         let step = linear.clamp(0.0, 1.0) * (STEPS - 1) as f32 + 8_388_608.0;
         self.encoded[step.to_bits() as usize % STEPS]
     }

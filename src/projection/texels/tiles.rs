@@ -1,36 +1,36 @@
-//! How sheets are cut for the GPU: levels, tiles, slots, and the tail that small levels share.
+//! The division of sheets for texture memory: levels, tiles, slots, and the tail that small levels share.
 //!
 //! A sheet of `w x h` texels (powers of two) has levels `0, 1, ...` of `max(1, w >> l) x max(1, h >> l)`,
-//! down to one texel. A level is cut into tiles of 64 x 64 from the sheet's own corner. A tile fills a
-//! *slot* of 68 x 68: itself and two texels of its neighbours on every side, so that filtering never
-//! leaves the slot. Levels of at most 32 texels lie in one slot together, the sheet's *tail*.
+//! down to one texel. A level is cut into tiles of 64 x 64 texels from the sheet's own corner. A tile
+//! occupies a *slot* of 68 x 68 texels: the tile and two texels of its neighbours on every side, so that
+//! filtering never leaves the slot. Levels of at most 32 texels share one slot, the sheet's *tail*.
 
 use super::pyramid::{Level, Pyramid};
 use crate::geometry::PixelRect;
-use crate::projection::SheetId;
+use crate::projection::LayerTextureId;
 
 /// Side of a tile, in texels.
 pub const TILE: u32 = 64;
-/// Texels of the neighbours on each side of a slot.
+/// Texels of the neighbouring tiles on each side of a slot.
 pub const GUTTER: u32 = 2;
-/// Side of a slot, in texels: a multiple of 4, as compressed blocks are.
+/// Side of a slot, in texels: a multiple of 4, as compressed texture blocks require.
 pub const SLOT: u32 = TILE + 2 * GUTTER;
-/// Levels whose longer side is at most this lie in the tail.
+/// The longer side, in texels, of the largest level that lies in the tail.
 pub const TAIL: u32 = 32;
-/// The most levels: sheets of up to 32768 texels a side.
+/// The largest number of levels: enough for sheets of up to 32768 texels a side.
 pub const MOST_LEVELS: usize = 16;
 
-/// Where a level of the tail lies in its slot, gutters included: by the binary logarithm of the level's
-/// longer side.
+/// The position of each level of the tail in its slot, gutters included, at the binary logarithm of the
+/// level's longer side.
 pub const TAIL_SPOTS: [[u32; 2]; 6] = [[36, 32], [56, 20], [48, 20], [36, 20], [36, 0], [0, 0]];
 
-/// Sheets are moved by multiples of this, so that at the five finest levels the same texels make up one of
-/// the next level wherever the sheet lies.
+/// The step, in texels, by which sheets are moved: the same texels then form a texel of the next level
+/// wherever the sheet lies, for the five finest levels.
 const STEP: i32 = 16;
 
-/// The rectangle of an image layer (photo pixels), moved so that the part of it that is needed lies in few
-/// tiles: its own place was chosen for whoever paints on it. As many pixels as gutters have stay around what
-/// is needed, where there were as many.
+/// Moves the rectangle of an image layer (photo pixels) so that its needed part lies in as few tiles as
+/// possible; the position before was chosen for painting. A gutter's width remains around the needed part, as
+/// far as it existed.
 pub fn in_few_tiles(rect: PixelRect, needed: PixelRect) -> PixelRect {
     if needed.is_empty() || needed.intersection(&rect) != needed {
         return rect;
@@ -40,13 +40,14 @@ pub fn in_few_tiles(rect: PixelRect, needed: PixelRect) -> PixelRect {
     PixelRect { x, y, ..rect }
 }
 
-/// By how much, along one axis, given first and one past the last pixel of both.
+/// Returns the movement along one axis, from first and one past the last pixel of the rectangle and of the
+/// needed part.
 fn moved([low, high]: [i32; 2], needed: [i32; 2]) -> i32 {
     let gutter = GUTTER as i32;
     let (before, after) = (needed[0] - low, high - needed[1]);
     let tiles = |by: i32| {
         let tile = |at: i32| (at - low - by).clamp(0, high - low - 1) / TILE as i32;
-        // What lies next to a tile makes it occupied, too.
+        // Content next to a tile makes the tile occupied, too.
         tile(needed[1]) - tile(needed[0] - 1)
     };
     let most = (before - gutter).max(0) / STEP;
@@ -54,78 +55,79 @@ fn moved([low, high]: [i32; 2], needed: [i32; 2]) -> i32 {
     (least..=most).rev().map(|steps| steps * STEP).min_by_key(|by| tiles(*by)).unwrap_or(0)
 }
 
-/// A tile, or the tail, which is the tile 0, 0 of the first level in it.
+/// The key of a tile, or of the tail, which is the tile 0, 0 of its first level.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct TileKey {
-    /// Of which sheet.
-    pub sheet: SheetId,
-    /// 0 is the sheet itself.
+    /// The sheet.
+    pub sheet: LayerTextureId,
+    /// The level of detail; 0 is the sheet itself.
     pub level: u32,
-    /// From the left.
+    /// Column of the tile, from the left.
     pub x: u32,
-    /// From the top.
+    /// Row of the tile, from the top.
     pub y: u32,
 }
 
-/// A sheet's size, and all that follows from it.
+/// The size of a sheet, from which the sizes of levels and tiles follow.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shape {
-    /// Binary logarithms of width and height.
+    /// Binary logarithms of width and height in texels.
     pub log: [u32; 2],
 }
 
 impl Shape {
-    /// Of a rectangle; sides that are no powers of two are rounded up to one.
+    /// Computes the shape of a rectangle; sides that are no powers of two are rounded up to one.
     pub fn of(rect: PixelRect) -> Self {
         let log = |side: u32| (side.max(1).next_power_of_two().ilog2()).min(MOST_LEVELS as u32 - 1);
         Self { log: [log(rect.w), log(rect.h)] }
     }
 
-    /// How many levels there are.
+    /// Returns the number of levels.
     pub fn levels(&self) -> u32 {
         self.log[0].max(self.log[1]) + 1
     }
 
-    /// Size of a level in texels.
+    /// Returns the size of a level in texels.
     pub fn size(&self, level: u32) -> [u32; 2] {
         self.log.map(|log| 1 << log.saturating_sub(level))
     }
 
-    /// Tiles of a level in columns and rows.
+    /// Returns the number of columns and rows of tiles of a level.
     pub fn tiles(&self, level: u32) -> [u32; 2] {
         self.size(level).map(|side| side.div_ceil(TILE))
     }
 
-    /// The first level in the tail; there is always one.
+    /// Returns the first level in the tail; there is always one.
     pub fn tail(&self) -> u32 {
         self.levels() - 1 - (TAIL.ilog2()).min(self.levels() - 1)
     }
 
-    /// Entries of its page table: the tiles of all levels.
+    /// Returns the number of entries of the sheet's page table: the tiles of all levels.
     pub fn entries(&self) -> u32 {
         (0..self.levels()).map(|level| self.tiles(level)).map(|[x, y]| x * y).sum()
     }
 
-    /// In which directions the level after this one is smaller.
+    /// Returns whether the next level is narrower, and whether it is lower.
     pub fn halves(&self, level: u32) -> [bool; 2] {
         self.log.map(|log| log > level)
     }
 }
 
-/// Which tiles of a sheet hold anything.
+/// The tiles of a sheet that hold content.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Occupancy {
     shape: Shape,
-    /// For each level before the tail its tiles in row order.
+    /// The tiles of each level before the tail, in row order.
     tiles: Vec<Vec<bool>>,
-    /// How many of them are occupied.
+    /// The number of occupied tiles of each of these levels.
     counts: Vec<u64>,
-    /// The tail, and so the sheet, holds anything.
+    /// True when the tail, and so the sheet, holds content.
     any: bool,
 }
 
 impl Occupancy {
-    /// A tile is occupied when content lies in it or next to it, where a filtered lookup reaches it.
+    /// Finds the occupied tiles: those with content in them or next to them, where a filtered lookup reaches
+    /// it.
     pub fn of(pyramid: &Pyramid) -> Self {
         let shape = pyramid.shape;
         let paged = pyramid.levels.iter().zip(0..shape.tail());
@@ -139,7 +141,7 @@ impl Occupancy {
         }
     }
 
-    /// Whether the tile (or the tail) holds anything.
+    /// Returns true when the tile (or the tail) is occupied.
     pub fn holds(&self, level: u32, x: u32, y: u32) -> bool {
         match self.tiles.get(level as usize) {
             Some(tiles) => tiles[(y * self.shape.tiles(level)[0] + x) as usize],
@@ -147,19 +149,19 @@ impl Occupancy {
         }
     }
 
-    /// How many tiles are occupied on all levels, the tail being one.
+    /// Returns the number of occupied tiles of all levels, the tail counting as one.
     pub fn total(&self) -> u64 {
         (0..=self.shape.tail()).map(|level| self.count(level)).sum()
     }
 
-    /// Occupied tiles of a level that is not in the tail.
+    /// Iterates over the occupied tiles of a level that is not in the tail, as (column, row).
     pub fn tiles(&self, level: u32) -> impl Iterator<Item = [u32; 2]> {
         let columns = self.shape.tiles(level)[0];
         let tiles = self.tiles.get(level as usize).map_or(&[][..], Vec::as_slice);
         (0u32..).zip(tiles).filter(|(_, held)| **held).map(move |(i, _)| [i % columns, i / columns])
     }
 
-    /// How many tiles of a level are occupied; of the tail 1 or 0.
+    /// Returns the number of occupied tiles of a level; 1 or 0 for the tail.
     pub fn count(&self, level: u32) -> u64 {
         match self.counts.get(level as usize) {
             Some(count) => *count,
@@ -198,12 +200,12 @@ impl Pyramid {
         for (level, l) in self.levels.iter().zip(0..).skip(self.shape.tail() as usize) {
             let size = self.shape.size(l);
             let [x, y] = TAIL_SPOTS[size[0].max(size[1]).ilog2() as usize];
-            let place = &mut slot[y as usize * row_bytes + x as usize * 4..];
-            copy(level, [-(GUTTER as i32); 2], size.map(|side| side + 2 * GUTTER), place, row_bytes);
+            let part = &mut slot[y as usize * row_bytes + x as usize * 4..];
+            copy(level, [-(GUTTER as i32); 2], size.map(|side| side + 2 * GUTTER), part, row_bytes);
         }
     }
 
-    /// Whether the slot of a tile (or of the tail) would be the same cut from `other`, a pyramid of the same
+    /// Returns true when the slot of a tile (or of the tail) is the same in `other`, a pyramid of the same
     /// sheet.
     pub fn same_tile(&self, other: &Self, key: TileKey) -> bool {
         let tail = self.shape.tail();
@@ -220,7 +222,7 @@ impl Pyramid {
     }
 }
 
-/// Two levels are alike over `size` texels from `corner` on.
+/// Returns true when two levels are equal over `size` texels from `corner` on.
 fn same(a: &Level, b: &Level, corner: [i32; 2], size: [u32; 2]) -> bool {
     let bytes = 4 * size[0] as usize;
     let mut rows = [vec![0; bytes], vec![0; bytes]];
@@ -231,7 +233,7 @@ fn same(a: &Level, b: &Level, corner: [i32; 2], size: [u32; 2]) -> bool {
     })
 }
 
-/// Copies `size` texels of a level from `corner` on; outside of what it holds, zeros.
+/// Copies `size` texels of a level from `corner` on; texels outside of the level are 0.
 fn copy(level: &Level, corner: [i32; 2], size: [u32; 2], to: &mut [u8], row_bytes: usize) {
     let wanted = PixelRect { x: corner[0], y: corner[1], w: size[0], h: size[1] };
     let there = wanted.intersection(&level.rect);

@@ -1,10 +1,10 @@
-//! The renderer's plain twin: slow, in f64, without shortlists, tiles or shaders. To read the shaders by
-//! and to test them against.
+//! The CPU reference of the renderer: slow, in f64, without shortlists, tiles or shaders. It documents the
+//! shaders and serves to test them.
 //!
-//! Per pixel centre: a ray, the face that owns what it meets, every sheet that serves that face, their
-//! penalties, the k best, their colours in linear light. One sample a pixel in either quality, so at the
-//! outlines of faces it is not the truth of *final* pictures; and texels are filtered in linear light in
-//! either, so between texels of much contrast it is not that of *preview*.
+//! At each pixel centre it casts a ray, finds the face that owns the point hit, samples every sheet that may
+//! texture that face, computes the penalties, and blends the k best in linear light. It takes one sample per
+//! pixel in either quality, so at the outlines of faces it differs from *final* images; and it filters texels
+//! in linear light in either quality, so between texels of high contrast it differs from *preview*.
 
 mod point;
 mod sample;
@@ -21,27 +21,27 @@ use rayon::prelude::*;
 use self::point::Place;
 use self::sample::Lookup;
 use super::cells::{Unknown, cells};
-use super::exposure::seen_shares;
+use super::exposure::visible_shares;
 use super::pyramid::PyramidOptions;
 use super::relief::{FaceRelief, Relief};
 use super::surface::{Hit, Surface};
-use super::{Gains, Picture, Renders, SheetId, Shot, Shown, Sources, Texels};
+use super::{Gains, LayerTextureId, Picture, Renders, Shot, Shown, Sources, Texels};
 use crate::error::{Error, Result};
-use crate::scene::light::srgb_of_linear;
+use crate::scene::light::srgb_from_linear;
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// Faces within this share of the nearest depth are one surface, as in the visibility sort.
+/// The share of the nearest depth within which faces count as one surface, as in the visibility sort.
 const TOLERANCE: f64 = 1e-4;
 
-/// Side of a cell for the view's exposure: any does.
+/// Side of a cell, in pixels, for the exposure of the view; its value does not matter.
 const CELL_PX: u32 = 32;
 
-/// What a pixel without texture looks like behind its alpha of 0.
+/// The colour and alpha of a pixel without texture.
 const FLAT: [u8; 4] = [128, 128, 128, 0];
 
-/// Draws shots of one site on the CPU.
-pub struct Twin {
+/// A renderer on the CPU for views of one site.
+pub struct ReferenceRenderer {
     model: Arc<Model>,
     surface: Surface,
     sources: Arc<Sources>,
@@ -49,12 +49,12 @@ pub struct Twin {
     relief: Relief,
     texels: Arc<dyn Texels>,
     options: PyramidOptions,
-    /// The sheets that were needed so far.
-    sheets: BTreeMap<SheetId, Lookup>,
+    /// The sheets decoded so far.
+    sheets: BTreeMap<LayerTextureId, Lookup>,
 }
 
-impl Twin {
-    /// A twin of a renderer with the same arguments.
+impl ReferenceRenderer {
+    /// Builds a reference of a renderer with the same arguments.
     pub fn new(
         model: Arc<Model>,
         sources: Arc<Sources>,
@@ -67,7 +67,7 @@ impl Twin {
         Self { model, surface, sources, gains, relief, texels, options, sheets: BTreeMap::new() }
     }
 
-    /// What the centre of each pixel meets, in row order from the top.
+    /// Casts the ray of each pixel's centre; row by row from the top.
     fn owners(&self, shot: &Shot) -> Vec<Option<Hit>> {
         let (width, height) = (shot.camera.width, shot.camera.height);
         let at = |i: u32| DVec2::new(f64::from(i % width) + 0.5, f64::from(i / width) + 0.5);
@@ -80,11 +80,12 @@ impl Twin {
             .collect()
     }
 
-    /// Decodes what serves these faces and is not there yet.
+    /// Decodes the sheets of these faces that are not decoded yet.
     fn load(&mut self, faces: &BTreeSet<FaceId>, task: &Task) -> Result<()> {
         let serving = faces.iter().flat_map(|face| self.sources.servers_of(*face)).map(|s| s.sheet);
-        let missing: BTreeSet<SheetId> = serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
-        let decode = |sheet: SheetId| {
+        let missing: BTreeSet<LayerTextureId> =
+            serving.filter(|sheet| !self.sheets.contains_key(sheet)).collect();
+        let decode = |sheet: LayerTextureId| {
             task.go_on()?;
             let pixels = self.texels.sheet(sheet)?;
             Ok((sheet, Lookup::new(self.sources.sheet(sheet).rect, &pixels, &self.options)))
@@ -94,18 +95,19 @@ impl Twin {
         Ok(())
     }
 
-    /// What photos' linear colours are multiplied with: that is no part of what the twin is the twin of.
+    /// Computes the exposure factors on the photos' linear colours. This uses the renderer's own code:
+    /// exposure is not part of what the reference verifies.
     fn factors(&self, shot: &Shot) -> Vec<[f64; 3]> {
         self.gains.factors(shot, || {
             let height = |face| self.relief.of(face).map_or(0.0, FaceRelief::largest);
             let heights: Vec<f64> = self.model.face_ids().map(height).collect();
             let cells = cells(&self.model, &self.sources, shot, CELL_PX, &heights, &Unknown);
-            seen_shares(shot, &self.model, &self.sources, &self.surface, &cells)
+            visible_shares(shot, &self.model, &self.sources, &self.surface, &cells)
         })
     }
 
-    /// The colour of a surface point in a view, in linear light; `None` where no photo serves it. It is
-    /// not asked whether the view sees the point.
+    /// Computes the colours of surface points in a view, in linear light; `None` where no photo shows the
+    /// point. Visibility of the points in the view is not tested.
     ///
     /// # Errors
     /// As [`Renders::picture`].
@@ -122,7 +124,9 @@ impl Twin {
     }
 }
 
-impl Renders for Twin {
+impl Renders for ReferenceRenderer {
+    /// Renders the image of a view, by one sample per pixel.
+    ///
     /// # Errors
     /// As [`Renders::picture`], and [`Error::Request`] for anything but [`Shown::Colour`].
     fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture> {
@@ -137,8 +141,8 @@ impl Renders for Twin {
         let pixel = |(i, hit): (usize, &Option<Hit>)| {
             let width = shot.camera.width as usize;
             let px = DVec2::new((i % width) as f64 + 0.5, (i / width) as f64 + 0.5);
-            let place = Place::new(twin, shot, px, (*hit)?)?;
-            place.colour(&factors)
+            let point = Place::new(twin, shot, px, (*hit)?)?;
+            point.colour(&factors)
         };
         let colours: Vec<_> = owners.par_iter().enumerate().map(pixel).collect();
         let rgba = colours.into_iter().flat_map(|colour| colour.map_or(FLAT, stored)).collect();
@@ -152,6 +156,6 @@ impl Renders for Twin {
 }
 
 fn stored(linear: [f64; 3]) -> [u8; 4] {
-    let [r, g, b] = linear.map(|light| (srgb_of_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8);
+    let [r, g, b] = linear.map(|light| (srgb_from_linear(light.clamp(0.0, 1.0)) * 255.0).round() as u8);
     [r, g, b, u8::MAX]
 }

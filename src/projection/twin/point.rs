@@ -1,12 +1,12 @@
-//! One surface point in one view: who serves it, and what colour that makes.
+//! One surface point in one view: the sheets that contribute, and the resulting colour.
 
 use glam::{DVec2, DVec3};
 
-use super::Twin;
+use super::ReferenceRenderer;
 use super::sample::Footprint;
 use crate::geometry::Plane;
 use crate::geometry::polygon::fit_plane;
-use crate::projection::exposure::optics::radius2;
+use crate::projection::exposure::optics::squared_radius;
 use crate::projection::surface::Hit;
 use crate::projection::weights::{
     Claim, LEAST_ANGLE, OTHER_SIDE, angle_at, border, octaves_missing, pixels_per_unit, shares,
@@ -14,21 +14,21 @@ use crate::projection::weights::{
 use crate::projection::{Mode, Projector, Quality, Server, Shot};
 use crate::scene::FaceId;
 
-/// Confidences below half a step of 8 bits are none.
+/// The confidence below which a texel does not contribute: half a step of 8 bits.
 const LEAST_CONFIDENCE: f64 = 0.002;
 
-/// What a server is to a point.
-struct Served {
+/// The contribution of one server to a point.
+struct Contribution {
     penalty: f64,
-    /// Of a pinned photo, how far it is trusted.
+    /// The trust of a pinned photo; `None` for other photos.
     pinned: Option<f64>,
-    /// In linear light.
+    /// The colour in linear light.
     colour: [f64; 3],
 }
 
-/// What a pixel's ray meets.
+/// The point that a pixel's ray hits.
 pub struct Place<'a> {
-    twin: &'a Twin,
+    twin: &'a ReferenceRenderer,
     shot: &'a Shot,
     face: FaceId,
     plane: Plane,
@@ -36,8 +36,8 @@ pub struct Place<'a> {
 }
 
 impl<'a> Place<'a> {
-    /// Where the ray through `px` meets the plane of what it hits; `None` edge-on.
-    pub fn new(twin: &'a Twin, shot: &'a Shot, px: DVec2, hit: Hit) -> Option<Self> {
+    /// Intersects the ray through `px` with the plane of the face it hits; `None` edge-on.
+    pub fn new(twin: &'a ReferenceRenderer, shot: &'a Shot, px: DVec2, hit: Hit) -> Option<Self> {
         let plane = plane_of(twin, &hit)?;
         let eye = shot.viewpoint();
         let direction = shot.pose.rotation.transpose() * shot.camera.ray_in_camera(px);
@@ -46,18 +46,18 @@ impl<'a> Place<'a> {
         (depth > 0.0).then_some(Self { twin, shot, face: hit.face, plane, on_plane })
     }
 
-    /// A point of a planar face.
-    pub fn at(twin: &'a Twin, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
+    /// Takes a given point of a planar face.
+    pub fn at(twin: &'a ReferenceRenderer, shot: &'a Shot, face: FaceId, on_plane: DVec3) -> Self {
         Self { twin, shot, face, plane: twin.model.face(face).plane, on_plane }
     }
 
-    /// In linear light; `None` where no photo serves.
+    /// Computes the colour in linear light; `None` where no photo contributes.
     pub fn colour(&self, factors: &[[f64; 3]]) -> Option<[f64; 3]> {
         match self.twin.relief.of(self.face).filter(|_| self.shot.relief) {
             Some(relief) => {
-                let risen = relief.meet(self.shot.viewpoint(), self.on_plane, self.plane.normal);
-                // Where no photo serves the relief, one may serve the plane.
-                self.colour_at(risen, factors).or_else(|| self.colour_at(self.on_plane, factors))
+                let on_relief = relief.meet(self.shot.viewpoint(), self.on_plane, self.plane.normal);
+                // Where no photo shows the point on the relief, one may show the point on the plane.
+                self.colour_at(on_relief, factors).or_else(|| self.colour_at(self.on_plane, factors))
             }
             None => self.colour_at(self.on_plane, factors),
         }
@@ -67,11 +67,13 @@ impl<'a> Place<'a> {
         let servers = self.twin.sources.servers_of(self.face).iter();
         let taking_part = servers.filter(|server| !self.shot.without.contains(&server.photo));
         let mut of_servers = (Vec::new(), Vec::new(), Vec::new());
-        for (server, served) in taking_part.filter_map(|server| Some((server, self.served(server, point)?))) {
+        for (server, contribution) in
+            taking_part.filter_map(|server| Some((server, self.contribution(server, point)?)))
+        {
             let factor = factors[server.photo.0 as usize];
-            of_servers.0.push(served.penalty);
-            of_servers.1.push(served.pinned);
-            of_servers.2.push([0, 1, 2].map(|c| served.colour[c] * factor[c]));
+            of_servers.0.push(contribution.penalty);
+            of_servers.1.push(contribution.pinned);
+            of_servers.2.push([0, 1, 2].map(|c| contribution.colour[c] * factor[c]));
         }
         let (penalties, pinned, colours) = of_servers;
         let shares = shares(&penalties, &pinned, &self.shot.blend);
@@ -79,8 +81,8 @@ impl<'a> Place<'a> {
         (!penalties.is_empty()).then(|| [0, 1, 2].map(sum))
     }
 
-    /// What one server is to the point; `None` where it does not serve it.
-    fn served(&self, server: &Server, point: DVec3) -> Option<Served> {
+    /// Computes the contribution of one server; `None` where it has none.
+    fn contribution(&self, server: &Server, point: DVec3) -> Option<Contribution> {
         let photo = self.twin.sources.photo(server.photo);
         let in_photo = photo.pose.camera_from_world(point);
         let px = photo.camera.image_from_camera(in_photo).filter(|px| server.domain.holds(*px))?;
@@ -101,7 +103,7 @@ impl<'a> Place<'a> {
         };
         let texel = self.twin.sheets[&server.sheet].texel(px, footprint)?;
         let optics = self.twin.gains.optics(self.shot, server.photo);
-        let colour = optics.undone(texel.colour, radius2(&photo.camera, px));
+        let colour = optics.undone(texel.colour, squared_radius(&photo.camera, px));
         let (confidence, border) = (texel.confidence, border(&photo.camera, px));
         if confidence <= LEAST_CONFIDENCE || border <= 0.0 {
             return None;
@@ -112,11 +114,11 @@ impl<'a> Place<'a> {
         let penalty = claim.penalty(&self.shot.blend);
         debug_assert!(self.shot.blend.mode == Mode::Debevec || penalty >= LEAST_ANGLE);
         let pinned = (server.pinned && !other_side).then(|| claim.trust());
-        Some(Served { penalty, pinned, colour })
+        Some(Contribution { penalty, pinned, colour })
     }
 
-    /// How the point on the plane, `depth` before the view, moves in the world when its pixel does by one:
-    /// to the right and down.
+    /// Returns how the point on the plane, `depth` in front of the view, moves in world coordinates for a
+    /// step of one pixel to the right, and of one down.
     fn steps(&self, depth: f64) -> [DVec3; 2] {
         let Shot { camera, pose, .. } = self.shot;
         let axes = pose.rotation.transpose();
@@ -132,15 +134,16 @@ impl<'a> Place<'a> {
     }
 }
 
-/// How the image of a point (given in the photo's camera frame) moves when the point does, in pixels.
+/// Computes the movement in pixels of the image of a point (given in the photo's camera frame) for a step of
+/// the point.
 fn image_step(photo: &Projector, in_photo: DVec3, step_in_world: DVec3) -> DVec2 {
     let step = photo.pose.rotation * step_in_world;
     let across = step.truncate() - in_photo.truncate() * (step.z / in_photo.z);
     across * DVec2::new(photo.camera.fx, photo.camera.fy) / in_photo.z
 }
 
-/// The face's plane; of a face that is not planar its triangle's.
-fn plane_of(twin: &Twin, hit: &Hit) -> Option<Plane> {
+/// Returns the plane of a face; of its triangle when the face is not planar.
+fn plane_of(twin: &ReferenceRenderer, hit: &Hit) -> Option<Plane> {
     let face = twin.model.face(hit.face);
     if face.planar {
         return Some(face.plane);

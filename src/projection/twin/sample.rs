@@ -1,30 +1,32 @@
-//! A sheet's texels at a position, filtered as a view needs it (`shaders/texels.wgsl`, and `sheet_texel` of
-//! `shaders/project.wgsl`): in linear light in either quality.
+//! Lookups of a sheet's texels at a position with the filter that a view needs (`shaders/texels.wgsl`, and
+//! `sheet_texel` of `shaders/project.wgsl`), in linear light in either quality.
 
 use glam::DVec2;
 
 use crate::geometry::PixelRect;
-use crate::projection::SheetPixels;
+use crate::projection::LayerTexturePixels;
 use crate::projection::pyramid::{Level, Pyramid, PyramidOptions, pyramid};
 use crate::projection::shot::MOST_TAPS;
 use crate::projection::tiles::{Occupancy, TILE};
-use crate::scene::light::LINEAR_OF_BYTE;
+use crate::scene::light::LINEAR_FROM_BYTE;
 
-/// So near to a texel's centre, as a share of its width, it is taken as it is, and the shares between
-/// are stretched to meet that (`DEAD` of `shaders/texels.wgsl`).
+/// The distance from a texel's centre, as a share of its width, within which the texel is taken without
+/// interpolation; the shares in between are stretched accordingly (`DEAD` of `shaders/texels.wgsl`).
 const DEAD: f64 = 0.02;
 
-/// While the footprint is below 1.1 texels, level 0 alone is looked up.
+/// The footprint in texels up to which level 0 alone is looked up.
 const SHARP: f64 = 1.1;
 
-/// Of an octave, the part over which *preview* mixes two levels (`MIXED` of `shaders/texels.wgsl`): elsewhere
-/// one lookup does.
+/// The part of an octave over which *preview* mixes two levels (`MIXED` of `shaders/texels.wgsl`); elsewhere
+/// it uses one level.
 const MIXED: f64 = 0.3;
 
-/// Linear colour and confidence.
+/// A filtered texel: linear colour and confidence.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Texel {
+    /// Linear light.
     pub colour: [f64; 3],
+    /// The confidence, 0..1.
     pub confidence: f64,
 }
 
@@ -35,16 +37,16 @@ impl Texel {
     }
 }
 
-/// What a pixel of the view covers of a photo, in pixels of it.
+/// The footprint of a pixel of the view in a photo, in the photo's pixels.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Footprint {
-    /// As wide as it is high, with this side: *preview*.
+    /// A square with this side (*preview*).
     Square(f64),
-    /// The parallelogram of these sides: what a step of one pixel to the right and one down is: *final*.
+    /// The parallelogram spanned by a step of one pixel to the right and one down (*final*).
     Sides(DVec2, DVec2),
 }
 
-/// A sheet, ready to be looked up.
+/// A sheet prepared for lookups.
 #[derive(Debug)]
 pub struct Lookup {
     rect: PixelRect,
@@ -53,14 +55,14 @@ pub struct Lookup {
 }
 
 impl Lookup {
-    /// `rect`: the sheet's, in photo pixels.
-    pub fn new(rect: PixelRect, pixels: &SheetPixels, options: &PyramidOptions) -> Self {
+    /// Builds the pyramid of a sheet. `rect` is the sheet's, in photo pixels.
+    pub fn new(rect: PixelRect, pixels: &LayerTexturePixels, options: &PyramidOptions) -> Self {
         let pyramid = pyramid(rect, pixels, options);
         Self { rect, occupancy: Occupancy::of(&pyramid), pyramid }
     }
 
-    /// The texel at a photo position; `None` where there is no tile: far from all content, or beyond the
-    /// rectangle by more than half a texel.
+    /// Looks up the texel at a photo position; `None` where there is no tile: far from all content, or beyond
+    /// the rectangle by more than half a texel.
     pub fn texel(&self, px: DVec2, footprint: Footprint) -> Option<Texel> {
         let at = px - DVec2::new(self.rect.x.into(), self.rect.y.into());
         if at.min_element() <= -0.5 || (at - self.size()).max_element() >= 0.5 {
@@ -80,8 +82,8 @@ impl Lookup {
         DVec2::new(self.rect.w.into(), self.rect.h.into())
     }
 
-    /// Taps along the longer axis of the ellipse that the sides make of the unit circle, each as wide as
-    /// the shorter one.
+    /// Averages taps along the longer axis of the ellipse that the sides make of the unit circle; each tap is
+    /// as wide as the shorter axis.
     fn along(&self, at: DVec2, a: DVec2, b: DVec2) -> Option<Texel> {
         let sum = 0.5 * (a.length_squared() + b.length_squared());
         let difference = 0.5 * (a.length_squared() - b.length_squared());
@@ -90,13 +92,13 @@ impl Lookup {
         let shorter = (sum - root).max(0.0).sqrt().max(longer / MOST_TAPS);
         let angle = 0.5 * a.dot(b).atan2(difference);
         let axis = a * angle.cos() + b * angle.sin();
-        // A tap more is worth it from a tenth of a width on.
+        // One more tap is taken from a tenth of a width on.
         let taps = (longer / shorter.max(1.0) - 0.1).ceil().clamp(1.0, MOST_TAPS);
         let taps = if longer < SHARP { 1 } else { taps as u32 };
-        let place = |tap: u32| at + axis * ((f64::from(tap) + 0.5) / f64::from(taps) - 0.5);
+        let position = |tap: u32| at + axis * ((f64::from(tap) + 0.5) / f64::from(taps) - 0.5);
         let found: Vec<Texel> =
-            (0..taps).filter_map(|tap| self.between_levels(place(tap), level_of(shorter))).collect();
-        // Past what the photo shows there is no colour to be had: taps count as far as they are trusted.
+            (0..taps).filter_map(|tap| self.between_levels(position(tap), level_of(shorter))).collect();
+        // Outside of what the photo shows there is no valid colour, so taps are weighted by their confidence.
         let trusted: f64 = found.iter().map(|texel| texel.confidence).sum();
         let mut mean = Texel::default();
         found.iter().for_each(|texel| mean.add(texel.confidence / trusted.max(1e-6), texel));
@@ -104,7 +106,7 @@ impl Lookup {
         (!found.is_empty()).then_some(mean)
     }
 
-    /// Between two levels; where one has nothing the other's colour is taken.
+    /// Interpolates between two levels; where one has no tile, the other's colour is taken.
     fn between_levels(&self, at: DVec2, level: f64) -> Option<Texel> {
         let level = level.min((self.pyramid.levels.len() - 1) as f64);
         let (fine, share) = (level.floor() as u32, level.fract());
@@ -124,8 +126,8 @@ impl Lookup {
         }
     }
 
-    /// Between four texels of a level, `at` in texels of level 0 from the sheet's corner; `None` where the
-    /// level has no tile.
+    /// Interpolates between four texels of a level; `at` in texels of level 0 from the sheet's corner.
+    /// Returns `None` where the level has no tile.
     fn in_level(&self, at: DVec2, level: u32) -> Option<Texel> {
         let [width, height] = self.pyramid.shape.size(level).map(f64::from);
         let at = at.clamp(DVec2::ZERO, self.size()) * DVec2::new(width, height) / self.size();
@@ -140,26 +142,25 @@ impl Lookup {
             let along = |step: i32, share: f64| if step == 1 { share } else { 1.0 - share };
             let weight = along(dx, share.x) * along(dy, share.y);
             let level = &self.pyramid.levels[level as usize];
-            between.add(weight, &stored(level, base.x as i32 + dx, base.y as i32 + dy));
+            between.add(weight, &decoded(level, base.x as i32 + dx, base.y as i32 + dy));
         }
         Some(between)
     }
 }
 
-/// The level whose texels are as wide as the footprint.
+/// Returns the level, fractional, whose texels are as wide as the footprint.
 fn level_of(footprint: f64) -> f64 {
     (footprint / SHARP).log2().max(0.0)
 }
 
-/// Beyond what is kept there is nothing.
-fn stored(level: &Level, x: i32, y: i32) -> Texel {
-    let kept = level.rect;
-    if x < kept.x || y < kept.y || x >= kept.right() || y >= kept.bottom() {
+/// Decodes a texel of a level; it is empty outside of the part that is kept.
+fn decoded(level: &Level, x: i32, y: i32) -> Texel {
+    if !level.rect.contains(x, y) {
         return Texel::default();
     }
     let at = level.index(x, y);
     let [r, g, b, confidence] = [0, 1, 2, 3].map(|channel| level.rgba[at + channel]);
-    let colour = [r, g, b].map(|byte| f64::from(LINEAR_OF_BYTE[usize::from(byte)]));
+    let colour = [r, g, b].map(|byte| f64::from(LINEAR_FROM_BYTE[usize::from(byte)]));
     Texel { colour, confidence: f64::from(confidence) / 255.0 }
 }
 
@@ -170,13 +171,14 @@ mod tests {
     #[test]
     fn a_long_footprint_that_reaches_past_what_the_photo_shows_is_not_darkened_by_it() {
         // White in the left half; in the same tiles, nothing.
-        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+        let rect = PixelRect::of_size(64, 64);
         let kept = PixelRect { w: 32, ..rect };
-        let pixels = SheetPixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
+        let pixels =
+            LayerTexturePixels { rect: kept, rgba: vec![255; 4 * 32 * 64], needed: vec![1; 32 * 64] };
         let lookup = Lookup::new(rect, &pixels, &PyramidOptions::default());
         let long = Footprint::Sides(DVec2::new(16.0, 0.0), DVec2::new(0.0, 2.0));
         let texel = lookup.texel(DVec2::new(30.0, 32.0), long).unwrap();
-        // 8 bits at the border of what is kept, where colour is carried.
+        // The tolerance allows for 8 bits at the border of the content, where colour is extended.
         assert!(texel.colour.iter().all(|c| (c - 1.0).abs() < 0.01), "{texel:?}");
         assert!(texel.confidence > 0.0 && texel.confidence < 0.6, "{texel:?}");
     }

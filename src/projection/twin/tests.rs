@@ -1,20 +1,20 @@
-//! The twin shows what was photographed.
+//! Tests of the CPU reference: it reproduces the photos.
 
 use glam::DVec3;
 
 use super::*;
 use crate::geometry::{PixelRect, Pose};
-use crate::projection::{Domain, PhotoId, Projector, Server, Sheet, SheetPixels};
+use crate::projection::{Domain, LayerTexturePixels, PhotoId, Projector, Server, Sheet};
 use crate::scene::synthetic::{Modeller, centred, look_at};
 
-/// One photo of a wall, all of it in one sheet: a pattern of stripes.
+/// A source with one photo of a wall, in one sheet, with a pattern of stripes.
 struct Stripes;
 
 impl Texels for Stripes {
-    fn sheet(&self, _: SheetId) -> Result<SheetPixels> {
-        let rect = PixelRect { x: 0, y: 0, w: 64, h: 64 };
+    fn sheet(&self, _: LayerTextureId) -> Result<LayerTexturePixels> {
+        let rect = PixelRect::of_size(64, 64);
         let rgba = (0..64 * 64).flat_map(|i| stripe(i % 64, i / 64)).collect();
-        Ok(SheetPixels { rect, rgba, needed: vec![1; 64 * 64] })
+        Ok(LayerTexturePixels { rect, rgba, needed: vec![1; 64 * 64] })
     }
 }
 
@@ -22,16 +22,16 @@ fn stripe(x: u32, y: u32) -> [u8; 4] {
     [(x * 37 % 251) as u8, (y * 53 % 251) as u8, ((x + y) * 29 % 251) as u8, 255]
 }
 
-fn twin(photos: Vec<Pose>) -> Twin {
+fn twin(photos: Vec<Pose>) -> ReferenceRenderer {
     let mut m = Modeller::new();
     m.object("wall").quad_facing(DVec3::NEG_Y, DVec3::new(-5.0, 0.0, -5.0), DVec3::X * 10.0, DVec3::Z * 10.0);
     let sheet = |photo: u32| Sheet {
         photo: PhotoId(photo),
         id: format!("{photo}"),
-        rect: PixelRect { x: 0, y: 0, w: 64, h: 64 },
+        rect: PixelRect::of_size(64, 64),
     };
     let server = |photo: u32| Server {
-        sheet: SheetId(photo),
+        sheet: LayerTextureId(photo),
         photo: PhotoId(photo),
         back: false,
         pinned: false,
@@ -47,7 +47,7 @@ fn twin(photos: Vec<Pose>) -> Twin {
     };
     let gains = Gains::none(count as usize);
     let (relief, options) = (Relief::default(), PyramidOptions::default());
-    Twin::new(m.finish(), sources.into(), gains, relief, Arc::new(Stripes), options)
+    ReferenceRenderer::new(m.finish(), sources.into(), gains, relief, Arc::new(Stripes), options)
 }
 
 #[test]
@@ -62,7 +62,7 @@ fn in_its_own_camera_a_photo_is_itself_but_for_its_outermost_pixels() {
         let (pixels, _) = picture.rgba.as_chunks::<4>();
         for (i, pixel) in (0..).zip(pixels) {
             let (x, y) = (i % 64, i / 64);
-            // At the border of its photo a photo's word counts less.
+            // Near the border of a photo, the photo has less weight.
             let inside = x.min(63 - x).min(y.min(63 - y)) >= 9;
             let expected = stripe(x, y);
             let near = pixel.iter().zip(expected).all(|(a, b)| a.abs_diff(b) <= 1);
@@ -80,7 +80,7 @@ fn from_behind_nobody_serves_and_beside_the_wall_there_is_nothing() {
     assert!(twin.picture(&behind, &Task::silent()).unwrap().rgba.chunks(4).all(|p| p == FLAT));
     let far = Shot::new(camera, look_at(DVec3::new(0.0, -50.0, 0.0), DVec3::ZERO));
     let faces = twin.faces(&far, &Task::silent()).unwrap();
-    // Ten metres at fifty, 64 pixels a metre's depth: 12.8 pixels.
+    // Ten metres at a distance of fifty, with 64 pixels per unit of tangent: 12.8 pixels.
     assert!((140..190).contains(&faces.iter().filter(|face| **face == 1).count()), "{faces:?}");
     let mut without = Shot::new(camera, pose);
     without.without = vec![PhotoId(0)];

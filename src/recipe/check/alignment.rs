@@ -1,12 +1,12 @@
-//! Does the model stand where the photos say? And if not: how would it?
+//! Tests the alignment of the model with the photos, and searches a better one.
 //!
-//! The judge is the sparse points. A ray from a camera to a point that its photo saw must meet the
-//! model first at that point: a wall in front, or none at all, contradicts. The measure is relative
-//! to the ray's length, so that neither a huge nor a tiny model can please it.
+//! The criterion is the sparse points. A ray from a camera to a point observed in its photo has to hit the model
+//! first at that point; a wall in front of it, or no surface at all, is a mismatch. The tolerance is relative to
+//! the ray's length, so that neither a huge nor a tiny model has an advantage.
 //!
-//! The search goes through the 24 axis conventions. For each, scale and shift are fitted to the
-//! points by iterating nearest points on the faces, trimmed, from several starts: as it stands,
-//! with the scales between common units, and by the spread of the points against that of the model.
+//! The search goes through the 24 axis conventions. For each, scale and shift are fitted to the points by iterative
+//! closest points (robustly weighted) from several starts: the present transform, scales between common units, and
+//! the size of the points relative to the model's.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 use rayon::prelude::*;
@@ -14,31 +14,32 @@ use rayon::prelude::*;
 use crate::error::Result;
 use crate::geometry::bvh::Bvh;
 use crate::geometry::{Similarity, axes};
+use crate::raster::robust::upper_median;
 use crate::task::Task;
 
-/// A camera saw a point.
+/// An observation: a camera sees a point.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sighting {
-    /// The camera's centre, in the world.
+    /// The camera centre, in the world.
     pub eye: DVec3,
     /// The point, in the world.
     pub point: DVec3,
 }
 
-/// A way to move the model such that more sightings agree with it.
+/// A correction of the model's transform, with its quality.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
-    /// From the world as the model stands now to where it should stand.
+    /// The transform from the world as the model is placed now to where it should be.
     pub correction: Similarity,
-    /// Share of sightings that then agree.
+    /// The share of observations that match after the correction.
     pub agreement: f64,
 }
 
-/// A sighting agrees when the ray meets the model within this share of its length from the point:
-/// 20 cm at 20 m, what a coarse model leaves out.
+/// An observation matches when the ray hits the model within this share of its length from the point: 20 cm at 20
+/// m, the detail that a coarse model leaves out.
 const AGREEMENT: f64 = 0.01;
 
-/// Share of sightings that agree with the model moved by `correction`; 0 when there are none.
+/// Returns the share of observations that match the model moved by `correction`; 0 when there are none.
 pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
     let back = correction.inverse();
     let agrees = |sighting: &&Sighting| {
@@ -49,13 +50,13 @@ pub fn agreement(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) ->
     sightings.iter().filter(agrees).count() as f64 / sightings.len().max(1) as f64
 }
 
-/// The model of a town around photos of a square, or a statue in photos of that square: about as many times larger or
-/// smaller than what the points are spread over. Beyond, a single face is blown up until it lies under all points, or
-/// the model has shrunk to a speck among them.
+/// The largest plausible ratio between the sizes of model and points, either way: the model may be a town around
+/// photos of a square, or a statue in photos of that square. Beyond this ratio, a single face is enlarged until it
+/// lies under all points, or the model becomes a speck among them.
 const TIMES_LARGER: f64 = 30.0;
 
-/// Whether a model that is moved by `correction` is about as large as what the photos show, and there: of any two
-/// things, one can be stretched until it meets some of the other.
+/// Returns true when the model, moved by `correction`, has a size and position similar to the points'. Without this
+/// test, almost any model can be stretched until it matches some of the points.
 pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> bool {
     if tree.triangles().is_empty() || sightings.is_empty() {
         return false;
@@ -68,26 +69,28 @@ pub fn is_plausible(tree: &Bvh, correction: &Similarity, sightings: &[Sighting])
     like && away <= size.max(points.size)
 }
 
-/// How hard a stage of the search tries: with so many sightings, and so many steps of fitting.
+/// The effort of a stage of the search: the numbers of observations and of fitting steps.
 struct Effort {
     sightings: usize,
     steps: usize,
 }
 
+/// The effort for every start of a convention.
 const FIRST: Effort = Effort { sightings: 100, steps: 8 };
 const SECOND: Effort = Effort { sightings: 300, steps: 10 };
 const LAST: Effort = Effort { sightings: 3000, steps: 30 };
 
-/// Starts of a convention that reach the second stage.
+/// The number of starts of a convention that reach the second stage.
 const SEEDED: usize = 8;
 
-/// Conventions that reach the last one.
+/// The number of conventions that reach the last stage.
 const FINALISTS: usize = 4;
 
-/// The best alignment of any axis convention; `None` without sightings or triangles. Deterministic.
+/// Returns the best alignment over all axis conventions; `None` without observations or triangles. The result is
+/// deterministic.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`] on request.
+/// Returns [`crate::Error::Cancelled`] on request.
 pub fn best_alignment(tree: &Bvh, sightings: &[Sighting], task: &Task) -> Result<Option<Alignment>> {
     if tree.triangles().is_empty() || sightings.is_empty() {
         return Ok(None);
@@ -112,8 +115,8 @@ pub fn best_alignment(tree: &Bvh, sightings: &[Sighting], task: &Task) -> Result
     Ok(polished.into_iter().reduce(|best, next| if next.agreement > best.agreement { next } else { best }))
 }
 
-/// The best scale and shift for one rotation: a short fit from every start, a longer one from those
-/// that came closest.
+/// Fits scale and shift for one rotation: a short fit from every start, and a longer one from those that came
+/// closest.
 fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Sighting], model: &Spread) -> Alignment {
     let (few, more) = (sample(sightings, FIRST.sightings), sample(sightings, SECOND.sightings));
     let short = |start| {
@@ -124,13 +127,13 @@ fn fit_convention(tree: &Bvh, rotation: DMat3, sightings: &[Sighting], model: &S
     seeded.sort_by(|a, b| b.0.total_cmp(&a.0));
     let seeded = different(seeded, Spread::of(more.iter().map(|s| s.point)));
     let candidates = seeded.into_iter().flat_map(|(_, start, near)| {
-        // The start itself: a whole number that needs no fit.
+        // The start itself may be exact and need no fit.
         [start, fitted(tree, near, &more, SECOND.steps, Scale::Free)]
     });
     best(tree, candidates, &more)
 }
 
-/// The first seeds that have not run together with an earlier one.
+/// Returns the first [`SEEDED`] seeds whose short fits did not converge to an earlier one's.
 fn different(
     seeded: Vec<(f64, Similarity, Similarity)>,
     spread: Spread,
@@ -148,7 +151,8 @@ fn different(
     kept
 }
 
-/// How near the points are to the model: 1 when on it, 0 when farther than a twentieth of their rays.
+/// Returns a sum over the points of their closeness to the model: 1 on it, 0 from a twentieth of their ray's length
+/// on.
 fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64 {
     let back = correction.inverse();
     let of = |sighting: &Sighting| {
@@ -159,8 +163,8 @@ fn closeness(tree: &Bvh, correction: &Similarity, sightings: &[Sighting]) -> f64
     sightings.iter().map(of).sum()
 }
 
-/// The first of the candidates with the highest agreement; an earlier one wins unless a later one is
-/// clearly better, so that whole numbers are not spoilt by a fit that gains nothing.
+/// Returns the candidate with the highest agreement. An earlier candidate wins unless a later one is clearly
+/// better, so that round numbers are not replaced by a fit that gains nothing.
 fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[Sighting]) -> Alignment {
     let judged = |correction| Alignment { correction, agreement: agreement(tree, &correction, sightings) };
     let clearly = |a: &Alignment, b: &Alignment| b.agreement > a.agreement + 0.01;
@@ -168,8 +172,8 @@ fn best(tree: &Bvh, candidates: impl Iterator<Item = Similarity>, sightings: &[S
     best.expect("every convention has a start")
 }
 
-/// The same with the scale between two units where it is nearly one: a model in centimetres is
-/// smaller by a hundred, not by 99.8.
+/// Returns the fit with its scale rounded to the ratio of two units where it is close: a model in centimetres is
+/// smaller by exactly 100, not by 99.8.
 fn in_whole_units(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
     let near = |unit: &f64| (fine.scale / unit - 1.0).abs() < NEARLY;
     let Some(scale) = UNITS.into_iter().chain([1.0]).find(near) else { return *fine };
@@ -178,7 +182,7 @@ fn in_whole_units(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
     Similarity { scale, translation: middle - fine.rotation * (middle_in_model * scale), ..*fine }
 }
 
-/// The rotation alone, where the fitted scale and shift are next to none.
+/// Returns the rotation alone where the fitted scale and shift are negligible.
 fn unmoved_if_near(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
     let bare = Similarity { rotation: fine.rotation, ..Similarity::IDENTITY };
     let spread = Spread::of(sightings.iter().map(|s| s.point));
@@ -187,18 +191,18 @@ fn unmoved_if_near(fine: &Similarity, sightings: &[Sighting]) -> Similarity {
     if near { bare } else { *fine }
 }
 
-/// What a fit to a coarse model may be off, as a share.
+/// The relative error that a fit to a coarse model may have.
 const NEARLY: f64 = 0.01;
 
-/// Every n-th, such that about `count` are left.
+/// Selects every n-th observation, so that about `count` are left.
 fn sample(sightings: &[Sighting], count: usize) -> Vec<Sighting> {
     sightings.iter().step_by(sightings.len().div_ceil(count).max(1)).copied().collect()
 }
 
-/// Where most of some points are: robust against a sky dome or a stray point.
+/// The location and size of a point set, robust against a sky dome or outliers.
 struct Spread {
     middle: DVec3,
-    /// Between the tenths at both ends, over all axes.
+    /// The diagonal of the box between the first and last deciles along each axis.
     size: f64,
 }
 
@@ -216,13 +220,14 @@ impl Spread {
     }
 }
 
-/// World units per model unit that confused units make: inches, feet, millimetres, centimetres,
-/// metres, kilometres.
+/// World units per model unit for commonly confused units: inches, feet, millimetres, centimetres, metres,
+/// kilometres.
 const UNITS: [f64; 8] = [0.001, 0.01, 0.0254, 0.3048, 3.280_84, 39.3701, 100.0, 1000.0];
 
-/// What the spread's guess may be off by, either way.
+/// Factors by which the ratio of the sizes is varied as a start, because it may be off either way.
 const GUESSES: [f64; 9] = [0.4, 0.55, 0.7, 0.85, 1.0, 1.2, 1.45, 1.8, 2.4];
 
+/// Returns the starting transforms for one rotation.
 fn starts(rotation: DMat3, sightings: &[Sighting], model: &Spread) -> Vec<Similarity> {
     let bare = Similarity { rotation, ..Similarity::IDENTITY };
     let points = Spread::of(sightings.iter().map(|s| s.point));
@@ -247,7 +252,7 @@ enum Scale {
     Kept,
 }
 
-/// Scale and shift fitted step by step to the points' nearest points on the model, rotation kept.
+/// Fits scale and shift in several steps to the points' closest points on the model; the rotation is kept.
 fn fitted(tree: &Bvh, start: Similarity, sightings: &[Sighting], steps: usize, scale: Scale) -> Similarity {
     let mut current = start;
     let spread = Spread::of(sightings.iter().map(|s| s.point));
@@ -258,13 +263,12 @@ fn fitted(tree: &Bvh, start: Similarity, sightings: &[Sighting], steps: usize, s
     current
 }
 
-/// Points farther from the model than this share of their spread count less and less: what is not
-/// modelled (trees, people, the neighbours) must not pull much, but where nothing else holds a
-/// direction it may.
+/// Distances beyond this share of the points' size lose weight: objects that are not modelled (trees, people,
+/// neighbouring houses) should have little influence, except where nothing else constrains a direction.
 const NEAR: f64 = 0.005;
 
-/// A step of Gauss and Newton on the distances between the model and the points, taken into its
-/// frame as `u (R^T (x - m)) + s`; unknown are u and s, weights are Cauchy's. `None` where it fails.
+/// Makes one Gauss-Newton step on the distances between the model and the points, transformed to its frame as `u
+/// (R^T (x - m)) + s` with the unknowns u and s and Cauchy weights. `None` where the step fails.
 fn step(
     tree: &Bvh,
     current: &Similarity,
@@ -281,8 +285,7 @@ fn step(
     };
     let residuals: Vec<_> = sightings.iter().filter_map(residual).collect();
     let mut distances: Vec<f64> = residuals.iter().map(|r| r.0).collect();
-    distances.sort_unstable_by(f64::total_cmp);
-    let near = distances.get(distances.len() / 2)?.max(NEAR * spread.size * back.scale);
+    let near = upper_median(&mut distances)?.max(NEAR * spread.size * back.scale);
     let (mut matrix, mut right) = (DMat4::ZERO, DVec4::ZERO);
     for (distance, gradient, from_middle) in &residuals {
         let weight = 1.0 / (1.0 + (distance / near).powi(2));
@@ -291,14 +294,15 @@ fn step(
         matrix += DMat4::from_cols(row * row.x, row * row.y, row * row.z, row * row.w) * weight;
         right -= row * (weight * distance);
     }
-    // Where no face holds a direction, it stays.
+    // A direction that no face constrains stays unchanged.
     let stiffness = DMat4::from_diagonal(DVec4::splat(1e-4 * residuals.len() as f64));
     let solution = (matrix + stiffness).inverse() * right;
     let growth = (solution.w / spread.size / back.scale).clamp(-0.3, 0.3);
     moved(&back, spread.middle, growth, solution.truncate())
 }
 
-/// `back`, grown around the middle and shifted, turned round.
+/// Returns the inverse of `back` after scaling it around the middle and shifting it; `None` where that is not
+/// finite.
 fn moved(back: &Similarity, middle: DVec3, growth: f64, shift: DVec3) -> Option<Similarity> {
     let scale = back.scale * (1.0 + growth);
     let middle_in_model = back.apply(middle) + shift;

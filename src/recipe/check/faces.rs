@@ -1,4 +1,4 @@
-//! What is wrong with the model itself, whatever the photos show.
+//! Defects of the model itself, independent of the photos.
 
 use std::collections::hash_map::Entry;
 use std::ops::ControlFlow;
@@ -13,16 +13,16 @@ use crate::geometry::triangle::{Triangle, area_vector, crossing_depth};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// The model's triangles that have an area, in a tree, each with its face.
+/// The model's triangles with nonzero area in a hierarchy, each with its face.
 pub struct Surface {
-    /// In world coordinates.
+    /// The triangles in world coordinates.
     pub tree: Bvh,
-    /// The face of each triangle of the tree.
+    /// The face of each triangle in the tree.
     pub faces: Vec<FaceId>,
 }
 
 impl Surface {
-    /// Of the whole model.
+    /// Builds the hierarchy over the whole model.
     pub fn of(model: &Model) -> Self {
         let (mut triangles, mut faces) = (Vec::new(), Vec::new());
         for face in model.face_ids() {
@@ -38,37 +38,37 @@ impl Surface {
     }
 }
 
-/// Faces without triangles.
+/// Returns the faces without triangles.
 pub fn degenerate(model: &Model) -> Vec<FaceId> {
     model.face_ids().filter(|&face| model.face_triangles(face).is_empty()).collect()
 }
 
-/// Faces that bend.
+/// Returns the faces that are not planar.
 pub fn not_planar(model: &Model) -> Vec<FaceId> {
     model.face_ids().filter(|&face| !model.face(face).planar).collect()
 }
 
-/// Corners nearer to each other than this share of the model's extent are the same.
+/// Corners closer to each other than this share of the model's extent count as equal.
 const SAME_PLACE: f64 = 1e-7;
 
-/// Faces that lie upon each other, corner by corner.
+/// Faces that coincide, corner by corner.
 #[derive(Default)]
 pub struct Doubled {
-    /// Faces with the same corners in the same order as an earlier one.
+    /// Faces with the same corners in the same order as an earlier face.
     pub duplicates: Vec<FaceId>,
-    /// Faces with the same corners as another one, the other way round: a wall with two sides.
+    /// Faces with the same corners in the opposite order as another face: a wall modelled with two sides.
     pub two_sided: FxHashSet<FaceId>,
 }
 
-/// Looks for faces with the same corners.
+/// Finds faces with the same corners.
 pub fn doubled(model: &Model) -> Doubled {
     let Some(&origin) = model.vertices.first() else { return Doubled::default() };
     let step = (extent(&model.vertices) * SAME_PLACE).max(f64::MIN_POSITIVE);
-    let place = |p: DVec3| ((p - origin) / step).round().to_array().map(|x| x as i64);
+    let key = |p: DVec3| ((p - origin) / step).round().to_array().map(|x| x as i64);
     let mut first: FxHashMap<Vec<[i64; 3]>, FaceId> = FxHashMap::default();
     let mut doubled = Doubled::default();
     for face in model.face_ids().filter(|&face| !model.face_triangles(face).is_empty()) {
-        let ring: Vec<[i64; 3]> = model.ring_points(face).map(place).collect();
+        let ring: Vec<[i64; 3]> = model.ring_points(face).map(key).collect();
         if let Some(&other_side) = first.get(&from_least(ring.iter().rev().copied().collect())) {
             doubled.two_sided.extend([other_side, face]);
         }
@@ -82,38 +82,40 @@ pub fn doubled(model: &Model) -> Doubled {
     doubled
 }
 
+/// Rotates a ring so that its least corner comes first.
 fn from_least(mut ring: Vec<[i64; 3]>) -> Vec<[i64; 3]> {
     let least = (0..ring.len()).min_by_key(|&i| ring[i]).unwrap_or(0);
     ring.rotate_left(least);
     ring
 }
 
-/// Faces cross when they run through each other by more than this share of the smaller one's extent.
+/// Faces intersect when they reach through each other by more than this share of the smaller one's extent.
 const CROSSING: f64 = 1e-2;
 
-/// Pairs of triangles that are looked at before the search is given up: a million faces upon each
-/// other have more pairs than anybody waits for.
+/// The number of triangle pairs after which the search is abandoned: a million overlapping faces have too many
+/// pairs to test in reasonable time.
 const MOST_PAIRS: u64 = 50_000_000;
 
-/// Faces that run through each other.
+/// The intersecting faces.
 pub struct Crossings {
-    /// Each pair in model order with how deep it goes, in world units; deepest first.
+    /// The pairs, each in model order with its depth in world units; deepest first.
     pub pairs: Vec<([FaceId; 2], f64)>,
-    /// The search was given up, and there may be more.
+    /// Whether the search was abandoned, so that there may be more pairs.
     pub gave_up: bool,
 }
 
-/// Looks for pairs of faces that cross.
+/// Finds pairs of intersecting faces.
 ///
 /// # Errors
-/// [`crate::Error::Cancelled`] on request.
+/// Returns [`crate::Error::Cancelled`] on request.
 pub fn crossings(model: &Model, surface: &Surface, task: &Task) -> Result<Crossings> {
     let extents: Vec<f64> =
         model.face_ids().map(|face| extent(&model.ring_points(face).collect::<Vec<_>>())).collect();
     let extent_of = |face: FaceId| extents[face.0 as usize];
     let triangles = surface.tree.triangles();
     let mut depths: FxHashMap<[FaceId; 2], f64> = FxHashMap::default();
-    let (mut looked_at, mut stopped) = (0u64, Ok(()));
+    let mut looked_at = 0u64;
+    let mut stopped = Ok(());
     let end = surface.tree.overlapping_pairs(|a, b| {
         looked_at += 1;
         if looked_at.is_multiple_of(1 << 16) {

@@ -1,14 +1,14 @@
-//! What is likely to have gone wrong where another transform of the model does better, in words.
+//! Likely reasons for a wrong alignment, as messages.
 
 use super::Verdict;
 use crate::geometry::{Similarity, axes};
 use glam::DMat3;
 
-/// A scale that differs from 1 by less is no other unit but a finer fit.
+/// Scales that differ from 1 by less than this are a finer fit, not another unit.
 const SAME_UNIT: f64 = 0.02;
 
-/// How the model stands wrong as it is (`now`), given how it should stand (`better`): axes, unit, place; one
-/// sentence each. Both take the model into the cameras' world.
+/// Compares the present transform with a better one and returns one sentence for each likely mistake: axes, unit,
+/// position. Both transforms take the model to the cameras' world.
 pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
     let correction = better.compose(&now.inverse());
     let mut mistakes = Vec::new();
@@ -16,41 +16,43 @@ pub fn likely_mistakes(now: &Similarity, better: &Similarity) -> Vec<String> {
         let convention =
             axes::conventions().into_iter().find(|(_, r)| r.abs_diff_eq(correction.rotation, 1e-9));
         mistakes.push(match convention {
-            Some((name, _)) => format!(
-                "The model's axes point elsewhere than the cameras': they have to be taken as {name}."
-            ),
-            None => "The model is turned against the cameras.".into(),
+            Some((name, _)) => {
+                format!("The model's axes differ from the cameras': the model has to be read as {name}.")
+            }
+            None => "The model is rotated relative to the cameras.".into(),
         });
     }
     if (correction.scale - 1.0).abs() > SAME_UNIT {
         let unit = unit(correction.scale);
-        mistakes.push(format!("The model has another unit than the cameras: one of it is {unit} of theirs."));
+        mistakes.push(format!(
+            "The model has another unit than the cameras: one unit of the model is {unit} \
+            of the cameras'."
+        ));
     }
     let shift = correction.translation.length();
-    // Sizes are not known here: any shift is told, with its length.
+    // The size of the site is unknown here, so every shift is reported with its length.
     if shift > 0.0 {
-        mistakes
-            .push(format!("The model stands {shift:.3} units of the cameras' world away from its place."));
+        mistakes.push(format!("The model is shifted by {shift:.3} units of the cameras' world."));
     }
     mistakes
 }
 
-/// What to do where no other transform does better.
-pub fn without_mend(verdict: Verdict) -> &'static str {
+/// Returns advice for a model that no other transform aligns better.
+pub fn advice_without_fix(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Fits => "",
         Verdict::Misses => {
-            "Cameras and model are likely not of the same site: no axes, unit and place of the model make it fit the \
-             photos. Give the model that belongs to these cameras, or the cameras that belong to this model."
+            "The cameras and the model are probably not of the same site: no axes, unit or position align \
+             the model with the photos. Use the model that belongs to these cameras, or the cameras that belong to this model."
         }
         Verdict::Poor => {
-            "No other axes, unit or place of the model do better: it leaves out much of what the photos show, or is of \
-             another state of the site. Look at its edges over the photos."
+            "No other axes, unit or position fit better: the model leaves out much of what the photos show, \
+             or shows another state of the site. Look at its edges over the photos."
         }
     }
 }
 
-/// A scale as people say it: whole where it nearly is, else with three digits.
+/// Writes a scale: as an integer where it is nearly one, otherwise with four significant digits.
 fn unit(scale: f64) -> String {
     let rounded = scale.round();
     if rounded >= 1.0 && (scale / rounded - 1.0).abs() < 1e-3 {
@@ -75,8 +77,8 @@ mod tests {
         assert!(mistake.contains("y-up") || mistake.contains("x,"), "{mistake}");
         let centimetres = Similarity { scale: 0.01, ..Similarity::IDENTITY };
         let [mistake] = likely_mistakes(&Similarity::IDENTITY, &centimetres).try_into().unwrap();
-        assert!(mistake.contains("is 0.01 of theirs"), "{mistake}");
-        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of theirs"));
+        assert!(mistake.contains("is 0.01 of the cameras'"), "{mistake}");
+        assert!(likely_mistakes(&centimetres, &Similarity::IDENTITY)[0].contains("is 100 of the cameras'"));
     }
 
     #[test]

@@ -1,8 +1,7 @@
-//! `quadratura check`: judges a site before work starts.
+//! The command `check`: assesses a site before work starts.
 //!
-//! Does the model stand where the photos are, and if not, which transform would bring it there; what
-//! is wrong with its faces; what do the photos see of it; and a picture per photo with the model's
-//! edges over it.
+//! It tests whether the model is aligned with the photos and, if not, suggests a transform that aligns it; it finds
+//! defects of the model's faces and what the photos see of them; and it draws the model's edges over each photo.
 
 pub mod alignment;
 mod faces;
@@ -16,6 +15,8 @@ mod tests;
 
 use std::path::{Path, PathBuf};
 
+use crate::raster::robust::upper_median;
+
 use rayon::prelude::*;
 
 use crate::document::names::file_name_of_photo;
@@ -28,16 +29,16 @@ use alignment::{Sighting, agreement, best_alignment, is_plausible};
 pub use faces::Surface;
 use seen::Seen;
 
-pub use report::{CheckReport, Crossing, FaceReport, Names, PhotoReport, Suggestion, Verdict};
+pub use report::{CheckReport, FaceReport, Intersection, Names, PhotoReport, Suggestion, Verdict};
 
-/// What a check needs to know beside the site.
+/// Options of [`check_site`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct CheckOptions {
-    /// How the model reached the site's world; a suggestion replaces it.
+    /// The transform with which the model reached the site's world; a suggestion replaces it.
     pub world_from_model: Similarity,
     /// The occlusion tolerance, [`Options::tolerance`].
     pub tolerance: f32,
-    /// Where to write the pictures, as `<photo>.jpg`; the folder is made. None: no pictures.
+    /// The folder for the pictures `<photo>.jpg`, created if necessary; `None` for no pictures.
     pub pictures: Option<PathBuf>,
 }
 
@@ -48,11 +49,11 @@ impl Default for CheckOptions {
     }
 }
 
-/// Judges a site. The points' observations count through the site's photos.
+/// Assesses a site. The points' observations refer to indices of the site's photos.
 ///
 /// # Errors
-/// [`Error::Io`] when the folder of the pictures cannot be made; [`Error::Gpu`];
-/// [`Error::Cancelled`]. A picture that cannot be made is told in its photo's report.
+/// Returns [`Error::Io`] when the folder of the pictures cannot be created, [`Error::Gpu`], or
+/// [`Error::Cancelled`]. A picture that cannot be made is reported with its photo.
 pub fn check_site(
     site: &Site,
     points: &[SparsePoint],
@@ -66,7 +67,7 @@ pub fn check_site(
     let sightings = sightings(site, points);
     let agreement = (sightings.len() >= ENOUGH_SIGHTINGS)
         .then(|| agreement(&surface.tree, &Similarity::IDENTITY, &thinned(&sightings)));
-    let covered = median(seen.iter().map(|s| s.covered).collect());
+    let covered = median(seen.iter().map(|s| s.covered));
     let verdict = verdict(agreement, covered);
     let suggestion = match (verdict, agreement) {
         (Verdict::Fits, _) => None,
@@ -92,12 +93,13 @@ pub fn check_site(
     })
 }
 
-/// With fewer sightings of sparse points, coverage is judged instead.
+/// The least number of sparse-point observations for judging by them; with fewer, coverage is judged instead.
 const ENOUGH_SIGHTINGS: usize = 50;
 
-/// Sightings that the present state is judged by.
+/// The most observations by which the present alignment is judged.
 const JUDGED: usize = 5000;
 
+/// Renders the model from each photo's camera.
 fn look_at_all(
     site: &Site,
     options: &CheckOptions,
@@ -106,13 +108,14 @@ fn look_at_all(
 ) -> Result<Vec<Seen>> {
     let mut seen = Vec::with_capacity(site.photos.len());
     for (done, photo) in site.photos.iter().enumerate() {
-        task.step("look through the cameras", done as u64, site.photos.len() as u64)?;
+        task.step("check views", done as u64, site.photos.len() as u64)?;
         let task = task.of(&photo.name);
         seen.push(seen::look(&site.model, photo, rasteriser, options.tolerance, &task)?);
     }
     Ok(seen)
 }
 
+/// Lists the observations of finite points as pairs of camera centre and point.
 fn sightings(site: &Site, points: &[SparsePoint]) -> Vec<Sighting> {
     let eyes: Vec<_> = site.photos.iter().map(|photo| photo.pose.center_in_world()).collect();
     let of_point = |point: &SparsePoint| {
@@ -122,21 +125,22 @@ fn sightings(site: &Site, points: &[SparsePoint]) -> Vec<Sighting> {
     points.iter().filter(|point| point.position.is_finite()).flat_map(of_point).collect()
 }
 
+/// Selects every n-th observation, so that at most [`JUDGED`] are left.
 fn thinned(sightings: &[Sighting]) -> Vec<Sighting> {
     sightings.iter().step_by(sightings.len().div_ceil(JUDGED).max(1)).copied().collect()
 }
 
-fn median(mut values: Vec<f64>) -> f64 {
-    values.sort_unstable_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(0.0)
+/// 0 of nothing.
+fn median(values: impl Iterator<Item = f64>) -> f64 {
+    upper_median(&mut values.collect::<Vec<_>>()).unwrap_or(0.0)
 }
 
-/// A model that meets so many of the sightings fits.
+/// The share of matching observations from which on a model counts as aligned.
 const FITS: f64 = 0.5;
 
-/// A coarse model leaves out much of what the points lie on (trees, furniture, the neighbours), so
-/// half of them agreeing is good; by chance a few in a hundred do. Without points, a model that covers
-/// a twentieth of most photos at least is where the cameras look.
+/// Judges the alignment. A coarse model leaves out much of what the points lie on (trees, furniture, neighbouring
+/// houses), so matching half of them is good; by chance a few in a hundred match. Without points, a model that
+/// covers at least a twentieth of most photos is where the cameras look.
 fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
     let (value, poor, fits) = match agreement {
         Some(agreement) => (agreement, 0.15, FITS),
@@ -149,16 +153,18 @@ fn verdict(agreement: Option<f64>, covered: f64) -> Verdict {
     }
 }
 
-/// A suggestion must make so many more sightings agree than now.
+/// The least gain in the share of matching observations (or covered pixels) that makes a suggestion.
 const WORTH_CHANGING: f64 = 0.1;
 
-/// Whether a model that meets `found` of the sightings when it is moved, and `now` as it stands, is worth moving: only
-/// where it fits then. The search tries every axis, scale and place, so that a model of another site meets a fifth, too,
-/// somewhere; models of the site itself meet more than four fifths once they stand right.
+/// Returns true when moving the model is worthwhile: it matches `now` of the observations, and `found` after
+/// moving, which has to be enough to count as aligned. The search tries every axis convention, scale and position,
+/// so that even a model of another site matches a fifth somewhere; models of the right site match more than four
+/// fifths once they are aligned.
 fn is_worth_moving(found: f64, now: f64) -> bool {
     found >= FITS && found >= now + WORTH_CHANGING
 }
 
+/// Searches an alignment by the sparse points.
 fn by_points(
     surface: &Surface,
     sightings: &[Sighting],
@@ -179,12 +185,13 @@ fn by_points(
     }))
 }
 
-/// Without points: the convention that fills the photos most. Others may do nearly as well.
+/// Searches the axis convention that covers the photos most, for sites without points. Others may do nearly as
+/// well.
 fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) -> Option<Suggestion> {
     let cover = |(_, rotation)| {
         let correction = Similarity { rotation, ..Similarity::IDENTITY };
         let transform = correction.compose(&options.world_from_model).to_string();
-        (median(site.photos.iter().map(|photo| cover(surface, photo, &correction)).collect()), transform)
+        (median(site.photos.iter().map(|photo| cover(surface, photo, &correction))), transform)
     };
     let mut all: Vec<(f64, String)> = axes::conventions().into_par_iter().map(cover).collect();
     all.sort_by(|a, b| b.0.total_cmp(&a.0));
@@ -198,7 +205,7 @@ fn by_cover(surface: &Surface, site: &Site, now: f64, options: &CheckOptions) ->
     })
 }
 
-/// Share of a grid of rays through the photo that meet the model, moved by `correction`.
+/// Returns the share of a grid of rays through the photo that hit the model, moved by `correction`.
 fn cover(surface: &Surface, photo: &Photo, correction: &Similarity) -> f64 {
     const COLUMNS: u32 = 24;
     const ROWS: u32 = 16;
@@ -215,15 +222,16 @@ fn cover(surface: &Surface, photo: &Photo, correction: &Similarity) -> f64 {
     grid.filter(meets).count() as f64 / f64::from(COLUMNS * ROWS)
 }
 
-type Picture = Option<Result<PathBuf>>;
+type PictureResult = Option<Result<PathBuf>>;
 
+/// Draws the pictures in parallel; `None` for each photo where no folder is given.
 fn pictures(
     site: &Site,
     surface: &Surface,
     seen: &[Seen],
     options: &CheckOptions,
     task: &Task,
-) -> Result<Vec<Picture>> {
+) -> Result<Vec<PictureResult>> {
     let Some(folder) = &options.pictures else { return Ok(site.photos.iter().map(|_| None).collect()) };
     std::fs::create_dir_all(folder).map_err(Error::io(folder, "create the folder"))?;
     let jobs: Vec<_> = site.photos.iter().zip(seen).collect();
@@ -242,7 +250,8 @@ fn picture_path(folder: &Path, photo: &Photo) -> PathBuf {
     folder.join(format!("{}.jpg", file_name_of_photo(&photo.name)))
 }
 
-fn photo_report(photo: &Photo, seen: &Seen, picture: Picture) -> PhotoReport {
+/// Reports on one photo.
+fn photo_report(photo: &Photo, seen: &Seen, picture: PictureResult) -> PhotoReport {
     let (picture, problem) = match picture {
         Some(Ok(path)) => (Some(path), None),
         Some(Err(error)) => (None, Some(error.to_string())),
@@ -259,6 +268,7 @@ fn photo_report(photo: &Photo, seen: &Seen, picture: Picture) -> PhotoReport {
     }
 }
 
+/// Reports on the model's faces.
 fn face_report(
     model: &Model,
     surface: &Surface,
@@ -266,10 +276,11 @@ fn face_report(
     verdict: Verdict,
     task: &Task,
 ) -> Result<FaceReport> {
-    let sides = Sides::of(model, seen);
-    // Where the model does not stand right, what the photos see of it says nothing.
-    let telling = |face: &FaceId| verdict != Verdict::Misses && !model.face_triangles(*face).is_empty();
-    let faces = || model.face_ids().filter(telling);
+    let sides = FaceVisibility::of(model, seen);
+    // Where the model is not aligned, visibility in the photos says nothing about its faces.
+    let is_significant =
+        |face: &FaceId| verdict != Verdict::Misses && !model.face_triangles(*face).is_empty();
+    let faces = || model.face_ids().filter(is_significant);
     let is_billboard = |face: FaceId| model.object(model.face(face).object).billboard;
     let doubled = faces::doubled(model);
     let is_flat_thing = |face: FaceId| is_billboard(face) || doubled.two_sided.contains(&face);
@@ -287,23 +298,23 @@ fn face_report(
             .pairs
             .iter()
             .take(report::NAMED)
-            .map(|(pair, depth)| Crossing::of(model, *pair, *depth))
+            .map(|(pair, depth)| Intersection::of(model, *pair, *depth))
             .collect(),
     })
 }
 
-/// How many photos see which side of each face.
-struct Sides {
+/// From which side the photos see each face.
+struct FaceVisibility {
     seen: Vec<bool>,
-    /// Photos that see the front well, less those that see the back.
+    /// The number of photos that see the front well, less the number of those that see the back well.
     balance: Vec<i32>,
 }
 
-/// A face seen at fewer pixels does not say from which side it is meant to be seen: beyond a ridge, a
-/// sliver of the other slope shows its back.
+/// The least number of pixels at which a face's visible side counts: beyond a ridge, a sliver of the other slope
+/// shows its back.
 const WELL_SEEN_PX: u32 = 64;
 
-impl Sides {
+impl FaceVisibility {
     fn of(model: &Model, seen: &[Seen]) -> Self {
         let mut sides = Self { seen: vec![false; model.faces.len()], balance: vec![0; model.faces.len()] };
         for seen in seen.iter().flat_map(|seen| &seen.faces) {

@@ -1,4 +1,4 @@
-//! The model's edges over a photo: the fastest way to see whether they belong together.
+//! Drawings of the model's edges over a photo, which quickly show whether the two match.
 
 use std::path::Path;
 
@@ -12,24 +12,24 @@ use crate::io::overlay::Overlay;
 use crate::io::photo::read_photo;
 use crate::scene::{Edges, Model, Photo};
 
-/// Pixels a side of the picture.
+/// The length of the picture's longer side in pixels.
 const LONGEST_SIDE: u32 = 2048;
 
-/// Pixels of the picture between two looks whether an edge is hidden.
+/// The distance in pixels of the picture between two tests whether an edge is hidden.
 const STRIDE: f64 = 6.0;
 
-/// Hidden edges are drawn this strong.
+/// The opacity of hidden edges.
 const FAINT: f32 = 0.22;
 
-/// Something hides an edge when it is nearer by more than this share of the distance.
+/// An edge is hidden when a surface is nearer by more than this share of the distance.
 const HIDES: f64 = 2e-3;
 
-/// Draws the edges of the faces that the photo sees, each object in a colour of its own, hidden
-/// parts faint, and writes the picture.
+/// Draws the edges of the faces that the photo sees, each object in its own colour and hidden parts faint, and
+/// writes the picture.
 ///
 /// # Errors
-/// [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture not
-/// be written.
+/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] when the photo cannot be read or the picture cannot be
+/// written.
 pub fn draw(model: &Model, surface: &Surface, photo: &Photo, seen: &Seen, path: &Path) -> Result<()> {
     let pixels = read_photo(&photo.file, photo.camera.width, photo.camera.height)?;
     let mut overlay = Overlay::new(&pixels, LONGEST_SIDE);
@@ -48,10 +48,10 @@ pub fn draw(model: &Model, surface: &Surface, photo: &Photo, seen: &Seen, path: 
     overlay.write(path)
 }
 
-/// The part of an edge (camera frame) that projects into the photo.
+/// Clips an edge (camera frame) to what projects into the photo.
 fn within_photo([mut a, mut b]: [DVec3; 2], camera: &Pinhole) -> Option<[DVec3; 2]> {
     let (w, h) = (f64::from(camera.width), f64::from(camera.height));
-    // Half spaces through the camera; together they leave nothing behind it.
+    // Half spaces through the camera centre; together they exclude everything behind it.
     let sides = [
         DVec3::new(camera.fx, 0.0, camera.cx),
         DVec3::new(-camera.fx, 0.0, w - camera.cx),
@@ -73,6 +73,7 @@ fn within_photo([mut a, mut b]: [DVec3; 2], camera: &Pinhole) -> Option<[DVec3; 
     (a.z > 0.0 && b.z > 0.0).then_some([a, b])
 }
 
+/// Draws an edge in short pieces, hidden ones faint.
 fn draw_edge(
     overlay: &mut Overlay,
     surface: &Surface,
@@ -88,7 +89,7 @@ fn draw_edge(
         return;
     }
     let eye = photo.pose.center_in_world();
-    // Equal steps in the image; where a step is in space follows from the inverse depths.
+    // The steps are equal in the image; positions in space are interpolated by inverse depth.
     let at = |share: f64| {
         let weight_b = share / b.z;
         let weight_a = (1.0 - share) / a.z;
@@ -112,7 +113,7 @@ fn draw_edge(
     }
 }
 
-/// Bright colours, far apart for neighbouring objects: the hue goes round by the golden angle.
+/// Returns a bright colour. Neighbouring objects differ strongly, because the hue advances by the golden angle.
 fn color_of(object: u32) -> [u8; 3] {
     let hue = (f64::from(object) * 0.618_033_988_75).fract() * 6.0;
     let channel = |shift: f64| {

@@ -1,4 +1,4 @@
-//! What a check found, as a program reads it (`--json`).
+//! The report of a check, as written by `--json`.
 
 use std::path::PathBuf;
 
@@ -6,104 +6,106 @@ use serde::Serialize;
 
 use crate::scene::{FaceId, Model};
 
-/// Names that a list gives; its count says how many there are.
+/// The number of names that a list contains at most; its count is always complete.
 pub(super) const NAMED: usize = 100;
 
-/// Does the model stand where the photos are?
+/// The verdict whether the model is aligned with the photos.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Verdict {
-    /// Yes.
+    /// The model is aligned.
     Fits,
-    /// Partly: too much of it is missing, or it is moved or turned.
+    /// The model is partly aligned: much of it is missing, or it is moved or rotated.
     Poor,
-    /// No.
+    /// The model is not aligned.
     Misses,
 }
 
 /// The result of [`super::check_site`].
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct CheckReport {
-    /// Does the model stand where the photos are?
+    /// The verdict whether the model is aligned with the photos.
     pub verdict: Verdict,
-    /// Share of the sightings of sparse points at which the model is first met within 1 % of the
-    /// distance; none where there are too few sightings to tell.
+    /// The share of sparse-point observations at which the model is hit first within 1 % of the distance; `None`
+    /// where there are too few observations.
     pub agreement: Option<f64>,
-    /// Median over the photos of the share of pixels that the model covers.
+    /// The median over the photos of the share of pixels that the model covers.
     pub covered: f64,
-    /// A transform that does better, where the model does not fit.
+    /// A better transform, where the model is not aligned.
     pub suggestion: Option<Suggestion>,
-    /// In the site's order.
+    /// The photos, in the site's order.
     pub photos: Vec<PhotoReport>,
     /// The model's faces.
     pub faces: FaceReport,
 }
 
-/// A transform that does better.
+/// A transform that aligns the model better.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Suggestion {
     /// The value for `--model-transform`.
     pub transform: String,
-    /// The agreement that it reaches, where it was judged by points.
+    /// The agreement that it achieves, where it was judged by points.
     pub agreement: Option<f64>,
-    /// Otherwise: the share of the photos that it covers.
+    /// The share of the photos that the model covers with it, where there are no points.
     pub covered: Option<f64>,
-    /// Without points, transforms that do nearly as well: look at the pictures.
+    /// Transforms that do nearly as well, where there are no points; the pictures show which is right.
     pub alternatives: Vec<String>,
 }
 
-/// What one photo sees.
+/// The model as seen by one photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct PhotoReport {
-    /// Its unique name.
+    /// The photo's unique name.
     pub name: String,
-    /// Share of the model's vertices in front of the camera.
+    /// The share of the model's vertices in front of the camera.
     pub in_front: f64,
-    /// Share of the model's vertices within the photo.
+    /// The share of the model's vertices within the photo.
     pub inside: f64,
-    /// Share of the photo that the model covers.
+    /// The share of the photo that the model covers.
     pub covered: f64,
-    /// Faces that are visible at one pixel at least.
+    /// The number of faces that are visible at one pixel or more.
     pub faces: usize,
-    /// The photo with the model's edges over it.
+    /// The picture of the photo with the model's edges.
     pub picture: Option<PathBuf>,
-    /// Why there is no picture.
+    /// The reason why there is no picture.
     pub problem: Option<String>,
 }
 
-/// What is wrong with faces, and what is worth knowing about them.
+/// Defects and properties of the model's faces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FaceReport {
-    /// Faces of the model.
+    /// The number of faces of the model.
     pub count: usize,
-    /// Without area: they get no texture.
+    /// Faces without area, which get no texture.
     pub degenerate: Names,
-    /// Treated triangle by triangle.
+    /// Non-planar faces, which are treated triangle by triangle.
     pub not_planar: Names,
-    /// The same corners in the same order as an earlier face.
+    /// Faces with the same corners in the same order as an earlier face.
     pub duplicate: Names,
-    /// Seen from behind by most photos that see them; not billboards, nor walls with two sides. Empty where the model misses the photos.
+    /// Faces that most photos see from behind, except billboards and walls with two sides. It is empty where the
+    /// model is not aligned.
     pub flipped: Names,
-    /// Seen by no photo. Empty where the model misses the photos.
+    /// Faces that no photo sees. It is empty where the model is not aligned.
     pub unseen: Names,
-    /// Pairs of faces that run through each other.
+    /// The number of pairs of intersecting faces.
     pub crossing_pairs: usize,
-    /// There are so many overlapping faces that the search was given up.
+    /// Whether the search was abandoned because too many faces overlap.
     pub crossing_gave_up: bool,
-    /// The deepest of them.
-    pub crossing: Vec<Crossing>,
+    /// The deepest intersections.
+    pub crossing: Vec<Intersection>,
 }
 
-/// How many, and the first hundred by name.
+/// A count of faces, with the names of the first hundred.
 #[derive(Debug, Clone, PartialEq, Eq, Default, Serialize)]
 pub struct Names {
-    /// How many there are.
+    /// The number of faces.
     pub count: usize,
-    /// `object[index]`, in model order.
+    /// The names as `object[index]`, in model order.
     pub names: Vec<String>,
 }
 
 impl Names {
+    /// Counts and names faces.
     pub(super) fn of(model: &Model, faces: impl Iterator<Item = FaceId>) -> Self {
         let faces: Vec<FaceId> = faces.collect();
         let names = faces.iter().take(NAMED).map(|&face| model.face_name(face)).collect();
@@ -111,16 +113,17 @@ impl Names {
     }
 }
 
-/// Two faces that run through each other.
+/// A pair of intersecting faces.
 #[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Crossing {
-    /// Their names, in model order.
+pub struct Intersection {
+    /// The names of the faces, in model order.
     pub faces: [String; 2],
-    /// How far, in world units.
+    /// The depth of the intersection, in world units.
     pub depth: f64,
 }
 
-impl Crossing {
+impl Intersection {
+    /// Names a pair of faces.
     pub(super) fn of(model: &Model, pair: [FaceId; 2], depth: f64) -> Self {
         Self { faces: pair.map(|face| model.face_name(face)), depth }
     }

@@ -1,4 +1,4 @@
-//! What the photos see of the model.
+//! The model as seen by the photos.
 
 use crate::error::Result;
 use crate::geometry::Pinhole;
@@ -7,38 +7,38 @@ use crate::layers::{Fragments, Rasteriser, View};
 use crate::scene::{FaceId, Model, Photo};
 use crate::task::Task;
 
-/// Photos are looked at with at most this many pixels a side: faces smaller than a pixel there are
-/// worth a word to the user.
+/// The longest side in pixels at which the model is rendered: the user should know of faces smaller than a pixel at
+/// this size.
 const LONGEST_SIDE: u32 = 2048;
 
-/// What one photo sees.
+/// The model as seen by one photo.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Seen {
-    /// Share of the model's vertices in front of the camera.
+    /// The share of the model's vertices in front of the camera.
     pub in_front: f64,
-    /// Share of the model's vertices within the photo.
+    /// The share of the model's vertices within the photo.
     pub inside: f64,
-    /// Share of the photo's pixels that the model covers.
+    /// The share of the photo's pixels that the model covers.
     pub covered: f64,
-    /// Faces that are visible at one pixel at least, in model order.
-    pub faces: Vec<SeenFace>,
+    /// The faces that are visible at one pixel or more, in model order.
+    pub faces: Vec<VisibleFace>,
 }
 
-/// A face in a photo.
+/// A visible face of a photo.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub struct SeenFace {
+pub struct VisibleFace {
     /// The face.
     pub face: FaceId,
-    /// It is seen from behind.
+    /// Whether it is seen from behind.
     pub back: bool,
-    /// Pixels at which it is visible, in the photo made smaller.
+    /// The number of pixels at which it is visible, at the reduced size.
     pub px: u32,
 }
 
-/// Looks at the model through one photo's camera.
+/// Renders the model with one photo's camera at reduced size.
 ///
 /// # Errors
-/// [`crate::Error::Gpu`]; [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Gpu`] or [`crate::Error::Cancelled`].
 pub fn look(
     model: &Model,
     photo: &Photo,
@@ -54,7 +54,8 @@ pub fn look(
     Ok(Seen { in_front, inside, covered: covered(&fragments, &camera), faces })
 }
 
-fn visible_faces(view: &View, fragments: &Fragments) -> Vec<SeenFace> {
+/// Returns the visible faces with their numbers of pixels.
+fn visible_faces(view: &View, fragments: &Fragments) -> Vec<VisibleFace> {
     let mut px = vec![0; view.items.len()];
     let entries = fragments.lists.bands.iter().flat_map(|band| &band.entries);
     for entry in entries.filter(|&entry| entry & VISIBLE != 0) {
@@ -62,9 +63,9 @@ fn visible_faces(view: &View, fragments: &Fragments) -> Vec<SeenFace> {
     }
     let items = view.items.iter().zip(&fragments.presence).zip(px);
     let working = items.filter(|((_, presence), _)| **presence == Presence::Working);
-    let seen = working.map(|((item, _), px)| SeenFace { face: item.face, back: item.back, px });
-    let mut faces: Vec<SeenFace> = seen.collect();
-    // The triangles of a face that bends follow each other.
+    let seen = working.map(|((item, _), px)| VisibleFace { face: item.face, back: item.back, px });
+    let mut faces: Vec<VisibleFace> = seen.collect();
+    // The triangles of a non-planar face are consecutive.
     faces.dedup_by(|next, first| {
         let same = next.face == first.face;
         first.px += if same { next.px } else { 0 };
@@ -73,7 +74,7 @@ fn visible_faces(view: &View, fragments: &Fragments) -> Vec<SeenFace> {
     faces
 }
 
-/// The same camera with fewer pixels.
+/// Returns the same camera with fewer pixels.
 fn reduced(camera: &Pinhole) -> Pinhole {
     let longest = camera.width.max(camera.height);
     if longest <= LONGEST_SIDE {
@@ -86,19 +87,21 @@ fn reduced(camera: &Pinhole) -> Pinhole {
     Pinhole { width, height, fx: camera.fx * x, cx: camera.cx * x, fy: camera.fy * y, cy: camera.cy * y }
 }
 
+/// Returns the shares of vertices in front of the camera and within the photo.
 fn vertex_shares(model: &Model, photo: &Photo) -> (f64, f64) {
-    let (mut in_front, mut inside) = (0usize, 0usize);
-    let (width, height) = (f64::from(photo.camera.width), f64::from(photo.camera.height));
+    let mut in_front = 0usize;
+    let mut inside = 0usize;
     for &vertex in &model.vertices {
         if let Some(px) = photo.camera.image_from_camera(photo.pose.camera_from_world(vertex)) {
             in_front += 1;
-            inside += usize::from(px.x >= 0.0 && px.y >= 0.0 && px.x < width && px.y < height);
+            inside += usize::from(photo.camera.rect().contains_position(px));
         }
     }
     let share = |count: usize| count as f64 / model.vertices.len().max(1) as f64;
     (share(in_front), share(inside))
 }
 
+/// Returns the share of pixels that the model covers.
 fn covered(fragments: &Fragments, camera: &Pinhole) -> f64 {
     let filled = |band: &Band| {
         let pixels = band.offsets.windows(2);

@@ -1,4 +1,4 @@
-//! A small site that is right, and what becomes of the report when it is made wrong.
+//! Reports on a small site that is correct, and on the same site with errors.
 
 use std::sync::Arc;
 
@@ -6,10 +6,10 @@ use glam::{DVec2, DVec3, dvec3};
 
 use super::*;
 use crate::layers::SoftwareRasteriser;
-use crate::scene::synthetic::{Dice, Modeller, centred, look_at};
+use crate::scene::synthetic::{Modeller, Rng, centred, look_at};
 
-/// A yard without any symmetry: ground, two walls of different height, a tower and a shed, with one
-/// side of a wall that nobody sees.
+/// Makes a yard without any symmetry: ground, two walls of different height, a tower and a shed, with one side of a
+/// wall that no photo sees.
 fn yard() -> Arc<Model> {
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-8.0, -6.0, 0.0), DVec3::X * 20.0, DVec3::Y * 16.0);
@@ -32,9 +32,9 @@ fn photos() -> Vec<Photo> {
     eyes.into_iter().enumerate().map(photo).collect()
 }
 
-/// Points on surfaces that photos see, every tenth of them off the model, as a tree would be.
+/// Returns points on surfaces that photos see, every tenth of them off the model, as on a tree.
 fn points(model: &Model, photos: &[Photo]) -> Vec<SparsePoint> {
-    let (tree, mut dice) = (Surface::of(model).tree, Dice::new(7));
+    let (tree, mut dice) = (Surface::of(model).tree, Rng::new(7));
     let mut points = Vec::new();
     for (photo, from) in (0..).zip(photos) {
         let eye = from.pose.center_in_world();
@@ -102,7 +102,7 @@ fn scale_and_shift_are_fitted_on_top_of_the_convention() {
 fn a_suggestion_replaces_the_transform_that_was_given() {
     let model = yard();
     let points = points(&model, &photos());
-    // The file has y up, and the user said so the wrong way round.
+    // The file has y up, and the user gave the inverse rotation.
     let (right, wrong) = (Similarity::parse("y-up").unwrap(), Similarity::parse("x,z,-y").unwrap());
     let file = model.transformed(&right.inverse());
     let options = CheckOptions { world_from_model: wrong, ..CheckOptions::default() };
@@ -110,9 +110,9 @@ fn a_suggestion_replaces_the_transform_that_was_given() {
     assert_eq!(report.suggestion.unwrap().transform, "x,-z,y");
 }
 
-/// Small faces strewn about: whatever stands in the yard, they do not.
+/// Makes small scattered faces, which have nothing in common with the yard.
 fn litter() -> Model {
-    let (mut m, mut dice) = (Modeller::new(), Dice::new(11));
+    let (mut m, mut dice) = (Modeller::new(), Rng::new(11));
     let mut place = |size: f64| DVec3::from_array([(); 3].map(|()| dice.between(-size, size)));
     m.object("litter");
     for _ in 0..300 {
@@ -127,15 +127,15 @@ fn a_model_of_another_site_is_told_to_be_one_and_is_moved_nowhere() {
     let report = check(&litter(), &points(&yard(), &photos()), &CheckOptions::default());
     assert_eq!((report.verdict, &report.suggestion), (Verdict::Misses, &None));
     assert!(
-        mistake::without_mend(report.verdict)
-            .starts_with("Cameras and model are likely not of the same site")
+        mistake::advice_without_fix(report.verdict)
+            .starts_with("The cameras and the model are probably not of the same site")
     );
 }
 
 #[test]
 fn a_move_is_worth_it_only_where_the_model_fits_then() {
     assert!(is_worth_moving(0.85, 0.02) && is_worth_moving(0.7, 0.45));
-    // What a model of another site meets wherever it is moved to.
+    // A model of another site matches this share at best, wherever it is moved.
     assert!(!is_worth_moving(0.21, 0.0));
     assert!(!is_worth_moving(0.52, 0.48), "it gains next to nothing");
 }
@@ -156,7 +156,7 @@ fn a_model_that_would_be_a_speck_a_giant_or_elsewhere_is_not_moved_there() {
 fn without_points_the_photos_cover_decides() {
     let model = yard();
     assert_eq!(check(&model, &[], &CheckOptions::default()).verdict, Verdict::Fits);
-    // Everything stands behind the cameras.
+    // The whole model is behind the cameras.
     let turned =
         model.transformed(&Similarity { rotation: axes::named("-x,-y,z").unwrap(), ..Similarity::IDENTITY });
     let away = Similarity { translation: dvec3(0.0, -20.0, 0.0), ..Similarity::IDENTITY };

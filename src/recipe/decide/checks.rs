@@ -1,17 +1,19 @@
-//! Why a decision cannot be, said before it is made.
+//! Checks of decisions before they are made.
 
 use crate::document::{Element, PhotoDecisions, Stack};
 use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::layers::graph::Graph;
 use crate::layers::together::{Obstacle, bring_together};
-use crate::layers::wishes::{Grouping, Wanted};
-use crate::recipe::survey::{FaceInStack, face_in_stack};
+use crate::layers::wishes::{ElementConstraints, Wanted};
 use crate::recipe::unmet;
+use crate::recipe::untextured::{FaceInStack, face_in_stack};
 use crate::scene::{FaceId, Model};
 
+/// Checks that objects and faces exist.
+///
 /// # Errors
-/// [`Error::Request`] for every object and face that the model does not have.
+/// Returns [`Error::Request`] for all objects and faces that the model does not have.
 pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     let problem = |faces: &Faces| {
         let Some(object) = model.objects.iter().find(|object| object.name == faces.object) else {
@@ -25,8 +27,10 @@ pub fn refuse_unknown(of: &[Faces], model: &Model) -> Result<()> {
     Error::of_all(errors).map_or(Ok(()), Err)
 }
 
+/// Checks that a photo textures the given faces.
+///
 /// # Errors
-/// [`Error::Request`] for everything of which the photo's stack, if it has one, has nothing.
+/// Returns [`Error::Request`] for everything of which the photo's stack, if it has one, contains nothing.
 pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result<()> {
     let Some(stack) = stack else { return Ok(()) };
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
@@ -35,17 +39,17 @@ pub fn refuse_unseen(of: &[Faces], photo: &str, stack: Option<&Stack>) -> Result
         let first = faces.faces.first().copied().unwrap_or(0);
         let why = match face_in_stack(stack, &faces.object, first) {
             FaceInStack::Untextured(why) => format!(": {}", why.in_words()),
-            _ => String::new(),
+            FaceInStack::Textured { .. } | FaceInStack::Unknown => String::new(),
         };
-        Error::Request(format!("{photo} gives {faces} no texture{why}"))
+        Error::Request(format!("{photo} does not texture {faces}{why}"))
     };
     Error::of_all(unseen.map(problem).collect()).map_or(Ok(()), Err)
 }
 
-/// Judges the last merge, with all that was decided before it.
+/// Checks the last merge, together with all earlier decisions.
 ///
 /// # Errors
-/// [`Error::Request`] when it changes nothing, or with the first element that cannot join and why.
+/// Returns [`Error::Request`] when the merge changes nothing, or when an element cannot join it, with the reason.
 pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> Result<()> {
     let elements: Vec<Element> = stack.visibility_layers.iter().flatten().cloned().collect();
     let grouping = grouping(decided, &elements, model);
@@ -72,20 +76,22 @@ pub fn refuse_merge(decided: &PhotoDecisions, stack: &Stack, model: &Model) -> R
     }
 }
 
+/// Returns the remedy for a merge that fails.
 fn remedy(why: Obstacle) -> &'static str {
     match why {
-        Obstacle::Occluded => "merge what does not lie before or behind each other",
-        Obstacle::Forgiven => "a larger tolerance or another merge may do",
-        Obstacle::Split => "forget that split first",
+        Obstacle::Occluded => "merge only surfaces that are not in front of or behind each other",
+        Obstacle::Forgiven => "try a larger tolerance or another merge",
+        Obstacle::Split => "remove that split first",
         Obstacle::TooLarge => "raise `largest_side` in the project's options",
     }
 }
 
+/// Returns what keeps elements apart from a group, with the member of the group that does.
 fn obstacle(
     joining: &[u32],
     group: &[u32],
     against: &[(u32, u32, u32)],
-    grouping: &Grouping,
+    grouping: &ElementConstraints,
 ) -> Option<(u32, Obstacle)> {
     let forgiven = |a: u32, b: u32| against.iter().any(|&(f, k, _)| (f, k) == (a, b) || (f, k) == (b, a));
     let find = |keeps: &dyn Fn(u32, u32) -> bool, why| {
@@ -95,21 +101,23 @@ fn obstacle(
     find(&forgiven, Obstacle::Forgiven).or_else(|| find(&|a, b| grouping.apart(a, b), Obstacle::Split))
 }
 
-fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> Grouping {
+/// Resolves merges and splits to elements.
+fn grouping(decided: &PhotoDecisions, elements: &[Element], model: &Model) -> ElementConstraints {
     let faces_of: Vec<Vec<FaceId>> = elements
         .iter()
         .map(|e| Faces { object: e.object.clone(), faces: e.all_faces() }.in_model(model))
         .collect();
-    Wanted::new(&decided.wishes(), model).of_elements(&faces_of)
+    Wanted::new(&decided.wishes(), model).to_elements(&faces_of)
 }
 
-/// Judges the last split.
+/// Checks the last split.
 ///
 /// # Errors
-/// [`Error::Request`] when a merge holds together what it takes apart.
+/// Returns [`Error::Request`] when a merge contains faces that it separates.
 pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     let last = decided.split.len() - 1;
-    let split = crate::layers::Wishes { split: vec![decided.split[last].clone()], ..Default::default() };
+    let split =
+        crate::layers::LayerConstraints { split: vec![decided.split[last].clone()], ..Default::default() };
     let wanted = Wanted::new(&split, model);
     let faces_of = |merge: &[Faces]| merge.iter().flat_map(|f| f.in_model(model)).collect::<Vec<FaceId>>();
     let torn = |merge: &&Vec<Faces>| {
@@ -119,7 +127,7 @@ pub fn refuse_split(decided: &PhotoDecisions, model: &Model) -> Result<()> {
     match decided.merge.iter().find(torn) {
         None => Ok(()),
         Some(merge) => Err(Error::Request(format!(
-            "{}: the merge of {} holds both sides; forget it first",
+            "{}: the merge of {} contains both sides; remove it first",
             unmet::title_of_split(&decided.split[last]),
             unmet::list(merge)
         ))),

@@ -1,39 +1,40 @@
-//! What merging image layers by hand would cost: one rectangle around all of them, with whatever lies between.
+//! The cost of merging image layers: one rectangle around all of them, including whatever lies between.
 
 use crate::document::Stack;
 use crate::geometry::PixelRect;
 use crate::layers::Options;
 use crate::layers::cluster::{box_size, longest_side};
 
-/// A merge costs a power of two on one side even where two layers lie beside each other without a gap: up to twice the
-/// texels of the parts. Beyond that it is emptiness that is kept.
+/// The ratio of texels after and before up to which a merge is cheap. Rounding to powers of two costs up to a
+/// factor of two even where two layers are adjacent; beyond that the rectangle holds empty space.
 const MOST_TIMES: u64 = 2;
-/// Less than this share of the photo's own pixels nobody notices, however many times the parts it is.
+/// The additional texels that are acceptable in any case, as a divisor of the photo's pixels.
 const NOTICED: u64 = 10;
 
 /// The image layer that several would become.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct MergeCost {
-    /// How many they are.
+    /// The number of layers that are merged.
     pub layers: usize,
-    /// Width and height of its rectangle, in pixels.
+    /// The rectangle's width and height in pixels.
     pub size: [u32; 2],
-    /// Texels of its rectangle.
+    /// The number of texels of the rectangle.
     pub texels: u64,
-    /// Texels of theirs.
+    /// The number of texels of the separate rectangles.
     pub before: u64,
-    /// Texels that surfaces cover, in either.
+    /// The number of texels that surfaces cover, which is the same before and after.
     pub used: u64,
-    /// Pixels of the photo.
+    /// The number of pixels of the photo.
     pub photo: u64,
-    /// No image layer has a longer side, in pixels.
+    /// The longest permitted side of an image layer in pixels.
     pub longest: u32,
 }
 
 impl MergeCost {
-    /// Of layers of a stack, by their places; `options` are the photo's. None for fewer than two.
+    /// Computes the cost of merging layers of a stack, by index; `options` are the photo's. `None` for fewer than
+    /// two layers.
     pub fn of(stack: &Stack, layers: &[usize], options: &Options) -> Option<Self> {
-        let parts: Vec<_> = layers.iter().filter_map(|place| stack.image_layers.get(*place)).collect();
+        let parts: Vec<_> = layers.iter().filter_map(|index| stack.image_layers.get(*index)).collect();
         let bounds = parts.iter().map(|layer| layer.needed_rect).reduce(|a, b| a.union(&b))?;
         let size: PixelRect = box_size(bounds, options);
         (parts.len() > 1).then(|| Self {
@@ -47,18 +48,19 @@ impl MergeCost {
         })
     }
 
-    /// It is so much more than before that one should know.
+    /// Returns true when the increase is large enough for a warning.
     pub fn is_high(&self) -> bool {
         let more = self.texels.saturating_sub(self.before);
         self.texels > MOST_TIMES * self.before && more > self.photo / NOTICED
     }
 
-    /// The rectangle is larger than image layers may be: the next build would leave parts of it apart.
+    /// Returns true when the rectangle exceeds the permitted size, so that the next build would keep parts of it
+    /// separate.
     pub fn is_too_large(&self) -> bool {
         self.size.iter().any(|side| *side > self.longest)
     }
 
-    /// How many times the texels of before.
+    /// Returns the ratio of texels after and before.
     pub fn times(&self) -> f64 {
         self.texels as f64 / self.before.max(1) as f64
     }

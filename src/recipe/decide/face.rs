@@ -1,56 +1,43 @@
-//! How each photo stands to one face: whether it textures it, why not, and what was decided.
+//! The relation of each photo to one face: whether it textures the face, why not, and what was decided.
 
-use super::{excluded, state_of_face};
-use crate::document::stack::Untextured;
+use super::state_of_face;
 use crate::document::{Decisions, PhotoDecisions, Stack};
-use crate::recipe::survey::{FaceInStack, face_in_stack};
+use crate::recipe::untextured::{Given, given};
 use crate::scene::{FaceId, Site};
 
-/// What a photo gives a face.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub enum Given {
-    /// Its layers are not built: nobody knows yet.
-    NotBuilt,
-    /// Texture, in so many image layers; of its back side or not.
-    Texture { image_layers: usize, back: bool },
-    /// None, for a reason; one that was decided, too.
-    Nothing(Untextured),
-    /// Its layers are of another model.
-    Unknown,
-}
-
-/// How a photo stands to a face.
+/// The relation of a photo to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FaceInPhoto {
-    /// What it gives.
+    /// The texture that the photo has for it.
     pub given: Given,
-    /// What was decided about the face in this photo, in words; none where nothing was.
+    /// The decision about the face in this photo, in words; `None` where there is none.
     pub decided: Option<&'static str>,
 }
 
-/// How all photos stand to a face.
+/// The relation of all photos to a face.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct FaceInPhotos {
-    /// In the site's order.
+    /// The photos, in the site's order.
     pub photos: Vec<FaceInPhoto>,
-    /// The photo that goes before all others wherever it shows the face.
+    /// The photo to which the face is pinned, which takes precedence wherever it shows the face.
     pub pinned_to: Option<usize>,
 }
 
-/// How the photos of a site stand to a face; `stacks` in their order.
+/// Returns the relation of a site's photos to a face; `stacks` are in their order.
 pub fn face_in_photos(
     site: &Site,
     stacks: &[Option<&Stack>],
     decisions: &Decisions,
     face: FaceId,
 ) -> FaceInPhotos {
-    let it = site.model.face(face);
-    let (object, index) = (site.model.object(it.object).name.as_str(), it.index);
+    let entry = site.model.face(face);
+    let object = site.model.object(entry.object).name.as_str();
+    let index = entry.index;
     let names = site.photos.iter().map(|photo| photo.name.as_str());
     let pinned = decisions.pinned(names.clone(), object, index);
-    let photo = |(place, name): (usize, &str)| {
+    let photo = |(photo_index, name): (usize, &str)| {
         let decided = decisions.of(name);
-        let stack = stacks.get(place).copied().flatten();
+        let stack = stacks.get(photo_index).copied().flatten();
         let given = stack.map_or(Given::NotBuilt, |stack| given(stack, &decided, object, index));
         FaceInPhoto { given, decided: state_of_face(&decided, object, index) }
     };
@@ -60,23 +47,8 @@ pub fn face_in_photos(
     }
 }
 
-fn given(stack: &Stack, decided: &PhotoDecisions, object: &str, index: u32) -> Given {
-    match face_in_stack(stack, object, index) {
-        FaceInStack::Untextured(why) => Given::Nothing(why.clone()),
-        FaceInStack::Unknown => Given::Unknown,
-        FaceInStack::Textured { image_layers, back } => {
-            let is_it = |why: &Untextured| why.object == object && why.face == index;
-            let by_hand = match decided.excludes(object, index) {
-                true => excluded(stack, decided).into_iter().find(is_it),
-                false => None,
-            };
-            by_hand.map_or(Given::Texture { image_layers: image_layers.len(), back }, Given::Nothing)
-        }
-    }
-}
-
-/// How many of the stacks give texture to each face of an object that has so many; what was excluded is not counted.
-/// `stacks` with what was decided about their photos.
+/// Returns, for each of an object's faces, how many stacks texture it, without exclusions. Each stack comes with
+/// the decisions about its photo.
 pub fn photos_of_faces(stacks: &[(&Stack, PhotoDecisions)], object: &str, faces: usize) -> Vec<u32> {
     let mut counts = vec![0; faces];
     for (stack, decided) in stacks {

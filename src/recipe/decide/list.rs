@@ -1,4 +1,4 @@
-//! The decisions about a photo, one by one, with the numbers that they are taken back by.
+//! The decisions about a photo one by one, with the numbers by which they are removed.
 
 use serde::Serialize;
 
@@ -8,39 +8,39 @@ use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::recipe::unmet::{list, title_of_split};
 
-/// What kind a decision is of.
+/// The kind of a decision.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Kind {
-    /// [`PhotoDecisions::merge`].
+    /// A merge: [`PhotoDecisions::merge`].
     Merge,
-    /// [`PhotoDecisions::split`].
+    /// A split: [`PhotoDecisions::split`].
     Split,
-    /// [`PhotoDecisions::names`].
+    /// A layer's name: [`PhotoDecisions::names`].
     Name,
-    /// [`PhotoDecisions::exclude`].
+    /// An exclusion: [`PhotoDecisions::exclude`].
     Exclude,
-    /// [`PhotoDecisions::pin`].
+    /// A pin: [`PhotoDecisions::pin`].
     Pin,
-    /// [`PhotoDecisions::options`].
+    /// Options of the method: [`PhotoDecisions::options`].
     Options,
 }
 
-/// One decision about a photo.
+/// A decision about a photo.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
-pub struct Decided {
-    /// From 1, through all kinds.
+pub struct ListedDecision {
+    /// The number, counted from 1 through all kinds.
     pub number: usize,
-    /// Its kind.
+    /// The kind.
     pub kind: Kind,
-    /// In words.
+    /// The description.
     pub text: String,
-    /// What it names.
+    /// The faces that it refers to.
     pub of: Vec<Faces>,
 }
 
-/// The decisions about a photo in the order of `project.json`.
-pub fn decided(decisions: &PhotoDecisions) -> Vec<Decided> {
+/// Lists the decisions about a photo in the order of `project.json`.
+pub fn decided(decisions: &PhotoDecisions) -> Vec<ListedDecision> {
     let of = |kind, text: String, of: Vec<Faces>| (kind, text, of);
     let one = |faces: &Faces| vec![faces.clone()];
     let merges = decisions.merge.iter().map(|m| of(Kind::Merge, format!("merge of {}", list(m)), m.clone()));
@@ -53,9 +53,10 @@ pub fn decided(decisions: &PhotoDecisions) -> Vec<Decided> {
     let options = (!decisions.options.is_default())
         .then(|| of(Kind::Options, options_in_words(&decisions.options), Vec::new()));
     let all = merges.chain(splits).chain(names).chain(excluded).chain(pinned).chain(options);
-    (1..).zip(all).map(|(number, (kind, text, of))| Decided { number, kind, text, of }).collect()
+    (1..).zip(all).map(|(number, (kind, text, of))| ListedDecision { number, kind, text, of }).collect()
 }
 
+/// Describes the options that differ.
 fn options_in_words(options: &PhotoOptions) -> String {
     let tolerance = options.tolerance.map(|t| format!("tolerance {t}"));
     let support = options.min_support.map(|n| format!("min_support {n}"));
@@ -63,10 +64,10 @@ fn options_in_words(options: &PhotoOptions) -> String {
     [tolerance, support, margin].into_iter().flatten().collect::<Vec<_>>().join(", ")
 }
 
-/// Takes the decision with this number back.
+/// Removes the decision with this number.
 ///
 /// # Errors
-/// [`Error::Request`] when there is none.
+/// Returns [`Error::Request`] when there is none.
 pub fn forget(decisions: &mut PhotoDecisions, photo: &str, number: usize) -> Result<()> {
     let all = decided(decisions);
     let Some(found) = all.iter().find(|decided| decided.number == number) else {
@@ -75,13 +76,13 @@ pub fn forget(decisions: &mut PhotoDecisions, photo: &str, number: usize) -> Res
             "{photo} has no decision {number}; it has {count}, counted from 1 (`quadratura decide` lists them)"
         )));
     };
-    let place = all.iter().filter(|other| other.kind == found.kind && other.number < number).count();
+    let index = all.iter().filter(|other| other.kind == found.kind && other.number < number).count();
     match found.kind {
-        Kind::Merge => drop(decisions.merge.remove(place)),
-        Kind::Split => drop(decisions.split.remove(place)),
-        Kind::Name => drop(decisions.names.remove(place)),
-        Kind::Exclude => drop(decisions.exclude.remove(place)),
-        Kind::Pin => drop(decisions.pin.remove(place)),
+        Kind::Merge => drop(decisions.merge.remove(index)),
+        Kind::Split => drop(decisions.split.remove(index)),
+        Kind::Name => drop(decisions.names.remove(index)),
+        Kind::Exclude => drop(decisions.exclude.remove(index)),
+        Kind::Pin => drop(decisions.pin.remove(index)),
         Kind::Options => decisions.options = PhotoOptions::default(),
     }
     Ok(())

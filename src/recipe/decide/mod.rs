@@ -1,5 +1,5 @@
-//! What is decided about single photos' layers: edits of `decisions` in `project.json`, each judged against
-//! the stacks as they are. Pure; whoever calls saves.
+//! Decisions about single photos' layers: edits of `decisions` in `project.json`, each checked against the present
+//! stacks. The functions are pure; the caller saves the result.
 
 mod checks;
 mod cost;
@@ -12,44 +12,44 @@ use std::collections::BTreeSet;
 
 use self::checks::{refuse_merge, refuse_split, refuse_unknown, refuse_unseen};
 pub use self::cost::MergeCost;
-pub use self::face::{FaceInPhoto, FaceInPhotos, Given, face_in_photos, photos_of_faces};
-pub use self::list::{Decided, Kind, decided};
+pub use self::face::{FaceInPhoto, FaceInPhotos, face_in_photos, photos_of_faces};
+pub use self::list::{Kind, ListedDecision, decided};
 pub use self::named::{faces_named, faces_of_layer};
-pub use self::state::{excluded, state_of_face, strangers};
+pub use self::state::{state_of_face, strangers};
 use super::layer_names::layers_of_names;
 use super::named::place_of_photo;
 use super::unmet::list as in_words;
-use crate::document::decisions::{LayerName, PhotoOptions};
+use crate::document::decisions::{LayerNaming, PhotoOptions};
 use crate::document::{PhotoDecisions, Project, Stack};
 use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::scene::{Model, Site};
 
-/// One decision. Photos are named as people type them ([`place_of_photo`]), faces exactly.
+/// A decision to be made. Photos may be given by abbreviated names ([`place_of_photo`]), faces only exactly.
 #[derive(Debug, Clone, PartialEq)]
 pub enum LayerEdit {
-    /// What these faces belong to shares one image layer of the photo.
+    /// The elements of these faces share one image layer of the photo.
     Merge { photo: String, of: Vec<Faces> },
-    /// These groups share no image layer; one group alone shares with nothing else.
+    /// The groups share no image layer with each other; a single group shares with nothing else.
     Split { photo: String, groups: Vec<Vec<Faces>> },
-    /// The image layer that holds most of these faces has this name; none: the one it has by itself.
+    /// The image layer that contains most of these faces gets this name; `None` restores its automatic name.
     Rename { photo: String, of: Vec<Faces>, name: Option<String> },
-    /// The photo gives these faces no texture.
+    /// The photo does not texture these faces.
     Exclude { photo: String, of: Vec<Faces> },
-    /// The photo textures these faces alone, as far as it shows them.
+    /// Only this photo textures these faces, as far as it shows them.
     Pin { photo: String, of: Vec<Faces> },
-    /// The photo neither excludes these faces nor are they pinned to it.
+    /// Removes exclusions of these faces from the photo and pins to it.
     Free { photo: String, of: Vec<Faces> },
-    /// The photo's own options of the method, in place of those it had.
+    /// Replaces the photo's own options of the method.
     Options { photo: String, options: PhotoOptions },
-    /// Takes one decision back, by its number in [`decided`].
+    /// Removes one decision, by its number in [`decided`].
     Forget { photo: String, number: usize },
-    /// Takes all decisions about a photo back, or all there are.
+    /// Removes all decisions about a photo, or all decisions of the project.
     Reset { photo: Option<String> },
 }
 
 impl LayerEdit {
-    /// What is undone when this is: `merge of tower, gate[2]`.
+    /// Returns the name of the undo step, such as `merge of tower, gate[2]`.
     pub fn name(&self) -> String {
         match self {
             Self::Merge { of, .. } => format!("merge of {}", in_short(of)),
@@ -63,12 +63,13 @@ impl LayerEdit {
             Self::Pin { photo, of } => format!("pin of {} to {photo}", in_short(of)),
             Self::Free { photo, of } => format!("no exclusion or pin of {} in {photo}", in_short(of)),
             Self::Options { photo, .. } => format!("options of {photo}"),
-            Self::Forget { photo, number } => format!("forget decision {number} of {photo}"),
+            Self::Forget { photo, number } => format!("remove decision {number} of {photo}"),
             Self::Reset { photo: Some(photo) } => format!("reset of {photo}"),
             Self::Reset { photo: None } => "reset of all decisions".into(),
         }
     }
 
+    /// Returns the photo of the edit; `None` for a reset of all decisions.
     fn photo(&self) -> Option<&str> {
         match self {
             Self::Merge { photo, .. }
@@ -84,7 +85,7 @@ impl LayerEdit {
     }
 }
 
-/// Some of many: names of steps stand in menus.
+/// Lists at most three items, because names of undo steps appear in menus.
 fn in_short(of: &[Faces]) -> String {
     const MOST: usize = 3;
     match of.len() {
@@ -93,12 +94,12 @@ fn in_short(of: &[Faces]) -> String {
     }
 }
 
-/// The project after a decision. `stacks` in the site's order: a photo without one is not asked whether what
-/// was decided can be, which the next build tells.
+/// Returns the project after an edit. `stacks` are in the site's order. For a photo without a stack the edit is not
+/// checked against its layers; the next build reports what cannot be satisfied.
 ///
 /// # Errors
-/// [`Error::Request`] with what is in the way and what would do: a photo, object or face that is not there,
-/// a face that the photo does not show, elements that hide each other, decisions that contradict it.
+/// Returns [`Error::Request`] with the obstacle and a remedy: a photo, object or face that does not exist, a face
+/// that the photo does not show, elements that hide each other, decisions that contradict the edit.
 pub fn edited(
     project: &Project,
     edit: &LayerEdit,
@@ -111,17 +112,18 @@ pub fn edited(
         return Ok(project);
     };
     let photo = whole_name(photo, edit, &project, site)?;
-    let place = site.photos.iter().position(|known| known.name == photo);
-    let stack = place.and_then(|place| *stacks.get(place)?);
-    let mut ground = Ground { project: &mut project, photo: &photo, model: &site.model, stack };
-    ground.apply(edit)?;
+    let index = site.photos.iter().position(|known| known.name == photo);
+    let stack = index.and_then(|index| *stacks.get(index)?);
+    let mut context = EditContext { project: &mut project, photo: &photo, model: &site.model, stack };
+    context.apply(edit)?;
     match project.decisions.problem(&project.options) {
         Some(problem) => Err(Error::Request(problem)),
         None => Ok(project),
     }
 }
 
-/// Decisions outlive their photos: what is written may be taken back by its whole name.
+/// Returns the full name of a photo. Decisions may outlive their photos, so they can be removed by a photo's full
+/// name.
 fn whole_name(typed: &str, edit: &LayerEdit, project: &Project, site: &Site) -> Result<String> {
     let takes_back = matches!(edit, LayerEdit::Forget { .. } | LayerEdit::Reset { .. });
     if takes_back && project.decisions.photos.contains_key(typed) {
@@ -130,15 +132,16 @@ fn whole_name(typed: &str, edit: &LayerEdit, project: &Project, site: &Site) -> 
     Ok(site.photos[place_of_photo(site, typed)?].name.clone())
 }
 
-/// What an edit is applied to.
-struct Ground<'a> {
+/// The context of an edit.
+struct EditContext<'a> {
     project: &'a mut Project,
     photo: &'a str,
     model: &'a Model,
     stack: Option<&'a Stack>,
 }
 
-impl Ground<'_> {
+impl EditContext<'_> {
+    /// Applies the edit to the project's decisions.
     fn apply(&mut self, edit: &LayerEdit) -> Result<()> {
         let mut decided = self.project.decisions.of(self.photo);
         match edit {
@@ -170,7 +173,7 @@ impl Ground<'_> {
         Ok(())
     }
 
-    /// Faces that the model has and the photo textures.
+    /// Returns the faces, sorted, after checking that the model has them and the photo textures them.
     fn seen(&self, of: &[Faces]) -> Result<Vec<Faces>> {
         let of = united(of.to_vec());
         refuse_unknown(&of, self.model)?;
@@ -197,15 +200,15 @@ impl Ground<'_> {
     }
 
     fn rename(&self, decided: &mut PhotoDecisions, of: &[Faces], name: Option<&str>) -> Result<()> {
-        let mut new = LayerName { name: name.unwrap_or_default().trim().to_owned(), of: self.seen(of)? };
+        let mut new = LayerNaming { name: name.unwrap_or_default().trim().to_owned(), of: self.seen(of)? };
         match self.stack {
             Some(stack) => {
                 let held = layers_of_names(stack, std::slice::from_ref(&new));
                 let layer = held.iter().position(Option::is_some);
                 let layer = layer.ok_or_else(|| no_layer(&new.of, self.photo))?;
-                let place = layers_of_names(stack, &decided.names)[layer];
-                place.map(|place| decided.names.remove(place));
-                // All of it, so that it is the same layer that is found again.
+                let index = layers_of_names(stack, &decided.names)[layer];
+                index.map(|index| decided.names.remove(index));
+                // The layer's complete content, so that the same layer is found again.
                 new.of = faces_of_layer(stack, layer);
             }
             None => decided.names.retain(|old| old.of != new.of),
@@ -216,7 +219,7 @@ impl Ground<'_> {
         Ok(())
     }
 
-    /// A face is pinned to one photo: the last word holds.
+    /// Removes other photos' pins of these faces: a face is pinned to one photo, and the last pin is valid.
     fn unpin_elsewhere(&mut self, of: &[Faces]) {
         let photos: BTreeSet<String> = self.project.decisions.photos.keys().cloned().collect();
         for other in photos.iter().filter(|other| *other != self.photo) {
@@ -228,10 +231,10 @@ impl Ground<'_> {
 }
 
 fn no_layer(of: &[Faces], photo: &str) -> Error {
-    Error::Request(format!("no image layer of {photo} holds {}", in_words(of)))
+    Error::Request(format!("no image layer of {photo} contains {}", in_words(of)))
 }
 
-/// One entry an object, by name; a whole object takes its single faces in.
+/// Combines entries to one per object, sorted by name; an entry for a whole object includes its single faces.
 fn united(mut list: Vec<Faces>) -> Vec<Faces> {
     list.sort();
     let mut united: Vec<Faces> = Vec::with_capacity(list.len());
@@ -239,7 +242,7 @@ fn united(mut list: Vec<Faces>) -> Vec<Faces> {
         faces.faces.sort_unstable();
         faces.faces.dedup();
         match united.last_mut() {
-            // Whole objects come first.
+            // Whole objects are sorted before single faces.
             Some(last) if last.object == faces.object && last.faces.is_empty() => {}
             Some(last) if last.object == faces.object => {
                 last.faces.append(&mut faces.faces);
@@ -252,7 +255,7 @@ fn united(mut list: Vec<Faces>) -> Vec<Faces> {
     united
 }
 
-/// A list less some faces. What the model does not have stays, unless it is named the same.
+/// Returns a list without some faces. Faces that the model does not have remain, unless they are named identically.
 fn without(list: &[Faces], of: &[Faces], model: &Model) -> Vec<Faces> {
     let rest = |faces: &Faces| {
         if of.contains(faces) {

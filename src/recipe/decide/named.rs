@@ -1,31 +1,31 @@
-//! Faces by the words that people type for them.
+//! Faces by the names that are typed for them.
 
 use crate::document::Stack;
 use crate::error::{Error, Result};
 use crate::layers::Faces;
 use crate::scene::Model;
 
-/// What `typed` names: the token of an image layer of the stack, an object, or faces of one as
-/// `OBJECT[3, 5-8]`.
+/// Returns the faces that `typed` refers to: the token of an image layer of the stack, an object, or faces of one
+/// as `OBJECT[3, 5-8]`.
 ///
 /// # Errors
-/// [`Error::Request`] when it is none of these.
+/// Returns [`Error::Request`] when it is none of these.
 pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<Vec<Faces>> {
     let is_object = |name: &str| model.objects.iter().any(|object| object.name == name);
-    // An object comes first, whatever it is called.
+    // Objects take precedence, whatever their names.
     if is_object(typed) {
         return Ok(vec![Faces::whole(typed)]);
     }
     let layer = stack.and_then(|stack| {
-        let place = stack.image_layers.iter().position(|layer| layer.id == typed)?;
-        Some(faces_of_layer(stack, place))
+        let index = stack.image_layers.iter().position(|layer| layer.id == typed)?;
+        Some(faces_of_layer(stack, index))
     });
     if let Some(faces) = layer {
         return Ok(faces);
     }
     let unknown = || {
         Error::Request(format!(
-            "{typed:?} names nothing here; expected an object, faces of one as OBJECT[3, 5-8], or the token of an \
+            "{typed:?} is unknown; expected an object, faces of one as OBJECT[3, 5-8], or the token of an \
              image layer, as `quadratura info` shows them"
         ))
     };
@@ -34,7 +34,7 @@ pub fn faces_named(model: &Model, stack: Option<&Stack>, typed: &str) -> Result<
     Ok(vec![Faces { object: object.to_owned(), faces }])
 }
 
-/// `3, 5-8`; an index is below a million.
+/// Parses indices such as `3, 5-8`; an index has to be below a million.
 fn indices(text: &str) -> Option<Vec<u32>> {
     const MOST: u32 = 1_000_000;
     let mut all = Vec::new();
@@ -51,7 +51,7 @@ fn indices(text: &str) -> Option<Vec<u32>> {
     Some(all)
 }
 
-/// What an image layer holds, an entry an element; nothing where the stack has no such layer.
+/// Returns the faces in an image layer, one entry per object; nothing where the stack has no such layer.
 pub fn faces_of_layer(stack: &Stack, layer: usize) -> Vec<Faces> {
     let Some(layer) = stack.image_layers.get(layer) else { return Vec::new() };
     let elements = stack.visibility_layers.iter().flatten().zip(0u32..);

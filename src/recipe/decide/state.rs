@@ -1,32 +1,11 @@
-//! What decisions come to for the stacks and the model as they are.
+//! The effect of decisions on the present stacks and model.
 
-use crate::document::stack::{Reason, Untextured};
-use crate::document::{Decisions, PhotoDecisions, Stack};
+use crate::document::{Decisions, PhotoDecisions};
 use crate::layers::Faces;
 use crate::recipe::decide::list::decided;
 use crate::scene::{Model, Site};
 
-/// The faces that a photo would texture and was excluded for.
-pub fn excluded(stack: &Stack, decisions: &PhotoDecisions) -> Vec<Untextured> {
-    if decisions.exclude.is_empty() {
-        return Vec::new();
-    }
-    let mut found: Vec<(String, u32)> = Vec::new();
-    for element in stack.visibility_layers.iter().flatten() {
-        let faces = element.all_faces().into_iter().filter(|face| decisions.excludes(&element.object, *face));
-        found.extend(faces.map(|face| (element.object.clone(), face)));
-    }
-    found.sort_unstable();
-    found.dedup();
-    let told =
-        |object: &str, face: u32| stack.untextured.iter().any(|u| u.object == object && u.face == face);
-    found.retain(|(object, face)| !told(object, *face));
-    let untextured =
-        |(object, face)| Untextured { object, face, reason: Reason::Excluded, by: None, at: None };
-    found.into_iter().map(untextured).collect()
-}
-
-/// What was decided about one face in a photo, in words; none where nothing was.
+/// Returns the decision about a face in a photo, in words; `None` where there is none.
 pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Option<&'static str> {
     if decisions.excludes(object, index) {
         return Some("excluded");
@@ -34,24 +13,24 @@ pub fn state_of_face(decisions: &PhotoDecisions, object: &str, index: u32) -> Op
     decisions.pin.iter().any(|faces| faces.holds(object, index)).then_some("pinned to this photo")
 }
 
-/// Decisions that name what the site does not have, each in a sentence. They are kept, and hold again once
-/// it is back.
+/// Returns messages about decisions that refer to missing photos or faces. They are kept, and apply again when
+/// these are back.
 pub fn strangers(decisions: &Decisions, site: &Site) -> Vec<String> {
-    let mut told = Vec::new();
+    let mut messages = Vec::new();
     for (photo, decisions) in &decisions.photos {
-        let remedy = format!("`quadratura decide --photo {photo} --reset` forgets what was decided");
+        let remedy = format!("`quadratura decide --photo {photo} --reset` removes these decisions");
         if !site.photos.iter().any(|known| known.name == *photo) {
-            told.push(format!("decisions about {photo}, which is not among the photos ({remedy})"));
+            messages.push(format!("decisions about {photo}, which is not among the photos ({remedy})"));
             continue;
         }
         for decided in decided(decisions) {
             for faces in decided.of.iter().filter(|faces| !is_whole(faces, &site.model)) {
                 let number = decided.number;
-                told.push(format!("{photo}, decision {number}: the model does not have all of {faces} now"));
+                messages.push(format!("{photo}, decision {number}: the model no longer has all of {faces}"));
             }
         }
     }
-    told
+    messages
 }
 
 fn is_whole(faces: &Faces, model: &Model) -> bool {

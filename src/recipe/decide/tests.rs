@@ -1,13 +1,14 @@
-//! Decisions as they are made, refused and taken back, on a site of four panes.
+//! Decisions that are made, rejected and removed, on a site of four panes.
 
 use super::*;
 use crate::layers::{Options, SoftwareRasteriser, sort_photo};
 use crate::recipe::assemble::assemble;
 use crate::recipe::layer_names::rename;
+use crate::recipe::untextured::{Given, excluded};
 use crate::scene::synthetic::{Modeller, Scene, closed_form};
 use crate::task::Task;
 
-/// A pane, one behind it, and an object of two faces beside them.
+/// Makes a pane, one behind it, and an object of two faces beside them.
 fn site() -> Site {
     let mut m = Modeller::new();
     m.object("front").screen(3.0, [-0.5, -0.5, 0.5, 0.5]);
@@ -24,7 +25,7 @@ fn project() -> Project {
     serde_json::from_str(text).unwrap()
 }
 
-/// What a build makes of the first photo.
+/// Returns the stack that a build makes of the first photo.
 fn stack(site: &Site, project: &Project) -> Stack {
     let (photo, options) = (&site.photos[0], Options::default());
     let decided = project.decisions.of(&photo.name);
@@ -44,7 +45,7 @@ fn whole(names: &[&str]) -> Vec<Faces> {
     names.iter().map(|name| Faces::whole(*name)).collect()
 }
 
-/// One edit after the other, each with the stack as it then is.
+/// Applies edits in order, each with the stack as it is then.
 fn all(edits: &[LayerEdit]) -> Result<Project> {
     let site = site();
     edits.iter().try_fold(project(), |project, edit| {
@@ -87,20 +88,20 @@ fn a_merge_that_can_be_is_made_by_the_next_build_and_leaves_nothing_unmet() {
 
 #[test]
 fn a_merge_of_what_hides_each_other_is_refused_with_who_hides_whom() {
-    let told = refused(&[merge(whole(&["back", "front"]))]);
-    assert!(told.contains("front[0] hides a part of back[0]"), "{told}");
-    let told = refused(&[merge(whole(&["front"]))]);
-    assert!(told.contains("one part of one object"), "{told}");
+    let message = refused(&[merge(whole(&["back", "front"]))]);
+    assert!(message.contains("front[0] hides a part of back[0]"), "{message}");
+    let message = refused(&[merge(whole(&["front"]))]);
+    assert!(message.contains("one part of one object"), "{message}");
 }
 
 #[test]
 fn what_is_not_there_is_told_all_at_once_and_what_is_not_seen_with_the_reason() {
-    let told = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
-    assert!(told.contains("no object \"gate\"") && told.contains("no face 7"), "{told}");
-    let told = refused(&[LayerEdit::Exclude { photo: "a".into(), of: whole(&["shed"]) }]);
-    assert!(told.contains("gives shed no texture: hidden by"), "{told}");
-    let told = refused(&[LayerEdit::Exclude { photo: "c".into(), of: whole(&["front"]) }]);
-    assert!(told.contains("no photo is called c"), "{told}");
+    let message = refused(&[merge(vec![Faces::whole("gate"), faces("pair", &[7])])]);
+    assert!(message.contains("no object \"gate\"") && message.contains("no face 7"), "{message}");
+    let message = refused(&[LayerEdit::Exclude { photo: "a".into(), of: whole(&["shed"]) }]);
+    assert!(message.contains("does not texture shed: hidden by"), "{message}");
+    let message = refused(&[LayerEdit::Exclude { photo: "c".into(), of: whole(&["front"]) }]);
+    assert!(message.contains("there is no photo c"), "{message}");
 }
 
 #[test]
@@ -116,13 +117,13 @@ fn faces_of_one_object_are_split_into_layers_of_their_own() {
 #[test]
 fn merges_and_splits_that_contradict_each_other_are_refused() {
     let apart = || split(vec![whole(&["pair"]), whole(&["back"])]);
-    let told = refused(&[apart(), merge(whole(&["pair", "back"]))]);
-    assert!(told.contains("a split keeps it apart") && told.contains("forget that split"), "{told}");
-    let told = refused(&[merge(whole(&["pair", "back"])), apart()]);
-    assert!(told.contains("the merge of back, pair holds both sides"), "{told}");
-    let told = refused(&[split(vec![whole(&["pair"]), vec![faces("pair", &[1])]])]);
-    assert!(told.contains("in two of its groups"), "{told}");
-    // What is alone may be merged within itself.
+    let message = refused(&[apart(), merge(whole(&["pair", "back"]))]);
+    assert!(message.contains("a split keeps it apart") && message.contains("remove that split"), "{message}");
+    let message = refused(&[merge(whole(&["pair", "back"])), apart()]);
+    assert!(message.contains("the merge of back, pair contains both sides"), "{message}");
+    let message = refused(&[split(vec![whole(&["pair"]), vec![faces("pair", &[1])]])]);
+    assert!(message.contains("in two of its groups"), "{message}");
+    // The members of a single group may be merged with each other.
     all(&[split(vec![whole(&["pair", "back"])]), merge(whole(&["pair", "back"]))]).unwrap();
 }
 
@@ -155,9 +156,9 @@ fn of_excluding_and_pinning_the_last_word_holds_face_by_face() {
     let taken = all(&[pin("a", whole(&["pair"])), exclude("a", whole(&["pair"]))]).unwrap();
     assert!(taken.decisions.of("a.jpg").pin.is_empty());
     let site = site();
-    let told = excluded(&stack(&site, &taken), &taken.decisions.of("a.jpg"));
+    let excluded_faces = excluded(&stack(&site, &taken), &taken.decisions.of("a.jpg"));
     assert_eq!(
-        told.iter().map(|u| (u.face, u.in_words())).collect::<Vec<_>>(),
+        excluded_faces.iter().map(|u| (u.face, u.in_words())).collect::<Vec<_>>(),
         [(0, "excluded".into()), (1, "excluded".into())]
     );
     assert_eq!(state_of_face(&taken.decisions.of("a.jpg"), "pair", 1), Some("excluded"));
@@ -203,8 +204,8 @@ fn decisions_are_taken_back_by_number_and_all_together() {
     assert!(edit(LayerEdit::Reset { photo: Some("a".into()) }).unwrap().decisions.is_default());
     assert!(edit(LayerEdit::Reset { photo: None }).unwrap().decisions.is_default());
     let wide = PhotoOptions { tolerance: Some(2.0), ..options };
-    let told = edit(LayerEdit::Options { photo: "a".into(), options: wide }).unwrap_err().to_string();
-    assert!(told.contains("a.jpg: options: tolerance is 2"), "{told}");
+    let message = edit(LayerEdit::Options { photo: "a".into(), options: wide }).unwrap_err().to_string();
+    assert!(message.contains("a.jpg: options: tolerance is 2"), "{message}");
 }
 
 #[test]
@@ -216,12 +217,12 @@ fn decisions_about_what_is_gone_are_kept_told_and_can_be_forgotten() {
     let mut model = (*site.model).clone();
     model.objects[2].name = "twins".into();
     site.model = std::sync::Arc::new(model);
-    let told = strangers(&project.decisions, &site);
-    assert_eq!(told.len(), 2);
-    assert!(told[0].contains("a.jpg, decision 1") && told[0].contains("pair"), "{told:?}");
-    assert!(told[1].contains("gone.jpg") && told[1].contains("--reset"), "{told:?}");
+    let messages = strangers(&project.decisions, &site);
+    assert_eq!(messages.len(), 2);
+    assert!(messages[0].contains("a.jpg, decision 1") && messages[0].contains("pair"), "{messages:?}");
+    assert!(messages[1].contains("gone.jpg") && messages[1].contains("--reset"), "{messages:?}");
     let stack = stack(&site, &project);
-    assert!(stack.unmet[0].contains("pair has no texture"), "{:?}", stack.unmet);
+    assert!(stack.unmet[0].contains("pair is not textured"), "{:?}", stack.unmet);
     let edit = LayerEdit::Reset { photo: Some("gone.jpg".into()) };
     assert_eq!(edited(&project, &edit, &site, &[]).unwrap().decisions.photos.len(), 1);
 }
@@ -238,7 +239,7 @@ fn faces_are_named_as_people_type_them() {
     let of_layer = named(&stack.image_layers[layer].id).unwrap();
     assert!(of_layer.contains(&faces("front", &[0])), "{of_layer:?}");
     for wrong in ["gate", "pair[", "pair[x]", "pair[2-1]", "gate[0]", "pair[0-4000000000]"] {
-        assert!(named(wrong).unwrap_err().to_string().contains("names nothing here"), "{wrong}");
+        assert!(named(wrong).unwrap_err().to_string().contains("is unknown"), "{wrong}");
     }
 }
 
@@ -258,22 +259,24 @@ fn each_photo_tells_how_it_stands_to_a_face() {
     let (site, plain) = (site(), project());
     let stack = stack(&site, &plain);
     let stacks = [Some(&stack), None];
-    let told = |project: &Project, object: &str| {
+    let faces_in_photos = |project: &Project, object: &str| {
         let object = site.model.objects.iter().find(|it| it.name == object).unwrap();
         face_in_photos(&site, &stacks, &project.decisions, object.faces[0])
     };
-    let front = told(&plain, "front");
+    let front = faces_in_photos(&plain, "front");
     assert!(matches!(front.photos[0].given, Given::Texture { image_layers: 1, .. }), "{front:?}");
     assert_eq!((&front.photos[1].given, front.pinned_to), (&Given::NotBuilt, None));
-    let Given::Nothing(why) = &told(&plain, "shed").photos[0].given else { panic!("nobody sees it") };
-    assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::Reason::Hidden, true));
+    let Given::Nothing(why) = &faces_in_photos(&plain, "shed").photos[0].given else {
+        panic!("no photo sees it")
+    };
+    assert_eq!((why.reason, why.by.is_some()), (crate::document::stack::UntexturedReason::Hidden, true));
 
     let pin = LayerEdit::Pin { photo: "b".into(), of: whole(&["front"]) };
     let exclude = LayerEdit::Exclude { photo: "a".into(), of: whole(&["front"]) };
     let decided = all(&[exclude, pin]).unwrap();
-    let front = told(&decided, "front");
+    let front = faces_in_photos(&decided, "front");
     let Given::Nothing(why) = &front.photos[0].given else { panic!("it is excluded") };
-    assert_eq!(why.reason, crate::document::stack::Reason::Excluded);
+    assert_eq!(why.reason, crate::document::stack::UntexturedReason::Excluded);
     assert_eq!(front.photos[0].decided, Some("excluded"));
     assert_eq!((front.photos[1].decided, front.pinned_to), (Some("pinned to this photo"), Some(1)));
 
@@ -316,7 +319,7 @@ fn every_edit_has_a_name_for_the_history() {
     assert_eq!(merge(whole(&["a", "b", "c", "d"])).name(), "merge of a, b and 2 more");
     assert_eq!(split(vec![whole(&["pair"])]).name(), "split of pair");
     let edit = LayerEdit::Forget { photo: "a".into(), number: 2 };
-    assert_eq!(edit.name(), "forget decision 2 of a");
+    assert_eq!(edit.name(), "remove decision 2 of a");
 }
 
 #[test]
@@ -334,7 +337,7 @@ fn layers_of_one_name_are_numbered_from_the_front_and_a_given_name_stays_as_it_w
     let elements: Vec<_> = stack.visibility_layers.iter().flatten().collect();
     let held = stack.image_layers[2].elements.iter().map(|element| elements[*element as usize]);
     let of = held.map(|element| faces(&element.object, &element.all_faces())).collect();
-    rename(&mut stack, &[LayerName { name: "wall".into(), of }]);
+    rename(&mut stack, &[LayerNaming { name: "wall".into(), of }]);
     assert_eq!(named(&stack), ["wall", "wall (2)", "wall"]);
     assert_eq!(stack.image_layers[2].own_name.as_deref(), Some("wall (3)"));
 }

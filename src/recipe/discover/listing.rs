@@ -1,54 +1,56 @@
-//! What is in a folder and below it, as far as it could belong to a site.
+//! A listing of a folder and its subfolders, limited to what could belong to a site.
 
 use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::io::cameras::holds_cameras;
+use crate::io::cameras::{CamerasThere, cameras_in};
 use crate::io::photo::EXTENSIONS;
 use crate::io::project::PROJECT_FILE;
 use crate::task::Task;
 
-/// How deep sub-folders are followed: `dense/0/sparse/0` with room above; links may go in circles.
+/// The deepest level of subfolders that is searched: enough for `dense/0/sparse/0`, and finite where links form
+/// cycles.
 const DEEPEST: usize = 6;
-/// So many entries of folders are looked at: a large survey with all that COLMAP leaves beside it, and still a
-/// matter of seconds where somebody points at a whole disk.
+/// The largest number of folder entries that is read: enough for a large survey with everything that COLMAP leaves,
+/// and still a matter of seconds when the folder is a whole disk.
 const MOST_ENTRIES: usize = 100_000;
-/// Model formats that are read.
+/// The extensions of the model formats that are read.
 const MODELS: [&str; 3] = ["obj", "gltf", "glb"];
 
-/// A folder in which something was found.
+/// A folder with relevant contents.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub(super) struct Folder {
-    /// Below the root; empty for the root.
+    /// The path below the root; empty for the root.
     pub path: PathBuf,
-    /// Images that stand in it, not in its sub-folders.
+    /// The number of images in the folder itself, not in subfolders.
     pub images: usize,
-    /// Bytes of the cameras' list of photos; more bytes, more photos.
-    pub cameras: Option<u64>,
-    /// Models' file names and bytes.
+    /// The cameras in it, of the first format that is there.
+    pub cameras: Option<CamerasThere>,
+    /// The file names and sizes in bytes of models.
     pub models: Vec<(String, u64)>,
 }
 
-/// What was found.
+/// The result of a search.
 #[derive(Debug, Default)]
 pub(super) struct Listing {
-    /// The nearest to the root first, then by path.
+    /// The folders, those nearest to the root first, then by path.
     pub folders: Vec<Folder>,
-    /// There was more than is looked at.
+    /// Whether the search stopped at the limit of entries.
     pub cut_short: bool,
 }
 
 impl Listing {
-    /// Looks at `root` and below. Hidden folders and projects of this program are left out, folders that cannot
-    /// be read, too.
+    /// Searches `root` and its subfolders. Hidden folders, projects of this program and unreadable folders are
+    /// skipped.
     ///
     /// # Errors
-    /// [`Error::Io`] when `root` cannot be read; [`Error::Cancelled`].
+    /// Returns [`Error::Io`] when `root` cannot be read, or [`Error::Cancelled`].
     pub fn of(root: &Path, task: &Task) -> Result<Self> {
         std::fs::read_dir(root).map_err(Error::io(root, "read the folder"))?;
         let mut listing = Self::default();
-        let (mut waiting, mut entries) = (VecDeque::from([PathBuf::new()]), 0);
+        let mut waiting = VecDeque::from([PathBuf::new()]);
+        let mut entries = 0;
         while let Some(below) = waiting.pop_front() {
             task.go_on()?;
             let names = names_in(&root.join(&below));
@@ -69,7 +71,7 @@ impl Listing {
     }
 }
 
-/// Names that are not hidden, sorted.
+/// Returns the names in a folder that are not hidden, sorted.
 fn names_in(folder: &Path) -> Vec<String> {
     let entries = std::fs::read_dir(folder).into_iter().flatten().flatten();
     let mut names: Vec<String> = entries.filter_map(|entry| entry.file_name().into_string().ok()).collect();
@@ -78,14 +80,11 @@ fn names_in(folder: &Path) -> Vec<String> {
     names
 }
 
-/// A folder's own content, and its sub-folders.
+/// Returns a folder's relevant contents, and its subfolders.
 fn sorted_out(root: &Path, below: PathBuf, names: Vec<String>) -> (Folder, Vec<PathBuf>) {
     let here = root.join(&below);
-    let (mut folder, mut sub_folders) = (Folder { path: below, ..Folder::default() }, Vec::new());
-    if holds_cameras(&here) {
-        let bytes = |name: &str| std::fs::metadata(here.join(name)).map(|file| file.len()).ok();
-        folder.cameras = bytes("images.bin").or_else(|| bytes("images.txt"));
-    }
+    let mut folder = Folder { path: below, cameras: cameras_in(&here), ..Folder::default() };
+    let mut sub_folders = Vec::new();
     for name in names {
         if is_image(Path::new(&name)) {
             folder.images += 1;
@@ -101,16 +100,18 @@ fn sorted_out(root: &Path, below: PathBuf, names: Vec<String>) -> (Folder, Vec<P
     (folder, sub_folders)
 }
 
+/// Returns true when the path has one of these extensions, in upper or lower case.
 fn has_extension(path: &Path, known: &[&str]) -> bool {
     let extension = path.extension().unwrap_or_default();
     known.iter().any(|known| extension.eq_ignore_ascii_case(known))
 }
 
+/// Returns true when the path has the extension of a photo.
 fn is_image(path: &Path) -> bool {
     has_extension(path, &EXTENSIONS)
 }
 
-/// A model, by its extension.
+/// Returns true when the path has the extension of a model.
 pub(super) fn is_model(path: &Path) -> bool {
     has_extension(path, &MODELS)
 }

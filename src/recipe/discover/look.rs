@@ -1,11 +1,11 @@
-//! What is in each part of a site: read once, told part by part.
+//! Reading the parts of a site, with a separate result for each part.
 
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use super::{Part, Parts};
 use crate::error::{Error, Result};
-use crate::io::cameras::read_cameras;
+use crate::io::cameras::{CameraNames, read_names};
 use crate::io::models::read_model;
 use crate::io::photo::{Match, PhotoFolder};
 use crate::io::stamp::Stamp;
@@ -14,52 +14,52 @@ use crate::task::Task;
 /// A folder of photos.
 #[derive(Debug)]
 pub struct PhotosFound {
-    /// Its image files.
+    /// The image files in it.
     pub files: PhotoFolder,
 }
 
-/// Cameras.
+/// A set of cameras.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct CamerasFound {
-    /// The photos that they name, in their order.
+    /// The names of their photos, in their order.
     pub names: Vec<String>,
-    /// Points that structure from motion triangulated.
+    /// The number of points that structure from motion triangulated.
     pub points: usize,
-    /// Cameras that cannot be used, one sentence each.
+    /// Reasons why cameras cannot be used, one sentence each.
     pub left_out: Vec<String>,
-    /// What is worth knowing.
+    /// Notes of the reader.
     pub notes: Vec<String>,
 }
 
 /// A model.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct ModelFound {
-    /// Named objects.
+    /// The number of named objects.
     pub objects: usize,
-    /// Polygon faces.
+    /// The number of polygon faces.
     pub faces: usize,
-    /// What is wrong with it and what was left out.
+    /// Notes about defects and omissions.
     pub notes: Vec<String>,
 }
 
-/// How photos and cameras belong together.
+/// The result of matching photos with cameras.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
-pub struct Matched {
-    /// Cameras whose photo is there under its own name.
+pub struct PhotoMatch {
+    /// The number of cameras whose photo exists under its own name.
     pub exactly: usize,
-    /// Cameras whose photo is there, be it in another folder or format.
+    /// The number of cameras whose photo exists, possibly in another folder or format.
     pub found: usize,
-    /// Cameras.
+    /// The number of cameras.
     pub of: usize,
-    /// The first photos that are not there.
+    /// The names of the first missing photos.
     pub missing: Vec<String>,
 }
 
-impl Matched {
-    /// So many missing photos are named.
+impl PhotoMatch {
+    /// The number of missing photos that are listed.
     const NAMED: usize = 5;
 
-    /// Of the photos that cameras name, in a folder.
+    /// Matches the photos that cameras refer to with the files of a folder.
     pub fn of(files: &PhotoFolder, names: &[&str]) -> Self {
         let matches = files.find(names);
         let exactly = matches.iter().filter(|found| matches!(found, Match::File(_, ""))).count();
@@ -70,26 +70,27 @@ impl Matched {
     }
 }
 
-/// What one part was found to be; shared, so that parts that did not change are not read again.
+/// The result of reading one part. It is shared, so that parts without changes are not read again.
 #[derive(Debug)]
-pub struct Looked<T> {
-    /// Where.
+pub struct PartContents<T> {
+    /// The part's path.
     pub path: PathBuf,
-    /// What is there, or why it cannot be used. None for an empty path.
+    /// The contents, or the reason why the part cannot be used; `None` for an empty path.
     pub found: Option<Arc<Result<T>>>,
-    /// The files as they were by then.
+    /// The stamp of the files when they were read.
     stamp: Stamp,
 }
 
-impl<T> Clone for Looked<T> {
+impl<T> Clone for PartContents<T> {
     fn clone(&self) -> Self {
         Self { path: self.path.clone(), found: self.found.clone(), stamp: self.stamp.clone() }
     }
 }
 
-impl<T> Looked<T> {
+impl<T> PartContents<T> {
+    /// Reads a part, unless it is unchanged since `before`.
     fn at(path: &Path, before: Option<&Self>, read: impl FnOnce(&Path) -> Result<T>) -> Result<Self> {
-        // Before it is read: what changes meanwhile is looked at once more.
+        // The stamp is taken before reading, so that a change during reading is noticed the next time.
         let stamp = stamp_of(path);
         if let Some(before) = before.filter(|before| before.path == path && before.stamp == stamp) {
             return Ok(before.clone());
@@ -101,39 +102,39 @@ impl<T> Looked<T> {
         }
     }
 
-    /// What is there, where it can be used.
+    /// Returns the contents if the part can be used.
     pub fn good(&self) -> Option<&T> {
         self.found.as_deref()?.as_ref().ok()
     }
 
-    /// Why it cannot be used.
+    /// Returns the reason why the part cannot be used.
     pub fn error(&self) -> Option<&Error> {
         self.found.as_deref()?.as_ref().err()
     }
 }
 
-/// What the parts of a site were found to be.
+/// The results of reading all parts of a site.
 #[derive(Debug, Clone)]
 pub struct Look {
     /// The photos.
-    pub photos: Looked<PhotosFound>,
+    pub photos: PartContents<PhotosFound>,
     /// The cameras.
-    pub cameras: Looked<CamerasFound>,
+    pub cameras: PartContents<CamerasFound>,
     /// The model.
-    pub model: Looked<ModelFound>,
-    /// Photos and cameras together, where both can be used.
-    pub matched: Option<Matched>,
+    pub model: PartContents<ModelFound>,
+    /// The match between photos and cameras, where both can be used.
+    pub matched: Option<PhotoMatch>,
 }
 
 impl Look {
-    /// Where it was looked.
+    /// Returns the paths that were read.
     pub fn parts(&self) -> Parts {
         let [photos, cameras, model] =
             [&self.photos.path, &self.cameras.path, &self.model.path].map(PathBuf::clone);
         Parts { photos, cameras, model }
     }
 
-    /// Why a part cannot be used.
+    /// Returns the reason why a part cannot be used.
     pub fn error(&self, part: Part) -> Option<&Error> {
         match part {
             Part::Photos => self.photos.error(),
@@ -142,63 +143,62 @@ impl Look {
         }
     }
 
-    /// A project can be made of it: all parts can be used, and a photo at least has its camera.
+    /// Returns true when a project can be made: all parts can be used, and at least one camera has its photo.
     pub fn is_whole(&self) -> bool {
         let matched = self.matched.as_ref().is_some_and(|matched| matched.found > 0);
         matched && self.model.good().is_some()
     }
 }
 
-/// Of a file with those beside it that are called so, too, as the buffers of a glTF model are; of a folder.
+/// Returns the stamp of a folder, or of a file together with files of the same stem beside it, such as the buffers
+/// of a glTF model.
 fn stamp_of(path: &Path) -> Stamp {
     if path.as_os_str().is_empty() {
         return Stamp::default();
     }
     let around = path.parent().filter(|_| path.is_file()).and_then(|folder| std::fs::read_dir(folder).ok());
     let beside = around.into_iter().flatten().flatten().map(|entry| entry.path());
-    let mut kin: Vec<PathBuf> = beside.filter(|other| other.file_stem() == path.file_stem()).collect();
-    kin.sort();
-    let kin = kin.iter().filter(|other| other.is_file()).map(|other| Stamp::of(other));
-    kin.fold(Stamp::of(path), Stamp::and)
+    let mut siblings: Vec<PathBuf> = beside.filter(|other| other.file_stem() == path.file_stem()).collect();
+    siblings.sort();
+    let siblings = siblings.iter().filter(|other| other.is_file()).map(|other| Stamp::of(other));
+    siblings.fold(Stamp::of(path), Stamp::and)
 }
 
-/// Reads the parts of a site; those that were looked at `before` at the same place, and are as they were, are taken from
-/// there.
+/// Reads the parts of a site. Parts that were read `before` from the same path and are unchanged are reused.
 ///
 /// # Errors
-/// [`Error::Cancelled`] alone: what is wrong with a part is told in its place.
+/// Returns [`Error::Cancelled`] only; errors of a part are in its own result.
 pub fn look_at(parts: &Parts, before: Option<&Look>, task: &Task) -> Result<Look> {
-    // What is told of one part belongs to its place, not to whoever listens to the task.
-    let task = &Task::silent().stopped_by(task.stop_flag());
-    let photos = Looked::at(&parts.photos, before.map(|look| &look.photos), |path| photos(path, task))?;
-    let cameras = Looked::at(&parts.cameras, before.map(|look| &look.cameras), |path| cameras(path, task))?;
-    let model = Looked::at(&parts.model, before.map(|look| &look.model), |path| model(path, task))?;
+    // Notes about a part belong to its own result, not to the observer of the task.
+    let task = &Task::silent().with_stop_flag(task.stop_flag());
+    let photos = PartContents::at(&parts.photos, before.map(|look| &look.photos), |path| photos(path, task))?;
+    let cameras =
+        PartContents::at(&parts.cameras, before.map(|look| &look.cameras), |path| cameras(path, task))?;
+    let model = PartContents::at(&parts.model, before.map(|look| &look.model), |path| model(path, task))?;
     let matched = photos.good().zip(cameras.good()).map(|(photos, cameras)| {
         let names: Vec<&str> = cameras.names.iter().map(String::as_str).collect();
-        Matched::of(&photos.files, &names)
+        PhotoMatch::of(&photos.files, &names)
     });
     Ok(Look { photos, cameras, model, matched })
 }
 
+/// Lists a folder of photos.
 fn photos(path: &Path, task: &Task) -> Result<PhotosFound> {
     let files = PhotoFolder::scan(path, task)?;
     if files.is_empty() {
         let remedy = "give the folder of the photos: JPEG, PNG, TIFF or WebP";
-        return Err(Error::input(path, "", "there is no photo in it", remedy));
+        return Err(Error::input(path, "", "this folder contains no photos", remedy));
     }
     Ok(PhotosFound { files })
 }
 
+/// Reads cameras.
 fn cameras(path: &Path, task: &Task) -> Result<CamerasFound> {
-    let cameras = read_cameras(path, task)?;
-    Ok(CamerasFound {
-        names: cameras.photos.into_iter().map(|photo| photo.name).collect(),
-        points: cameras.points.len(),
-        left_out: cameras.problems.iter().map(ToString::to_string).collect(),
-        notes: cameras.notes,
-    })
+    let CameraNames { names, points, problems, notes } = read_names(path, task)?;
+    Ok(CamerasFound { names, points, left_out: problems.iter().map(ToString::to_string).collect(), notes })
 }
 
+/// Reads a model.
 fn model(path: &Path, task: &Task) -> Result<ModelFound> {
     let (model, notes) = read_model(path, task)?;
     Ok(ModelFound { objects: model.objects.len(), faces: model.faces.len(), notes })

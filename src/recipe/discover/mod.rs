@@ -1,7 +1,7 @@
-//! What a project could be made of: photos, cameras and a model, found in a folder, and what is in each.
+//! Discovery of a site's parts: photos, cameras and a model in a folder, and what each of them contains.
 //!
-//! [`find_site`] looks through a folder and names candidates, the likeliest first; [`look_at`] reads what was chosen
-//! and says what is there, part by part, so that whoever asks can show each error where it belongs.
+//! [`find_site`] searches a folder and lists candidates, the likeliest first; [`look_at`] reads the chosen parts
+//! and reports on each separately, so that the caller can show each error where it belongs.
 
 mod listing;
 mod look;
@@ -13,30 +13,30 @@ mod tests;
 use std::path::{Path, PathBuf};
 
 use crate::error::{Error, Result};
-use crate::io::cameras::{holds_cameras, read_cameras};
+use crate::io::cameras::{self, cameras_in, is_camera_file, read_names};
 use crate::io::photo::PhotoFolder;
-use crate::io::project::refuse_content;
+use crate::io::project::check_is_empty;
 use crate::task::Task;
 
 use listing::Listing;
-pub use look::{CamerasFound, Look, Looked, Matched, ModelFound, PhotosFound, look_at};
+pub use look::{CamerasFound, Look, ModelFound, PartContents, PhotoMatch, PhotosFound, look_at};
 
-/// What a site is made of, in the order in which it is asked for.
+/// A part of a site, in the order in which the user is asked for it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Part {
     /// The folder of the photos.
     Photos,
-    /// COLMAP's cameras.
+    /// The cameras: a file or a folder of one of the formats that are read.
     Cameras,
     /// The model's file.
     Model,
 }
 
 impl Part {
-    /// All of them, in order.
+    /// All parts, in order.
     pub const ALL: [Self; 3] = [Self::Photos, Self::Cameras, Self::Model];
 
-    /// For people.
+    /// Returns the name that is displayed.
     pub fn name(self) -> &'static str {
         match self {
             Self::Photos => "Photos",
@@ -45,19 +45,17 @@ impl Part {
         }
     }
 
-    /// What can be given for it.
+    /// Returns a description of what the user may choose.
     pub fn accepted(self) -> &'static str {
         match self {
             Self::Photos => "a folder of JPEG, PNG, TIFF or WebP photos, sub-folders too",
-            Self::Cameras => {
-                "COLMAP's cameras and images files, .bin or .txt, or a folder above them such as sparse/0"
-            }
+            Self::Cameras => cameras::accepted(),
             Self::Model => "a coarse model as OBJ, glTF or GLB",
         }
     }
 }
 
-/// Where the parts of a site are. An empty path is one that is not known yet.
+/// The paths of a site's parts. An empty path is not known yet.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Parts {
     /// The folder of the photos.
@@ -69,7 +67,7 @@ pub struct Parts {
 }
 
 impl Parts {
-    /// Where a part is.
+    /// Returns the path of a part.
     pub fn path(&self, part: Part) -> &Path {
         match part {
             Part::Photos => &self.photos,
@@ -78,7 +76,7 @@ impl Parts {
         }
     }
 
-    /// To say where a part is.
+    /// Returns the path of a part for modification.
     pub fn path_mut(&mut self, part: Part) -> &mut PathBuf {
         match part {
             Part::Photos => &mut self.photos,
@@ -87,9 +85,9 @@ impl Parts {
         }
     }
 
-    /// The part that an error speaks of: the one whose path is nearest above the error's file. None for what
-    /// speaks of no part, such as the project's own folder.
-    pub fn part_of(&self, error: &Error) -> Option<Part> {
+    /// Returns the part that an error concerns: the one whose path is the closest ancestor of the error's file.
+    /// `None` for errors that concern no part, such as those of the project's own folder.
+    pub fn part_of_error(&self, error: &Error) -> Option<Part> {
         let file = match error {
             Error::Input { file, .. } => file,
             Error::Io { path, .. } => path,
@@ -99,7 +97,7 @@ impl Parts {
         let of_part = |part: Part| {
             let path = self.path(part);
             let whole = path.canonicalize().unwrap_or_else(|_| path.to_path_buf());
-            // Cameras are named by one of their files, and errors by another one.
+            // Cameras may be given by one of their files, and an error may concern another one.
             let whole = match part {
                 Part::Cameras if whole.is_file() => whole.parent().map(PathBuf::from).unwrap_or_default(),
                 _ => whole,
@@ -111,21 +109,21 @@ impl Parts {
     }
 }
 
-/// What was found in a folder, each the likeliest first.
+/// The candidates found in a folder, for each part the likeliest first.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Candidates {
     /// Folders of photos.
     pub photos: Vec<PathBuf>,
     /// Folders with cameras.
     pub cameras: Vec<PathBuf>,
-    /// Files of models.
+    /// Model files.
     pub models: Vec<PathBuf>,
-    /// There is so much in the folder that not all of it was looked at.
+    /// Whether the folder has too many entries, so that not all of it was searched.
     pub cut_short: bool,
 }
 
 impl Candidates {
-    /// Those of one part.
+    /// Returns the candidates for one part.
     pub fn of(&self, part: Part) -> &[PathBuf] {
         match part {
             Part::Photos => &self.photos,
@@ -135,42 +133,46 @@ impl Candidates {
     }
 }
 
-/// So many folders are looked at for the photos that the cameras name; the others are less likely by their names.
+/// The number of photo folders that are compared with the cameras' names; the others are less likely by their own
+/// names.
 const LOOKED_AT: usize = 12;
 
-/// Looks through `root` and the folders below it for the parts of a site. Folders of photos are ranked by how many
-/// of the likeliest cameras' photos they hold, the rest by names, places and sizes.
+/// Searches `root` and its subfolders for the parts of a site. Photo folders are ranked by how many of the
+/// likeliest cameras' photos they contain, everything else by names, locations and sizes.
 ///
 /// # Errors
-/// [`Error::Input`] when `root` is no folder; [`Error::Io`] when it cannot be read; [`Error::Cancelled`].
+/// Returns [`Error::Input`] when `root` is not a folder, [`Error::Io`] when it cannot be read, or
+/// [`Error::Cancelled`].
 pub fn find_site(root: &Path, task: &Task) -> Result<Candidates> {
     if !root.is_dir() {
-        return Err(Error::input(root, "", "there is no such folder", "check the path"));
+        return Err(Error::input(root, "", "this folder does not exist", "check the path"));
     }
     let listing = Listing::of(root, task)?;
     let below = |paths: Vec<PathBuf>| paths.iter().map(|path| joined(root, path)).collect::<Vec<_>>();
-    let (cameras, models) = (below(ranking::cameras(&listing)), below(ranking::models(&listing)));
+    let cameras = below(ranking::cameras(&listing));
+    let models = below(ranking::models(&listing));
     let photos = below(ranking::photos(&listing));
     let names = cameras.first().map(|folder| names_in(folder, task)).transpose()?.unwrap_or_default();
     let photos = by_names(photos, &names, task)?;
     Ok(Candidates { photos, cameras, models, cut_short: listing.cut_short })
 }
 
-/// `root` itself for an empty path, without a slash at its end.
+/// Joins two paths; an empty second path gives `root` without a trailing slash.
 fn joined(root: &Path, below: &Path) -> PathBuf {
     if below.as_os_str().is_empty() { root.to_path_buf() } else { root.join(below) }
 }
 
-/// The photos that cameras name; none where the cameras cannot be read, which is told by whoever uses them.
+/// Returns the names of the photos that the cameras refer to. The result is empty where the cameras cannot be read;
+/// the caller that uses them reports the error.
 fn names_in(cameras: &Path, task: &Task) -> Result<Vec<String>> {
-    match read_cameras(cameras, &Task::silent().stopped_by(task.stop_flag())) {
-        Ok(cameras) => Ok(cameras.photos.into_iter().map(|photo| photo.name).collect()),
+    match read_names(cameras, &Task::silent().with_stop_flag(task.stop_flag())) {
+        Ok(cameras) => Ok(cameras.names),
         Err(Error::Cancelled) => Err(Error::Cancelled),
         Err(_) => Ok(Vec::new()),
     }
 }
 
-/// Folders that hold more of the photos come first, of these the ones that hold less beside them.
+/// Sorts folders by how many of the photos they contain; of equal ones, those with fewer other files come first.
 fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<Vec<PathBuf>> {
     folders.truncate(LOOKED_AT);
     if names.is_empty() {
@@ -181,29 +183,26 @@ fn by_names(mut folders: Vec<PathBuf>, names: &[String], task: &Task) -> Result<
     for folder in folders {
         task.go_on()?;
         let Ok(files) = PhotoFolder::scan(&folder, task) else { continue };
-        let matched = Matched::of(&files, &names);
+        let matched = PhotoMatch::of(&files, &names);
         ranked.push((matched.exactly, matched.found, files.len(), folder));
     }
     ranked.sort_by(|a, b| (b.0, b.1).cmp(&(a.0, a.1)).then(a.2.cmp(&b.2)));
     Ok(ranked.into_iter().map(|(.., folder)| folder).collect())
 }
 
-/// The part that a file or folder is by itself, by its name and what stands in it; none for a folder in which
-/// a whole site may be.
+/// Returns the part that a file or folder is by its name and contents; `None` for a folder that may contain a whole
+/// site.
 pub fn part_at(path: &Path) -> Option<Part> {
     if path.is_dir() {
-        return holds_cameras(path).then_some(Part::Cameras);
+        return cameras_in(path).map(|_| Part::Cameras);
     }
     if listing::is_model(path) {
         return Some(Part::Model);
     }
-    let stem = path.file_stem().unwrap_or_default();
-    let folder = path.parent().unwrap_or(Path::new(""));
-    let of_cameras = ["cameras", "images", "points3D"].iter().any(|name| stem == *name);
-    (of_cameras && holds_cameras(folder)).then_some(Part::Cameras)
+    (is_camera_file(path) && !cameras::camera_files(path).is_empty()).then_some(Part::Cameras)
 }
 
-/// A folder for the project of a site in `root`: beside it, named after it, and new or empty.
+/// Returns a folder for the project of a site in `root`: beside it, named after it, and new or empty.
 pub fn folder_beside(root: &Path) -> PathBuf {
     let root = root.canonicalize().unwrap_or_else(|_| root.to_path_buf());
     let name = root.file_name().map_or_else(|| "site".into(), |name| name.to_string_lossy().into_owned());
@@ -212,6 +211,6 @@ pub fn folder_beside(root: &Path) -> PathBuf {
         1 => beside.join(format!("{name}-project")),
         number => beside.join(format!("{name}-project-{number}")),
     };
-    let free = (1..1000).map(named).find(|folder| refuse_content(folder).is_ok());
+    let free = (1..1000).map(named).find(|folder| check_is_empty(folder).is_ok());
     free.unwrap_or_else(|| named(1))
 }

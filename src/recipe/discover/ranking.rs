@@ -1,24 +1,24 @@
-//! Which of the things found are meant, judged by names, places and sizes alone.
+//! Ranking of the candidates by names, locations and sizes alone.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 use super::listing::{Folder, Listing};
 
-/// Folders that people and programs put photos into.
+/// Usual names of folders for photos.
 const OF_PHOTOS: [&str; 6] = ["images", "photos", "photo", "pictures", "jpg", "img"];
-/// Folders with pictures that are no photos, and what dense reconstructions leave.
+/// Parts of the names of folders with other pictures, and of what dense reconstruction produces.
 const OF_OTHERS: [&str; 12] = [
     "mask", "depth", "normal", "thumb", "stereo", "texture", "preview", "render", "heldout", "layers",
     "exports", "cache",
 ];
-/// What names of dense meshes hold; a coarse model is wanted.
+/// Parts of the names of dense meshes; a coarse model is needed.
 const DENSE: [&str; 6] = ["dense", "poisson", "delaunay", "fused", "mesh", "points"];
-/// A coarse model of some thousand faces has less bytes than this by far.
+/// The size in bytes that no coarse model of some thousand faces reaches.
 const COARSE_BYTES: u64 = 64 << 20;
 
-/// Folders that may be the photos', the likeliest first: those with images in them, and those above several of
-/// these, from which cameras of a rig are named (`left/0001.jpg`).
+/// Returns the folders that may contain the photos, the likeliest first: folders with images, and common parents of
+/// several of them, because cameras of a rig have names such as `left/0001.jpg`.
 pub(super) fn photos(listing: &Listing) -> Vec<PathBuf> {
     let with_images: Vec<&Folder> = listing.folders.iter().filter(|folder| folder.images > 0).collect();
     let mut all: BTreeSet<PathBuf> = with_images.iter().map(|folder| folder.path.clone()).collect();
@@ -40,22 +40,25 @@ pub(super) fn photos(listing: &Listing) -> Vec<PathBuf> {
     ranked.into_iter().map(|(.., path)| path).collect()
 }
 
+/// Returns the common beginning of two paths.
 fn common(a: &Path, b: &Path) -> PathBuf {
     a.components().zip(b.components()).take_while(|(a, b)| a == b).map(|(a, _)| a).collect()
 }
 
-/// Folders with cameras: the nearest to the root first, of several reconstructions side by side the one with most
-/// photos.
+/// Returns the folders with cameras: those of the first format, then those nearest to the root; of several
+/// reconstructions side by side, the one with most photos comes first.
 pub(super) fn cameras(listing: &Listing) -> Vec<PathBuf> {
     let found = listing.folders.iter().filter_map(|folder| Some((folder.cameras?, &folder.path)));
     let mut ranked: Vec<_> = found
-        .map(|(bytes, path)| (path.components().count(), std::cmp::Reverse(bytes), path.clone()))
+        .map(|(there, path)| {
+            (there.format, path.components().count(), std::cmp::Reverse(there.bytes), path.clone())
+        })
         .collect();
     ranked.sort();
     ranked.into_iter().map(|(.., path)| path).collect()
 }
 
-/// Models' files: coarse ones first, then the nearest to the root, then OBJ, which keeps polygons as they are.
+/// Returns the model files: coarse ones first, then those nearest to the root, then OBJ, which preserves polygons.
 pub(super) fn models(listing: &Listing) -> Vec<PathBuf> {
     let of_folder = |folder: &Folder| {
         let path = folder.path.clone();
@@ -76,10 +79,12 @@ pub(super) fn models(listing: &Listing) -> Vec<PathBuf> {
     ranked.into_iter().map(|(.., path)| path).collect()
 }
 
+/// Returns true when the name is one of the words, in upper or lower case.
 fn is_any(name: &str, words: &[&str]) -> bool {
     words.iter().any(|word| name.eq_ignore_ascii_case(word))
 }
 
+/// Returns true when the name contains one of the words, in upper or lower case.
 fn holds_any(name: &str, words: &[&str]) -> bool {
     let name = name.to_lowercase();
     words.iter().any(|word| name.contains(word))

@@ -1,4 +1,4 @@
-//! Sites as people have them, and what is found in them.
+//! Discovery in folders with typical structures.
 
 use std::fs;
 
@@ -87,7 +87,7 @@ fn what_is_wrong_is_told_part_by_part_and_read_again_only_where_the_path_or_the_
     let error = look.error(Part::Model).unwrap();
     assert!(error.to_string().contains("no faces among 0 vertices"), "{error}");
     assert!(!look.is_whole());
-    assert_eq!(parts.part_of(error), Some(Part::Model));
+    assert_eq!(parts.part_of_error(error), Some(Part::Model));
 
     fs::write(&parts.model, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n").unwrap();
     let again = look_at(&parts, Some(&look), &Task::silent()).unwrap();
@@ -108,12 +108,12 @@ fn what_is_wrong_is_told_part_by_part_and_read_again_only_where_the_path_or_the_
 #[test]
 fn an_error_belongs_to_the_part_whose_path_is_nearest_above_it() {
     let parts = Parts { photos: "s/images".into(), cameras: "s".into(), model: "s/house.obj".into() };
-    let part = |file: &str| parts.part_of(&Error::input(file, "", "", ""));
+    let part = |file: &str| parts.part_of_error(&Error::input(file, "", "", ""));
     assert_eq!(part("s/images/a.jpg"), Some(Part::Photos));
     assert_eq!(part("s/images.txt"), Some(Part::Cameras));
     assert_eq!(part("s/house.obj"), Some(Part::Model));
     assert_eq!(part("elsewhere"), None);
-    assert_eq!(parts.part_of(&Error::Request("the folder is not empty".into())), None);
+    assert_eq!(parts.part_of_error(&Error::Request("the folder is not empty".into())), None);
 }
 
 #[test]

@@ -1,24 +1,29 @@
-//! A canvas in linear light, so that what is scaled and blended looks as it would to the eye.
+//! A canvas in linear light, so that scaling and blending look right.
 
+use glam::DVec2;
+
+use crate::geometry::PixelRect;
 use crate::projection::srgb::Srgb;
+use crate::raster::bilinear::Corner;
+use crate::raster::over::premultiplied;
 
-/// A picture: premultiplied RGBA in linear light, row by row from the top.
+/// A picture of premultiplied RGBA in linear light, row by row from the top.
 #[derive(Debug, Clone)]
 pub struct Canvas {
-    /// Pixels in a row.
+    /// The width in pixels.
     pub width: usize,
-    /// Rows.
+    /// The height in pixels.
     pub height: usize,
-    /// `width * height`.
+    /// The pixels, `width * height` of them.
     pub pixels: Vec<[f32; 4]>,
 }
 
-/// A colour as it is written in style sheets, `0xRRGGBB`, with an opacity of 0..1.
+/// A colour `0xRRGGBB` in sRGB with an opacity of 0..=1.
 #[derive(Debug, Clone, Copy)]
 pub struct Ink(pub u32, pub f32);
 
 impl Ink {
-    /// Premultiplied, in linear light.
+    /// Returns the premultiplied colour in linear light.
     pub fn linear(self) -> [f32; 4] {
         let [_, red, green, blue] = self.0.to_be_bytes();
         let light = |value: u8| Srgb::tables().linear(value) * self.1;
@@ -26,45 +31,41 @@ impl Ink {
     }
 }
 
-/// `top` over `bottom`, both premultiplied.
-pub fn over(top: [f32; 4], bottom: [f32; 4]) -> [f32; 4] {
-    std::array::from_fn(|c| top[c] + bottom[c] * (1.0 - top[3]))
-}
-
-/// Every channel times `by`.
+/// Multiplies all channels by a factor.
 pub fn scaled(color: [f32; 4], by: f32) -> [f32; 4] {
     color.map(|c| c * by)
 }
 
 impl Canvas {
-    /// Nothing on it.
+    /// Makes an empty, transparent canvas.
     pub fn new(width: usize, height: usize) -> Self {
         Self { width, height, pixels: vec![[0.0; 4]; width * height] }
     }
 
-    /// The pixel in column `x`, row `y`.
+    fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.width as u32, self.height as u32)
+    }
+
+    /// Returns the pixel in column `x`, row `y`.
     pub fn get(&self, x: usize, y: usize) -> [f32; 4] {
         self.pixels[y * self.width + x]
     }
 
-    /// Draws `color` over the pixel in column `x`, row `y`; nothing happens outside.
-    pub fn blend(&mut self, x: i64, y: i64, color: [f32; 4]) {
-        if x >= 0 && y >= 0 && (x as usize) < self.width && (y as usize) < self.height {
-            let at = y as usize * self.width + x as usize;
-            self.pixels[at] = over(color, self.pixels[at]);
+    /// Composites `color` over the pixel in column `x`, row `y`; positions outside are ignored.
+    pub fn blend(&mut self, x: i32, y: i32, color: [f32; 4]) {
+        if let Some(at) = self.rect().index(x, y) {
+            self.pixels[at] = premultiplied(color, self.pixels[at]);
         }
     }
 
-    /// Draws `other` with its top-left corner at (`x`, `y`).
-    pub fn draw(&mut self, other: &Self, x: i64, y: i64) {
-        for row in 0..other.height {
-            for column in 0..other.width {
-                self.blend(x + column as i64, y + row as i64, other.get(column, row));
-            }
+    /// Composites `other` with its top-left corner at (`x`, `y`).
+    pub fn draw(&mut self, other: &Self, x: i32, y: i32) {
+        for ((column, row), pixel) in other.rect().pixels().zip(&other.pixels) {
+            self.blend(x + column, y + row, *pixel);
         }
     }
 
-    /// Fills with a colour that runs from `top` to `bottom`.
+    /// Fills the canvas with a vertical gradient from `top` to `bottom`.
     pub fn fill_gradient(&mut self, top: Ink, bottom: Ink) {
         let (top, bottom) = (top.linear(), bottom.linear());
         for (row, pixels) in self.pixels.chunks_mut(self.width).enumerate() {
@@ -73,15 +74,15 @@ impl Canvas {
         }
     }
 
-    /// A line from `a` to `b` with round ends, `thickness` pixels wide, smooth at its edges.
+    /// Draws an antialiased line from `a` to `b` with round ends, `thickness` pixels wide.
     pub fn line(&mut self, a: [f64; 2], b: [f64; 2], thickness: f64, ink: Ink) {
         let reach = thickness / 2.0 + 1.0;
         let color = ink.linear();
-        let from = |i: usize| (a[i].min(b[i]) - reach).floor() as i64;
-        let to = |i: usize| (a[i].max(b[i]) + reach).ceil() as i64;
-        for y in from(1).max(0)..to(1).min(self.height as i64) {
-            for x in from(0).max(0)..to(0).min(self.width as i64) {
-                let away = distance([x as f64 + 0.5, y as f64 + 0.5], a, b);
+        let from = |i: usize| (a[i].min(b[i]) - reach).floor() as i32;
+        let to = |i: usize| (a[i].max(b[i]) + reach).ceil() as i32;
+        for y in from(1).max(0)..to(1).min(self.height as i32) {
+            for x in from(0).max(0)..to(0).min(self.width as i32) {
+                let away = distance([f64::from(x) + 0.5, f64::from(y) + 0.5], a, b);
                 let cover = (thickness / 2.0 + 0.5 - away).clamp(0.0, 1.0) as f32;
                 if cover > 0.0 {
                     self.blend(x, y, scaled(color, cover));
@@ -90,12 +91,14 @@ impl Canvas {
         }
     }
 
-    /// Each pixel the mean of the area that it stands for (or of its neighbours, when enlarged).
+    /// Resamples with a tent filter: the mean over a pixel's area when reducing, linear interpolation when
+    /// enlarging.
     pub fn resized(&self, width: usize, height: usize) -> Self {
         let turned = self.stretched(width).transposed();
         turned.stretched(height).transposed()
     }
 
+    /// Resamples the rows to another width.
     fn stretched(&self, width: usize) -> Self {
         let mut out = Self::new(width, self.height);
         let step = self.width as f64 / width as f64;
@@ -119,6 +122,7 @@ impl Canvas {
         out
     }
 
+    /// Swaps rows and columns.
     fn transposed(&self) -> Self {
         let mut out = Self::new(self.height, self.width);
         for y in 0..self.height {
@@ -129,10 +133,10 @@ impl Canvas {
         out
     }
 
-    /// The value between pixels at (`x`, `y`), pixel centres being at 0.5; nothing outside.
+    /// Interpolates bilinearly at (`x`, `y`), pixel centres being at 0.5; positions outside are transparent.
     pub fn sample(&self, x: f64, y: f64) -> [f32; 4] {
-        let (left, top) = ((x - 0.5).floor(), (y - 0.5).floor());
-        let (fx, fy) = ((x - 0.5 - left) as f32, (y - 0.5 - top) as f32);
+        let Corner { first: [left, top], share } = Corner::of(DVec2::new(x, y));
+        let (fx, fy) = (share.x as f32, share.y as f32);
         let mut sum = [0.0; 4];
         for (dx, dy, share) in [
             (0, 0, (1.0 - fx) * (1.0 - fy)),
@@ -140,23 +144,21 @@ impl Canvas {
             (0, 1, (1.0 - fx) * fy),
             (1, 1, fx * fy),
         ] {
-            let (px, py) = (left as i64 + dx, top as i64 + dy);
-            if px >= 0 && py >= 0 && (px as usize) < self.width && (py as usize) < self.height {
-                let pixel = self.get(px as usize, py as usize);
-                sum = std::array::from_fn(|c| sum[c] + pixel[c] * share);
+            if let Some(at) = self.rect().index(left.saturating_add(dx), top.saturating_add(dy)) {
+                sum = std::array::from_fn(|c| sum[c] + self.pixels[at][c] * share);
             }
         }
         sum
     }
 
-    /// RGB of 8 bits, sRGB, on black where nothing was drawn.
+    /// Returns 8-bit sRGB without alpha, on black where the canvas is transparent.
     pub fn rgb(&self) -> Vec<u8> {
         let srgb = Srgb::tables();
         self.pixels.iter().flat_map(|p| [p[0], p[1], p[2]].map(|light| srgb.encoded(light))).collect()
     }
 }
 
-/// From point `p` to the segment from `a` to `b`.
+/// Returns the distance from point `p` to the segment from `a` to `b`.
 fn distance(p: [f64; 2], a: [f64; 2], b: [f64; 2]) -> f64 {
     let (dx, dy) = (b[0] - a[0], b[1] - a[1]);
     let length2 = dx * dx + dy * dy;
@@ -171,7 +173,7 @@ mod tests {
 
     #[test]
     fn what_is_scaled_keeps_its_light() {
-        // Away from the border, where the filter is cut off.
+        // Away from the border, where the filter is truncated.
         let mut canvas = Canvas::new(8, 12);
         (0..8).for_each(|x| canvas.blend(x, 5, Ink(0xff_ff_ff, 1.0).linear()));
         canvas.blend(-1, 99, [1.0; 4]);

@@ -1,15 +1,16 @@
-//! Sheets that stand in the photo's view one behind the other, seen from the side.
+//! Drawing of panes in the photo's view frustum one behind the other, seen from the side.
 
 use glam::{DMat3, DVec3};
 
-use super::LayerPicture as Layer;
-use super::canvas::{Canvas, Ink, over, scaled};
+use super::LayerPicture;
+use super::canvas::{Canvas, Ink, scaled};
+use crate::raster::over::premultiplied;
 
-/// Drawn at so many times the size in each direction, then scaled down: smooth edges.
+/// The factor of supersampling in each direction, for antialiasing.
 const FINER: usize = 2;
-/// More orders than this share sheets.
-const MOST_SHEETS: usize = 7;
-/// Width of a sheet's texture.
+/// The largest number of panes; with more orders, several share a pane.
+const MOST_PANES: usize = 7;
+/// The width of a pane's texture in pixels.
 const TEXTURE: usize = 1400;
 
 const SKY: Ink = Ink(0x3a_48_5a, 1.0);
@@ -19,80 +20,82 @@ const EDGE: Ink = Ink(0xdf_e7_ef, 0.55);
 const GLASS: Ink = Ink(0xdf_e7_ef, 0.02);
 const SHADE: Ink = Ink(0x00_00_00, 0.5);
 
-/// Depth of the first sheet from the photo's camera, and from sheet to sheet, in sheet heights.
+/// The depth of the first pane from the photo's camera, in pane heights.
 const FIRST: f64 = 2.6;
+/// The distance between two panes, in heights of the first one.
 const STEP: f64 = 0.7;
 
-/// All orders of a run, drawn over each other.
-struct Sheet {
+/// A pane: the layers of consecutive orders composited, with their shadow.
+struct LayerPane {
     picture: Canvas,
     shadow: Canvas,
     depth: f64,
 }
 
-/// The eye that looks at the sheets.
+/// The camera that looks at the panes.
 struct Eye {
-    /// Of its picture, in pixels.
+    /// The size of its picture in pixels.
     size_px: [f64; 2],
     position: DVec3,
-    /// Rows: right, down, forward.
+    /// The axes as rows: right, down, forward.
     axes: DMat3,
     focal: f64,
     centre: [f64; 2],
 }
 
 /// Draws the layers of a photo of `photo_px` as a picture of `size_px` (width, height).
-pub fn draw(layers: &[Layer], photo_px: (usize, usize), size_px: (usize, usize)) -> Canvas {
-    let sheets = sheets(layers, photo_px);
+pub fn draw(layers: &[LayerPicture], photo_px: (usize, usize), size_px: (usize, usize)) -> Canvas {
+    let panes = panes(layers, photo_px);
     let aspect = photo_px.0 as f64 / photo_px.1 as f64;
     let (width, height) = (size_px.0 * FINER, size_px.1 * FINER);
-    let eye = Eye::before(&sheets, aspect, [width as f64, height as f64]);
+    let eye = Eye::before(&panes, aspect, [width as f64, height as f64]);
     let mut canvas = Canvas::new(width, height);
     canvas.fill_gradient(SKY, GROUND);
-    for (i, sheet) in sheets.iter().enumerate().rev() {
-        let corners = corners(aspect, sheet.depth);
-        if i + 1 < sheets.len() {
-            let behind = self::corners(aspect, sheet.depth + 0.14 * STEP);
-            eye.paste(&mut canvas, &sheet.shadow, behind);
+    for (i, pane) in panes.iter().enumerate().rev() {
+        let corners = corners(aspect, pane.depth);
+        if i + 1 < panes.len() {
+            let behind = self::corners(aspect, pane.depth + 0.14 * STEP);
+            eye.paste(&mut canvas, &pane.shadow, behind);
         }
         eye.outline(&mut canvas, corners, EDGE);
-        eye.paste(&mut canvas, &sheet.picture, corners);
-        let front = if i == 0 { 0.0 } else { sheets[i - 1].depth };
+        eye.paste(&mut canvas, &pane.picture, corners);
+        let front = if i == 0 { 0.0 } else { panes[i - 1].depth };
         for corner in corners {
-            eye.line(&mut canvas, corner * (front / sheet.depth), corner, 1.1, RAY);
+            eye.line(&mut canvas, corner * (front / pane.depth), corner, 1.1, RAY);
         }
     }
     canvas.resized(size_px.0, size_px.1)
 }
 
-/// The corners of a sheet at `depth`, clockwise from the top left, the photo's camera standing at
-/// the origin and looking along z.
+/// Returns the corners of a pane at `depth`, clockwise from the top left; the photo's camera is at the origin and
+/// looks along z.
 fn corners(aspect: f64, depth: f64) -> [DVec3; 4] {
     let half = depth / FIRST / 2.0;
     [(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)]
         .map(|(x, y)| DVec3::new(x * half * aspect, y * half, depth))
 }
 
-fn sheets(layers: &[Layer], size: (usize, usize)) -> Vec<Sheet> {
+/// Composites the layers to panes, nearest first.
+fn panes(layers: &[LayerPicture], size: (usize, usize)) -> Vec<LayerPane> {
     let height = TEXTURE * size.1 / size.0;
-    let groups = shared_out(layers);
-    let make = |(i, group): (usize, Vec<&Layer>)| {
+    let groups = grouped(layers);
+    let make = |(i, group): (usize, Vec<&LayerPicture>)| {
         let picture = composed(&group, size).resized(TEXTURE, height);
-        Sheet { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
+        LayerPane { shadow: shadow_of(&picture), picture, depth: FIRST + i as f64 * STEP }
     };
     groups.into_iter().enumerate().map(make).collect()
 }
 
-/// Runs of orders with about the same number of covered pixels, nearest first.
-fn shared_out(layers: &[Layer]) -> Vec<Vec<&Layer>> {
-    let mut orders: Vec<Vec<&Layer>> = Vec::new();
+/// Groups the layers by consecutive orders so that panes have similar numbers of covered pixels, nearest first.
+fn grouped(layers: &[LayerPicture]) -> Vec<Vec<&LayerPicture>> {
+    let mut orders: Vec<Vec<&LayerPicture>> = Vec::new();
     for layer in layers {
         match orders.last_mut() {
             Some(last) if last[0].order == layer.order => last.push(layer),
             _ => orders.push(vec![layer]),
         }
     }
-    while orders.len() > MOST_SHEETS {
+    while orders.len() > MOST_PANES {
         let weight = |i: usize| pixels_of(&orders[i]) + pixels_of(&orders[i + 1]);
         let least = (0..orders.len() - 1).min_by_key(|&i| weight(i)).expect("two orders at least");
         let next = orders.remove(least + 1);
@@ -101,23 +104,24 @@ fn shared_out(layers: &[Layer]) -> Vec<Vec<&Layer>> {
     orders
 }
 
-fn pixels_of(layers: &[&Layer]) -> usize {
-    let opaque = |layer: &&Layer| layer.pixels.pixels.iter().filter(|p| p[3] > 0.5).count();
+/// Returns the number of opaque pixels of several layers.
+fn pixels_of(layers: &[&LayerPicture]) -> usize {
+    let opaque = |layer: &&LayerPicture| layer.pixels.pixels.iter().filter(|p| p[3] > 0.5).count();
     layers.iter().map(opaque).sum()
 }
 
-/// The layers over each other, nearest on top, on a sheet of glass.
-fn composed(layers: &[&Layer], size: (usize, usize)) -> Canvas {
+/// Composites layers, nearest on top, on a pane of glass.
+fn composed(layers: &[&LayerPicture], size: (usize, usize)) -> Canvas {
     let mut canvas = Canvas::new(size.0, size.1);
     canvas.pixels.fill(GLASS.linear());
     let pitch = (size.0 / 110).max(3);
     for layer in layers.iter().rev() {
-        canvas.draw(&layer.hatched(pitch), layer.rect.x.into(), layer.rect.y.into());
+        canvas.draw(&layer.hatched(pitch), layer.rect.x, layer.rect.y);
     }
     canvas
 }
 
-/// A soft dark copy of what is opaque.
+/// Returns a soft dark copy of the opaque parts.
 fn shadow_of(picture: &Canvas) -> Canvas {
     let mut shadow = picture.clone();
     for pixel in &mut shadow.pixels {
@@ -127,10 +131,10 @@ fn shadow_of(picture: &Canvas) -> Canvas {
 }
 
 impl Eye {
-    /// To the right of the photo's camera, behind and above it, so that the sheets stand in a row,
-    /// and zoomed until all of them fill the picture.
-    fn before(sheets: &[Sheet], aspect: f64, size_px: [f64; 2]) -> Self {
-        let last = sheets.last().map_or(FIRST, |sheet| sheet.depth);
+    /// Places the camera to the right of the photo's camera, behind and above it, so that the panes appear in a
+    /// row, and zooms until all of them fill the picture.
+    fn before(panes: &[LayerPane], aspect: f64, size_px: [f64; 2]) -> Self {
+        let last = panes.last().map_or(FIRST, |pane| pane.depth);
         let middle = DVec3::new(0.0, 0.0, last * 0.6);
         let position = middle + DVec3::new(1.0, -0.42, -0.86) * last * 1.7;
         let forward = (middle - position).normalize();
@@ -138,11 +142,12 @@ impl Eye {
         let axes = DMat3::from_cols(right, forward.cross(right), forward).transpose();
         let mut eye = Self { size_px, position, axes, focal: 1.0, centre: [0.0; 2] };
         let mut marks = vec![DVec3::ZERO];
-        marks.extend(sheets.iter().flat_map(|sheet| corners(aspect, sheet.depth)));
+        marks.extend(panes.iter().flat_map(|pane| corners(aspect, pane.depth)));
         eye.zoom_to(&marks);
         eye
     }
 
+    /// Sets focal length and centre so that these points fill the picture.
     fn zoom_to(&mut self, marks: &[DVec3]) {
         let seen: Vec<[f64; 2]> = marks.iter().map(|&mark| self.project(mark)).collect();
         let range = |axis: usize| {
@@ -158,6 +163,7 @@ impl Eye {
         ];
     }
 
+    /// Projects a point to pixels.
     fn project(&self, point: DVec3) -> [f64; 2] {
         let p = self.axes * (point - self.position);
         [self.centre[0] + self.focal * p.x / p.z, self.centre[1] + self.focal * p.y / p.z]
@@ -182,20 +188,20 @@ impl Eye {
             (least.floor().max(0.0) as usize, (most.ceil().max(0.0) as usize).min(end))
         };
         let (columns, rows) = (range(0, canvas.width), range(1, canvas.height));
-        // The ray through a pixel meets the sheet's plane where `origin + s * across + t * down`.
+        // The ray through a pixel meets the pane's plane where `origin + s * across + t * down`.
         let (across, down) = (corners[1] - corners[0], corners[3] - corners[0]);
-        let ray_from_sheet = DMat3::from_cols(across, down, corners[0] - self.position);
-        let sheet_from_ray = ray_from_sheet.inverse() * self.axes.transpose();
+        let ray_from_pane = DMat3::from_cols(across, down, corners[0] - self.position);
+        let pane_from_ray = ray_from_pane.inverse() * self.axes.transpose();
         for y in rows.0..rows.1 {
             for x in columns.0..columns.1 {
                 let pixel = [x as f64 + 0.5 - self.centre[0], y as f64 + 0.5 - self.centre[1]];
                 let ray = DVec3::new(pixel[0] / self.focal, pixel[1] / self.focal, 1.0);
-                let hit = sheet_from_ray * ray;
+                let hit = pane_from_ray * ray;
                 let (s, t) = (hit.x / hit.z, hit.y / hit.z);
                 let color = picture.sample(s * picture.width as f64, t * picture.height as f64);
                 if color[3] > 0.0 {
                     let at = y * canvas.width + x;
-                    canvas.pixels[at] = over(color, canvas.pixels[at]);
+                    canvas.pixels[at] = premultiplied(color, canvas.pixels[at]);
                 }
             }
         }

@@ -1,5 +1,5 @@
-//! The exploded view of a photo's stack: its layers as sheets that stand in the photo's view, one behind
-//! the other, with what is needed and hidden hatched.
+//! The exploded view of a photo's stack: its layers as panes in the photo's view frustum, one behind the other,
+//! with needed and hidden pixels hatched.
 
 pub mod canvas;
 mod drawing;
@@ -7,49 +7,50 @@ pub mod sheets;
 
 use std::path::Path;
 
-use self::canvas::{Canvas, Ink, over, scaled};
+use self::canvas::{Canvas, Ink, scaled};
 use crate::document::{ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::projection::Picture;
 use crate::projection::srgb::Srgb;
+use crate::raster::over::premultiplied;
 use crate::task::Task;
 
 pub use drawing::draw;
 
-/// What is needed and hidden is hatched in this colour.
+/// The colour that hatches needed and hidden pixels.
 const NEEDED: Ink = Ink(0xf2_8c_38, 0.85);
 
 /// An image layer with its pixels.
 #[derive(Debug, Clone)]
 pub struct LayerPicture {
-    /// Readable.
+    /// The readable name.
     pub name: String,
-    /// Its place in the stack, 0 nearest.
+    /// The order in the stack, 0 nearest.
     pub order: u32,
-    /// Where in the photo the pixels lie.
+    /// The rectangle of the pixels, in photo pixels.
     pub rect: PixelRect,
-    /// Its colours.
+    /// The colours, as large as `rect`.
     pub pixels: Canvas,
-    /// For each pixel: some surface needs it, and the photo does not show it.
+    /// For each pixel, whether a surface needs it and the photo does not show it.
     pub hidden: Vec<bool>,
 }
 
-/// The layers of a stack that hold anything, nearest first; `folder` is the stack's.
+/// Reads the layers of a stack that are not empty, nearest first, from the stack's `folder`.
 ///
 /// # Errors
-/// [`crate::Error::Io`] and [`crate::Error::Input`] for their files; [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Io`] and [`crate::Error::Input`] for their files, or [`crate::Error::Cancelled`].
 pub fn read_layers(folder: &Path, stack: &Stack, task: &Task) -> Result<Vec<LayerPicture>> {
     let seen = stack.image_layers.iter().filter(|layer| !layer.needed_rect.is_empty());
     let read = |layer| task.go_on().and_then(|()| LayerPicture::read(folder, layer));
     seen.map(read).collect()
 }
 
-/// The exploded view of a stack as a picture of `size_px` (width, height), opaque.
+/// Draws the exploded view of a stack as an opaque picture of `size_px` (width, height).
 ///
 /// # Errors
-/// As [`read_layers`].
+/// Returns the errors of [`read_layers`].
 pub fn exploded(folder: &Path, stack: &Stack, size_px: (u32, u32), task: &Task) -> Result<Picture> {
     let layers = read_layers(folder, stack, task)?;
     let photo_px = (stack.photo.width as usize, stack.photo.height as usize);
@@ -60,7 +61,7 @@ pub fn exploded(folder: &Path, stack: &Stack, size_px: (u32, u32), task: &Task) 
 }
 
 impl LayerPicture {
-    /// The layer, cropped to what is needed.
+    /// Reads a layer, cropped to its needed part.
     fn read(folder: &Path, layer: &ImageLayer) -> Result<Self> {
         let rect = layer.needed_rect.intersection(&layer.rect);
         let texels = read_layer(&folder.join(&layer.file), layer.rect, rect)?;
@@ -77,16 +78,15 @@ impl LayerPicture {
         Ok(Self { name: layer.name.clone(), order: layer.order, rect, pixels, hidden })
     }
 
-    /// The pixels with stripes, `pitch` pixels apart, where they are needed and hidden. Stripes are
-    /// laid in the photo's frame, so those of neighbouring layers meet.
+    /// Returns the pixels with stripes, `pitch` pixels apart, where they are needed and hidden. The stripes are
+    /// aligned to the photo, so that those of adjacent layers connect.
     pub fn hatched(&self, pitch: usize) -> Canvas {
         let mut out = self.pixels.clone();
         let faint = Ink(NEEDED.0, 0.16).linear();
-        for (i, pixel) in out.pixels.iter_mut().enumerate().filter(|(i, _)| self.hidden[*i]) {
-            let x = i64::from(self.rect.x) + (i % out.width) as i64;
-            let y = i64::from(self.rect.y) + (i / out.width) as i64;
-            let in_stripe = (x + y).rem_euclid(pitch as i64) * 3 < pitch as i64;
-            *pixel = over(if in_stripe { NEEDED.linear() } else { faint }, *pixel);
+        let pixels = self.rect.pixels().zip(&mut out.pixels).zip(&self.hidden);
+        for (((x, y), pixel), _) in pixels.filter(|(_, hidden)| **hidden) {
+            let in_stripe = (x + y).rem_euclid(pitch as i32) * 3 < pitch as i32;
+            *pixel = premultiplied(if in_stripe { NEEDED.linear() } else { faint }, *pixel);
         }
         out
     }
@@ -96,7 +96,7 @@ impl LayerPicture {
 mod tests {
     use super::*;
 
-    /// A layer of one colour in the photo's left or right half.
+    /// Makes a layer of one colour in the photo's left or right half.
     fn half(order: u32, x: i32, color: Ink, hidden: bool) -> LayerPicture {
         let rect = PixelRect { x, y: 0, w: 60, h: 80 };
         let mut pixels = Canvas::new(60, 80);

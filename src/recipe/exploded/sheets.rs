@@ -1,4 +1,4 @@
-//! Image layers as small pictures, to be looked at in space.
+//! Small pictures of image layers, for the exploded view in 3D.
 
 use std::path::Path;
 
@@ -10,60 +10,62 @@ use crate::projection::Picture;
 use crate::projection::reduced::halves;
 use crate::task::Task;
 
-/// What is needed and hidden, sRGB, as stripes with this opacity and between them.
+/// The sRGB colour of needed and hidden pixels.
 const HIDDEN: [u8; 3] = [0xf2, 0x8c, 0x38];
+/// The opacity of stripes, of 255.
 const STRIPE: u8 = 0xe0;
+/// The opacity between stripes, of 255.
 const BETWEEN: u8 = 0x2c;
 
-/// From stripe to stripe in pixels of the small picture, of which a third is stripe.
+/// The period of the stripes in pixels of the small picture; a third of it is stripe.
 const PITCH: i32 = 9;
 
-/// An image layer as a picture that is small enough to have all of a photo's at hand.
+/// A picture of an image layer, small enough to keep all of a photo's layers in memory.
 #[derive(Debug, Clone)]
-pub struct SheetPicture {
-    /// Its place in [`Stack::image_layers`].
+pub struct LayerThumbnail {
+    /// The index in [`Stack::image_layers`].
     pub layer: usize,
-    /// Its place from the front.
+    /// The order in the stack, 0 nearest.
     pub order: u32,
-    /// What the picture shows, in photo pixels.
+    /// The part that the picture shows, in photo pixels.
     pub rect: PixelRect,
-    /// What the photo shows of the layer; stripes where something else hides it.
+    /// The visible pixels of the layer, and stripes where it is hidden.
     pub picture: Picture,
 }
 
-impl SheetPicture {
-    /// Whether the layer holds or needs anything at a photo pixel.
+impl LayerThumbnail {
+    /// Returns true when the layer has or needs something at a photo pixel.
     pub fn has(&self, x_px: f64, y_px: f64) -> bool {
         let Picture { width, height, rgba } = &self.picture;
-        let place = |px: f64, from: i32, all: u32, of: u32| {
-            let place = (px - f64::from(from)) / f64::from(all) * f64::from(of);
-            (place >= 0.0 && place < f64::from(of)).then_some(place as usize)
+        let cell = |px: f64, from: i32, all: u32, of: u32| {
+            let cell = (px - f64::from(from)) / f64::from(all) * f64::from(of);
+            (cell >= 0.0 && cell < f64::from(of)).then_some(cell as usize)
         };
-        let column = place(x_px, self.rect.x, self.rect.w, *width);
-        let row = place(y_px, self.rect.y, self.rect.h, *height);
+        let column = cell(x_px, self.rect.x, self.rect.w, *width);
+        let row = cell(y_px, self.rect.y, self.rect.h, *height);
         let at = |(column, row): (usize, usize)| rgba[4 * (row * *width as usize + column) + 3] > 0;
         column.zip(row).is_some_and(at)
     }
 }
 
-/// The image layers of a stack that need anything, as in the stack; `folder` is the stack's. No side of the pictures of layers
-/// as large as the photo is longer than `longest_px`; all are reduced alike.
+/// Reads the image layers of a stack that need any pixels, in the stack's order, from the stack's `folder`. All are
+/// reduced by the same factor, so that a layer as large as the photo has no side longer than `longest_px`.
 ///
 /// # Errors
-/// [`crate::Error::Io`] and [`crate::Error::Input`] for their files; [`crate::Error::Cancelled`].
-pub fn sheet_pictures(
+/// Returns [`crate::Error::Io`] and [`crate::Error::Input`] for their files, or [`crate::Error::Cancelled`].
+pub fn layer_thumbnails(
     folder: &Path,
     stack: &Stack,
     longest_px: u32,
     task: &Task,
-) -> Result<Vec<SheetPicture>> {
+) -> Result<Vec<LayerThumbnail>> {
     let longest = stack.photo.width.max(stack.photo.height).max(1);
-    // Halved so often, the photo fits.
+    // The number of halvings after which the photo fits.
     let halvings = longest.div_ceil(longest_px.max(1)).next_power_of_two().trailing_zeros();
     let layers = &stack.image_layers;
     let mut sheets = Vec::with_capacity(layers.len());
-    for (place, layer) in layers.iter().enumerate() {
-        task.step("read layers", place as u64, layers.len() as u64)?;
+    for (index, layer) in layers.iter().enumerate() {
+        task.step("read layers", index as u64, layers.len() as u64)?;
         let rect = layer.needed_rect.intersection(&layer.rect);
         if rect.is_empty() {
             continue;
@@ -72,17 +74,17 @@ pub fn sheet_pictures(
         let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, rect)?;
         hatch(&mut rgba, &needed, rect, halvings);
         let picture = reduced(Picture { width: rect.w, height: rect.h, rgba }, halvings);
-        sheets.push(SheetPicture { layer: place, order: layer.order, rect, picture });
+        sheets.push(LayerThumbnail { layer: index, order: layer.order, rect, picture });
     }
     Ok(sheets)
 }
 
-/// Lays stripes where texels are needed and empty; what is not needed becomes empty. Stripes lie in the photo's frame,
-/// so that those of neighbouring layers meet.
+/// Draws stripes where texels are needed and empty, and clears texels that are not needed. The stripes are aligned
+/// to the photo, so that those of adjacent layers connect.
 fn hatch(rgba: &mut [u8], needed: &[u8], rect: PixelRect, halvings: u32) {
     let pitch = PITCH << halvings;
-    for (at, (texel, needed)) in rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed).enumerate() {
-        let (x, y) = (rect.x + (at % rect.w as usize) as i32, rect.y + (at / rect.w as usize) as i32);
+    let texels = rgba.as_chunks_mut::<4>().0.iter_mut().zip(needed);
+    for ((x, y), (texel, needed)) in rect.pixels().zip(texels) {
         if *needed == 0 {
             *texel = [0; 4];
         } else if texel[3] < 128 {
@@ -93,6 +95,7 @@ fn hatch(rgba: &mut [u8], needed: &[u8], rect: PixelRect, halvings: u32) {
     }
 }
 
+/// Halves a picture repeatedly.
 fn reduced(picture: Picture, halvings: u32) -> Picture {
     let longest = picture.width.max(picture.height);
     let Some(least) = longest.checked_shr(halvings).filter(|_| halvings > 0) else { return picture };
@@ -123,7 +126,7 @@ mod tests {
         let picture = reduced(Picture { width: 8, height: 4, rgba }, 1);
         assert_eq!((picture.width, picture.height), (4, 2));
         let rect = PixelRect { x: 10, y: 20, w: 8, h: 4 };
-        let sheet = SheetPicture { layer: 0, order: 0, rect, picture };
+        let sheet = LayerThumbnail { layer: 0, order: 0, rect, picture };
         assert!(sheet.has(10.5, 21.9) && !sheet.has(12.5, 21.0) && !sheet.has(9.9, 21.0));
     }
 }

@@ -1,4 +1,5 @@
-//! From a stack to a layered document: photo at the bottom, a group per order, the nearest on top.
+//! Composition of a layered document from a stack: the photo at the bottom, and a group per order, the nearest on
+//! top.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -8,7 +9,7 @@ use rayon::prelude::*;
 
 use super::guide::{self, Pattern};
 use super::names::{REFERENCE, group_name, guide_name, layer_name, numbered_name};
-use crate::document::export_record::{Baseline, ExportedLayer, Helper, HelperRole};
+use crate::document::export_record::{Baseline, ExportedLayer, HelperLayer, HelperRole};
 use crate::document::{Element, ImageLayer, Stack};
 use crate::error::Result;
 use crate::geometry::PixelRect;
@@ -17,70 +18,49 @@ use crate::io::hash::hash_file;
 use crate::io::layered::png::read_mask;
 use crate::io::layered::srgb::srgb_profile;
 use crate::io::layered::{Depth, Group, Layer, LayeredDocument, Node, Raster};
+use crate::raster::Image;
 use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
 use crate::recipe::paint::PhotoPaint;
 use crate::task::Task;
 
-/// A stack with its pixels, to be made into a layered document.
+/// A stack with its pixels, from which a layered document is made.
 pub struct Content<'a> {
     /// The stack.
     pub stack: &'a Stack,
-    /// What the names of its files are relative to.
+    /// The folder of its files.
     pub folder: PathBuf,
     /// The pinhole image.
     pub photo: Arc<Raster>,
-    /// Its colour profile.
+    /// The photo's colour profile.
     pub icc: Option<Vec<u8>>,
-    /// Pixels around the needed area that a layer keeps, within its rectangle; none: all of it.
+    /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all of
+    /// it.
     pub margin: Option<u32>,
-    /// With guides.
+    /// Whether guides are included.
     pub guides: bool,
-    /// Token of the layer that is painted on when the document is opened.
+    /// The token of the layer that is active when the document is opened.
     pub selected: Option<&'a str>,
-    /// What was painted on the layers.
+    /// The paint on the layers.
     pub paint: PhotoPaint,
-    /// What the linear colours of layers are multiplied with; `photo` has been already. The document is then
-    /// for looking at: its layers have no tokens, by which an import would take them for painted ones.
+    /// The factors that multiply the layers' linear colours; `photo` has been multiplied already. Such a document
+    /// is only for viewing: its layers have no tokens, because an import would regard the changed colours as paint.
     pub evened: Option<[f64; 3]>,
-    /// Asked before each layer is read.
+    /// The task, which is checked for cancellation before each layer is read.
     pub task: &'a Task,
-    /// Hashes of the layers' pixels, known once these were fetched.
+    /// The hashes of the layers' pixels, set once these were composed.
     hashes: Vec<OnceLock<String>>,
-    /// Those of the guides, by order, in the same way.
+    /// The hashes of the guides by order, set once these were drawn.
     guide_hashes: Mutex<BTreeMap<u32, String>>,
-    /// Whether painted layers still have something to paint.
+    /// Whether painted layers still have hidden pixels without paint.
     unfinished: Vec<OnceLock<bool>>,
 }
 
-/// The part of an image layer that has to be painted: needed and not visible in the photo.
-#[derive(Debug, Clone, PartialEq, Eq)]
-pub struct Hidden {
-    /// The bounding box of all that is needed, in photo pixels.
-    pub rect: PixelRect,
-    /// Rows of `rect` from the top.
-    pub bits: Vec<bool>,
-}
-
-impl Hidden {
-    /// True where it has to be painted; false outside `rect`.
-    pub fn at(&self, x: i32, y: i32) -> bool {
-        let (dx, dy) = (x - self.rect.x, y - self.rect.y);
-        let inside = dx >= 0 && dy >= 0 && dx < self.rect.w as i32 && dy < self.rect.h as i32;
-        inside && self.bits[dy as usize * self.rect.w as usize + dx as usize]
-    }
-
-    /// All pixels that have to be painted, in photo pixels.
-    pub fn pixels(&self) -> impl Iterator<Item = (i32, i32)> {
-        let rect = self.rect;
-        let rows = self.bits.chunks_exact(rect.w.max(1) as usize).zip(rect.y..);
-        rows.flat_map(move |(row, y)| {
-            row.iter().zip(rect.x..).filter(|(bit, _)| **bit).map(move |(_, x)| (x, y))
-        })
-    }
-}
+/// The pixels of an image layer that remain to be painted: needed and not visible in the photo. In photo pixels, within
+/// the bounding box of all needed pixels.
+pub type Hidden = Image<bool>;
 
 impl<'a> Content<'a> {
-    /// The stack in `folder` with its photo; cropped layers, with guides.
+    /// Takes the stack in `folder` and its photo, with cropped layers and guides.
     pub fn new(
         stack: &'a Stack,
         folder: PathBuf,
@@ -109,7 +89,7 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// The document, from the bottom to the top; `key` is what it is known by.
+    /// Makes the document, from bottom to top; `key` identifies it.
     pub fn document(&'a self, key: &str) -> LayeredDocument<'a> {
         let photo = &self.stack.photo;
         let merged = self.photo.clone();
@@ -127,21 +107,22 @@ impl<'a> Content<'a> {
         }
     }
 
-    /// The photo's own; sRGB for 16 bits without one, which editors would not take for granted.
+    /// Returns the photo's own profile, or sRGB for 16 bits without one, which editors would not assume by
+    /// themselves.
     pub fn profile(&self) -> Option<Vec<u8>> {
         self.icc.clone().or_else(|| (self.depth() == Depth::Sixteen).then(srgb_profile))
     }
 
-    /// Of the photo, and so of all layers.
+    /// Returns the bit depth of the photo, which is that of all layers.
     pub fn depth(&self) -> Depth {
         self.photo.depth()
     }
 
-    /// What the record says of the image layers, whose pixels are kept in `kept`; nothing of those of even
-    /// colour.
+    /// Returns the record's entries for the image layers, and stores their pixels in `kept`. There are no entries
+    /// with matched exposure.
     ///
     /// # Errors
-    /// When a layer's file cannot be read, or its pixels cannot be kept.
+    /// Returns an error when a layer's file cannot be read, or its pixels cannot be stored.
     pub fn exported_layers(&self, kept: &Baselines) -> Result<Vec<ExportedLayer>> {
         if self.evened.is_some() {
             return Ok(Vec::new());
@@ -163,37 +144,39 @@ impl<'a> Content<'a> {
         self.stack.image_layers.iter().enumerate().map(exported).collect()
     }
 
-    /// A layer without paint and filling is the stack's own file.
+    /// Stores the pixels that a layer is later compared with; without paint and filling they are the stack's own
+    /// file.
     fn baseline(&self, index: usize, kept: &Baselines) -> Result<Baseline> {
         let layer = self.layer(index);
         if !self.paint.is_on(index) && layer.fill.is_none() {
             let file = self.folder.join(&layer.file);
-            return Ok(Baseline { file: kept.keep_file(&file, &hash_file(&file)?)?, rect: layer.rect });
+            return Ok(Baseline { file: kept.store_file(&file, &hash_file(&file)?)?, rect: layer.rect });
         }
         let rect = self.exported_rect(layer);
-        Ok(Baseline { file: kept.keep_pixels(&*self.pixels(index)?)?, rect })
+        Ok(Baseline { file: kept.store_pixels(&*self.pixels(index)?)?, rect })
     }
 
-    /// What the record says of the other layers, from the top.
+    /// Returns the record's entries for the other layers, from the top.
     ///
     /// # Errors
-    /// When a guide has to be drawn and what it shows cannot be read.
-    pub fn helpers(&self) -> Result<Vec<Helper>> {
+    /// Returns an error when a guide has to be drawn and its pixels cannot be read.
+    pub fn helpers(&self) -> Result<Vec<HelperLayer>> {
         let orders = self.orders();
         let guides = orders.into_iter().filter_map(|order| {
             let guided = self.guided(order);
             let rect = self.needed_by(&guided)?;
-            let helper = |pixels| Helper { name: guide_name(order), role: HelperRole::Guide, rect, pixels };
+            let helper =
+                |pixels| HelperLayer { name: guide_name(order), role: HelperRole::Guide, rect, pixels };
             Some(self.guide_hash(order, &guided, rect).map(helper))
         });
         let mut helpers: Vec<_> = guides.collect::<Result<_>>()?;
         let (rect, pixels) = (self.canvas(), self.photo.hash_at(0, 0));
-        helpers.push(Helper { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
+        helpers.push(HelperLayer { name: REFERENCE.into(), role: HelperRole::Reference, rect, pixels });
         Ok(helpers)
     }
 
-    /// Where the pixels of `layer` lie in the document: what is needed, with a margin, but nothing
-    /// outside the rectangle.
+    /// Returns the rectangle of the pixels of `layer` in the document: the needed part with a margin, within the
+    /// layer's rectangle.
     pub fn exported_rect(&self, layer: &ImageLayer) -> PixelRect {
         match self.margin {
             Some(margin) => layer.needed_rect.grown(margin).intersection(&layer.rect),
@@ -202,14 +185,14 @@ impl<'a> Content<'a> {
     }
 
     fn canvas(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.stack.photo.width, h: self.stack.photo.height }
+        PixelRect::of_size(self.stack.photo.width, self.stack.photo.height)
     }
 
     fn layer(&self, index: usize) -> &'a ImageLayer {
         &self.stack.image_layers[index]
     }
 
-    /// The orders that occur, nearest first.
+    /// Returns all orders, nearest first.
     pub fn orders(&self) -> Vec<u32> {
         let mut orders: Vec<u32> = self.stack.image_layers.iter().map(|layer| layer.order).collect();
         orders.sort_unstable();
@@ -217,38 +200,40 @@ impl<'a> Content<'a> {
         orders
     }
 
-    /// The image layers of one order, as the stack lists them.
+    /// Returns the indices of the image layers of one order, as the stack lists them.
     fn in_order(&self, order: u32) -> Vec<usize> {
         let layers = self.stack.image_layers.iter().enumerate();
         layers.filter(|(_, layer)| layer.order == order).map(|(index, _)| index).collect()
     }
 
-    /// Those with something to paint.
+    /// Returns the indices of the image layers of one order that remain to be painted.
     fn guided(&self, order: u32) -> Vec<usize> {
         let mut layers = self.in_order(order);
         layers.retain(|i| self.guides && self.is_unfinished(*i));
         layers
     }
 
-    /// Has something to paint. Where the pixels would have to be asked and cannot be read, it counts as if: they
-    /// are asked again, and then it is said.
+    /// Returns true when the layer has hidden pixels without paint. An error while reading the pixels counts as
+    /// true, because they are read again later, which reports the error.
     fn is_unfinished(&self, index: usize) -> bool {
         let is_hidden = self.layer(index).texels_visible < self.layer(index).texels_used;
-        let any_left = || self.hidden(index).map_or(true, |hidden| hidden.bits.contains(&true));
+        let any_left = || self.hidden(index).map_or(true, |hidden| hidden.pixels().contains(&true));
         if self.paint.is_on(index) { *self.unfinished[index].get_or_init(any_left) } else { is_hidden }
     }
 
-    /// The bounding box of what these layers need.
+    /// Returns the bounding box of the needed parts of these layers.
     fn needed_by(&self, layers: &[usize]) -> Option<PixelRect> {
         layers.iter().map(|i| self.layer(*i).needed_rect).reduce(|a, b| a.union(&b))
     }
 
+    /// Makes the locked layer of the photo.
     fn reference(&'a self) -> Layer<'a> {
         let photo = self.photo.clone();
         let pixels = Box::new(move || Ok(photo.clone()));
         Layer { locked: true, ..Layer::new(REFERENCE, self.canvas(), pixels) }
     }
 
+    /// Makes the group of one order.
     fn group(&'a self, order: u32) -> Group<'a> {
         let last = self.orders().last().copied().unwrap_or(0);
         let guided = self.guided(order);
@@ -265,6 +250,7 @@ impl<'a> Content<'a> {
         Group { name: group_name(order, last), layers }
     }
 
+    /// Makes the layer of an image layer; with matched exposure it has no token.
     fn image_layer(&'a self, index: usize) -> Layer<'a> {
         let (layer, plain) = (self.layer(index), self.evened.is_none());
         let name = match plain {
@@ -279,12 +265,14 @@ impl<'a> Content<'a> {
         }
     }
 
+    /// Makes the guide of an order, if anything remains to be painted.
     fn guide(&'a self, order: u32, guided: Vec<usize>) -> Option<Layer<'a>> {
         let rect = self.needed_by(&guided)?;
         let pixels = Box::new(move || self.drawn_guide(order, &guided, rect).map(Arc::new));
         Some(Layer { visible: false, ..Layer::new(guide_name(order), rect, pixels) })
     }
 
+    /// Draws the guide of an order and stores its hash.
     fn drawn_guide(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<Raster> {
         let photo = &self.stack.photo;
         let pattern = Pattern::for_photo(photo.width, photo.height);
@@ -296,7 +284,7 @@ impl<'a> Content<'a> {
         Ok(raster)
     }
 
-    /// Known once the guide was drawn, as it is for every format.
+    /// Returns the hash of a guide, which is known once it was drawn, as every format does.
     fn guide_hash(&self, order: u32, guided: &[usize], rect: PixelRect) -> Result<String> {
         let known = || self.guide_hashes.lock().expect("no holder of this lock panics").get(&order).cloned();
         if let Some(hash) = known() {
@@ -305,19 +293,21 @@ impl<'a> Content<'a> {
         Ok(self.drawn_guide(order, guided, rect)?.hash_at(rect.x, rect.y))
     }
 
+    /// Composes the pixels of a layer as exported, and stores their hash.
     fn pixels(&self, index: usize) -> Result<Arc<Raster>> {
         self.task.go_on()?;
         let layer = self.layer(index);
-        let place = self.exported_rect(layer);
+        let rect = self.exported_rect(layer);
         let whole = layer_pixels(self.stack, &self.folder, &self.paint, index)?;
-        let mut pixels = whole.cropped(moved(place, &layer.rect));
+        let mut pixels = whole.cropped(moved(rect, &layer.rect));
         if let Some(factors) = self.evened {
             pixels.multiply_light(factors);
         }
-        self.hashes[index].get_or_init(|| pixels.hash_at(place.x, place.y));
+        self.hashes[index].get_or_init(|| pixels.hash_at(rect.x, rect.y));
         Ok(Arc::new(pixels))
     }
 
+    /// Returns the hash of a layer's pixels.
     fn hash(&self, index: usize) -> Result<String> {
         if self.hashes[index].get().is_none() {
             self.pixels(index)?;
@@ -325,24 +315,20 @@ impl<'a> Content<'a> {
         Ok(self.hashes[index].get().expect("fetching the pixels hashes them").clone())
     }
 
+    /// Returns the pixels of a layer that remain to be painted.
     fn hidden(&self, index: usize) -> Result<Hidden> {
         self.task.go_on()?;
         let layer = self.layer(index);
-        let (w, h) = (layer.rect.w, layer.rect.h);
         let colours = unfilled_pixels(self.stack, &self.folder, &self.paint, index)?;
-        let needed = read_mask(&self.folder.join(&layer.needed_file), w, h)?;
+        let needed = read_mask(&self.folder.join(&layer.needed_file), layer.rect)?;
+        let is_empty =
+            |x: i32, y: i32| !colours.has_colour((x - layer.rect.x) as u32, (y - layer.rect.y) as u32);
         let rect = layer.needed_rect.intersection(&layer.rect);
-        let inner = moved(rect, &layer.rect);
-        let mut bits = Vec::with_capacity(rect.area() as usize);
-        for y in inner.y as u32..inner.bottom() as u32 {
-            let hidden = |x: u32| needed.at(x, y) && !colours.has_colour(x, y);
-            bits.extend((inner.x as u32..inner.right() as u32).map(hidden));
-        }
-        Ok(Hidden { rect, bits })
+        Ok(Hidden::from_fn(rect, |(x, y)| needed.holds(x, y) && is_empty(x, y)))
     }
 }
 
-/// `rect`, counted from the top left corner of `origin`.
+/// Returns `rect` relative to the top-left corner of `origin`.
 fn moved(rect: PixelRect, origin: &PixelRect) -> PixelRect {
     PixelRect { x: rect.x - origin.x, y: rect.y - origin.y, ..rect }
 }

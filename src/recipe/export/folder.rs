@@ -1,5 +1,5 @@
-//! The folder format: a PNG per image layer, the size of its rectangle, with a `stack.json` that
-//! holds for them word for word; the photo as it is; what is needed, and the guides, in sub-folders.
+//! The folder format: a PNG per image layer of the size of its rectangle, with a `stack.json` that is valid for
+//! them; the photo as it is; needed areas and guides in subfolders.
 //!
 //! ```text
 //! <photo>.layers/order-00 tree (k7q2m9).png     image layers, by order
@@ -9,8 +9,8 @@
 //! <photo>.layers/stack.json
 //! ```
 //!
-//! The token stands in round brackets: in square ones shells and ImageMagick take it for a pattern or a part of the
-//! picture.
+//! The token is in round brackets, because shells and ImageMagick interpret square brackets as a pattern or as a
+//! part of the picture.
 
 use std::path::Path;
 
@@ -22,13 +22,13 @@ use crate::io::json::to_json;
 use crate::io::layered::folder::NewFolder;
 use crate::io::layered::{KEY_FILE, LayeredDocument};
 
-/// Bytes of the readable part of a file name, so that the whole stays below the 255 of file systems.
+/// The longest readable part of a file name in bytes, so that the name stays below the 255 bytes of file systems.
 const LONGEST_READABLE: usize = 120;
 
-/// Fills a folder with the document of `content`; the photo lies in `photo_file`.
+/// Fills a folder with the document of `content`; the photo is in `photo_file`.
 ///
 /// # Errors
-/// What reading and writing say.
+/// Returns the errors of reading and writing.
 pub fn fill(
     folder: &mut NewFolder,
     content: &Content,
@@ -44,7 +44,7 @@ pub fn fill(
         named.iter().find(|(name, _)| *name == layer.name).map(|(_, file)| file.clone())
     })?;
     let mut described = stack.clone();
-    // The layers hold their filling themselves.
+    // The exported layers contain their filling.
     described.fill = None;
     for layer in &mut described.image_layers {
         layer.fill = None;
@@ -57,6 +57,7 @@ pub fn fill(
     folder.add(KEY_FILE, document.key.as_bytes())
 }
 
+/// Returns the file name of an image layer.
 fn layer_file(layer: &ImageLayer) -> String {
     let mut readable: String = layer_name(&layer.name, "").chars().map(harmless).collect();
     readable.truncate(readable.len() - " []".len());
@@ -66,19 +67,22 @@ fn layer_file(layer: &ImageLayer) -> String {
     format!("order-{:02} {readable} ({}).png", layer.order, layer.id)
 }
 
-/// What neither file systems nor tools take amiss.
+/// Replaces characters that file systems or tools do not accept.
 fn harmless(c: char) -> char {
     if "/\\:*?\"<>|[]{}%".contains(c) { '_' } else { c }
 }
 
+/// Returns the file name of an order's guide.
 fn guide_file(order: u32) -> String {
     format!("guides/order-{order:02}.png")
 }
 
+/// Returns the file name of a layer's needed area.
 fn needed_file(layer: &ImageLayer) -> String {
     format!("needed/{}.png", layer.id)
 }
 
+/// Returns the file name of the photo.
 fn photo_name(file: &Path) -> String {
     let extension = file.extension().unwrap_or_default().to_string_lossy().to_lowercase();
     format!("photo.{extension}")

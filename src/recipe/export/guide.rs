@@ -1,15 +1,15 @@
-//! The guide of a group: where its layers are hidden in the photo and have to be painted.
+//! The guide of a group: where its layers are hidden in the photo and remain to be painted.
 //!
-//! Every layer that has something to paint has one of six colours, in the editor's list of layers
-//! and in the guide, where its hidden part is hatched and outlined with it. The hatching leans to the
-//! left and to the right in turn, for those who do not see the colours.
+//! Each layer with something to paint has one of six colours, in the editor's list of layers and in the guide,
+//! where its hidden part is hatched and outlined in this colour. The hatching alternates between left and right,
+//! for people who cannot distinguish the colours.
 
 use super::compose::Hidden;
 use crate::geometry::PixelRect;
 use crate::io::layered::{Depth, Raster, Tag};
 use crate::scene::Samples;
 
-/// The colours in turn, as the editors show them: red, green, blue, 8 bits.
+/// The colours in turn, as the editors show them: red, green, blue in 8 bits.
 const COLOURS: [(Tag, [u8; 3]); 6] = [
     (Tag::Red, [235, 60, 50]),
     (Tag::Blue, [45, 120, 240]),
@@ -19,17 +19,19 @@ const COLOURS: [(Tag, [u8; 3]); 6] = [
     (Tag::Orange, [245, 145, 35]),
 ];
 
-/// How opaque the parts of the hatching are, of 255.
+/// The opacity of the outline, of 255.
 const OUTLINE: u8 = 255;
+/// The opacity of stripes, of 255.
 const STRIPE: u8 = 190;
+/// The opacity between stripes, of 255.
 const BETWEEN: u8 = 60;
 
-/// How layers are told apart: the colour of number `index` among those with something to paint.
+/// Returns the colour tag of the layer with number `index` among those that remain to be painted.
 pub fn tag(index: usize) -> Tag {
     COLOURS[index % COLOURS.len()].0
 }
 
-/// How wide the hatching is, in pixels, so that it looks alike on small and large photos.
+/// The dimensions of the hatching in pixels, so that it looks alike on small and large photos.
 #[derive(Debug, Clone, Copy)]
 pub struct Pattern {
     period: i32,
@@ -38,16 +40,16 @@ pub struct Pattern {
 }
 
 impl Pattern {
-    /// For a photo of this size.
+    /// Chooses the dimensions for a photo of this size.
     pub fn for_photo(width: u32, height: u32) -> Self {
         let period = (width.max(height) / 160).max(6) as i32;
         Self { period, stripe: period / 3, outline: (period / 6).max(1) }
     }
 
-    /// Opacity at a hidden pixel of the photo.
+    /// Returns the opacity at a hidden pixel of the photo.
     fn opacity(self, hidden: &Hidden, x: i32, y: i32, index: usize) -> u8 {
         let t = self.outline;
-        let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.at(x + dx, y + dy));
+        let inside = [(t, 0), (-t, 0), (0, t), (0, -t)].iter().all(|(dx, dy)| hidden.holds(x + dx, y + dy));
         let across = if index.is_multiple_of(2) { x + y } else { x - y };
         match across.rem_euclid(self.period) < self.stripe {
             _ if !inside => OUTLINE,
@@ -57,14 +59,14 @@ impl Pattern {
     }
 }
 
-/// Draws the hidden parts into a raster of `rect`, which holds them all. Each comes with its number
-/// among the layers with something to paint.
+/// Draws the hidden parts into a raster of `rect`, which contains them all. Each comes with its number among the
+/// layers that remain to be painted.
 pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth: Depth) -> Raster {
     let mut raster = Raster::blank(rect.w, rect.h, depth);
     for (index, hidden) in parts {
         let colour = COLOURS[index % COLOURS.len()].1;
         let mut put = |x: i32, y: i32, [r, g, b]: [u8; 3], alpha: u8| {
-            let at = 4 * ((y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize);
+            let at = 4 * rect.offset(x, y);
             match raster.samples_mut() {
                 Samples::U8(s) => s[at..at + 4].copy_from_slice(&[r, g, b, alpha]),
                 Samples::U16(s) => {
@@ -72,7 +74,7 @@ pub fn draw(parts: &[(usize, Hidden)], rect: PixelRect, pattern: Pattern, depth:
                 }
             }
         };
-        for (x, y) in hidden.pixels() {
+        for (x, y) in hidden.held() {
             put(x, y, colour, pattern.opacity(hidden, x, y, *index));
         }
     }
@@ -84,8 +86,7 @@ mod tests {
     use super::*;
 
     fn square() -> Hidden {
-        let rect = PixelRect { x: 10, y: 20, w: 30, h: 30 };
-        Hidden { rect, bits: vec![true; 900] }
+        Hidden::filled(PixelRect { x: 10, y: 20, w: 30, h: 30 }, true)
     }
 
     #[test]
@@ -102,7 +103,7 @@ mod tests {
 
     #[test]
     fn the_colour_in_the_guide_is_that_in_the_list_of_layers() {
-        let rect = square().rect;
+        let rect = square().rect();
         let raster = draw(&[(7, square())], rect, Pattern::for_photo(100, 100), Depth::Sixteen);
         let Samples::U16(samples) = raster.samples() else { panic!("16 bits") };
         assert_eq!(tag(7), Tag::Blue);

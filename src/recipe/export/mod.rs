@@ -1,8 +1,8 @@
-//! Out to the image editor: one layered file a photo.
+//! Export to the image editor: one layered file per photo.
 //!
-//! The photo lies at the bottom as a locked reference; above it stands a group per `order`, the nearest
-//! on top, with a layer per image layer, and a hidden guide that shows where these are hidden in the
-//! photo. A file that somebody changed since it was exported is never overwritten.
+//! The photo is at the bottom as a locked reference. Above it is a group per `order`, the nearest on top, with a
+//! layer per image layer and a hidden guide that shows where these are hidden in the photo. A file that was changed
+//! since its export is never overwritten.
 
 mod compose;
 mod folder;
@@ -22,7 +22,7 @@ pub use one::ExportReport;
 pub use provenance::write_provenance;
 
 use self::one::Exporter;
-use super::side_by_side::SideBySide;
+use super::side_by_side::{ParallelPhotos, done_and_failed};
 use crate::document::Decisions;
 use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
@@ -33,24 +33,24 @@ use crate::io::stack_store::StackStore;
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// How to export.
+/// Options of [`export`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ExportOptions {
-    /// The kind of file.
+    /// The file format.
     pub format: ExportFormat,
-    /// Pixels around the needed area that a layer keeps, within its rectangle; none: all of it.
-    /// In a folder, layers are always whole, so that its `stack.json` holds for them.
+    /// The margin in pixels around the needed area that a layer keeps, within its rectangle; `None` keeps all of
+    /// it. In the folder format, layers are always complete, so that its `stack.json` is valid for them.
     pub margin: Option<u32>,
-    /// With a hidden guide in each group that has something to paint.
+    /// Whether each group with occluded parts to paint has a hidden guide.
     pub guides: bool,
-    /// Token of the image layer that is painted on when the file is opened, where the format can say so.
+    /// The token of the image layer that is active when the file is opened, in formats that support this.
     pub selected: Option<String>,
-    /// By photo, what its linear colours are multiplied with, R, G, B: for looking at, with no way back. Photos
-    /// that are not in it are exported as they are.
+    /// The factors for R, G, B that multiply a photo's linear colours, by photo name. Such exports are only for
+    /// viewing and cannot be imported. Photos without factors are exported as they are.
     pub evened: BTreeMap<String, [f64; 3]>,
-    /// What was decided about photos: layers are called so at once. None: as they were called when they were built.
+    /// The decisions from which layers get their present names; `None` keeps the names from when they were built.
     pub decisions: Option<Decisions>,
-    /// Bytes that the photos under way may take together, about; one is always under way.
+    /// The approximate memory budget in bytes for photos processed at the same time; at least one is processed.
     pub memory: u64,
 }
 
@@ -69,33 +69,35 @@ impl Default for ExportOptions {
 }
 
 impl ExportOptions {
+    /// Returns the margin of layers, which the folder format does not have.
     fn layer_margin(&self) -> Option<u32> {
         self.margin.filter(|_| self.format != ExportFormat::Folder)
     }
 }
 
-/// What became of all photos, in their order.
+/// The results for all photos, in their order.
 #[derive(Debug, Default)]
 pub struct Exported {
-    /// Those that were written.
+    /// The reports of photos that were written.
     pub done: Vec<ExportReport>,
-    /// Those that were not, with the reason.
+    /// The photos that failed, with the reasons.
     pub failed: Vec<(String, Error)>,
 }
 
-/// The stages that are reported: of each photo, and of all.
+/// The stage that is reported for reading one photo.
 pub const STAGE_READ: &str = "read photo";
-/// See [`STAGE_READ`].
+/// The stage that is reported for writing one photo's layers.
 pub const STAGE_WRITE: &str = "write layers";
-/// See [`STAGE_READ`].
+/// The stage that is reported for all photos together.
 pub const STAGE: &str = "export";
 
-/// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`,
-/// which is made if needed. A fault in one photo is in [`Exported::failed`], the others go on.
+/// Exports the current stacks of `photos` from the project in the folder `project` to the folder `out`, which is
+/// created if necessary. An error in one photo is in [`Exported::failed`] and does not stop the others.
 ///
 /// # Errors
-/// [`Error::Request`] for a folder of even colour, whose `stack.json` would not hold for it; [`Error::Io`] when
-/// `out` cannot be made or the records of former exports cannot be read; [`Error::Cancelled`].
+/// Returns [`Error::Request`] for the folder format with matched exposure, because its `stack.json` would not be
+/// valid, [`Error::Io`] when `out` cannot be created or the records of earlier exports cannot be read, or
+/// [`Error::Cancelled`].
 pub fn export(
     project: &Path,
     photos: &[&Photo],
@@ -105,7 +107,7 @@ pub fn export(
 ) -> Result<Exported> {
     if !options.evened.is_empty() && options.format == ExportFormat::Folder {
         return Err(Error::Request(
-            "a folder is exported as the stack is; with --even-colour choose psd, xcf or ora".into(),
+            "--even-colour does not apply to folders; choose the format psd, xcf or ora".into(),
         ));
     }
     fs::create_dir_all(out).map_err(Error::io(out, "create the folder"))?;
@@ -124,27 +126,17 @@ pub fn export(
         options,
     };
     let at_a_time =
-        SideBySide { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
+        ParallelPhotos { threads: rayon::current_num_threads(), memory: options.memory, stage: STAGE };
     let work = |photo: &&Photo| exporter.export(photo, &task.of(&photo.name));
-    let exported = collect(photos, at_a_time.run(photos, |photo| bytes_for(photo), work, task)?)?;
-    exporter.records.forget_old_pixels(&exporter.kept)?;
-    Ok(exported)
+    let results = at_a_time.run(photos, |photo| bytes_for(photo), work, task)?;
+    let names: Vec<String> = photos.iter().map(|photo| photo.name.clone()).collect();
+    let (done, failed) = done_and_failed(&names, results)?;
+    exporter.records.remove_old_pixels(&exporter.kept)?;
+    Ok(Exported { done, failed })
 }
 
-/// What a photo takes at its peak. Per pixel: the photo as RGBA, its merged picture and that compressed,
-/// a guide; 16 bits at worst. And a batch of layers, before and after compression.
+/// Returns the peak memory for one photo in bytes. Per pixel these are the photo as RGBA, its merged picture also
+/// compressed, and a guide, with 16 bits at worst; in addition a batch of layers before and after compression.
 fn bytes_for(photo: &Photo) -> u64 {
     u64::from(photo.camera.width) * u64::from(photo.camera.height) * 4 * 2 * 3 + (128 << 20)
-}
-
-fn collect(photos: &[&Photo], results: Vec<Result<ExportReport>>) -> Result<Exported> {
-    let mut exported = Exported::default();
-    for (photo, result) in photos.iter().zip(results) {
-        match result {
-            Ok(report) => exported.done.push(report),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(problem) => exported.failed.push((photo.name.clone(), problem)),
-        }
-    }
-    Ok(exported)
 }

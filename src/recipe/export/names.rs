@@ -1,22 +1,22 @@
-//! Names of layers and groups: all that every editor gives back of a layer, besides its pixels.
+//! Names of layers and groups, which are all that every editor preserves of a layer besides its pixels.
 
 use crate::io::layered::document::LONGEST_NAME;
 
-/// The photo at the bottom.
+/// The name of the photo's layer at the bottom.
 pub const REFERENCE: &str = "photo - reference, do not paint here";
 
-/// `readable object name [token]`, at most 63 characters. The token is the image layer's id, so
-/// names are unique and lead back; editors that append to names append behind it.
+/// Returns `readable object name [token]`, at most 63 characters. The token is the image layer's id, so that names
+/// are unique and identify the layer; editors that append to names do so after it.
 pub fn layer_name(readable: &str, id: &str) -> String {
     ended(readable, &format!(" [{id}]"))
 }
 
-/// `readable object name - number`: unique, and leads nowhere.
+/// Returns `readable object name - number`, which is unique and does not identify a layer.
 pub fn numbered_name(readable: &str, number: usize) -> String {
     ended(readable, &format!(" - {number}"))
 }
 
-/// At most 63 characters, the ending whole.
+/// Appends the ending, and shortens the name to 63 characters in all.
 fn ended(readable: &str, ending: &str) -> String {
     let room = LONGEST_NAME.saturating_sub(ending.chars().count());
     let plain: String = plain(readable).chars().take(room).collect();
@@ -24,8 +24,8 @@ fn ended(readable: &str, ending: &str) -> String {
     plain.to_owned() + ending
 }
 
-/// Without what editors or readers of names could trip over: brackets, which mark the token,
-/// control characters, signs of no script; spaces are joined.
+/// Returns the name without characters that could confuse editors or readers: square brackets, which mark the
+/// token, control characters, and symbols of no script. Consecutive spaces become one.
 fn plain(readable: &str) -> String {
     let harmless = |c: char| match c {
         '[' => '(',
@@ -38,7 +38,7 @@ fn plain(readable: &str) -> String {
     words.split(' ').filter(|word| !word.is_empty()).collect::<Vec<_>>().join(" ")
 }
 
-/// The group of all image layers of one `order`; `last` is the highest.
+/// Returns the name of the group of all image layers of one `order`; `last` is the highest order.
 pub fn group_name(order: u32, last: u32) -> String {
     match order {
         0 => "order 0 - nearest".into(),
@@ -47,7 +47,7 @@ pub fn group_name(order: u32, last: u32) -> String {
     }
 }
 
-/// The guide of a group.
+/// Returns the name of a group's guide.
 pub fn guide_name(order: u32) -> String {
     format!("guide {order} - hatched parts are hidden: paint them")
 }

@@ -1,7 +1,6 @@
-//! The export of one photo.
+//! The export of one photo to a layered file.
 
 use std::collections::BTreeSet;
-use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -12,7 +11,7 @@ use super::folder;
 use super::place::{self, Place};
 use super::{ExportOptions, STAGE_READ, STAGE_WRITE};
 use crate::document::Stack;
-use crate::document::export_record::{ExportFormat, ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
+use crate::document::export_record::{ExportRecord, ExportedFile, KEY_DIGITS, RECORD_VERSION};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::io::atomic::AtomicFile;
@@ -21,9 +20,8 @@ use crate::io::exports::{ExportStore, WrittenFiles, exported_file};
 use crate::io::hash::{hash_bytes, hash_file};
 use crate::io::json::to_json;
 use crate::io::layered::folder::NewFolder;
-use crate::io::layered::psd::{self, Kind};
-use crate::io::layered::xcf::{self, Version};
-use crate::io::layered::{Fit, LayeredDocument, Raster, ora};
+use crate::io::layered::format::{FileFormat, format_of};
+use crate::io::layered::{Fit, LayeredDocument, Raster};
 use crate::io::paint_store::PaintStore;
 use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
@@ -32,28 +30,28 @@ use crate::recipe::paint::PhotoPaint;
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// What became of one photo.
+/// The report of one photo's export.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ExportReport {
-    /// Name of the photo.
+    /// The name of the photo.
     pub photo: String,
     /// The file or folder that was written.
     pub path: PathBuf,
-    /// Files that were left alone because they changed since they were exported.
+    /// Files that were not overwritten, because they were changed since their export.
     pub spared: Vec<PathBuf>,
-    /// What the document is known by.
+    /// The key that identifies the document.
     pub key: String,
-    /// Image layers.
+    /// The number of image layers.
     pub layers: usize,
-    /// Groups: one per order.
+    /// The number of groups, one per order.
     pub groups: usize,
-    /// Of the file, or of all files of the folder.
+    /// The size in bytes of the file, or of all files in the folder.
     pub bytes: u64,
-    /// What its layers lack, and what to do about it.
+    /// Problems of its layers, with remedies.
     pub problems: Vec<String>,
 }
 
-/// What all photos of one export share.
+/// The stores and options that all photos of an export share.
 pub struct Exporter<'a> {
     pub stacks: StackStore,
     pub records: ExportStore,
@@ -69,8 +67,8 @@ impl Exporter<'_> {
     /// Exports one photo.
     ///
     /// # Errors
-    /// [`Error::Request`] when the photo has no stack, [`Error::Input`] when that or the photo cannot be
-    /// read, [`Error::Io`] when something cannot be written; nothing is left half-written.
+    /// Returns [`Error::Request`] when the photo has no stack, [`Error::Input`] when the stack or the photo cannot
+    /// be read, or [`Error::Io`] when something cannot be written. No incomplete file remains.
     pub fn export(&self, photo: &Photo, task: &Task) -> Result<ExportReport> {
         let mut stack = self.stacks.current(&photo.name)?.ok_or_else(|| no_stack(photo))?;
         if let Some(decisions) = &self.options.decisions {
@@ -91,19 +89,22 @@ impl Exporter<'_> {
         content.paint = PhotoPaint::of(&self.book, self.paint.clone(), &stack);
         content.margin = self.options.layer_margin();
         let key = self.key(&content);
-        let job = Job { exporter: self, content: &content, photo_file: &photo.file, key };
+        let job = ExportJob { exporter: self, content: &content, photo_file: &photo.file, key };
         let (path, spared, bytes) = task.timed(STAGE_WRITE, || job.write())?;
         for file in &spared {
             let (old, new) = (file.display(), path.display());
-            task.note(format!("{old} was changed since it was exported and stays; this export is {new}"));
+            task.note(format!("{old} was changed since it was exported and is kept; this export is {new}"));
         }
-        let (layers, groups) = (stack.image_layers.len(), content.orders().len());
-        let (key, problems) = (job.key, content.paint.damaged().to_vec());
-        Ok(ExportReport { photo: photo.name.clone(), path, spared, key, layers, groups, bytes, problems })
+        let photo = photo.name.clone();
+        let layers = stack.image_layers.len();
+        let groups = content.orders().len();
+        let problems = content.paint.damaged().to_vec();
+        Ok(ExportReport { photo, path, spared, key: job.key, layers, groups, bytes, problems })
     }
 
-    /// The same stack with the same paint, exported in the same way, has the same key. (`stack.json` and
-    /// the book of paint name their files by their content, so they stand for the pixels, too.)
+    /// Returns the document's key: the same stack with the same paint, exported with the same options, has the same
+    /// key. (`stack.json` and the paint book name their files by the hash of their content, so they represent the
+    /// pixels, too.)
     fn key(&self, content: &Content) -> String {
         let options = (self.options.format, self.options.margin, self.options.guides);
         let painted: BTreeSet<&str> = content.paint.files().collect();
@@ -115,114 +116,100 @@ impl Exporter<'_> {
     }
 }
 
+/// Makes the error for a photo without a stack.
 fn no_stack(photo: &Photo) -> Error {
-    Error::Request(format!("photo {} has no stack yet: run `quadratura build` first", photo.name))
+    Error::Request(format!("photo {} has no stack yet; run `quadratura build` first", photo.name))
 }
 
+/// Reads the photo that the layers were cut from.
 fn read_reference(photo: &Photo, stack: &Stack) -> Result<crate::scene::PhotoPixels> {
     read_photo(&photo.file, stack.photo.width, stack.photo.height)
 }
 
+/// Returns the size of a file in bytes.
 fn size_of(file: &Path) -> Result<u64> {
     Ok(file.metadata().map_err(Error::io(file, "read it"))?.len())
 }
 
+/// Returns the last component of a path.
 fn name_of(path: &Path) -> String {
     path.file_name().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// One document on its way into a file.
-struct Job<'a> {
+/// A document that is being written to a file.
+struct ExportJob<'a> {
     exporter: &'a Exporter<'a>,
     content: &'a Content<'a>,
     photo_file: &'a Path,
     key: String,
 }
 
-type Written = (PathBuf, Vec<PathBuf>, u64);
+/// The path that was written, the files that were not overwritten, and the size in bytes.
+type WrittenExport = (PathBuf, Vec<PathBuf>, u64);
 
-impl Job<'_> {
-    fn write(&self) -> Result<Written> {
+impl ExportJob<'_> {
+    fn write(&self) -> Result<WrittenExport> {
         let document = self.content.document(&self.key);
-        match self.exporter.options.format {
-            ExportFormat::Psd => self.write_psd(&document),
-            ExportFormat::Folder => self.write_folder(&document),
-            ExportFormat::Ora => self.write_ora(&document),
-            ExportFormat::Xcf => self.write_xcf(&document),
+        match &format_of(self.exporter.options.format).file {
+            Some(format) => self.write_file(&document, format),
+            None => self.write_folder(&document),
         }
     }
 
-    /// As a PSD, and once more as a PSB when it turns out too large.
-    fn write_psd(&self, document: &LayeredDocument) -> Result<Written> {
-        let mut kind = Kind::to_try_first(document);
-        loop {
-            let place = self.place(kind.extension())?;
-            let mut file = AtomicFile::create(&place.target)?;
-            match psd::write(file.file(), &place.target, document, kind)? {
-                Fit::Whole => return self.finish(file, kind.extension()),
-                Fit::TooLarge => kind = Kind::Psb,
+    /// Writes the first of the format's variants, or the next one if that turns out too large.
+    fn write_file(&self, document: &LayeredDocument, format: &FileFormat) -> Result<WrittenExport> {
+        for variant in (format.variants)(document) {
+            let destination = self.find_destination(variant.extension)?;
+            let mut file = AtomicFile::create(&destination.target)?;
+            match (variant.write)(file.file(), &destination.target, document)? {
+                Fit::Whole => return self.finish(file, variant.extension),
+                Fit::TooLarge => (),
             }
         }
+        Err(Error::Request(format!("{}: too large for this format", document.title)))
     }
 
-    /// In the oldest version that holds it, and once more in a newer one when it turns out too large.
-    fn write_xcf(&self, document: &LayeredDocument) -> Result<Written> {
-        let mut version = Version::to_try_first(document);
-        loop {
-            let place = self.place("xcf")?;
-            let mut file = AtomicFile::create(&place.target)?;
-            match xcf::write(file.file(), &place.target, document, version)? {
-                Fit::Whole => return self.finish(file, "xcf"),
-                Fit::TooLarge => version = Version::Eleven,
-            }
-        }
-    }
-
-    fn write_ora(&self, document: &LayeredDocument) -> Result<Written> {
-        let place = self.place("ora")?;
-        let mut file = AtomicFile::create(&place.target)?;
-        ora::write(BufWriter::new(file.file()), &place.target, document)?;
-        self.finish(file, "ora")
-    }
-
-    fn write_folder(&self, document: &LayeredDocument) -> Result<Written> {
-        let mut new = NewFolder::create(self.place(place::FOLDER)?.target)?;
+    fn write_folder(&self, document: &LayeredDocument) -> Result<WrittenExport> {
+        let mut new = NewFolder::create(self.find_destination(place::FOLDER)?.target)?;
         folder::fill(&mut new, self.content, document, self.photo_file)?;
         let file = |name: &String| exported_file(new.path(), name);
         let mut files: Vec<_> = new.files().iter().map(file).collect::<Result<_>>()?;
         let sizes = new.files().iter().map(|name| size_of(&new.path().join(name)));
         let bytes = sizes.sum::<Result<u64>>()?;
-        let place = self.place(place::FOLDER)?;
-        new.redirect(&place.target);
-        let home = name_of(&place.target);
+        let destination = self.find_destination(place::FOLDER)?;
+        new.redirect(&destination.target);
+        let home = name_of(&destination.target);
         files.iter_mut().for_each(|file| file.name = format!("{home}/{}", file.name));
         self.record(files)?;
         new.commit()?;
-        Ok((place.target, place.spared, bytes))
+        Ok((destination.target, destination.spared, bytes))
     }
 
-    fn place(&self, extension: &str) -> Result<Place> {
+    /// Returns the destination for a file with this extension.
+    fn find_destination(&self, extension: &str) -> Result<Place> {
         let photo = &self.content.stack.photo.name;
         place::find(self.exporter.out, photo, extension, &self.exporter.written)
     }
 
-    /// Asks for the place once more, because somebody may have saved there in the seconds that writing
-    /// took. The record goes first: a file without a record would count as changed for ever.
-    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<Written> {
-        let place = self.place(extension)?;
-        file.redirect(&place.target);
+    /// Moves a complete file to its destination, which is determined again because someone may have saved there
+    /// while the file was written. The record is written first: a file without a record would count as changed for
+    /// ever.
+    fn finish(&self, mut file: AtomicFile, extension: &str) -> Result<WrittenExport> {
+        let destination = self.find_destination(extension)?;
+        file.redirect(&destination.target);
         let bytes = size_of(file.path())?;
-        let name = name_of(&place.target);
+        let name = name_of(&destination.target);
         self.record(vec![ExportedFile { name, hash: hash_file(file.path())? }])?;
         file.commit()?;
-        Ok((place.target, place.spared, bytes))
+        Ok((destination.target, destination.spared, bytes))
     }
 
+    /// Writes the record of the export.
     fn record(&self, files: Vec<ExportedFile>) -> Result<()> {
         let stack = self.content.stack;
         let kept = &self.exporter.kept;
         let layers = self.content.exported_layers(kept)?;
-        let profile = self.content.profile().map(|profile| kept.keep_bytes(&profile, "icc")).transpose()?;
+        let profile = self.content.profile().map(|profile| kept.store_bytes(&profile, "icc")).transpose()?;
         let named = |object: &str, face: u32, piece: u32| {
             let elements = layers.iter().flat_map(|layer| &layer.elements);
             elements.filter(|e| e.object == object).any(|e| e.pieces.contains(&[face, piece]))

@@ -1,29 +1,30 @@
-//! Where an export is put: never over something that changed since it was exported.
+//! The destination of an export, which never overwrites anything that was changed since its export.
 
 use std::path::{Path, PathBuf};
 
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::io::exports::WrittenFiles;
-use crate::io::stack_store::LITTER;
+use crate::io::stack_store::DESKTOP_FILES;
 
-/// How the name of a folder of layers ends: one that is called as an image looks like one to people and tools.
+/// The extension of a folder of layers. It is not the name of an image format, because people and tools would take
+/// the folder for a file.
 pub const FOLDER: &str = "layers";
 
-/// Where an export goes.
+/// The destination of an export.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Place {
-    /// The file or folder to write; whatever is there is ours and unchanged.
+    /// The file or folder to write; anything that exists there is an unchanged export of this program.
     pub target: PathBuf,
-    /// What stands where the export would have gone, and was changed since.
+    /// Existing files that the export would have overwritten, but that were changed since.
     pub spared: Vec<PathBuf>,
 }
 
-/// Finds a place for the export of `photo` in `out`: `<photo>.EXTENSION`, or `<photo>-2.EXTENSION`
-/// and so on where the one before was changed. [`FOLDER`] means a folder.
+/// Finds a destination for the export of `photo` in `out`: `<photo>.EXTENSION`, or `<photo>-2.EXTENSION` and so on
+/// where earlier ones were changed. The extension [`FOLDER`] stands for a folder.
 ///
 /// # Errors
-/// [`Error::Io`] when what is there cannot be read.
+/// Returns [`Error::Io`] when existing files cannot be read.
 pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) -> Result<Place> {
     let stem = file_name_of_photo(photo);
     let mut spared = Vec::new();
@@ -40,7 +41,7 @@ pub fn find(out: &Path, photo: &str, extension: &str, written: &WrittenFiles) ->
     Err(Error::Request(format!("{}: no free name for {photo}", out.display())))
 }
 
-/// Whether `target` is an export of `photo`, unchanged.
+/// Returns true when `target` is an unchanged export of `photo`.
 fn is_ours(target: &Path, photo: &str, wants_folder: bool, written: &WrittenFiles) -> Result<bool> {
     if target.is_dir() != wants_folder {
         return Ok(false);
@@ -51,11 +52,11 @@ fn is_ours(target: &Path, photo: &str, wants_folder: bool, written: &WrittenFile
     all_ours(target, photo, written)
 }
 
-/// Whether every file in a folder and its sub-folders is.
+/// Returns true when all files in a folder and its subfolders are unchanged exports of `photo`.
 fn all_ours(folder: &Path, photo: &str, written: &WrittenFiles) -> Result<bool> {
     for entry in folder.read_dir().map_err(Error::io(folder, "read the folder"))? {
         let entry = entry.map_err(Error::io(folder, "read the folder"))?;
-        if LITTER.iter().any(|litter| entry.file_name() == *litter) {
+        if DESKTOP_FILES.iter().any(|litter| entry.file_name() == *litter) {
             continue;
         }
         let is_folder = entry.file_type().map_err(Error::io(entry.path(), "look at it"))?.is_dir();
@@ -98,7 +99,7 @@ mod tests {
         let target = || find(out.path(), "1.jpg", FOLDER, &WrittenFiles::default()).unwrap().target;
         assert_eq!(target(), out.path().join("1.jpg.layers"));
         std::fs::write(out.path().join("1.jpg.layers/.DS_Store"), "").unwrap();
-        assert_eq!(target(), out.path().join("1.jpg.layers"), "a desktop's litter is nobody's work");
+        assert_eq!(target(), out.path().join("1.jpg.layers"), "files that desktops leave are not edits");
         std::fs::write(out.path().join("1.jpg.layers/mine.kra"), "").unwrap();
         assert_eq!(target(), out.path().join("1.jpg-2.layers"));
     }

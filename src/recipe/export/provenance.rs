@@ -1,5 +1,5 @@
-//! Where filled texels come from, as pictures to look at: a colour for each photo that gave, and for what was
-//! invented, with a legend.
+//! Pictures of the provenance of filled texels, with a colour for each source photo and for each kind of
+//! inpainting, and a legend.
 
 use std::path::Path;
 
@@ -20,37 +20,39 @@ use crate::recipe::layer_names::rename;
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// What the photo shows itself.
+/// The colour of texels that the photo itself shows.
 const SHOWN: [u8; 3] = [96, 96, 96];
 
-/// `legend.json`.
+/// The contents of `legend.json`.
 #[derive(Debug, Serialize)]
-struct Legend<'a> {
+struct LegendFile<'a> {
     photo: &'a str,
-    /// Colours, as #rrggbb, and what they stand for.
-    colours: Vec<Entry<'a>>,
-    layers: Vec<Picture>,
+    /// Colours as #rrggbb, with their meanings.
+    colours: Vec<LegendEntry<'a>>,
+    layers: Vec<LegendPicture>,
 }
 
+/// A colour of the legend.
 #[derive(Debug, Serialize)]
-struct Entry<'a> {
+struct LegendEntry<'a> {
     colour: String,
     origin: &'a str,
 }
 
+/// A picture of one layer.
 #[derive(Debug, Serialize)]
-struct Picture {
+struct LegendPicture {
     layer: String,
     file: String,
     rect: PixelRect,
 }
 
-/// Writes `OUT/<photo>.provenance/`: a PNG for each image layer that was filled, the size of what it needs,
-/// and `legend.json`. A picture that somebody changed stays, and the new one gets a number. Photos without
-/// a filling are noted. `decisions`: what layers are called.
+/// Writes `OUT/<photo>.provenance/`: a PNG for the needed part of each filled image layer, and `legend.json`. A
+/// picture that was changed by hand is kept, and the new one gets a number. Photos without a filling are noted.
+/// `decisions` contain the layers' names.
 ///
 /// # Errors
-/// [`crate::Error::Io`], [`crate::Error::Input`] for a stack's files, [`crate::Error::Cancelled`].
+/// Returns [`crate::Error::Io`], [`crate::Error::Input`] for a stack's files, or [`crate::Error::Cancelled`].
 pub fn write_provenance(
     project: &Path,
     photos: &[&Photo],
@@ -65,7 +67,7 @@ pub fn write_provenance(
         rename(&mut stack, &decisions.of(&photo.name).names);
         let Some(fill) = &stack.fill else {
             task.of(&photo.name)
-                .note("it is not filled, so there is no provenance; `quadratura fill` fills it");
+                .note("this photo is not filled, so there is no provenance; `quadratura fill` fills it");
             continue;
         };
         let folder = out.join(format!("{}.provenance", file_name_of_photo(&photo.name)));
@@ -75,64 +77,67 @@ pub fn write_provenance(
             let Some(of_layer) = &layer.fill else { continue };
             layers.push(write_one(&store.folder(&photo.name), &folder, layer, of_layer, fill)?);
         }
-        let legend = Legend { photo: &photo.name, colours: entries(&photo.name, fill), layers };
+        let legend = LegendFile { photo: &photo.name, colours: entries(&photo.name, fill), layers };
         write_atomically(folder.join("legend.json"), &to_json(&legend))?;
     }
     Ok(())
 }
 
+/// Writes the picture of one layer.
 fn write_one(
     stacks: &Path,
     folder: &Path,
     layer: &ImageLayer,
     of_layer: &LayerFill,
     fill: &StackFill,
-) -> Result<Picture> {
+) -> Result<LegendPicture> {
     let rect = layer.needed_rect.intersection(&layer.rect);
-    let places = read_grey(&stacks.join(&of_layer.provenance_file), layer.rect, rect)?;
-    let shown = read_layer(&stacks.join(&layer.file), layer.rect, rect)?;
-    let mut pixels = Vec::with_capacity(4 * places.len());
-    for (place, shown) in places.iter().zip(shown.as_chunks::<4>().0) {
-        // A texel of the photo has an origin of its own where another photo's paint is laid over it.
-        let is_photo = shown[3] != 0 && *place == 0;
-        let [r, g, b] = if is_photo { SHOWN } else { colour(usize::from(*place), fill) };
-        let holds = shown[3] != 0 || *place != 0;
+    let sources = read_grey(&stacks.join(&of_layer.provenance_file), layer.rect, rect)?;
+    let photo = read_layer(&stacks.join(&layer.file), layer.rect, rect)?;
+    let mut pixels = Vec::with_capacity(4 * sources.len());
+    for (source, photo) in sources.iter().zip(photo.as_chunks::<4>().0) {
+        // A visible texel under another photo's paint has the source of that paint.
+        let is_photo = photo[3] != 0 && *source == 0;
+        let [r, g, b] = if is_photo { SHOWN } else { colour(usize::from(*source), fill) };
+        let holds = photo[3] != 0 || *source != 0;
         pixels.extend([r, g, b, if holds { u8::MAX } else { 0 }]);
     }
     let placed = write_picture(folder, &layer.id, [rect.w, rect.h], &pixels)?;
     let file = placed.path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-    Ok(Picture { layer: layer_name(&layer.name, &layer.id), file, rect })
+    Ok(LegendPicture { layer: layer_name(&layer.name, &layer.id), file, rect })
 }
 
-fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<Entry<'a>> {
-    let named =
-        |[r, g, b]: [u8; 3], origin: &'a str| Entry { colour: format!("#{r:02x}{g:02x}{b:02x}"), origin };
+/// Lists the colours with their meanings.
+fn entries<'a>(photo: &'a str, fill: &'a StackFill) -> Vec<LegendEntry<'a>> {
+    let named = |[r, g, b]: [u8; 3], origin: &'a str| LegendEntry {
+        colour: format!("#{r:02x}{g:02x}{b:02x}"),
+        origin,
+    };
     let filled = fill.origins.iter().enumerate().skip(1).map(|(i, origin)| named(colour(i, fill), origin));
     std::iter::once(named(SHOWN, photo)).chain(filled).collect()
 }
 
-/// The colour of a place in the list of origins: warm for what was invented, cool and all different for
-/// photos.
-fn colour(place: usize, fill: &StackFill) -> [u8; 3] {
-    match fill.origins.get(place).map(String::as_str) {
+/// Returns the colour of an index in the list of sources: warm for inpainting, cool and distinct for photos.
+fn colour(index: usize, fill: &StackFill) -> [u8; 3] {
+    match fill.origins.get(index).map(String::as_str) {
         None | Some(origins::NONE) => [0; 3],
         Some(origins::PAINTED) => [255; 3],
         Some(origins::EXEMPLAR) => [255, 150, 0],
         Some(origins::DIFFUSED) => [225, 30, 30],
-        // Light, in hues of their own.
+        // Paint in other photos: light colours with distinct hues.
         Some(origin) if origins::painter(origin).is_some() => {
-            rgb_of((place as f64 * 137.508) % 360.0, 0.25, 1.0)
+            rgb_of((index as f64 * 137.508) % 360.0, 0.25, 1.0)
         }
-        // Steps of the golden angle through greens, blues and violets, in two shades.
+        // Photos: hues at steps of the golden angle from green to violet, in two shades.
         Some(_) => {
-            let hue = 90.0 + (place as f64 * 137.508) % 210.0;
-            let value = if place.is_multiple_of(2) { 0.95 } else { 0.65 };
+            let hue = 90.0 + (index as f64 * 137.508) % 210.0;
+            let value = if index.is_multiple_of(2) { 0.95 } else { 0.65 };
             rgb_of(hue, 0.8, value)
         }
     }
 }
 
-/// From hue in degrees, saturation and value.
+/// Converts hue in degrees, saturation and value to RGB.
 fn rgb_of(hue: f64, saturation: f64, value: f64) -> [u8; 3] {
     [5.0, 3.0, 1.0].map(|n: f64| {
         let k = (n + hue / 60.0) % 6.0;

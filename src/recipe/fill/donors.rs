@@ -1,29 +1,29 @@
-//! The photos' files as donors, as many at once as memory allows.
+//! The photos' pixels as donors of the filling, decoded on demand within a memory budget.
 
 use std::sync::{Arc, Mutex};
 
 use super::paint::SitePaint;
 use crate::error::{Error, Result};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::layers::fill::{Donor, Donors, Surfaces};
 use crate::projection::{PhotoId, Projector};
 use crate::recipe::open::Opened;
 use crate::task::Task;
 
-/// Photos, decoded when they are asked for.
+/// A cache of decoded photos.
 pub(super) struct PhotoDonors<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
     paint: &'a SitePaint<'a>,
     memory: u64,
     task: &'a Task,
-    /// The latest last; none for a photo that cannot be read.
+    /// The photos that were used last, the most recent one at the end; `None` for a photo that cannot be read.
     recent: Mutex<Vec<(PhotoId, Option<Arc<Donor>>)>>,
 }
 
 impl<'a> PhotoDonors<'a> {
-    /// Those of a site with their paint; `memory`: bytes that decoded photos may take together. Who holds one
-    /// keeps it.
+    /// Makes an empty cache for a site with its paint. `memory` is the budget in bytes for decoded photos; donors
+    /// in use remain in memory.
     pub fn new(
         opened: &'a Opened,
         surfaces: &'a Surfaces,
@@ -34,14 +34,16 @@ impl<'a> PhotoDonors<'a> {
         Self { opened, surfaces, paint, memory, task, recent: Mutex::default() }
     }
 
+    /// Returns a cached donor and marks it as used.
     fn known(&self, photo: PhotoId) -> Option<Option<Arc<Donor>>> {
         let mut recent = self.recent.lock().expect("no holder of this lock panics");
-        let place = recent.iter().position(|(other, _)| *other == photo)?;
-        let entry = recent.remove(place);
+        let index = recent.iter().position(|(other, _)| *other == photo)?;
+        let entry = recent.remove(index);
         recent.push(entry.clone());
         Some(entry.1)
     }
 
+    /// Adds a donor to the cache and drops the least recently used ones beyond the budget.
     fn keep(&self, photo: PhotoId, donor: &Option<Arc<Donor>>) {
         let mut recent = self.recent.lock().expect("no holder of this lock panics");
         recent.retain(|(other, _)| *other != photo);
@@ -53,25 +55,28 @@ impl<'a> PhotoDonors<'a> {
         }
     }
 
+    /// Decodes a photo and its paint; `None` where that fails.
     fn read(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         self.task.go_on()?;
         let site = &self.opened.site;
         let file = &site.photos[photo.0 as usize];
-        let read = || Ok((read_shown(file)?, self.paint.of_photo(photo)?));
+        let read = || Ok((read_unmasked(file)?, self.paint.of_photo(photo)?));
         let (pixels, painted) = match read() {
             Ok(read) => read,
             Err(Error::Cancelled) => return Err(Error::Cancelled),
             Err(error) => {
-                // Without its paint it would give what was painted over.
-                self.task.of(&file.name).note(format!("it gives nothing: {error}"));
+                // Without its paint the photo would give what was painted over.
+                self.task.of(&file.name).note(format!("the photo is not used for filling: {error}"));
                 return Ok(None);
             }
         };
-        let told = self.task.of(&file.name);
-        self.paint
-            .damaged(photo)
-            .iter()
-            .for_each(|damage| told.note(format!("filling goes on without: {damage}")));
+        let task_of_photo = self.task.of(&file.name);
+        self.paint.damaged(photo).iter().for_each(|damage| {
+            task_of_photo.note(format!(
+                "paint that cannot be read is not used for \
+                filling: {damage}"
+            ))
+        });
         let projector = Projector { name: file.name.clone(), camera: file.camera, pose: file.pose };
         let tolerance = self.opened.project.options.tolerance;
         let (model, surfaces) = (&site.model, self.surfaces);
@@ -80,8 +85,9 @@ impl<'a> PhotoDonors<'a> {
 }
 
 impl Donors for PhotoDonors<'_> {
-    /// No lock is held while a photo is read: that work is shared among threads, and one that waits for it
-    /// may be given other work that asks here. So two may read the same photo once in a while.
+    /// Returns a donor. No lock is held while a photo is read: that work is divided among threads, and a thread
+    /// that waits for it may be given other work that calls this function. So occasionally two threads read the
+    /// same photo.
     fn donor(&self, photo: PhotoId) -> Result<Option<Arc<Donor>>> {
         if let Some(known) = self.known(photo) {
             return Ok(known);
@@ -91,7 +97,8 @@ impl Donors for PhotoDonors<'_> {
         Ok(donor)
     }
 
-    /// Of the largest photo; as many again may be held for what is made of them beside.
+    /// Returns the number of donors that fit into half the budget at the size of the largest photo; the other half
+    /// is for what is made from them.
     fn at_once(&self) -> usize {
         let photos = self.opened.site.photos.iter();
         let largest = photos.map(|photo| Donor::bytes_of(&photo.camera)).max().unwrap_or(1).max(1);

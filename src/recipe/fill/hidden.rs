@@ -1,4 +1,4 @@
-//! What is hidden in a stack's image layers, surface by surface.
+//! The hidden pixels of a stack's image layers, by surface.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
@@ -14,26 +14,28 @@ use crate::geometry::polygon::{fit_plane, triangulate};
 use crate::io::layer_reader::{read_layer, read_mask};
 use crate::layers::fill::region::{Region, Regions, Shape, painted};
 use crate::layers::fill::{Donor, FillOptions, SurfaceId, Surfaces};
+use crate::raster::Image;
 use crate::scene::{FaceId, Model};
 
-/// What there is to fill.
+/// The pixels to be filled.
 pub(super) struct Hidden {
-    /// By surface.
+    /// The hidden pixels by surface.
     pub regions: Vec<Region>,
-    /// What the photo shows of the surfaces that may get paint of other photos.
+    /// The visible pixels of surfaces that may get paint of other photos.
     pub shown: Vec<Region>,
-    /// Hidden texels, also those that stay empty.
+    /// The number of hidden texels, including those that stay empty.
     pub texels: u64,
 }
 
-/// One image layer's pixels within the box of what it needs.
-struct Pixels {
+/// The pixels of an image layer within its needed rectangle.
+struct NeededPixels {
     rect: PixelRect,
     needed: Vec<u8>,
     visible: Vec<bool>,
 }
 
-impl Pixels {
+impl NeededPixels {
+    /// Reads a layer's needed and visible pixels.
     fn read(layer: &ImageLayer, folder: &Path) -> Result<Self> {
         let rect = layer.needed_rect.intersection(&layer.rect);
         if rect.is_empty() {
@@ -45,22 +47,21 @@ impl Pixels {
         Ok(Self { rect, needed, visible })
     }
 
-    fn places(&self) -> impl Iterator<Item = (usize, i32, i32)> {
-        let width = self.rect.w.max(1) as usize;
-        let rect = self.rect;
-        (0..self.visible.len()).map(move |i| (i, rect.x + (i % width) as i32, rect.y + (i / width) as i32))
+    /// Iterates over all pixels with their index and position in the photo.
+    fn positions(&self) -> impl Iterator<Item = (usize, (i32, i32))> {
+        self.rect.pixels().enumerate()
     }
 }
 
-/// Nothing is visible at a pixel.
+/// Marks a pixel at which no layer is visible.
 const NOTHING: u32 = u32::MAX;
 
-/// The hidden pixels of all image layers. A pixel that would lie before what another layer shows there is
-/// left out: that happens where an overlap was forgiven, and the stack must still give the photo back. Of the
-/// surfaces in `spread` also the visible pixels.
+/// Finds the hidden pixels of all image layers. A pixel that would cover what another layer shows is left out: that
+/// happens where an overlap was ignored as noise, and the stack must still reproduce the photo. For the surfaces in
+/// `spread` the visible pixels are returned, too.
 ///
 /// # Errors
-/// [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
+/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for the stack's files.
 pub(super) fn hidden_regions(
     stack: &Stack,
     folder: &Path,
@@ -68,10 +69,10 @@ pub(super) fn hidden_regions(
     model: &Model,
     surfaces: &Surfaces,
     options: &FillOptions,
-    spread: &BTreeSet<SurfaceId>,
+    propagated: &BTreeSet<SurfaceId>,
 ) -> Result<Hidden> {
-    let read = |layer: &ImageLayer| Pixels::read(layer, folder);
-    let layers: Vec<Pixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
+    let read = |layer: &ImageLayer| NeededPixels::read(layer, folder);
+    let layers: Vec<NeededPixels> = stack.image_layers.par_iter().map(read).collect::<Result<_>>()?;
     let front = front(stack, &layers);
     let shaper = Shaper { stack, own, model, surfaces, faces: faces_by_name(model) };
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
@@ -79,55 +80,55 @@ pub(super) fn hidden_regions(
         let object = model.face(surfaces.get(id).face).object;
         options.fills(&model.object(object).name)
     };
-    let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &Pixels))| {
+    let of_layer = |(index, (layer, pixels)): (usize, (&ImageLayer, &NeededPixels))| {
         let of_layer: Vec<&Element> = layer.elements.iter().map(|e| elements[*e as usize]).collect();
         let mut painted = painted(&shaper.shapes(&of_layer), pixels.rect);
         let is_hidden = |i: usize| pixels.needed[i] != 0 && !pixels.visible[i];
         let texels = (0..painted.len()).filter(|i| is_hidden(*i)).count() as u64;
-        let width = stack.photo.width as usize;
         let hidden: Vec<bool> = pixels
-            .places()
-            .map(|(i, x, y)| {
-                let front = front[y as usize * width + x as usize];
-                is_hidden(i) && (front == NOTHING || front < index as u32)
+            .positions()
+            .map(|(i, (x, y))| {
+                is_hidden(i) && front.get(x, y).is_none_or(|&front| front == NOTHING || front < index as u32)
             })
             .collect();
-        // What is left out keeps its pixels: its neighbours must not take them.
+        // Objects that are left unfilled keep their pixels, so that adjacent surfaces do not take them.
         let hidden: Vec<bool> =
             hidden.iter().zip(&painted).map(|(hidden, id)| *hidden && id.is_none_or(fills)).collect();
         painted.iter_mut().for_each(|id| *id = id.filter(|id| fills(*id)));
-        let spreads = |id: &Option<SurfaceId>| id.is_some_and(|id| spread.contains(&id));
-        let shown: Vec<bool> =
-            painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && spreads(id)).collect();
-        (painted, hidden, shown, texels)
+        let is_propagated = |id: &Option<SurfaceId>| id.is_some_and(|id| propagated.contains(&id));
+        let visible: Vec<bool> =
+            painted.iter().zip(&pixels.visible).map(|(id, visible)| *visible && is_propagated(id)).collect();
+        (painted, hidden, visible, texels)
     };
     let found: Vec<_> = stack.image_layers.par_iter().zip(&layers).enumerate().map(of_layer).collect();
-    let (mut regions, mut visible, mut texels) = (Regions::default(), Regions::default(), 0);
-    for ((index, pixels), (painted, hidden, shown, count)) in (0..).zip(&layers).zip(found) {
+    let mut regions = Regions::default();
+    let mut visible = Regions::default();
+    let mut texels = 0;
+    for ((index, pixels), (painted, hidden, shown_here, count)) in (0..).zip(&layers).zip(found) {
         regions.add(index, pixels.rect, &painted, &hidden);
-        visible.add(index, pixels.rect, &painted, &shown);
+        visible.add(index, pixels.rect, &painted, &shown_here);
         texels += count;
     }
     Ok(Hidden { regions: regions.finish(), shown: visible.finish(), texels })
 }
 
-/// Per pixel of the photo the first image layer of the stack that shows it.
-fn front(stack: &Stack, layers: &[Pixels]) -> Vec<u32> {
-    let width = stack.photo.width as usize;
-    let mut front = vec![NOTHING; width * stack.photo.height as usize];
+/// Returns, for each pixel of the photo, the nearest image layer that shows it.
+fn front(stack: &Stack, layers: &[NeededPixels]) -> Image<u32> {
+    let mut front = Image::filled(PixelRect::of_size(stack.photo.width, stack.photo.height), NOTHING);
     for (index, pixels) in layers.iter().enumerate().rev() {
-        for (_, x, y) in pixels.places().filter(|(i, _, _)| pixels.visible[*i]) {
-            front[y as usize * width + x as usize] = index as u32;
+        for (_, (x, y)) in pixels.positions().filter(|(i, _)| pixels.visible[*i]) {
+            front.get_mut(x, y).into_iter().for_each(|front| *front = index as u32);
         }
     }
     front
 }
 
+/// Returns the faces of each object by the object's name.
 fn faces_by_name(model: &Model) -> BTreeMap<&str, &[FaceId]> {
     model.objects.iter().map(|object| (object.name.as_str(), &object.faces[..])).collect()
 }
 
-/// Makes outlines of what elements hold.
+/// Converts the contents of elements to outlines in the photo.
 struct Shaper<'a> {
     stack: &'a Stack,
     own: &'a Donor,
@@ -137,8 +138,8 @@ struct Shaper<'a> {
 }
 
 impl Shaper<'_> {
-    /// Of some elements, in model order: where outlines share a pixel the last owns it. Behind them stand
-    /// faces that were cut, whole, for pixels that rounding leaves between their pieces.
+    /// Returns the outlines of elements in model order: where outlines share a pixel, the last one owns it. Cut
+    /// faces are added as a whole at the beginning, for pixels that rounding leaves between their pieces.
     fn shapes(&self, elements: &[&Element]) -> Vec<Shape> {
         let mut behind: Vec<(FaceId, Shape)> = Vec::new();
         let mut shapes: Vec<(FaceId, Shape)> = Vec::new();
@@ -159,6 +160,7 @@ impl Shaper<'_> {
         behind.into_iter().chain(shapes).map(|(_, shape)| shape).collect()
     }
 
+    /// Returns the outlines of a whole face: one, or one per triangle.
     fn whole(&self, face: FaceId) -> Vec<Shape> {
         let triangles = self.model.face_triangles(face).len() as u32;
         let parts: Vec<Option<u32>> =
@@ -170,6 +172,7 @@ impl Shaper<'_> {
         parts.into_iter().filter_map(shape).collect()
     }
 
+    /// Returns the outline of a piece.
     fn piece(&self, object: &str, face: FaceId, piece: u32) -> Option<Shape> {
         let index = self.model.face(face).index;
         let named =
@@ -180,8 +183,8 @@ impl Shaper<'_> {
         let corners = [&ring[..], &triangulation.crossings[..]].concat();
         let triangles: Vec<[DVec3; 3]> =
             triangulation.triangles.iter().map(|t| t.map(|i| corners[i as usize])).collect();
-        let surface = self.surfaces.of_polygon(face, &ring);
+        let surface = self.surfaces.nearest_to_polygon(face, &ring);
         let (camera, pose) = (&self.own.camera, &self.own.pose);
-        Some(Shape::of_triangles(surface, &triangles, camera, pose, self.own.view()))
+        Some(Shape::from_triangles(surface, &triangles, camera, pose, self.own.view()))
     }
 }

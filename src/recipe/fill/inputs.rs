@@ -1,4 +1,4 @@
-//! What a photo's filling was made of, as a hash: when that still holds, nothing is filled again.
+//! The hash of a filling's inputs: while it is unchanged, the filling is up to date.
 
 use std::path::Path;
 
@@ -14,26 +14,26 @@ use crate::recipe::gains;
 use crate::recipe::open::Opened;
 use crate::recipe::paint::parts::points;
 
-/// Changes whenever the same inputs would be filled otherwise.
+/// A counter of changes in how the same inputs are filled.
 const VERSION: u32 = 2;
 
-/// Paint on a plane that is off a surface by more than this share of its size is no concern of it. Surfaces that count
-/// as one are nearer to each other by far.
+/// The distance, as a share of a surface's size, beyond which paint on another plane does not concern the surface.
+/// Surfaces that count as one are much closer to each other.
 const SAME_PLACE: f64 = 0.05;
 
-/// All that fillings are made of: every photo may give to every other, and so may its paint.
+/// The inputs of all fillings: every photo, and its paint, may contribute to every other photo.
 pub struct FillInputs {
-    /// Of stacks, options, colour.
+    /// The hash of stacks, together with options and decisions about colour.
     common: String,
-    /// All paint that there is.
+    /// All paint of the project.
     book: PaintBook,
 }
 
 impl FillInputs {
-    /// Those of the project in `folder`; `stacks` in the site's order.
+    /// Collects the inputs of the project in `folder`; `stacks` are in the site's order.
     ///
     /// # Errors
-    /// When the book of paint cannot be read.
+    /// Returns an error when the paint book cannot be read.
     pub fn of(
         folder: &Path,
         opened: &Opened,
@@ -47,12 +47,12 @@ impl FillInputs {
         Ok(Self { common, book: PaintStore::new(folder).read()? })
     }
 
-    /// The paint of the project.
+    /// Returns the project's paint.
     pub fn book(&self) -> &PaintBook {
         &self.book
     }
 
-    /// The hash for one photo's stack: of all paint only that counts which is on its surfaces or level with them.
+    /// Returns the hash for one photo's stack. Of all paint, only that on its surfaces or in their planes counts.
     pub fn of_stack(&self, stack: &Stack) -> String {
         let planes: Vec<(Plane, f64)> = stack
             .surfaces
@@ -78,7 +78,8 @@ impl FillInputs {
     }
 }
 
-/// Photos give nothing to faces that they are excluded for; empty where none is.
+/// Returns the exclusions, because photos do not fill faces for which they are excluded; empty where there are
+/// none.
 fn excluded(decisions: &Decisions) -> String {
     let of_photo = decisions.photos.iter().filter(|(_, decided)| !decided.exclude.is_empty());
     let of_photo: Vec<_> = of_photo.map(|(photo, decided)| (photo, &decided.exclude)).collect();
@@ -88,6 +89,7 @@ fn excluded(decisions: &Decisions) -> String {
     serde_json::to_string(&of_photo).expect("plain data is JSON")
 }
 
+/// Returns true when an entry's surface lies in one of the planes.
 fn is_level(entry: &PaintEntry, planes: &[(Plane, f64)]) -> bool {
     let outline = points(&entry.outline);
     let size = extent(&outline);

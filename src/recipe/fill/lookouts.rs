@@ -1,4 +1,4 @@
-//! Where a viewer looks from: the views that somebody kept, the keyframes of the flight, or the photos' own cameras.
+//! Viewpoints that matter for filling: saved views, keyframes of the flight, or the photos' own cameras.
 
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
@@ -7,36 +7,36 @@ use crate::document::{Bookmark, CameraPath, Project};
 use crate::geometry::{Pinhole, Pose};
 use crate::scene::Site;
 
-/// The shape of pictures of kept views where no flight says another one: that of films.
+/// The picture size of saved views where there is no flight.
 const USUAL_SIZE: [u32; 2] = [1920, 1080];
 
-/// Somewhere a viewer may look from: size and K in pixels, world to camera.
+/// A view from which the site may be seen.
 #[derive(Debug, Clone, PartialEq)]
 pub struct View {
-    /// What it is called.
+    /// The name.
     pub name: String,
-    /// Size and K.
+    /// The camera: size and K in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
 }
 
-/// Which views count.
+/// The choice of views that count.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
-pub enum Lookouts {
-    /// Those that were kept, and the flight's keyframes.
+pub enum Viewpoints {
+    /// Bookmarks and the flight's keyframes.
     Kept,
-    /// The photos' own cameras: where a viewer of a site mostly is.
+    /// The photos' own cameras, near which viewers of a site usually are.
     Photos,
 }
 
-impl Lookouts {
-    /// Those that somebody has chosen by keeping them; the photos' where there are none.
+impl Viewpoints {
+    /// Returns the default: bookmarks and keyframes if there are any, otherwise the photos.
     pub fn usual(project: &Project) -> Self {
-        if count_kept(project) > 0 { Self::Kept } else { Self::Photos }
+        if bookmark_count(project) > 0 { Self::Kept } else { Self::Photos }
     }
 
-    /// The views. `up` is a direction of the world that is upwards where the flight says none.
+    /// Returns the views. `up` is the up direction of the world where the flight gives none.
     pub fn views(self, project: &Project, site: &Site, up: DVec3) -> Vec<View> {
         match self {
             Self::Photos => views_of_photos(site),
@@ -45,12 +45,12 @@ impl Lookouts {
     }
 }
 
-/// How many views a project has that [`Lookouts::Kept`] may mean.
-pub fn count_kept(project: &Project) -> usize {
+/// Returns the number of views to which [`Viewpoints::Kept`] refers.
+pub fn bookmark_count(project: &Project) -> usize {
     project.views.len() + project.flight.as_ref().map_or(0, |flight| flight.keyframes.len())
 }
 
-/// The views of the photos' own cameras.
+/// Returns the views of the photos' own cameras.
 pub fn views_of_photos(site: &Site) -> Vec<View> {
     let view = |photo: &crate::scene::Photo| View {
         name: photo.name.clone(),
@@ -60,7 +60,7 @@ pub fn views_of_photos(site: &Site) -> Vec<View> {
     site.photos.iter().map(view).collect()
 }
 
-/// The views that were kept, and those of a flight's keyframes; a flight that cannot be flown has none.
+/// Returns the bookmarks and the views at a flight's keyframes; a flight that cannot be flown has none.
 fn views_kept(kept: &[Bookmark], flight: Option<&CameraPath>, up: DVec3) -> Vec<View> {
     let [width, height] = flight.map_or(USUAL_SIZE, |path| path.size);
     let of_bookmark = |kept: &Bookmark| {
@@ -88,8 +88,8 @@ mod tests {
         let site = closed_form::two_quads().site();
         let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
         let mut project: Project = serde_json::from_str(text).unwrap();
-        assert_eq!(Lookouts::usual(&project), Lookouts::Photos);
-        let photos = Lookouts::Photos.views(&project, &site, DVec3::Z);
+        assert_eq!(Viewpoints::usual(&project), Viewpoints::Photos);
+        let photos = Viewpoints::Photos.views(&project, &site, DVec3::Z);
         assert_eq!((photos.len(), &photos[0].name), (site.photos.len(), &site.photos[0].name));
 
         let view = |x: f64| {
@@ -100,8 +100,8 @@ mod tests {
         let mut path = CameraPath::empty([320, 240]);
         [(0.0, 1.0), (2.0, 3.0)].into_iter().for_each(|(time_s, x)| path.set(time_s, &view(x)));
         project.flight = Some(path);
-        assert_eq!((Lookouts::usual(&project), count_kept(&project)), (Lookouts::Kept, 3));
-        let kept = Lookouts::Kept.views(&project, &site, DVec3::Z);
+        assert_eq!((Viewpoints::usual(&project), bookmark_count(&project)), (Viewpoints::Kept, 3));
+        let kept = Viewpoints::Kept.views(&project, &site, DVec3::Z);
         let names: Vec<&str> = kept.iter().map(|view| view.name.as_str()).collect();
         assert_eq!(names, ["gate", "keyframe 1", "keyframe 2"]);
         for (kept, x) in kept.iter().zip([0.0, 1.0, 3.0]) {

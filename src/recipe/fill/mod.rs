@@ -1,4 +1,4 @@
-//! `fill`: what the photos did not show of their image layers.
+//! The command `fill`: fills the hidden texels of the photos' image layers.
 
 mod donors;
 mod hidden;
@@ -25,12 +25,14 @@ use super::relief::SiteRelief;
 use super::sources::sources;
 use super::survey::{StackState, Survey};
 use crate::document::Stack;
-use crate::document::stack::SpreadPaint;
+use crate::document::stack::PropagationEntry;
 use crate::error::{Error, Result};
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
-use crate::layers::fill::options::is_named;
-use crate::layers::fill::{FillOptions, Ground, Offer, Plates, Surfaces, fill_photo, spread_paint};
+use crate::layers::fill::options::matches_pattern;
+use crate::layers::fill::{
+    FillOptions, Ground, PropagationStatistics, RectifiedTextures, Surfaces, fill_photo, spread_paint,
+};
 use crate::projection::{PhotoId, Sources};
 use crate::scene::{Model, Photo};
 use crate::task::Task;
@@ -38,57 +40,58 @@ use crate::task::Task;
 pub use inputs::FillInputs;
 pub use report::FillShares;
 
-/// What `fill` is asked to do.
+/// A request to [`fill`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct FillRequest {
-    /// The method.
+    /// The options of the method.
     pub options: FillOptions,
-    /// Only these photos; empty for all.
+    /// The names of the photos to fill; empty for all.
     pub photos: Vec<String>,
-    /// Bytes that decoded photos may take together.
+    /// The memory budget in bytes for decoded photos.
     pub memory: u64,
-    /// Also photos whose filling is up to date.
+    /// Whether photos with an up-to-date filling are filled again.
     pub force: bool,
-    /// Former versions of stacks stay, as [`StackStore::keeping_former`] has it.
+    /// Whether earlier versions of stacks are kept, as [`StackStore::keeping_former`] does.
     pub keep_former: bool,
 }
 
-/// What is done with what is found.
+/// The purpose for which a filling is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Purpose {
+enum FillPurpose {
+    /// Fill the stacks and write them.
     Fill,
-    /// Nothing is filled, and no stack is written.
-    Tell,
+    /// Report propagated paint only; nothing is filled, and no stack is written.
+    Report,
 }
 
-/// What became of one photo.
+/// The result for one photo.
 #[derive(Debug)]
 pub struct FilledPhoto {
-    /// Its name.
+    /// The photo's name.
     pub photo: String,
-    /// Its stack with the filling, or why there is none.
+    /// The stack with its filling, or the reason why there is none.
     pub stack: Result<Stack>,
-    /// Nothing had changed, nothing was written.
+    /// Whether the filling was up to date, so that nothing was written.
     pub up_to_date: bool,
-    /// Paint of other photos that belongs on what it shows.
-    pub spread: Vec<SpreadPaint>,
-    /// Files somebody had changed by hand, as they are now in `inbox/`.
+    /// Paint that was propagated from other photos to visible texels.
+    pub spread: Vec<PropagationEntry>,
+    /// Files that were edited by hand; they were moved to these paths in `inbox/`.
     pub kept: Vec<PathBuf>,
 }
 
-/// How a photo's filling stands to the project.
+/// The state of a photo's filling in relation to the project.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum FillState {
-    /// Made of the stacks and options as they are now.
+    /// The filling was made from the present stacks and options.
     Current,
     /// Something has changed since.
     Stale,
-    /// There is none.
+    /// There is no filling.
     Missing,
 }
 
 impl FillState {
-    /// One word for a table.
+    /// Returns a word for tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Current => "filled",
@@ -97,7 +100,7 @@ impl FillState {
         }
     }
 
-    /// Of a photo's stack.
+    /// Returns the state of a stack's filling.
     pub fn of(stack: &Stack, inputs: &FillInputs) -> Self {
         match &stack.fill {
             None => Self::Missing,
@@ -107,31 +110,32 @@ impl FillState {
     }
 }
 
-/// Fills the hidden texels of the photos' current stacks, photo by photo. A fault in one photo is in its
-/// [`FilledPhoto`]; the others go on. Results come in the site's order.
+/// Fills the hidden texels of the photos' current stacks, photo by photo. An error in one photo is in its
+/// [`FilledPhoto`] and does not stop the others. Results are in the site's order.
 ///
 /// # Errors
-/// [`Error::Request`] for a photo name that the site does not have, for an object to leave out that the
-/// model does not have, and when no photo has a stack; when the book of paint cannot be read;
+/// Returns [`Error::Request`] for a photo name that the site does not have, for an object to leave unfilled that
+/// the model does not have, and when no photo has a stack; an error when the paint book cannot be read; or
 /// [`Error::Cancelled`].
 pub fn fill(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_tell(folder, opened, request, Purpose::Fill, task)
+    fill_or_report(folder, opened, request, FillPurpose::Fill, task)
 }
 
-/// Tells what paint [`fill`] would lay over what photos, whether they are up to date or not; the stacks are as they
-/// were.
+/// Returns the paint that [`fill`] would propagate to each photo, whether the filling is up to date or not. The
+/// stacks are not modified.
 ///
 /// # Errors
-/// Those of [`fill`].
+/// Returns the errors of [`fill`].
 pub fn tell(folder: &Path, opened: &Opened, request: &FillRequest, task: &Task) -> Result<Vec<FilledPhoto>> {
-    fill_or_tell(folder, opened, request, Purpose::Tell, task)
+    fill_or_report(folder, opened, request, FillPurpose::Report, task)
 }
 
-fn fill_or_tell(
+/// Fills the photos or reports their propagated paint.
+fn fill_or_report(
     folder: &Path,
     opened: &Opened,
     request: &FillRequest,
-    purpose: Purpose,
+    purpose: FillPurpose,
     task: &Task,
 ) -> Result<Vec<FilledPhoto>> {
     let site = &opened.site;
@@ -143,13 +147,16 @@ fn fill_or_tell(
     let states = task.timed("read stacks", || states(opened, &store))?;
     let stacks: Vec<Option<Stack>> = states.iter().map(|state| state.stack().cloned()).collect();
     if stacks.iter().all(Option::is_none) {
-        return Err(Error::Request("no photo has a stack yet; `quadratura build` makes them".into()));
+        return Err(Error::Request("no photo has a stack yet; `quadratura build` builds them".into()));
     }
     let inputs = FillInputs::of(folder, opened, &stacks, &request.options)?;
     let surfaces = Surfaces::of(&site.model);
     let paint = SitePaint::of(inputs.book(), &PaintStore::new(folder), &stacks, &site.model, &surfaces);
-    let (store, states, inputs, paint) = (&store, &states[..], &inputs, &paint);
-    let job = Job { store, opened, request, purpose, states, inputs, paint };
+    let store = &store;
+    let states = &states[..];
+    let inputs = &inputs;
+    let paint = &paint;
+    let job = FillJob { store, opened, request, purpose, states, inputs, paint };
     let waiting: Vec<bool> = photos.iter().map(|photo| job.up_to_date(photo)).collect::<Result<_>>()?;
     if waiting.iter().all(|up_to_date| *up_to_date) {
         return Ok(photos.iter().map(|photo| job.untouched(photo)).collect());
@@ -160,7 +167,7 @@ fn fill_or_tell(
         task.timed("relief", || SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task))?;
     let sources = sources(site, &stacks, &opened.project.decisions);
     let donors = PhotoDonors::new(opened, &surfaces, paint, memory, task);
-    let ground = Ground {
+    let context = Ground {
         photos: &sources.photos,
         surfaces: &surfaces,
         serving: &serving(&sources),
@@ -170,25 +177,26 @@ fn fill_or_tell(
         options: &request.options,
         source: &donors,
     };
-    let mut plates = Plates::default();
+    let mut plates = RectifiedTextures::default();
     let mut filled = Vec::with_capacity(photos.len());
     for ((done, photo), up_to_date) in (0..).zip(&photos).zip(waiting) {
         task.step("photos", done, photos.len() as u64)?;
         filled.push(match up_to_date {
             true => job.untouched(photo),
-            false => job.photo(photo, &ground, &mut plates, &task.of(&photo.name))?,
+            false => job.photo(photo, &context, &mut plates, &task.of(&photo.name))?,
         });
     }
     task.step("photos", photos.len() as u64, photos.len() as u64)?;
     Ok(filled)
 }
 
+/// Returns the states of all photos' stacks.
 fn states(opened: &Opened, store: &StackStore) -> Result<Vec<StackState>> {
     let survey = Survey::new(opened, store);
     opened.site.photos.iter().map(|photo| survey.state(photo)).collect()
 }
 
-/// By face, the photos that have it in their working set.
+/// Returns, for each face, the photos that have it in their working set.
 fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     let of_face = |range: &std::ops::Range<u32>| {
         let servers = &sources.servers[range.start as usize..range.end as usize];
@@ -199,9 +207,10 @@ fn serving(sources: &Sources) -> Vec<Vec<PhotoId>> {
     sources.of_face.iter().map(of_face).collect()
 }
 
+/// Checks that the objects to leave unfilled exist.
 fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     let objects = opened.site.model.objects.iter().map(|object| &object.name);
-    // What is switched off is known, and left unfilled in any case.
+    // Removed objects are valid names, too; they are not filled in any case.
     let names: Vec<&String> = objects.chain(&opened.project.objects_off).collect();
     let unknown = |pattern: &&String| {
         let alone = FillOptions { without: vec![(*pattern).clone()], ..FillOptions::default() };
@@ -210,14 +219,17 @@ fn check_objects(opened: &Opened, options: &FillOptions) -> Result<()> {
     let errors = options.without.iter().filter(unknown);
     let errors = errors.map(|o| {
         let known = objects_in_words(&opened.site.model);
-        Error::Request(format!("the model has no object {o:?} to leave unfilled; it has {known}"))
+        Error::Request(format!(
+            "the model has no object {o:?}, which is to stay unfilled; its objects are \
+            {known}"
+        ))
     });
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
 
-/// The first objects by name, and how many others there are.
+/// Lists the names of the first objects and the number of the others.
 fn objects_in_words(model: &Model) -> String {
-    // As many as fit a few lines of a terminal.
+    // As many as fit into a few lines of a terminal.
     const MOST: usize = 12;
     let mut names: Vec<String> = model.objects.iter().map(|object| format!("{:?}", object.name)).collect();
     names.sort();
@@ -227,51 +239,67 @@ fn objects_in_words(model: &Model) -> String {
     names.join(", ") + &more
 }
 
+/// Checks that the photos whose paint is propagated exist.
 fn check_painters(photos: &[Photo], options: &FillOptions) -> Result<()> {
-    let unknown = |pattern: &&String| !photos.iter().any(|photo| is_named(&photo.name, pattern));
+    let unknown = |pattern: &&String| !photos.iter().any(|photo| matches_pattern(&photo.name, pattern));
     let errors = options.propagate.iter().filter(unknown);
     let errors =
         errors.map(|p| Error::Request(format!("the site has no photo {p:?} whose paint to propagate")));
     Error::of_all(errors.collect()).map_or(Ok(()), Err)
 }
 
-struct Job<'a> {
+/// The inputs that all photos of a filling share.
+struct FillJob<'a> {
     store: &'a StackStore,
     opened: &'a Opened,
     request: &'a FillRequest,
-    purpose: Purpose,
+    purpose: FillPurpose,
     states: &'a [StackState],
     inputs: &'a FillInputs,
     paint: &'a SitePaint<'a>,
 }
 
-impl Job<'_> {
+impl FillJob<'_> {
+    /// Returns the id and the stack's state of a photo.
     fn state(&self, photo: &Photo) -> (PhotoId, &StackState) {
-        let place = self.opened.site.photos.iter().position(|other| other.name == photo.name);
-        let place = place.expect("the photo is one of the site's");
-        (PhotoId(place as u32), &self.states[place])
+        let index = self.opened.site.photos.iter().position(|other| other.name == photo.name);
+        let index = index.expect("the photo is one of the site's");
+        (PhotoId(index as u32), &self.states[index])
     }
 
+    /// Returns true when a photo's filling need not be made again.
     fn up_to_date(&self, photo: &Photo) -> Result<bool> {
         let StackState::Current(stack) = self.state(photo).1 else { return Ok(false) };
-        let again = self.request.force || self.purpose == Purpose::Tell;
+        let again = self.request.force || self.purpose == FillPurpose::Report;
         let current = !again && FillState::of(stack, self.inputs) == FillState::Current;
         Ok(current && self.store.up_to_date(&photo.name, &stack.inputs)?.is_some())
     }
 
+    /// Returns the result for a photo whose filling is up to date.
     fn untouched(&self, photo: &Photo) -> FilledPhoto {
         let stack = self.state(photo).1.stack().expect("what is up to date has a stack").clone();
         let spread = stack.fill.as_ref().map(|fill| fill.spread.clone()).unwrap_or_default();
-        let (photo, kept) = (photo.name.clone(), Vec::new());
-        FilledPhoto { photo, stack: Ok(stack), up_to_date: true, spread, kept }
+        FilledPhoto {
+            photo: photo.name.clone(),
+            stack: Ok(stack),
+            up_to_date: true,
+            spread,
+            kept: Vec::new(),
+        }
     }
 
-    /// Only a request to stop is an error here.
-    fn photo(&self, photo: &Photo, ground: &Ground, plates: &mut Plates, task: &Task) -> Result<FilledPhoto> {
-        let filled = self.try_photo(photo, ground, plates, task);
+    /// Fills one photo and moves any error but cancellation into the result.
+    fn photo(
+        &self,
+        photo: &Photo,
+        context: &Ground,
+        plates: &mut RectifiedTextures,
+        task: &Task,
+    ) -> Result<FilledPhoto> {
+        let filled = self.try_photo(photo, context, plates, task);
         let failed = |error| FilledPhoto {
             photo: photo.name.clone(),
-            stack: Err(self.store.at_home(&photo.name, error)),
+            stack: Err(self.store.with_final_path(&photo.name, error)),
             up_to_date: false,
             spread: Vec::new(),
             kept: Vec::new(),
@@ -282,26 +310,29 @@ impl Job<'_> {
         }
     }
 
+    /// Fills one photo.
     fn try_photo(
         &self,
         photo: &Photo,
-        ground: &Ground,
-        plates: &mut Plates,
+        context: &Ground,
+        plates: &mut RectifiedTextures,
         task: &Task,
     ) -> Result<FilledPhoto> {
         task.go_on()?;
         let (id, state) = self.state(photo);
         let stack = current(photo, state)?;
         let folder = self.store.folder(&photo.name);
-        let own = task.timed("read photo", || ground.source.donor(id))?;
+        let own = task.timed("read photo", || context.source.donor(id))?;
         let own = own.ok_or_else(|| Error::Request("the photo cannot be read".into()))?;
-        let (model, surfaces, options) = (&self.opened.site.model, ground.surfaces, &self.request.options);
-        let painters = self.painters(ground, id);
+        let model = &self.opened.site.model;
+        let surfaces = context.surfaces;
+        let options = &self.request.options;
+        let painters = self.painters(context, id);
         let painted = painters.iter().flat_map(|painter| self.paint.surfaces_of(*painter)).collect();
         let hidden = task
             .timed("hidden", || hidden_regions(stack, &folder, &own, model, surfaces, options, &painted))?;
-        let laid = spread_paint(ground, id, hidden.shown, &painters, task)?;
-        let spread = self.told(ground, &laid.offers);
+        let laid = spread_paint(context, id, hidden.shown, &painters, task)?;
+        let spread = self.propagated_paint(context, &laid.offers);
         let done = |stack: Stack, kept| FilledPhoto {
             photo: photo.name.clone(),
             stack: Ok(stack),
@@ -309,14 +340,14 @@ impl Job<'_> {
             spread: spread.clone(),
             kept,
         };
-        if self.purpose == Purpose::Tell {
+        if self.purpose == FillPurpose::Report {
             return Ok(done(stack.clone(), Vec::new()));
         }
-        let filled = fill_photo(ground, id, hidden.regions, plates, task)?;
-        let names: Vec<&str> = ground.photos.iter().map(|photo| photo.name.as_str()).collect();
-        let (writer, mut bare) = self.store.amend(stack)?;
+        let filled = fill_photo(context, id, hidden.regions, plates, task)?;
+        let names: Vec<&str> = context.photos.iter().map(|photo| photo.name.as_str()).collect();
+        let (writer, mut bare) = self.store.begin_from(stack)?;
         task.timed("write", || write_fill(writer.folder(), &mut bare, &filled, &laid, &own, &names))?;
-        let fill = bare.fill.as_mut().expect("it was written in the line above");
+        let fill = bare.fill.as_mut().expect("write_fill sets it");
         (fill.inputs, fill.texels_hidden) = (self.inputs.of_stack(stack), hidden.texels);
         fill.spread = spread.clone();
         bare.bytes += fill.bytes;
@@ -324,9 +355,9 @@ impl Job<'_> {
         Ok(done(committed.stack, committed.kept))
     }
 
-    /// The other photos whose paint is laid over this one.
-    fn painters(&self, ground: &Ground, own: PhotoId) -> Vec<PhotoId> {
-        let mut painters: Vec<PhotoId> = ground.painters.iter().flatten().copied().collect();
+    /// Returns the other photos whose paint is propagated to this one.
+    fn painters(&self, context: &Ground, own: PhotoId) -> Vec<PhotoId> {
+        let mut painters: Vec<PhotoId> = context.painters.iter().flatten().copied().collect();
         painters.sort_unstable();
         painters.dedup();
         let name = |photo: PhotoId| &self.opened.site.photos[photo.0 as usize].name;
@@ -334,13 +365,13 @@ impl Job<'_> {
         painters
     }
 
-    /// Offers in the document's words; the triangles of a face are one.
-    fn told(&self, ground: &Ground, offers: &[Offer]) -> Vec<SpreadPaint> {
-        let mut by_face: BTreeMap<(String, &str), Offer> = BTreeMap::new();
+    /// Converts offers to entries of the document; the triangles of a non-planar face are combined.
+    fn propagated_paint(&self, context: &Ground, offers: &[PropagationStatistics]) -> Vec<PropagationEntry> {
+        let mut by_face: BTreeMap<(String, &str), PropagationStatistics> = BTreeMap::new();
         for offer in offers {
-            let face = self.opened.site.model.face_name(ground.surfaces.get(offer.surface).face);
-            let from = ground.photos[offer.from.0 as usize].name.as_str();
-            let sum = by_face.entry((face, from)).or_insert(Offer {
+            let face = self.opened.site.model.face_name(context.surfaces.get(offer.surface).face);
+            let from = context.photos[offer.from.0 as usize].name.as_str();
+            let sum = by_face.entry((face, from)).or_insert(PropagationStatistics {
                 texels: 0,
                 own: 0,
                 conflicts: 0,
@@ -352,22 +383,23 @@ impl Job<'_> {
             sum.conflicts += offer.conflicts;
             sum.dissents += offer.dissents;
         }
-        let told = |((face, from), offer): ((String, &str), Offer)| {
-            let Offer { texels, own, conflicts, dissents, .. } = offer;
-            SpreadPaint { face, from: from.to_owned(), texels, own, conflicts, dissents }
+        let entry = |((face, from), offer): ((String, &str), PropagationStatistics)| {
+            let PropagationStatistics { texels, own, conflicts, dissents, .. } = offer;
+            PropagationEntry { face, from: from.to_owned(), texels, own, conflicts, dissents }
         };
-        by_face.into_iter().map(told).collect()
+        by_face.into_iter().map(entry).collect()
     }
 }
 
+/// Returns an up-to-date stack, or the reason why there is none.
 fn current<'a>(photo: &Photo, state: &'a StackState) -> Result<&'a Stack> {
     match state {
         StackState::Current(stack) => Ok(stack),
-        StackState::Stale(_) => Err(Error::Request(
-            "its stack is older than the project; run `quadratura build`, then fill again".into(),
-        )),
+        StackState::Stale(_) => {
+            Err(Error::Request("its stack is out of date; run `quadratura build`, then fill again".into()))
+        }
         StackState::Missing => {
-            Err(Error::Request(format!("{} has no stack yet; `quadratura build` makes it", photo.name)))
+            Err(Error::Request(format!("{} has no stack yet; `quadratura build` builds it", photo.name)))
         }
         StackState::Broken(error) => Err(Error::Request(error.to_string())),
     }

@@ -1,14 +1,14 @@
-//! The project's paint as filling needs it: by photo, on the surfaces of the model.
+//! The project's paint for filling: by photo and surface of the model.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 use crate::document::Stack;
 use crate::document::paint::{PaintBook, Patch};
 use crate::error::Result;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::{PaintedSurface, SurfaceId, Surfaces};
 use crate::projection::PhotoId;
+use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::by_surface::SurfaceName;
 use crate::scene::{FaceId, Model};
@@ -17,12 +17,12 @@ use crate::scene::{FaceId, Model};
 pub(super) struct SitePaint<'a> {
     surfaces: &'a Surfaces,
     faces: BTreeMap<&'a str, &'a [FaceId]>,
-    /// In the site's order; none for photos without a stack.
+    /// The stacks with their paint, in the site's order; `None` for photos without a stack.
     photos: Vec<Option<(&'a Stack, PhotoPaint)>>,
 }
 
 impl<'a> SitePaint<'a> {
-    /// Finds the place of what a book says in these stacks, which are in the site's order. No pixel is read yet.
+    /// Assigns the paint of a book to these stacks, which are in the site's order. No pixels are read yet.
     pub fn of(
         book: &PaintBook,
         store: &PaintStore,
@@ -36,10 +36,10 @@ impl<'a> SitePaint<'a> {
         Self { surfaces, faces, photos }
     }
 
-    /// The paint of one photo.
+    /// Reads the paint of one photo.
     ///
     /// # Errors
-    /// What reading a file of paint says.
+    /// Returns the errors of reading the files of paint.
     pub fn of_photo(&self, photo: PhotoId) -> Result<Vec<PaintedSurface>> {
         let Some((stack, paint)) = &self.photos[photo.0 as usize] else { return Ok(Vec::new()) };
         let by_surface = paint.by_surface(stack)?;
@@ -47,18 +47,18 @@ impl<'a> SitePaint<'a> {
         Ok(painted.collect())
     }
 
-    /// What of a photo's paint is damaged or gone, so that the photo gives what is under it.
+    /// Returns messages about a photo's paint that is damaged or missing, so that the pixels below it are used.
     pub fn damaged(&self, photo: PhotoId) -> &[String] {
         self.photos[photo.0 as usize].as_ref().map_or(&[], |(_, paint)| paint.damaged())
     }
 
-    /// The surfaces that are painted on in a photo.
+    /// Returns the surfaces that have paint in a photo.
     pub fn surfaces_of(&self, photo: PhotoId) -> BTreeSet<SurfaceId> {
         let Some((stack, paint)) = &self.photos[photo.0 as usize] else { return BTreeSet::new() };
         paint.surfaces(stack).iter().filter_map(|name| self.id(name)).collect()
     }
 
-    /// By face, the photos in which somebody painted on it, rising.
+    /// Returns, for each face, the photos in which it has paint, ascending.
     pub fn painters(&self, model: &Model) -> Vec<Vec<PhotoId>> {
         let mut painters = vec![Vec::new(); model.faces.len()];
         for photo in (0..self.photos.len() as u32).map(PhotoId) {
@@ -72,16 +72,17 @@ impl<'a> SitePaint<'a> {
         painters
     }
 
-    /// A stack may be of an older model.
+    /// Returns the surface of this name; `None` where the stack was made from an older model that had it.
     fn id(&self, name: &SurfaceName) -> Option<SurfaceId> {
         let face = *self.faces.get(name.object.as_str())?.get(name.face as usize)?;
         self.surfaces.find(face, name.triangle)
     }
 }
 
+/// Converts a patch to 8 bits per channel.
 fn painted(surface: SurfaceId, patch: &Patch) -> PaintedSurface {
-    let rect = patch.rect();
-    let places = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-    let pixels = places.map(|(x, y)| patch.at(x, y).map(|colour| colour.map(in_8_bits))).collect();
-    PaintedSurface { surface, rect, pixels }
+    PaintedSurface {
+        surface,
+        pixels: patch.pixels().map(|colour| colour.map(|colour| colour.map(in_8_bits))),
+    }
 }

@@ -1,30 +1,31 @@
-//! Paint of single photos that is laid over the others: who has painted, which of it is laid, what contradicts it.
+//! Propagation of paint from single photos to the others: which photos have paint, which of it is propagated, and
+//! where it conflicts.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use crate::document::Stack;
-use crate::document::stack::SpreadPaint;
+use crate::document::stack::PropagationEntry;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::layers::fill::FillOptions;
 
-/// All photos, as [`FillOptions::propagate`] has it.
+/// The pattern for all photos in [`FillOptions::propagate`].
 const ALL: &str = "*";
 
-/// A photo that somebody has painted on.
+/// A photo with paint.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Painter {
-    /// Its name.
+    /// The photo's name.
     pub photo: String,
-    /// Pixels that were painted.
+    /// The number of painted pixels.
     pub pixels: u64,
 }
 
-/// The photos that somebody has painted on, by name.
+/// Returns the photos with paint, by name.
 ///
 /// # Errors
-/// When the book of paint cannot be read.
+/// Returns an error when the paint book cannot be read.
 pub fn painters(project: &Path) -> Result<Vec<Painter>> {
     let mut pixels: BTreeMap<String, u64> = BTreeMap::new();
     for entry in PaintStore::new(project).read()?.entries {
@@ -34,13 +35,13 @@ pub fn painters(project: &Path) -> Result<Vec<Painter>> {
     Ok(painted.map(|(photo, pixels)| Painter { photo, pixels }).collect())
 }
 
-/// The options with the paint of all photos laid over the others, or of none.
+/// Returns the options with the paint of all photos propagated, or of none.
 pub fn with_all(options: &FillOptions, on: bool) -> FillOptions {
     let propagate = if on { vec![ALL.to_owned()] } else { Vec::new() };
     FillOptions { propagate, ..options.clone() }
 }
 
-/// The options with the paint of one photo laid over the others, or not; `all` are those that have paint.
+/// Returns the options with the paint of one photo propagated or not; `all` are the photos with paint.
 pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[Painter]) -> FillOptions {
     let names = all.iter().map(|painter| painter.photo.as_str());
     let wanted = |name: &&str| if *name == photo { on } else { options.propagates(name) };
@@ -51,37 +52,39 @@ pub fn with_one(options: &FillOptions, photo: &str, on: bool, all: &[Painter]) -
     }
 }
 
-/// Paint that belongs on a photo.
+/// Paint that is propagated to a photo.
 #[derive(Debug, Clone, PartialEq, Eq)]
-pub struct SpreadOn {
-    /// The photo's place in the site.
+pub struct PropagationToPhoto {
+    /// The index of the photo in the site.
     pub photo: usize,
-    /// What, and what stands against it.
-    pub paint: SpreadPaint,
+    /// The paint, with its conflicts.
+    pub paint: PropagationEntry,
 }
 
-impl SpreadOn {
-    /// Texels where something clearly says something else.
+impl PropagationToPhoto {
+    /// Returns the number of texels where other paint clearly differs.
     pub fn disputed(&self) -> u64 {
         self.paint.conflicts + self.paint.dissents
     }
 }
 
-/// What was laid over the photos when they were filled; `stacks` in the site's order.
-pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<SpreadOn> {
+/// Returns the paint that was propagated to each photo when it was filled; `stacks` are in the site's order.
+pub fn laid_over(stacks: &[Option<&Stack>]) -> Vec<PropagationToPhoto> {
     let fills =
         stacks.iter().enumerate().filter_map(|(photo, stack)| Some((photo, stack.as_ref()?.fill.as_ref()?)));
     let laid = fills.flat_map(|(photo, fill)| fill.spread.iter().map(move |paint| (photo, paint.clone())));
-    most_disputed_first(laid.map(|(photo, paint)| SpreadOn { photo, paint }).collect())
+    most_disputed_first(laid.map(|(photo, paint)| PropagationToPhoto { photo, paint }).collect())
 }
 
-/// What contradicts most comes first, then what is laid over most; ties by photo, face and painter.
-pub fn most_disputed_first(mut spread: Vec<SpreadOn>) -> Vec<SpreadOn> {
-    spread.sort_by(|a, b| {
-        let rank = |it: &SpreadOn| (std::cmp::Reverse(it.disputed()), std::cmp::Reverse(it.paint.texels));
+/// Sorts by the number of conflicting texels, then of propagated texels, both descending; ties by photo, face and
+/// painter.
+pub fn most_disputed_first(mut entries: Vec<PropagationToPhoto>) -> Vec<PropagationToPhoto> {
+    entries.sort_by(|a, b| {
+        let rank =
+            |it: &PropagationToPhoto| (std::cmp::Reverse(it.disputed()), std::cmp::Reverse(it.paint.texels));
         rank(a).cmp(&rank(b)).then_with(|| (a.photo, &a.paint).cmp(&(b.photo, &b.paint)))
     });
-    spread
+    entries
 }
 
 #[cfg(test)]
@@ -105,9 +108,9 @@ mod tests {
 
     #[test]
     fn what_contradicts_most_comes_first() {
-        let spread = |photo, face: &str, texels, conflicts, dissents| SpreadOn {
+        let entry = |photo, face: &str, texels, conflicts, dissents| PropagationToPhoto {
             photo,
-            paint: SpreadPaint {
+            paint: PropagationEntry {
                 face: face.into(),
                 from: "a.jpg".into(),
                 texels,
@@ -117,10 +120,10 @@ mod tests {
             },
         };
         let sorted = most_disputed_first(vec![
-            spread(1, "wall[0]", 900, 0, 0),
-            spread(2, "wall[1]", 10, 3, 0),
-            spread(0, "wall[2]", 10, 2, 9),
-            spread(1, "door[0]", 900, 0, 0),
+            entry(1, "wall[0]", 900, 0, 0),
+            entry(2, "wall[1]", 10, 3, 0),
+            entry(0, "wall[2]", 10, 2, 9),
+            entry(1, "door[0]", 900, 0, 0),
         ]);
         let order: Vec<_> = sorted.iter().map(|it| (it.photo, it.paint.face.as_str())).collect();
         assert_eq!(order, [(0, "wall[2]"), (2, "wall[1]"), (1, "door[0]"), (1, "wall[0]")]);

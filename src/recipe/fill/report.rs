@@ -1,28 +1,28 @@
-//! What filling did, in shares.
+//! The composition of a filling in shares.
 
 use serde::Serialize;
 
 use crate::document::Stack;
 
-/// Shares of a stack's texels.
+/// The shares of a stack's texels.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct FillShares {
-    /// Hidden, of the texels that some element covers.
+    /// The hidden share of the texels that elements cover, 0..=1.
     pub hidden: f64,
-    /// Of the hidden ones: given by other photos.
+    /// The share of hidden texels filled from other photos, 0..=1.
     pub from_photos: f64,
-    /// Given by paint of other photos.
+    /// The share of hidden texels filled from paint of other photos, 0..=1.
     pub from_paint: f64,
-    /// Made by example.
+    /// The share of hidden texels inpainted by patches (by example), 0..=1.
     pub by_example: f64,
-    /// Made by diffusion.
+    /// The share of hidden texels inpainted by diffusion, 0..=1.
     pub diffused: f64,
-    /// Not filled.
+    /// The share of hidden texels that are not filled, 0..=1.
     pub empty: f64,
 }
 
 impl FillShares {
-    /// Of a stack, filled or not.
+    /// Computes the shares of a stack, filled or not.
     pub fn of(stack: &Stack) -> Self {
         let visible: u64 = stack.image_layers.iter().map(|layer| layer.texels_visible).sum();
         let hidden = stack.texels_used.saturating_sub(visible);

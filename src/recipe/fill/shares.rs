@@ -1,4 +1,4 @@
-//! What fills each image layer of a stack, read from its files.
+//! The composition of each image layer's filling, read from its files.
 
 use std::path::Path;
 
@@ -6,44 +6,42 @@ use super::super::paint::PhotoPaint;
 use crate::document::Stack;
 use crate::document::stack::{ImageLayer, LayerFill, StackFill, origins};
 use crate::error::Result;
-use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_grey, read_layer, read_mask};
 use crate::io::stack_store::StackStore;
 use crate::task::Task;
 
-/// Hidden texels of one image layer, by what shows there.
+/// The numbers of hidden texels of an image layer by source.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LayerShares {
-    /// Covered texels that the photo does not show.
+    /// The number of covered texels that the photo does not show.
     pub hidden: u64,
-    /// Of these, painted by hand.
+    /// The number of hidden texels with the photo's own paint.
     pub painted: u64,
-    /// Filled from other photos, painted over or not.
+    /// The number of hidden texels filled from other photos, painted over or not.
     pub from_photos: u64,
-    /// Filled from what was painted in other photos, painted over or not.
+    /// The number of hidden texels filled from paint of other photos, painted over or not.
     pub from_paint: u64,
-    /// Filled by example, painted over or not.
+    /// The number of hidden texels inpainted by patches (by example), painted over or not.
     pub by_example: u64,
-    /// Filled by diffusion, painted over or not.
+    /// The number of hidden texels inpainted by diffusion, painted over or not.
     pub diffused: u64,
-    /// How far what was filled is trusted on average, 0 to 1; 0 where nothing was.
+    /// The mean confidence of the filling, 0..=1; 0 where there is none.
     pub confidence: f64,
-    /// Texels that the photo shows and that have paint of another photo laid over them.
+    /// The number of visible texels to which paint of another photo was propagated.
     pub spread: u64,
 }
 
 impl LayerShares {
-    /// Hidden texels that are filled.
+    /// Returns the number of hidden texels that are filled.
     pub fn filled(&self) -> u64 {
         self.from_photos + self.from_paint + self.by_example + self.diffused
     }
 }
 
-/// For each image layer of the current stack of a photo in the project what shows at its hidden texels; empty without
-/// a stack.
+/// Counts the hidden texels of each image layer in the current stack of a photo; empty without a stack.
 ///
 /// # Errors
-/// When files of layers, filling or paint cannot be read; [`crate::Error::Cancelled`].
+/// Returns an error when files of layers, filling or paint cannot be read, or [`crate::Error::Cancelled`].
 pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<LayerShares>> {
     let store = StackStore::new(project);
     let Some(stack) = store.current(photo)? else { return Ok(Vec::new()) };
@@ -51,21 +49,22 @@ pub fn layer_shares(project: &Path, photo: &str, task: &Task) -> Result<Vec<Laye
     let paint = PhotoPaint::open(project, &stack)?;
     let count = stack.image_layers.len() as u64;
     let mut all = Vec::with_capacity(stack.image_layers.len());
-    for (place, layer) in stack.image_layers.iter().enumerate() {
-        task.step("look at fillings", place as u64, count)?;
+    for (index, layer) in stack.image_layers.iter().enumerate() {
+        task.step("check fillings", index as u64, count)?;
         let mut shares =
             LayerShares { hidden: layer.texels_used - layer.texels_visible, ..LayerShares::default() };
         if let (Some(fill), Some(of_stack)) = (&layer.fill, &stack.fill) {
             count_origins(&mut shares, layer, fill, of_stack, &folder)?;
         }
-        if paint.is_on(place) && shares.hidden > 0 {
-            shares.painted = painted(&stack, &folder, &paint, place)?;
+        if paint.is_on(index) && shares.hidden > 0 {
+            shares.painted = painted(&stack, &folder, &paint, index)?;
         }
         all.push(shares);
     }
     Ok(all)
 }
 
+/// Counts the sources of a layer's texels.
 fn count_origins(
     shares: &mut LayerShares,
     layer: &ImageLayer,
@@ -79,13 +78,13 @@ fn count_origins(
     }
     let origin = read_grey(&folder.join(&fill.provenance_file), layer.rect, part)?;
     let confidence = read_grey(&folder.join(&fill.confidence_file), layer.rect, part)?;
-    let spread = fill.spread_file.as_ref();
-    let spread = spread.map(|file| read_layer(&folder.join(file), layer.rect, part)).transpose()?;
-    let is_spread = |at: usize| spread.as_ref().is_some_and(|texels| texels[4 * at + 3] > 0);
+    let propagated = fill.spread_file.as_ref();
+    let propagated = propagated.map(|file| read_layer(&folder.join(file), layer.rect, part)).transpose()?;
+    let is_propagated = |at: usize| propagated.as_ref().is_some_and(|texels| texels[4 * at + 3] > 0);
     let mut trust = 0;
     for (at, (origin, confidence)) in origin.into_iter().zip(confidence).enumerate() {
-        // What the photo shows is not hidden, whatever lies over it.
-        if is_spread(at) {
+        // Visible texels are not hidden, whatever was propagated to them.
+        if is_propagated(at) {
             shares.spread += 1;
             continue;
         }
@@ -102,21 +101,16 @@ fn count_origins(
     Ok(())
 }
 
-/// Hidden texels of a layer with paint on them.
-fn painted(stack: &Stack, folder: &Path, paint: &PhotoPaint, place: usize) -> Result<u64> {
-    let layer = &stack.image_layers[place];
+/// Returns the number of hidden texels of a layer that have paint.
+fn painted(stack: &Stack, folder: &Path, paint: &PhotoPaint, index: usize) -> Result<u64> {
+    let layer = &stack.image_layers[index];
     let part = layer.needed_rect.intersection(&layer.rect);
     let texels = read_layer(&folder.join(&layer.file), layer.rect, part)?;
     let needed = read_mask(&folder.join(&layer.needed_file), layer.rect, part)?;
     let is_hidden = |x: i32, y: i32| {
-        let texel = place_in(part, x, y)?;
+        let texel = part.index(x, y)?;
         Some(needed[texel] != 0 && texels[4 * texel + 3] == 0)
     };
-    let patch = paint.on(stack, place)?;
+    let patch = paint.on(stack, index)?;
     Ok(patch.iter().filter(|(x, y, _)| is_hidden(*x, *y) == Some(true)).count() as u64)
-}
-
-fn place_in(rect: PixelRect, x: i32, y: i32) -> Option<usize> {
-    let inside = x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-    inside.then(|| (y - rect.y) as usize * rect.w as usize + (x - rect.x) as usize)
 }

@@ -1,4 +1,4 @@
-//! The filling of a stack as files.
+//! Writing the filling of a stack to files.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -15,31 +15,30 @@ use crate::layers::fill::{Donor, Filled, FilledRegion, Origin, Spread, Texel};
 use crate::projection::PhotoId;
 use crate::scene::Samples;
 
-/// Places of the origins that are no photos.
+/// The sources that are not photos; their indices are the first ones of the list of sources.
 const FIXED: [&str; 4] = [origins::NONE, origins::PAINTED, origins::EXEMPLAR, origins::DIFFUSED];
 
-/// Writes the filling of each image layer into `folder`, and says in `stack` what was written; the hash of
-/// what it was made of, the number of hidden texels and what was offered are left to the caller. `names` are the
-/// photos'.
+/// Writes the filling of each image layer into `folder` and describes it in `stack`. The caller adds the hash of
+/// the inputs, the number of hidden texels and the list of propagated paint. `names` are the photos' names.
 ///
 /// # Errors
-/// [`crate::Error::Io`].
+/// Returns [`crate::Error::Io`] when a file cannot be written.
 pub(super) fn write_fill(
     folder: &Path,
     stack: &mut Stack,
     filled: &Filled,
-    spread: &Spread,
+    propagated: &Spread,
     own: &Donor,
     names: &[&str],
 ) -> Result<()> {
-    let givers = givers(filled.regions.iter().chain(&spread.regions));
+    let sources = sources(filled.regions.iter().chain(&propagated.regions));
     let count = stack.image_layers.len();
-    let (parts, laid) = (by_layer(&filled.regions, count), by_layer(&spread.regions, count));
+    let (parts, laid) = (by_layer(&filled.regions, count), by_layer(&propagated.regions, count));
     let layers: Vec<_> = stack.image_layers.iter().zip(parts).zip(laid).collect();
     let written: Vec<Option<(LayerFill, u64)>> = layers
         .into_par_iter()
         .map(|((layer, parts), laid)| {
-            let maps = Maps::of(layer.rect, &parts, &laid, own.bits, &givers);
+            let maps = Maps::of(layer.rect, &parts, &laid, own.bits, &sources);
             maps.write(folder, &layer.id, layer.rect, own.icc.as_deref())
         })
         .collect::<Result<_>>()?;
@@ -53,9 +52,9 @@ pub(super) fn write_fill(
             .iter()
             .copied()
             .map(Into::into)
-            .chain(givers.iter().map(|giver| match giver {
-                Giver::Photo(photo) => names[photo.0 as usize].to_owned(),
-                Giver::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
+            .chain(sources.iter().map(|source| match source {
+                TexelSource::Photo(photo) => names[photo.0 as usize].to_owned(),
+                TexelSource::Painter(photo) => origins::painted_in(names[photo.0 as usize]),
             }))
             .collect(),
         texels_hidden: 0,
@@ -72,14 +71,15 @@ pub(super) fn write_fill(
     Ok(())
 }
 
-/// Who gives texels: a photo, or what was painted in one.
+/// A source of texels: a photo, or the paint in one.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
-enum Giver {
+enum TexelSource {
     Photo(PhotoId),
     Painter(PhotoId),
 }
 
-impl Giver {
+impl TexelSource {
+    /// Returns the source of an origin; `None` for inpainting.
     fn of(origin: Origin) -> Option<Self> {
         match origin {
             Origin::Photo(photo) => Some(Self::Photo(photo)),
@@ -89,15 +89,16 @@ impl Giver {
     }
 }
 
-/// Those that gave something, rising.
-fn givers<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<Giver> {
+/// Returns the sources that occur, sorted.
+fn sources<'a>(regions: impl Iterator<Item = &'a FilledRegion>) -> Vec<TexelSource> {
     let texels = regions.flat_map(|region| &region.texels);
-    texels.filter_map(|texel| Giver::of(texel.origin)).collect::<BTreeSet<_>>().into_iter().collect()
+    texels.filter_map(|texel| TexelSource::of(texel.origin)).collect::<BTreeSet<_>>().into_iter().collect()
 }
 
-/// Some texels of a row.
+/// A run of texels in a row.
 type Run<'a> = (PixelSpan, &'a [Texel]);
 
+/// Sorts the runs of all regions by image layer.
 fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<Run<'_>>> {
     let mut parts = vec![Vec::new(); layers];
     for region in regions {
@@ -110,11 +111,11 @@ fn by_layer(regions: &[FilledRegion], layers: usize) -> Vec<Vec<Run<'_>>> {
     parts
 }
 
-/// The pictures of one image layer's filling.
+/// The images of one layer's filling.
 struct Maps {
     colours: Samples,
-    /// Over what the photo shows; none where nothing is.
-    spread: Option<Samples>,
+    /// Propagated paint over visible texels; `None` where there is none.
+    propagated: Option<Samples>,
     confidence: Vec<u8>,
     provenance: Vec<u16>,
     texels: u64,
@@ -122,8 +123,8 @@ struct Maps {
 }
 
 impl Maps {
-    /// Of what fills a layer, and what is laid over it.
-    fn of(rect: PixelRect, parts: &[Run], laid: &[Run], bits: u8, givers: &[Giver]) -> Self {
+    /// Draws the filling of a layer and the paint that is propagated to it.
+    fn of(rect: PixelRect, parts: &[Run], laid: &[Run], bits: u8, sources: &[TexelSource]) -> Self {
         let count = rect.area() as usize;
         let blank = || match bits {
             16 => Samples::U16(vec![0; 4 * count]),
@@ -131,35 +132,36 @@ impl Maps {
         };
         let mut maps = Self {
             colours: blank(),
-            spread: (!laid.is_empty()).then(blank),
+            propagated: (!laid.is_empty()).then(blank),
             confidence: vec![0; count],
             provenance: vec![0; count],
             texels: parts.iter().map(|(_, texels)| texels.len() as u64).sum(),
-            largest: (FIXED.len() + givers.len()) as u16,
+            largest: (FIXED.len() + sources.len()) as u16,
         };
         for (at, texel) in texels_of(rect, parts) {
             put(&mut maps.colours, at, texel.rgb);
-            maps.describe(at, texel, givers);
+            maps.describe(at, texel, sources);
         }
         for (at, texel) in texels_of(rect, laid) {
-            if let Some(spread) = &mut maps.spread {
-                put(spread, at, texel.rgb);
+            if let Some(propagated) = &mut maps.propagated {
+                put(propagated, at, texel.rgb);
             }
-            maps.describe(at, texel, givers);
+            maps.describe(at, texel, sources);
         }
         maps
     }
 
-    fn describe(&mut self, at: usize, texel: Texel, givers: &[Giver]) {
+    /// Sets confidence and source of a texel.
+    fn describe(&mut self, at: usize, texel: Texel, sources: &[TexelSource]) {
         self.confidence[at] = texel.confidence;
-        self.provenance[at] = match (texel.origin, Giver::of(texel.origin)) {
+        self.provenance[at] = match (texel.origin, TexelSource::of(texel.origin)) {
             (Origin::Exemplar, _) => 2,
-            (_, Some(giver)) => (FIXED.len() + givers.partition_point(|g| *g < giver)) as u16,
+            (_, Some(source)) => (FIXED.len() + sources.partition_point(|g| *g < source)) as u16,
             (_, None) => 3,
         };
     }
 
-    /// Nothing where nothing was filled.
+    /// Writes the files, unless nothing was filled or propagated. Returns their names and their size in bytes.
     fn write(
         self,
         folder: &Path,
@@ -167,23 +169,23 @@ impl Maps {
         rect: PixelRect,
         icc: Option<&[u8]>,
     ) -> Result<Option<(LayerFill, u64)>> {
-        if self.texels == 0 && self.spread.is_none() {
+        if self.texels == 0 && self.propagated.is_none() {
             return Ok(None);
         }
         let fill = LayerFill {
             filled_file: format!("{id}.filled.png"),
             confidence_file: format!("{id}.confidence.png"),
             provenance_file: format!("{id}.provenance.png"),
-            spread_file: self.spread.as_ref().map(|_| format!("{id}.spread.png")),
+            spread_file: self.propagated.as_ref().map(|_| format!("{id}.spread.png")),
             texels_filled: self.texels,
         };
         let provenance = match self.largest {
-            0..256 => Samples::U8(self.provenance.iter().map(|place| *place as u8).collect()),
+            0..256 => Samples::U8(self.provenance.iter().map(|index| *index as u8).collect()),
             _ => Samples::U16(self.provenance),
         };
-        let spread = fill.spread_file.as_ref().zip(self.spread.as_ref());
-        let spread = spread.map(|(file, samples)| write_rgba(&folder.join(file), rect, samples, icc));
-        let bytes = spread.unwrap_or(Ok(0))?
+        let propagated = fill.spread_file.as_ref().zip(self.propagated.as_ref());
+        let propagated = propagated.map(|(file, samples)| write_rgba(&folder.join(file), rect, samples, icc));
+        let bytes = propagated.unwrap_or(Ok(0))?
             + write_rgba(&folder.join(&fill.filled_file), rect, &self.colours, icc)?
             + write_grey(&folder.join(&fill.confidence_file), rect, &Samples::U8(self.confidence))?
             + write_grey(&folder.join(&fill.provenance_file), rect, &provenance)?;
@@ -191,16 +193,13 @@ impl Maps {
     }
 }
 
-/// Their places in a picture of `rect`.
+/// Iterates over the texels of runs with their indices in an image of `rect`.
 fn texels_of<'a>(rect: PixelRect, runs: &'a [Run<'a>]) -> impl Iterator<Item = (usize, Texel)> + 'a {
-    runs.iter().flat_map(move |(span, texels)| {
-        let row = (span.y as i32 - rect.y) as usize * rect.w as usize;
-        let first = row + (span.x0 as i32 - rect.x) as usize;
-        (first..).zip(texels.iter().copied())
-    })
+    let first = move |span: &PixelSpan| rect.offset(span.x0 as i32, span.y as i32);
+    runs.iter().flat_map(move |(span, texels)| (first(span)..).zip(texels.iter().copied()))
 }
 
-/// An opaque texel.
+/// Sets an opaque texel.
 fn put(samples: &mut Samples, at: usize, [r, g, b]: [u16; 3]) {
     match samples {
         Samples::U8(samples) => {

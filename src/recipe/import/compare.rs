@@ -1,69 +1,59 @@
-//! What was painted: the pixels that are not as they were exported.
+//! Comparison of layers with what was exported: the pixels that differ are paint.
 
 use crate::document::paint::{Colour, ERASED, Patch};
 use crate::geometry::PixelRect;
 use crate::io::colour::Conversion;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::layered::{Depth, Raster};
+use crate::raster::in_8_bits;
 
-/// Colours that went to another profile and came back differ by less than this, of 65535, if nobody painted:
-/// three steps of 8 bits. Editors round, and their tables are not ours.
+/// The largest difference, of 65535, that conversion to another profile and back may cause: three steps of 8 bits.
+/// Editors round, and their tables differ from ours.
 const CONVERTED: u16 = 3 * 257;
 
-/// A raster and its place, in photo pixels.
+/// A raster with its position in the photo.
 #[derive(Debug, Clone, Copy)]
 pub struct Placed<'a> {
-    /// Where it lies.
+    /// The rectangle in photo pixels.
     pub rect: PixelRect,
-    /// As large as `rect`.
+    /// The pixels, as large as `rect`.
     pub pixels: &'a Raster,
 }
 
 impl Placed<'_> {
-    /// A pixel of the photo; empty outside.
+    /// Returns the colour at a pixel of the photo; transparent outside.
     pub fn at(&self, x: i32, y: i32) -> Colour {
         let (dx, dy) = (x - self.rect.x, y - self.rect.y);
-        let inside = dx >= 0 && dy >= 0 && dx < self.rect.w as i32 && dy < self.rect.h as i32;
-        if inside { self.pixels.rgba16(dx as u32, dy as u32) } else { [0; 4] }
-    }
-
-    fn holds(&self, x: i32, y: i32) -> bool {
-        let r = self.rect;
-        x >= r.x && y >= r.y && x < r.right() && y < r.bottom()
+        if self.rect.contains(x, y) { self.pixels.rgba16(dx as u32, dy as u32) } else { [0; 4] }
     }
 }
 
-/// The way of colours from the photo's profile into the document's, and back.
+/// The conversions between the photo's profile and the document's.
 pub struct Profiles {
-    /// From the photo's.
+    /// The conversion from the photo's profile to the document's.
     pub there: Conversion,
-    /// Into the photo's.
+    /// The conversion from the document's profile to the photo's.
     pub back: Conversion,
 }
 
-/// A layer as it was exported, and as it came back.
+/// A layer as it was exported, and as it is in the edited document.
 pub struct Comparison<'a> {
-    /// As exported.
+    /// The layer as it was exported.
     pub base: Placed<'a>,
-    /// As it came back.
+    /// The layer in the edited document.
     pub found: Placed<'a>,
-    /// What the document's canvas shows of the photo: what lies outside, and is not in the layer, is unknown.
+    /// The document's canvas, in photo pixels. Pixels outside of it that are not in the layer are unknown.
     pub canvas: PixelRect,
-    /// None where the document has the photo's profile.
+    /// The profiles; `None` where the document has the photo's profile.
     pub profiles: Option<&'a Profiles>,
 }
 
 impl Comparison<'_> {
-    /// Every pixel that is not as it was exported.
+    /// Returns all pixels that differ from what was exported.
     ///
-    /// Pixels without opacity are alike, whatever their colour. Of 16 bits and 8 bits the rounded or the cut-off
-    /// ones are alike; of another profile, what differs by no more than conversions do.
+    /// Transparent pixels are equal, whatever their colour. Between 16 and 8 bits, a rounded or truncated value is
+    /// equal; in another profile, values within the error of the conversions are.
     pub fn painted(&self) -> Patch {
-        let rect = match (self.base.rect.is_empty(), self.found.rect.is_empty()) {
-            (true, _) => self.found.rect,
-            (_, true) => self.base.rect,
-            _ => self.base.rect.union(&self.found.rect),
-        };
+        let rect = self.base.rect.hull(&self.found.rect);
         let mut painted = Vec::new();
         for y in rect.y..rect.bottom() {
             self.paint_of_row(y, rect.x..rect.right(), &mut painted);
@@ -71,9 +61,10 @@ impl Comparison<'_> {
         Patch::of_pixels(&painted)
     }
 
+    /// Appends the pixels of a row that differ.
     fn paint_of_row(&self, y: i32, columns: std::ops::Range<i32>, painted: &mut Vec<(i32, i32, Colour)>) {
         let row: Vec<(i32, Colour, Colour)> = columns
-            .filter(|&x| self.found.holds(x, y) || inside(self.canvas, x, y))
+            .filter(|&x| self.found.rect.contains(x, y) || self.canvas.contains(x, y))
             .map(|x| (x, self.base.at(x, y), self.found.at(x, y)))
             .filter(|(_, base, found)| base != found && (base[3] != 0 || found[3] != 0))
             .collect();
@@ -95,19 +86,17 @@ impl Comparison<'_> {
     }
 }
 
-fn inside(rect: PixelRect, x: i32, y: i32) -> bool {
-    x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom()
-}
-
+/// Returns true when a pixel is in the rectangle.
+/// Returns the colour as it is stored: erased pixels have a defined value.
 fn kept(colour: Colour) -> Colour {
     if colour[3] == 0 { ERASED } else { colour }
 }
 
-/// Whether a pixel is the same one in another depth.
+/// Returns true when two colours are equal except for the bit depth.
 fn alike(base: Colour, found: Colour, depths: (Depth, Depth)) -> bool {
     match depths {
         (Depth::Eight, Depth::Sixteen) => base.map(in_8_bits) == found.map(in_8_bits),
-        // An editor of 8 bits has rounded, or cut the lower half off.
+        // An 8-bit editor has rounded, or truncated the lower half.
         (Depth::Sixteen, Depth::Eight) => {
             let found = found.map(in_8_bits);
             base.map(in_8_bits) == found || base.map(|sample| (sample >> 8) as u8) == found
@@ -122,7 +111,7 @@ mod tests {
     use crate::io::colour::adobe_rgb;
     use crate::scene::Samples;
 
-    const CANVAS: PixelRect = PixelRect { x: 0, y: 0, w: 100, h: 100 };
+    const CANVAS: PixelRect = PixelRect::of_size(100, 100);
 
     fn eight(width: u32, samples: &[[u8; 4]]) -> Raster {
         Raster::new(width, samples.len() as u32 / width, Samples::U8(samples.as_flattened().to_vec()))
@@ -206,7 +195,7 @@ mod tests {
         let there = profiles.there.converted(&wide);
         (0..200).for_each(|x| found.set_rgba16(x as u32, 0, there[x]));
         found.set_rgba16(17, 0, [65535, 0, 0, 65535]);
-        let rect = PixelRect { x: 0, y: 0, w: 200, h: 1 };
+        let rect = PixelRect::of_size(200, 1);
         let comparison = Comparison {
             base: Placed { rect, pixels: &base },
             found: Placed { rect, pixels: &found },

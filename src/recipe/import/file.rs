@@ -1,4 +1,4 @@
-//! One edited file: its layers told apart, placed, and compared with what was exported.
+//! Import of one edited file: its layers are identified, located, and compared with what was exported.
 
 use std::path::Path;
 
@@ -7,15 +7,15 @@ use rayon::prelude::*;
 use super::compare::Profiles;
 use super::gather::gathered;
 use super::identify::{Sorted, record_of, refuse_foreign, sorted, stranger};
-use super::layer::{Desk, LayerPaint};
+use super::layer::{DocumentContext, LayerPaint};
 use super::mask::{MaskShare, mask_of};
-use super::merged::Absent;
-use super::originals::Originals;
+use super::merged::AbsentLayer;
+use super::originals::ExportedPixels;
 use super::place::{Place, place};
 use super::report::{FileReport, LayerReport, LayerState};
-use super::settle::OnSurface;
+use super::settle::SurfacePaint;
 use super::share::shared;
-use super::{ImportOptions, Recall};
+use super::{ImportOptions, LayerCache};
 use crate::document::Element;
 use crate::document::export_record::{ExportFormat, ExportRecord, ExportedLayer};
 use crate::document::paint::{PaintedDocument, PaintedLayer, Patch};
@@ -26,57 +26,57 @@ use crate::io::colour::Conversion;
 use crate::io::hash::hash_bytes;
 use crate::io::layered::read_layered;
 use crate::io::layered::{Depth, EditedDocument, EditedLayer};
-use crate::recipe::paint::parts::{Parts, Scenery};
+use crate::recipe::paint::parts::{PartSource, Parts};
 use crate::task::Task;
 
-/// What an edited file brings home.
+/// The contents of an edited file to be imported.
 pub struct FilePaint<'a> {
-    /// The export that it came from.
+    /// The export from which the file comes.
     pub record: &'a ExportRecord,
-    /// What the user is told.
+    /// The report for the user.
     pub report: FileReport,
-    /// The image layers that are in the file.
-    pub layers: Vec<LayerShare>,
-    /// What its layers called `mask` mask.
+    /// The image layers in the file.
+    pub layers: Vec<ImportedLayerPaint>,
+    /// The pixels that its layers called `mask` cover.
     pub mask: Option<MaskShare>,
 }
 
 /// The paint of one image layer, by surface.
-pub struct LayerShare {
-    /// Of the image layer.
+pub struct ImportedLayerPaint {
+    /// The token of the image layer.
     pub token: String,
-    /// Its place among the report's layers, if it is told there.
+    /// The index among the report's layers, if it is reported there.
     pub report: Option<usize>,
-    /// All of its paint; none where it stays as it is in the project.
-    pub surfaces: Option<Vec<OnSurface>>,
-    /// What it shows now; none where nobody knows.
+    /// All paint of the layer; `None` where the project's paint stays as it is.
+    pub surfaces: Option<Vec<SurfacePaint>>,
+    /// The layer's present state; `None` where that is unknown.
     pub seen: Option<PaintedLayer>,
 }
 
-/// What every file of an import is read with.
+/// The inputs for reading any file of an import.
 #[derive(Clone, Copy)]
-pub struct Reading<'a> {
-    /// What was exported.
+pub struct ReadContext<'a> {
+    /// The records of exports.
     pub records: &'a [ExportRecord],
-    /// Its pixels.
-    pub originals: Originals<'a>,
-    /// How to import.
+    /// The exported pixels.
+    pub originals: ExportedPixels<'a>,
+    /// The import options.
     pub options: ImportOptions,
-    /// What was seen at earlier imports.
-    pub recall: &'a Recall,
+    /// The layers as seen at earlier imports.
+    pub recall: &'a LayerCache,
 }
 
-/// So many layers say where the canvas lies, the largest ones.
+/// The number of layers, the largest ones, by which the canvas is located.
 const VOTERS: usize = 8;
 
-/// Reads an edited file. `before` gives what an export's layers showed when this file was last imported.
+/// Reads an edited file. `before` returns what an export's layers showed when this file was last imported.
 ///
 /// # Errors
-/// [`Error::Input`] for a file that cannot be read or is no export of this project; [`Error::Io`];
-/// [`Error::Request`] when the image was scaled and that was not allowed.
+/// Returns [`Error::Input`] for a file that cannot be read or is not an export of this project, or when the image
+/// was scaled and that is not permitted; or [`Error::Io`].
 pub fn read<'a>(
     file: &Path,
-    reading: Reading<'a>,
+    reading: ReadContext<'a>,
     before: &dyn Fn(&ExportRecord) -> PaintedDocument,
     task: &Task,
 ) -> Result<FilePaint<'a>> {
@@ -85,14 +85,14 @@ pub fn read<'a>(
     let record = record_of(&document, reading.records).ok_or_else(|| stranger(file))?;
     refuse_evened(file, record)?;
     let sorted = sorted(&document, record);
-    let desk = desk(file, &document, record, &sorted, reading)?;
+    let context = document_context(file, &document, record, &sorted, reading)?;
     let before = before(record);
     let found: Vec<(usize, LayerPaint)> = task.timed("compare layers", || {
         let all: Vec<_> = sorted.image_layers.iter().collect();
-        let compared = all.par_iter().map(|(place, layers)| {
+        let compared = all.par_iter().map(|(index, layers)| {
             task.go_on()?;
-            let exported = &record.layers[**place];
-            Ok((**place, desk.layer(exported, layers, before.layers.get(&exported.id))?))
+            let exported = &record.layers[**index];
+            Ok((**index, context.layer(exported, layers, before.layers.get(&exported.id))?))
         });
         compared.collect::<Result<_>>()
     })?;
@@ -100,18 +100,18 @@ pub fn read<'a>(
         file: file.to_owned(),
         photo: record.photo.name.clone(),
         key: record.key.clone(),
-        offset: desk.offset,
-        scale: desk.scale,
+        offset: context.offset,
+        scale: context.scale,
         layers: Vec::new(),
         notes: document.notes.clone(),
     };
-    report.notes.extend(notes(&desk));
+    report.notes.extend(notes(&context));
     let mut layers = Vec::new();
     let mut of_absent: Vec<(usize, Patch)> = Vec::new();
-    for (place, paint) in found {
-        let exported = &record.layers[place];
+    for (index, paint) in found {
+        let exported = &record.layers[index];
         let left_out = paint.report.state == LayerState::LeftOut;
-        layers.push(LayerShare {
+        layers.push(ImportedLayerPaint {
             token: exported.id.clone(),
             report: Some(report.layers.len()),
             surfaces: paint.patch.map(|patch| by_surface(record, exported, &patch)),
@@ -120,45 +120,50 @@ pub fn read<'a>(
         report.layers.push(paint.report);
         of_absent.extend(paint.of_absent);
     }
-    for (place, exported) in missing(record, &sorted) {
-        let mut told = LayerReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
-        let paint = of_absent.iter().filter(|(p, _)| *p == place).map(|(_, patch)| patch.clone());
+    for (index, exported) in missing(record, &sorted) {
+        let mut layer_report = LayerReport::new(&exported.name, Some(&exported.id), LayerState::Missing);
+        let paint = of_absent.iter().filter(|(p, _)| *p == index).map(|(_, patch)| patch.clone());
         if let Some(patch) = paint.reduce(|a, b| a.under(&b)) {
-            (told.painted, told.erased) = (patch.count(), patch.erased());
-            told.notes.push("it was merged into another layer; what was painted there is taken home".into());
+            (layer_report.painted, layer_report.erased) = (patch.count(), patch.erased());
+            layer_report
+                .notes
+                .push("it was merged into another layer; its paint is imported from there".into());
             let surfaces = Some(by_surface(record, exported, &patch));
-            let (token, index) = (exported.id.clone(), Some(report.layers.len()));
-            layers.push(LayerShare { token, report: index, surfaces, seen: None });
+            let token = exported.id.clone();
+            let index = Some(report.layers.len());
+            layers.push(ImportedLayerPaint { token, report: index, surfaces, seen: None });
         }
-        report.layers.push(told);
+        report.layers.push(layer_report);
     }
-    let mask = mask_of(&desk, &sorted.masks, record, &mut report)?;
-    report.layers.extend(task.timed("compare helpers", || others(&desk, &sorted))?);
+    let mask = mask_of(&context, &sorted.masks, record, &mut report)?;
+    report.layers.extend(task.timed("compare helpers", || others(&context, &sorted))?);
     Ok(FilePaint { record, report, layers, mask })
 }
 
-/// What was painted on evened colours would be of another exposure than the photo that it belongs to.
+/// Rejects exports with matched exposure: paint on them would have another exposure than the photo.
 fn refuse_evened(file: &Path, record: &ExportRecord) -> Result<()> {
     if record.evened.is_none() {
         return Ok(());
     }
-    let found = "it was exported with --even-colour, for looking at; it has no way back";
-    Err(Error::input(file, "", found, "export without --even-colour, and paint on that"))
+    let found = "it was exported with --even-colour for viewing only, and cannot be imported";
+    Err(Error::input(file, "", found, "export without --even-colour, and paint on that file"))
 }
 
+/// Returns the record's layers that are not in the document, with their indices.
 fn missing<'a>(record: &'a ExportRecord, sorted: &Sorted) -> Vec<(usize, &'a ExportedLayer)> {
     let all = record.layers.iter().enumerate();
-    all.filter(|(place, _)| !sorted.image_layers.contains_key(place)).collect()
+    all.filter(|(index, _)| !sorted.image_layers.contains_key(index)).collect()
 }
 
-fn desk<'a>(
+/// Collects what all layers of a document share; locates the canvas and compares the profiles.
+fn document_context<'a>(
     file: &Path,
     document: &EditedDocument,
     record: &'a ExportRecord,
     sorted: &Sorted,
-    reading: Reading<'a>,
-) -> Result<Desk<'a>> {
-    let Reading { originals, options, recall, .. } = reading;
+    reading: ReadContext<'a>,
+) -> Result<DocumentContext<'a>> {
+    let ReadContext { originals, options, recall, .. } = reading;
     let size = (record.photo.width, record.photo.height);
     let (offset, scale) = match where_is(document, record, sorted, originals)? {
         Place::At(offset) => (offset, 1.0),
@@ -171,24 +176,29 @@ fn desk<'a>(
         Place::Unclear => {
             let (w, h) = size;
             let found = format!(
-                "a canvas of {} x {} pixels, the photo has {w} x {h}, and no layer tells where it lies",
+                "the canvas has {} x {} pixels but the photo {w} x {h}, and no layer shows the position",
                 document.width, document.height
             );
-            return Err(Error::input(file, "", found, "give the image its old canvas back in the editor"));
+            return Err(Error::input(file, "", found, "restore the image's canvas in the editor"));
         }
     };
     let canvas = match scale == 1.0 {
         true => PixelRect { x: -offset[0], y: -offset[1], w: document.width, h: document.height },
-        false => PixelRect { x: 0, y: 0, w: size.0, h: size.1 },
+        false => PixelRect::of_size(size.0, size.1),
     };
     let depth = Depth::try_from(record.depth).map_err(Error::Request)?;
     let profiles = profiles(file, document, record, originals.kept)?;
-    let absent = missing(record, sorted).into_iter().map(|(place, layer)| Absent { place, layer }).collect();
-    // A profile that says the same as the photo's may be written anew with every save, with the date in it.
+    let absent = missing(record, sorted)
+        .into_iter()
+        .map(|(index, layer)| AbsentLayer { place: index, layer })
+        .collect();
+    // An equivalent profile may be written anew with every save, with the date in it, so only profiles that differ
+    // count.
     let other_profile = profiles.is_some().then(|| document.icc.as_deref().map(hash_bytes));
     let ground = format!("{offset:?} {scale} {depth:?} {:?} {other_profile:?}", document.depth);
-    let (named, only_whole) = (document.format != ExportFormat::Folder, options.only_whole);
-    Ok(Desk {
+    let named = document.format != ExportFormat::Folder;
+    let only_whole = options.only_whole;
+    Ok(DocumentContext {
         originals,
         record,
         depth,
@@ -204,22 +214,23 @@ fn desk<'a>(
     })
 }
 
+/// Locates the canvas by the size of the document or by the largest image layers.
 fn where_is(
     document: &EditedDocument,
     record: &ExportRecord,
     sorted: &Sorted,
-    originals: Originals,
+    originals: ExportedPixels,
 ) -> Result<Place> {
     let size = (record.photo.width, record.photo.height);
     let mut voters = Vec::new();
     if (document.width, document.height) != size {
         let mut largest: Vec<_> = sorted.image_layers.iter().collect();
-        largest.sort_by_key(|(place, layers)| (std::cmp::Reverse(layers[0].rect.area()), **place));
-        for (place, layers) in largest.into_iter().take(VOTERS) {
-            let exported = &record.layers[*place];
+        largest.sort_by_key(|(index, layers)| (std::cmp::Reverse(layers[0].rect.area()), **index));
+        for (index, layers) in largest.into_iter().take(VOTERS) {
+            let exported = &record.layers[*index];
             if let Some(base) = originals.pixels(record, exported)? {
                 let depth = base.depth();
-                // One that cannot be read is left out later, with the reason.
+                // A layer that cannot be read is left out later, with the reason.
                 let Ok(found) = gathered(layers) else { continue };
                 voters.push((base, exported.baseline.rect, found.pixels.in_depth(depth), found.rect));
             }
@@ -229,7 +240,8 @@ fn where_is(
     Ok(place(document, size, voters))
 }
 
-/// A document without a profile is taken for one with the photo's: some editors drop it.
+/// Compares the profiles; `None` where they agree. A document without a profile is assumed to have the photo's,
+/// because some editors drop it.
 fn profiles(
     file: &Path,
     document: &EditedDocument,
@@ -244,43 +256,44 @@ fn profiles(
     Ok(there.zip(back).map(|(there, back)| Profiles { there, back }))
 }
 
-fn notes(desk: &Desk) -> Vec<String> {
+/// Returns notes about the document as a whole.
+fn notes(context: &DocumentContext) -> Vec<String> {
     let mut notes = Vec::new();
-    if desk.offset != [0, 0] {
-        let [x, y] = desk.offset;
-        notes.push(format!("the canvas was cropped or enlarged: the photo lies at {x}, {y}"));
+    if context.offset != [0, 0] {
+        let [x, y] = context.offset;
+        notes.push(format!("the canvas was cropped or enlarged: the photo is at {x}, {y}"));
     }
-    if desk.scale != 1.0 {
-        notes.push(format!("the image was scaled to {:.4} of its size; faint paint is lost", desk.scale));
+    if context.scale != 1.0 {
+        notes.push(format!("the image was scaled to {:.4} of its size; faint paint is lost", context.scale));
     }
-    if desk.profiles.is_some() {
+    if context.profiles.is_some() {
         notes.push(
-            "its colours are in another profile; changes of less than 3 of 255 are taken for rounding".into(),
+            "its colours are in another profile; changes of less than 3 of 255 count as rounding".into(),
         );
     }
     notes
 }
 
-/// Helpers that were painted on, and layers of no export.
-fn others(desk: &Desk, sorted: &Sorted) -> Result<Vec<LayerReport>> {
-    let comparable = desk.scale == 1.0 && desk.profiles.is_none() && desk.offset == [0, 0];
+/// Reports helpers that were painted on, and layers that belong to no export.
+fn others(context: &DocumentContext, sorted: &Sorted) -> Result<Vec<LayerReport>> {
+    let comparable = context.scale == 1.0 && context.profiles.is_none() && context.offset == [0, 0];
     let helpers = if comparable { &sorted.helpers[..] } else { &[] };
-    let looked_at = helpers.par_iter().map(|(layer, helper)| desk.helper(layer, helper));
+    let looked_at = helpers.par_iter().map(|(layer, helper)| context.helper(layer, helper));
     let reports = looked_at.collect::<Result<Vec<_>>>()?;
-    let stranger = |layer: &&EditedLayer| {
+    let unknown_layer = |layer: &&EditedLayer| {
         let mut report = LayerReport::new(&layer.name, None, LayerState::Unknown);
-        report.notes.push("it has no [token]; merge it into the layer that it is meant for".into());
+        report.notes.push("it has no [token]; merge it into the layer that it belongs to".into());
         report
     };
-    Ok(reports.into_iter().flatten().chain(sorted.unknown.iter().map(stranger)).collect())
+    Ok(reports.into_iter().flatten().chain(sorted.unknown.iter().map(unknown_layer)).collect())
 }
 
-/// The paint of an image layer by surface.
-fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) -> Vec<OnSurface> {
+/// Divides the paint of an image layer among its surfaces.
+fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) -> Vec<SurfacePaint> {
     let parts = parts(record, exported);
-    let on_surface = |share: super::share::Share| {
+    let on_surface = |share: super::share::SurfaceShare| {
         let part = &parts.list[share.part];
-        OnSurface {
+        SurfacePaint {
             object: part.object.to_owned(),
             face: part.face,
             triangle: part.triangle,
@@ -292,12 +305,13 @@ fn by_surface(record: &ExportRecord, exported: &ExportedLayer, patch: &Patch) ->
     shared(patch, &parts).into_iter().map(on_surface).collect()
 }
 
+/// Returns the outlines of an exported layer's surfaces.
 fn parts<'a>(record: &'a ExportRecord, exported: &'a ExportedLayer) -> Parts<'a> {
     let shared =
         |element: &Element| record.layers.iter().filter(|l| l.elements.contains(element)).count() > 1;
     let with_tile = |element: &'a Element| (element, shared(element).then_some(exported.needed_rect));
     let elements: Vec<_> = exported.elements.iter().map(with_tile).collect();
-    let scenery = Scenery {
+    let scenery = PartSource {
         photo: &record.photo,
         camera: &record.camera,
         surfaces: &record.surfaces,

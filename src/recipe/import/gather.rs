@@ -1,4 +1,4 @@
-//! All layers of one token as one: an artist may have painted on a copy.
+//! Combination of all layers with one token, because an artist may have painted on a copy.
 
 use std::sync::Arc;
 
@@ -7,45 +7,45 @@ use crate::geometry::PixelRect;
 use crate::io::layered::composite::lay_over;
 use crate::io::layered::{Blend, EditedLayer, EditedMask, Grey, Raster};
 
-/// What the layers of one token show together.
+/// The combined layers of one token.
 #[derive(Debug)]
 pub struct Gathered {
-    /// In canvas pixels.
+    /// The rectangle in canvas pixels.
     pub rect: PixelRect,
-    /// As large as `rect`.
+    /// The pixels, as large as `rect`.
     pub pixels: Raster,
-    /// What was not followed, and what was taken for granted.
+    /// Notes about what was ignored or assumed.
     pub notes: Vec<String>,
 }
 
-/// Lays the layers of one token over each other, from the bottom to the top.
+/// Composites the layers of one token from bottom to top.
 ///
-/// Of several, those that are not shown are left out, unless none is; but under a copy that holds only strokes a
-/// hidden original stays. The lowest is the image layer itself: its opacity, its visibility and how it is blended
-/// are ways of looking at it while painting, its mask is work; what groups around it do counts as its own. Copies above
-/// it are laid over it with mask and opacity; one that is not blended normally is left out.
+/// Invisible layers are left out, unless all are invisible; but below a copy that contains only strokes an
+/// invisible original stays. The lowest layer is the image layer itself: its opacity, visibility and blend mode are
+/// only viewing aids while painting, but its mask counts, and so does what groups around it do. Copies above it are
+/// composited with mask and opacity; copies with another blend mode than normal are left out.
 ///
 /// # Errors
-/// What the layers say when they are asked for their pixels.
+/// Returns the errors of reading the layers' pixels.
 pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
-    let (mut shown, mut notes) = shown(layers);
-    if !std::ptr::eq(shown[0], layers[0]) && !replaces(shown[0], layers[0])? {
-        shown.insert(0, layers[0]);
-        notes.push(format!("\"{}\" is not shown, but the copy above it holds little of it", layers[0].name));
+    let (mut visible, mut notes) = visible(layers);
+    if !std::ptr::eq(visible[0], layers[0]) && !replaces(visible[0], layers[0])? {
+        visible.insert(0, layers[0]);
+        notes.push(format!("\"{}\" is hidden, but the copy above it contains little of it", layers[0].name));
     }
-    let (lowest, copies) = shown.split_first().expect("a token is known because a layer has it");
+    let (lowest, copies) = visible.split_first().expect("a token is known because a layer has it");
     if lowest.opacity < 1.0 {
-        notes.push(format!("\"{}\": its opacity counts as a way of looking at it", lowest.name));
+        notes.push(format!("\"{}\": its opacity only affects the display and is ignored", lowest.name));
     }
     if let Blend::Other(blend) = &lowest.blend {
-        notes.push(format!("\"{}\": its mode {blend} counts as a way of looking at it", lowest.name));
+        notes.push(format!("\"{}\": its mode {blend} only affects the display and is ignored", lowest.name));
     }
     let mut rect = lowest.rect;
     let mut pixels = masked(lowest.pixels.read()?, lowest.rect, &lowest.masks, 1.0)?;
     for copy in copies {
         if let Blend::Other(blend) = &copy.blend {
             notes.push(format!(
-                "\"{}\" is left out: it is blended as {blend}; merge it down first",
+                "\"{}\" is left out: its blend mode is {blend}; merge it down first",
                 copy.name
             ));
             continue;
@@ -58,27 +58,29 @@ pub fn gathered(layers: &[&EditedLayer]) -> Result<Gathered> {
     Ok(Gathered { rect, pixels, notes })
 }
 
-fn shown<'a>(layers: &[&'a EditedLayer]) -> (Vec<&'a EditedLayer>, Vec<String>) {
+/// Selects the layers that count, and writes a note for each of the others.
+fn visible<'a>(layers: &[&'a EditedLayer]) -> (Vec<&'a EditedLayer>, Vec<String>) {
     let picked = |wanted: &dyn Fn(&EditedLayer) -> bool| {
         layers.iter().copied().filter(|layer| wanted(layer)).collect::<Vec<_>>()
     };
-    let mut shown = picked(&|layer| layer.visible && !layer.hidden_by_group);
-    if shown.is_empty() {
-        shown = picked(&|layer| layer.visible);
+    let mut visible = picked(&|layer| layer.visible && !layer.hidden_by_group);
+    if visible.is_empty() {
+        visible = picked(&|layer| layer.visible);
     }
-    if shown.is_empty() {
-        shown = picked(&|_| true);
+    if visible.is_empty() {
+        visible = picked(&|_| true);
     }
-    let is_shown = |layer: &EditedLayer| shown.iter().any(|shown| std::ptr::eq(*shown, layer));
-    let hidden = layers.iter().filter(|layer| !is_shown(layer));
-    let notes = hidden.map(|layer| format!("\"{}\" is left out: it is not shown", layer.name)).collect();
-    (shown, notes)
+    let is_visible = |layer: &EditedLayer| visible.iter().any(|other| std::ptr::eq(*other, layer));
+    let hidden = layers.iter().filter(|layer| !is_visible(layer));
+    let notes = hidden.map(|layer| format!("\"{}\" is left out: it is hidden", layer.name)).collect();
+    (visible, notes)
 }
 
-/// A copy replaces a hidden original when it shows at least half of what that shows.
+/// Returns true when a copy replaces an invisible original: it contains at least half of the original's pixels.
 fn replaces(copy: &EditedLayer, original: &EditedLayer) -> Result<bool> {
     let (above, below) = (copy.pixels.read()?, original.pixels.read()?);
-    let (mut all, mut held) = (0u64, 0u64);
+    let mut all = 0u64;
+    let mut held = 0u64;
     for y in 0..below.height() {
         for x in (0..below.width()).filter(|x| below.has_colour(*x, y)) {
             let (u, v) = (original.rect.x + x as i32 - copy.rect.x, original.rect.y + y as i32 - copy.rect.y);
@@ -90,9 +92,9 @@ fn replaces(copy: &EditedLayer, original: &EditedLayer) -> Result<bool> {
     Ok(2 * held >= all)
 }
 
-/// The same pixels in a larger rectangle.
+/// Extends pixels to a rectangle that contains another one, too.
 fn united(pixels: Raster, rect: PixelRect, other: PixelRect) -> (Raster, PixelRect) {
-    let both = if rect.is_empty() { other } else { rect.union(&other) };
+    let both = rect.hull(&other);
     if both == rect || other.is_empty() {
         return (pixels, rect);
     }
@@ -101,31 +103,28 @@ fn united(pixels: Raster, rect: PixelRect, other: PixelRect) -> (Raster, PixelRe
     (larger, both)
 }
 
-/// Pixels with masks and opacity worked into their alpha.
+/// Multiplies masks and opacity into the pixels' alpha.
 fn masked(mut pixels: Raster, rect: PixelRect, masks: &[Arc<EditedMask>], opacity: f32) -> Result<Raster> {
     let on = masks.iter().filter(|mask| mask.enabled);
     let on = on.map(|mask| Ok((mask, mask.pixels.read()?))).collect::<Result<Vec<_>>>()?;
     if on.is_empty() && opacity >= 1.0 {
         return Ok(pixels);
     }
-    for y in 0..rect.h {
-        for x in 0..rect.w {
-            let (u, v) = (rect.x + x as i32, rect.y + y as i32);
-            let share = on.iter().fold(opacity, |share, (mask, grey)| share * through(mask, grey, u, v));
-            if share < 1.0 {
-                let [r, g, b, a] = pixels.rgba16(x, y);
-                pixels.set_rgba16(x, y, [r, g, b, (f32::from(a) * share).round() as u16]);
-            }
+    for (u, v) in rect.pixels() {
+        let share = on.iter().fold(opacity, |share, (mask, grey)| share * through(mask, grey, u, v));
+        if share < 1.0 {
+            let (x, y) = ((u - rect.x) as u32, (v - rect.y) as u32);
+            let [r, g, b, a] = pixels.rgba16(x, y);
+            pixels.set_rgba16(x, y, [r, g, b, (f32::from(a) * share).round() as u16]);
         }
     }
     Ok(pixels)
 }
 
-/// How much a mask shows of a canvas pixel, 0..=1.
+/// Returns the share of a canvas pixel that a mask lets through, 0..=1.
 fn through(mask: &EditedMask, grey: &Grey, x: i32, y: i32) -> f32 {
     let (dx, dy) = (x - mask.rect.x, y - mask.rect.y);
-    let inside = dx >= 0 && dy >= 0 && dx < mask.rect.w as i32 && dy < mask.rect.h as i32;
-    if inside { grey.at(dx as u32, dy as u32) } else { mask.outside }
+    if mask.rect.contains(x, y) { grey.at(dx as u32, dy as u32) } else { mask.outside }
 }
 
 #[cfg(test)]
@@ -134,7 +133,7 @@ mod tests {
     use crate::io::layered::{Depth, Lazy};
     use crate::scene::Samples;
 
-    /// A layer of one row at `x`, of these shades of grey, all opaque.
+    /// Makes a layer of one row at `x` with these opaque grey levels.
     fn layer(name: &str, x: i32, shades: &[u8]) -> EditedLayer {
         let samples: Vec<u8> = shades.iter().flat_map(|&shade| [shade, shade, shade, 255]).collect();
         let width = shades.len() as u32;
@@ -160,13 +159,13 @@ mod tests {
         let copy = EditedLayer { opacity: 0.2, ..layer("a copy", 1, &[100, 100]) };
         let found = gathered(&[&layer("a", 0, &[0, 0]), &copy]).unwrap();
         assert_eq!(shades(&found), [(0, 255), (20, 255), (100, 51)]);
-        assert_eq!(found.rect, PixelRect { x: 0, y: 0, w: 3, h: 1 });
+        assert_eq!(found.rect, PixelRect::of_size(3, 1));
     }
 
     #[test]
     fn a_mask_takes_away_where_it_is_black_and_outside_as_it_says() {
         let mask = |enabled| EditedMask {
-            rect: PixelRect { x: 0, y: 0, w: 2, h: 1 },
+            rect: PixelRect::of_size(2, 1),
             outside: 0.0,
             enabled,
             pixels: Lazy::new(|| Ok(Grey::new(2, 1, Samples::U8(vec![255, 0])))),

@@ -1,30 +1,30 @@
-//! Whose export a file is, and whose layer a layer is: by token, then by key, then by place and content.
+//! Identification of the export of a file and of its layers: by token, then by key, then by position and content.
 
 use std::collections::BTreeMap;
 use std::path::Path;
 
 use rayon::prelude::*;
 
-use crate::document::export_record::{ExportRecord, ExportedLayer, Helper, KEY_DIGITS};
+use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer, KEY_DIGITS};
 use crate::error::{Error, Result};
 use crate::io::layered::{EditedDocument, EditedLayer};
 
-/// The part of a name that is a token of one of `layers`: the last one in brackets. What editors append to
-/// names (` copy`, `#1`, a NUL) comes behind it.
+/// Returns the token of one of `layers` that a name contains: the last one in brackets. Editors append to names
+/// after it (` copy`, `#1`, a NUL).
 pub fn token_in<'a>(name: &str, layers: &'a [ExportedLayer]) -> Option<&'a str> {
     let bracketed = name.rsplit('[').filter_map(|rest| rest.split(']').next());
     let known = |token: &str| layers.iter().find(|layer| layer.id == token.trim());
     bracketed.filter_map(known).map(|layer| layer.id.as_str()).next()
 }
 
-/// The token of a layer: from its name, else from where the format keeps one beside it.
+/// Returns the token of a layer, from its name or from where the format stores one beside the name.
 fn token_of<'a>(layer: &EditedLayer, layers: &'a [ExportedLayer]) -> Option<&'a str> {
     let beside = || layers.iter().find(|l| Some(&l.id) == layer.id.as_ref()).map(|l| l.id.as_str());
     token_in(&layer.name, layers).or_else(beside)
 }
 
-/// The export that a document came from: by its key; else the one that has most of its tokens, and of those
-/// the one whose pixels most of its layers still show. None where nothing says so.
+/// Returns the export that a document comes from: the one with its key; otherwise the one with most of its tokens,
+/// and of several the one whose pixels most of its layers still have. `None` where nothing identifies it.
 pub fn record_of<'a>(document: &EditedDocument, records: &'a [ExportRecord]) -> Option<&'a ExportRecord> {
     if let Some(record) = records.iter().find(|record| Some(&record.key) == document.key.as_ref()) {
         return Some(record);
@@ -47,60 +47,61 @@ pub fn record_of<'a>(document: &EditedDocument, records: &'a [ExportRecord]) -> 
         (hashes.iter().filter(|hash| known(hash)).count(), same_kind)
     };
     let best = candidates.into_iter().max_by_key(untouched);
-    // Without a token, only pixels that are still as they were say whose they are.
+    // Without tokens, only unchanged pixels identify an export.
     best.filter(|record| most > 0 || untouched(record).0 > 0)
 }
 
-/// A file that carries a key as exports of this program do, and of no export known here, is not compared with
-/// some other export: tokens are alike in all projects of the same photos and model, and what it differs in
-/// would be taken for paint.
+/// Rejects a file with the key of an export that this project does not know. It must not be compared with another
+/// export: tokens are the same in all projects of the same photos and model, and differences between projects would
+/// be taken for paint.
 ///
 /// # Errors
-/// [`Error::Input`] that names the key.
+/// Returns [`Error::Input`] with the key.
 pub fn refuse_foreign(file: &Path, document: &EditedDocument, records: &[ExportRecord]) -> Result<()> {
     let Some(key) = document.key.as_deref().filter(|key| looks_like_a_key(key)) else { return Ok(()) };
     if records.iter().any(|record| record.key == key) {
         return Ok(());
     }
-    let found = format!("it was exported with the key {key}, and exports/{key}.json is not in this project");
-    let remedy = "import it into the project that it was exported from, or put that record (and exports/pixels) \
-                  back from a copy; else export again, and copy the painted layers over in the image editor";
+    let found = format!("it was exported with the key {key}, but exports/{key}.json is not in this project");
+    let remedy = "import it into the project that it was exported from, or restore that record (and \
+        exports/pixels) from a copy; otherwise export again, and copy the painted layers over in the image \
+        editor";
     Err(Error::input(file, "", found, remedy))
 }
 
-/// Editors have keys of their own for documents, of other shapes.
+/// Returns true when a key has the form that this program writes; editors have document keys of other forms.
 fn looks_like_a_key(key: &str) -> bool {
     key.len() == KEY_DIGITS && key.bytes().all(|byte| matches!(byte, b'0'..=b'9' | b'a'..=b'f'))
 }
 
-/// What every layer shows, at its place.
+/// Returns the hashes of all layers' pixels at their positions.
 fn hashes_of(document: &EditedDocument) -> Vec<String> {
-    // What cannot be read is no hint; it is told later.
+    // Unreadable layers are ignored here and reported later.
     let hash = |layer: &EditedLayer| Some(layer.pixels.read().ok()?.hash_at(layer.rect.x, layer.rect.y));
     document.layers.par_iter().filter_map(hash).collect()
 }
 
-/// A document's layers, sorted by what they are.
+/// A document's layers by kind.
 #[derive(Debug, Default)]
 pub struct Sorted<'a> {
-    /// By place in the record's layers: the layers with its token, from the bottom to the top.
+    /// The image layers by index in the record: all layers with its token, from bottom to top.
     pub image_layers: BTreeMap<usize, Vec<&'a EditedLayer>>,
-    /// The photo and guides, with what the record says of them.
-    pub helpers: Vec<(&'a EditedLayer, &'a Helper)>,
-    /// What is painted in them is masked.
+    /// The photo and guides, with their entries in the record.
+    pub helpers: Vec<(&'a EditedLayer, &'a HelperLayer)>,
+    /// The layers called `mask`, whose paint masks the photo.
     pub masks: Vec<&'a EditedLayer>,
-    /// Of no export.
+    /// The layers that belong to no export.
     pub unknown: Vec<&'a EditedLayer>,
 }
 
-/// Sorts the layers of a document that came from `record`. A layer that lost its token is known by the
-/// place and size of its pixels, if no other one may be meant.
+/// Identifies the layers of a document that comes from `record`. A layer that lost its token is identified by the
+/// rectangle of its pixels, if that is unambiguous.
 pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sorted<'a> {
     let mut sorted = Sorted::default();
-    let place = |token: &str| record.layers.iter().position(|layer| layer.id == token);
+    let index = |token: &str| record.layers.iter().position(|layer| layer.id == token);
     for layer in &document.layers {
-        match token_of(layer, &record.layers).and_then(place) {
-            Some(place) => sorted.image_layers.entry(place).or_default().push(layer),
+        match token_of(layer, &record.layers).and_then(index) {
+            Some(index) => sorted.image_layers.entry(index).or_default().push(layer),
             None => match helper_of(layer, record) {
                 Some(helper) => sorted.helpers.push((layer, helper)),
                 None if is_mask(&layer.name) => sorted.masks.push(layer),
@@ -108,37 +109,38 @@ pub fn sorted<'a>(document: &'a EditedDocument, record: &'a ExportRecord) -> Sor
             },
         }
     }
-    let nameless = std::mem::take(&mut sorted.unknown);
-    for layer in &nameless {
+    let without_token = std::mem::take(&mut sorted.unknown);
+    for layer in &without_token {
         let free = |at: &usize| !sorted.image_layers.contains_key(at);
         let same_place = |at: &usize| record.layers[*at].exported_rect == layer.rect;
         let mut candidates = (0..record.layers.len()).filter(free).filter(same_place);
-        let rivals = nameless.iter().filter(|other| other.rect == layer.rect).count();
-        match (candidates.next(), candidates.next(), rivals) {
-            (Some(place), None, 1) => drop(sorted.image_layers.insert(place, vec![layer])),
+        let same_rect = without_token.iter().filter(|other| other.rect == layer.rect).count();
+        match (candidates.next(), candidates.next(), same_rect) {
+            (Some(index), None, 1) => drop(sorted.image_layers.insert(index, vec![layer])),
             _ => sorted.unknown.push(layer),
         }
     }
     sorted
 }
 
-/// `mask`, in any letter case, and what editors append to names: `mask #1`, `Mask copy`.
+/// Returns true for `mask` in any letter case, and with what editors append to names: `mask #1`, `Mask copy`.
 fn is_mask(name: &str) -> bool {
     let name = name.trim().to_lowercase();
     name.strip_prefix("mask").is_some_and(|rest| !rest.starts_with(|c: char| c.is_alphanumeric()))
 }
 
-/// A helper by its name, which editors may append to.
-fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a Helper> {
+/// Returns the helper to which a layer's name belongs; editors may append to it.
+fn helper_of<'a>(layer: &EditedLayer, record: &'a ExportRecord) -> Option<&'a HelperLayer> {
     record.helpers.iter().find(|helper| layer.name.starts_with(&helper.name))
 }
 
-/// What to say of a file that nobody knows.
+/// Makes the error for a file that is not an export of this project.
 pub fn stranger(file: &Path) -> Error {
     Error::input(
         file,
         "",
-        "it is no export of this project: neither its key nor a layer's [token] is in the project's exports/",
+        "it is not an export of this project: neither its key nor a layer's [token] is in the project's \
+         exports/",
         "import it into the project that it was exported from, or export again and paint there",
     )
 }
@@ -150,7 +152,7 @@ mod tests {
     use crate::geometry::PixelRect;
 
     fn layer(id: &str) -> ExportedLayer {
-        let rect = PixelRect { x: 0, y: 0, w: 1, h: 1 };
+        let rect = PixelRect::of_size(1, 1);
         ExportedLayer {
             id: id.into(),
             name: format!("wall [{id}]"),

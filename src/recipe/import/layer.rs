@@ -1,82 +1,82 @@
-//! One image layer that came back: what was painted on it.
+//! Comparison of one image layer with its export.
 
 use super::compare::{Comparison, Placed, Profiles};
 use super::gather::{Gathered, gathered};
-use super::merged::{Absent, take_out};
-use super::originals::Originals;
-use super::recall::{Recall, Sight, code_of};
+use super::merged::{AbsentLayer, take_out};
+use super::originals::ExportedPixels;
+use super::recall::{CachedLayer, LayerCache, key_of_layers};
 use super::report::{LayerReport, LayerState};
 use super::scaled::{repainted, unscaled};
 use super::shift::shift;
-use crate::document::export_record::{ExportRecord, ExportedLayer, Helper};
+use crate::document::export_record::{ExportRecord, ExportedLayer, HelperLayer};
 use crate::document::paint::{PaintedLayer, Patch};
 use crate::error::{Error, Result};
 use crate::geometry::PixelRect;
 use crate::io::hash::hash_bytes;
 use crate::io::layered::{Depth, EditedLayer, Raster};
 
-/// What all layers of a document share.
-pub struct Desk<'a> {
-    /// Pixels as they were exported.
-    pub originals: Originals<'a>,
+/// The data that all layers of a document share.
+pub struct DocumentContext<'a> {
+    /// The exported pixels.
+    pub originals: ExportedPixels<'a>,
     /// The export.
     pub record: &'a ExportRecord,
-    /// Bits of a sample as exported.
+    /// The bits per sample of the export.
     pub depth: Depth,
-    /// Where the photo's top left pixel lies on the canvas.
+    /// The position of the photo's top-left pixel on the canvas.
     pub offset: [i32; 2],
-    /// Pixels of the canvas per pixel of the photo.
+    /// The number of canvas pixels per photo pixel.
     pub scale: f64,
-    /// What the canvas shows, in photo pixels.
+    /// The canvas, in photo pixels.
     pub canvas: PixelRect,
-    /// None where the document has the photo's profile.
+    /// The profiles; `None` where the document has the photo's profile.
     pub profiles: Option<Profiles>,
-    /// Image layers that are not in the document; they may have been merged into others.
-    pub absent: Vec<Absent<'a>>,
-    /// Layers are called as they were exported, not as files.
+    /// The image layers that are not in the document; they may have been merged into others.
+    pub absent: Vec<AbsentLayer<'a>>,
+    /// Whether layers have their names from the export, rather than file names.
     pub named: bool,
-    /// A layer that cannot be read is an error, and not left out.
+    /// Whether an unreadable layer is an error; otherwise it is left out.
     pub only_whole: bool,
-    /// What was seen at earlier imports.
-    pub recall: &'a Recall,
-    /// What else of the document decides what a layer shows.
+    /// The layers as seen at earlier imports.
+    pub recall: &'a LayerCache,
+    /// The remaining properties of the document that influence what a layer shows, as a key for [`LayerCache`].
     pub ground: String,
 }
 
 /// The paint of one image layer.
 pub struct LayerPaint {
-    /// What the user is told.
+    /// The report for the user.
     pub report: LayerReport,
-    /// All of it; none where it is the same as at the last import, or could not be told.
+    /// All paint of the layer; `None` where it is the same as at the last import, or could not be determined.
     pub patch: Option<Patch>,
-    /// What the layer shows now.
+    /// The layer's present state.
     pub seen: PaintedLayer,
-    /// Paint on image layers that were merged into this one, by their places in the record.
+    /// Paint on image layers that were merged into this one, by their indices in the record.
     pub of_absent: Vec<(usize, Patch)>,
 }
 
-/// Nothing of a layer is taken home; what the project has of it stays.
+/// Makes the result for a layer that is left out; its paint in the project stays.
 fn left_out(mut report: LayerReport, why: String) -> LayerPaint {
     report.state = LayerState::LeftOut;
     report.notes.push(why);
     LayerPaint { report, patch: None, seen: PaintedLayer::default(), of_absent: Vec::new() }
 }
 
-/// What layers of one token show together.
-struct Seen {
-    sight: Sight,
-    /// With their place in photo pixels; none where the hash was enough.
+/// The combined layers of one token.
+struct CombinedLayers {
+    sight: CachedLayer,
+    /// The pixels with their rectangle in the photo; `None` where the hash was enough.
     pixels: Option<(Raster, PixelRect)>,
 }
 
-/// More of a layer than this cannot be other than it was, unless it lies somewhere else.
+/// The share of a layer's pixels beyond which differences are no paint: the layer was probably moved.
 const MOST_PAINTED: f64 = 0.6;
 
-impl Desk<'_> {
-    /// What became of the layers with the token of `exported`; `before` is what they showed at the last import.
+impl DocumentContext<'_> {
+    /// Compares the layers with the token of `exported`; `before` is what they showed at the last import.
     ///
     /// # Errors
-    /// What reading their pixels says.
+    /// Returns the errors of reading their pixels.
     pub fn layer(
         &self,
         exported: &ExportedLayer,
@@ -110,8 +110,7 @@ impl Desk<'_> {
             return Ok(left_out(
                 report,
                 "its pixels as exported are no longer kept (exports/pixels holds those of the last eight exports of each \
-                 photo), and the stack has others now: what was painted cannot be told; export again, and copy the \
-                 layer over in the image editor"
+                 photo), and the stack has changed, so its paint cannot be identified; export again, and copy the layer over in the image editor"
                     .into(),
             ));
         };
@@ -133,35 +132,36 @@ impl Desk<'_> {
         Ok(LayerPaint { report, patch: Some(patch), seen, of_absent })
     }
 
+    /// Returns true when the hash is that of the export or of the last import.
     fn is_known(&self, shown: &str, exported: &ExportedLayer, before: Option<&PaintedLayer>) -> bool {
         shown == exported.pixels || before.is_some_and(|before| before.shown == shown)
     }
 
-    /// What layers of one token show together. Those that were looked at before are not decoded again when `enough`
-    /// says that the hash of what they show will do.
-    fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<Seen> {
-        let code = code_of(&self.ground, layers)?;
+    /// Combines the layers of one token. Layers that were seen at an earlier import are not decoded again when
+    /// `enough` accepts the hash of what they show.
+    fn look(&self, layers: &[&EditedLayer], enough: impl Fn(&str) -> bool) -> Result<CombinedLayers> {
+        let code = key_of_layers(&self.ground, layers)?;
         let before = code.as_deref().and_then(|code| self.recall.sight(code));
         if let Some(sight) = before.filter(|sight| enough(&sight.shown)) {
-            return Ok(Seen { sight, pixels: None });
+            return Ok(CombinedLayers { sight, pixels: None });
         }
         let Gathered { rect: found, pixels, notes } = gathered(layers)?;
         let (pixels, rect) = match self.scale == 1.0 {
             true => (pixels, self.in_photo(found)),
             false => unscaled(&pixels, found, self.scale),
         };
-        let sight = Sight { shown: self.hash(&pixels, rect), rect: found, notes };
+        let sight = CachedLayer { shown: self.hash(&pixels, rect), rect: found, notes };
         if let Some(code) = code {
             self.recall.keep(code, sight.clone());
         }
-        Ok(Seen { sight, pixels: Some((pixels, rect)) })
+        Ok(CombinedLayers { sight, pixels: Some((pixels, rect)) })
     }
 
-    /// What to say of the photo or a guide: something only where it was painted on.
+    /// Reports a helper layer, the photo or a guide, if it was painted on.
     ///
     /// # Errors
-    /// What reading its pixels says.
-    pub fn helper(&self, layer: &EditedLayer, helper: &Helper) -> Result<Option<LayerReport>> {
+    /// Returns the errors of reading its pixels.
+    pub fn helper(&self, layer: &EditedLayer, helper: &HelperLayer) -> Result<Option<LayerReport>> {
         let shown = match self.hash_of_helper(layer) {
             Err(problem @ (Error::Input { .. } | Error::Io { .. })) if !self.only_whole => {
                 let report = LayerReport::new(&layer.name, None, LayerState::LeftOut);
@@ -172,13 +172,14 @@ impl Desk<'_> {
         Ok(shown.filter(|shown| *shown != helper.pixels).map(|_| {
             let mut report = LayerReport::new(&layer.name, None, LayerState::PaintedHelper);
             report.notes.push(
-                "it was painted on; nothing of that is taken home: paint on a layer with a [token]".into(),
+                "it was painted on, but this paint is not imported; paint on a layer with a [token]".into(),
             );
             report
         }))
     }
 
-    /// Of its pixels as they are stored: a guide may be seen through. None where a shallower editor has rounded them.
+    /// Returns the hash of a helper's stored pixels, without its opacity. `None` where an editor with fewer bits
+    /// has rounded them.
     fn hash_of_helper(&self, layer: &EditedLayer) -> Result<Option<String>> {
         let code = layer.pixels.code()?;
         let code =
@@ -194,16 +195,17 @@ impl Desk<'_> {
         let pixels = if same_depth { pixels } else { pixels.in_depth(self.depth) };
         let shown = pixels.hash_at(layer.rect.x, layer.rect.y);
         if let Some(code) = code {
-            self.recall.keep(code, Sight { shown: shown.clone(), rect: layer.rect, notes: Vec::new() });
+            self.recall.keep(code, CachedLayer { shown: shown.clone(), rect: layer.rect, notes: Vec::new() });
         }
         Ok(Some(shown))
     }
 
-    /// A rectangle of the canvas in photo pixels.
+    /// Converts a rectangle of the canvas to photo pixels.
     pub fn in_photo(&self, rect: PixelRect) -> PixelRect {
         PixelRect { x: rect.x - self.offset[0], y: rect.y - self.offset[1], ..rect }
     }
 
+    /// Returns the pixels that differ from the export.
     fn painted(&self, base: Placed, found: Placed) -> Patch {
         if self.scale == 1.0 {
             let profiles = self.profiles.as_ref();
@@ -213,21 +215,23 @@ impl Desk<'_> {
         }
     }
 
-    /// In the depth of the export, so that a file that was only converted is still the same.
+    /// Returns the hash of pixels in the bit depth of the export, so that a file that was only converted counts as
+    /// unchanged.
     fn hash(&self, pixels: &Raster, rect: PixelRect) -> String {
         let hash = match pixels.depth() == self.depth {
             true => pixels.hash_at(rect.x, rect.y),
             false => pixels.clone().in_depth(self.depth).hash_at(rect.x, rect.y),
         };
-        // The same numbers in another profile, or at another scale, are other colours.
+        // The same values in another profile, or at another scale, are other colours.
         let plain = self.profiles.is_none() && self.scale == 1.0;
         if plain { hash } else { hash_bytes(format!("{hash} converted {}", self.scale).as_bytes()) }
     }
 
+    /// Returns by how much the layer was moved, if its pixels differ so much that this is likely.
     fn moved(&self, base: Placed, found: Placed, patch: &Patch) -> Option<[i32; 2]> {
-        let pixels = || (0..base.pixels.height()).flat_map(|y| (0..base.pixels.width()).map(move |x| (x, y)));
-        let shown = pixels().filter(|&(x, y)| base.pixels.has_colour(x, y)).count();
-        if shown == 0 || (patch.count() as f64) < MOST_PAINTED * shown as f64 || self.scale != 1.0 {
+        let places = PixelRect::of_size(base.pixels.width(), base.pixels.height()).pixels();
+        let opaque = places.filter(|&(x, y)| base.pixels.has_colour(x as u32, y as u32)).count();
+        if opaque == 0 || (patch.count() as f64) < MOST_PAINTED * opaque as f64 || self.scale != 1.0 {
             return None;
         }
         shift(base.pixels, base.rect, found.pixels, found.rect).filter(|by| *by != [0, 0])

@@ -1,16 +1,16 @@
-//! Layers called `mask`: what is painted in them is no content of the photo.
+//! Layers called `mask`: the pixels painted in them are masked.
 //!
-//! Such layers of one file are one mask of the project, known by the file: importing the file again replaces it. A file
-//! without such a layer says nothing of masks.
+//! All such layers of one file are one mask of the project, whose origin is the file: importing the file again
+//! replaces it. A file without such a layer does not change masks.
 
 use std::path::Path;
 
 use super::gather::gathered;
-use super::layer::Desk;
+use super::layer::DocumentContext;
 use super::report::{FileReport, LayerReport, LayerState};
 use super::scaled::unscaled;
 use crate::document::export_record::ExportRecord;
-use crate::document::masks::{Mask, MaskChange, MaskFrom};
+use crate::document::masks::{Mask, MaskChange, MaskOrigin};
 use crate::document::paint::ImportedMask;
 use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
@@ -18,78 +18,81 @@ use crate::io::layered::EditedLayer;
 use crate::io::mask_store::MaskStore;
 use crate::io::project::{change_project, read_project};
 
-/// What a file masks.
+/// The mask in a file.
 pub struct MaskShare {
-    /// Its place among the report's layers.
+    /// The index among the report's layers.
     pub report: usize,
-    /// In pixels of the photo.
+    /// The masked pixels of the photo.
     pub masked: Spans,
 }
 
-/// Half of full opacity: more is painted, less is the rim of a soft brush.
+/// Half opacity: above it a pixel is masked, below it is the soft edge of a brush.
 const OPAQUE: u16 = 1 << 15;
 
-/// What the layers called `mask` cover, whether they are shown or not; none where there is no such layer.
+/// Returns the pixels that layers called `mask` cover, visible or not; `None` where there is no such layer.
 ///
 /// # Errors
-/// What reading their pixels says.
+/// Returns the errors of reading their pixels.
 pub fn mask_of(
-    desk: &Desk,
+    context: &DocumentContext,
     layers: &[&EditedLayer],
     record: &ExportRecord,
     report: &mut FileReport,
 ) -> Result<Option<MaskShare>> {
     let Some(first) = layers.first() else { return Ok(None) };
-    let photo = PixelRect { x: 0, y: 0, w: record.photo.width, h: record.photo.height };
+    let photo = PixelRect::of_size(record.photo.width, record.photo.height);
     let mut masked = Spans::default();
     for layer in layers {
         let found = gathered(&[layer])?;
-        let (pixels, rect) = match desk.scale == 1.0 {
-            true => (found.pixels, desk.in_photo(found.rect)),
-            false => unscaled(&found.pixels, found.rect, desk.scale),
+        let (pixels, rect) = match context.scale == 1.0 {
+            true => (found.pixels, context.in_photo(found.rect)),
+            false => unscaled(&found.pixels, found.rect, context.scale),
         };
         let painted = |x: i32, y: i32| pixels.rgba16((x - rect.x) as u32, (y - rect.y) as u32)[3] >= OPAQUE;
         masked = masked.union(&Spans::of_pixels(rect.intersection(&photo), painted));
     }
-    let mut told = LayerReport::new(&first.name, None, LayerState::Mask);
-    told.painted = masked.count();
+    let mut layer_report = LayerReport::new(&first.name, None, LayerState::Mask);
+    layer_report.painted = masked.count();
     if masked.count() == photo.area() {
-        told.state = LayerState::LeftOut;
-        told.notes.push(
-            "it covers the whole photo; paint only what is to be masked, the rest is transparent".into(),
+        layer_report.state = LayerState::LeftOut;
+        layer_report.notes.push(
+            "it covers the whole photo; paint only the area to be masked and leave the rest \
+             transparent"
+                .into(),
         );
-        report.layers.push(told);
+        report.layers.push(layer_report);
         return Ok(None);
     }
-    report.layers.push(told);
+    report.layers.push(layer_report);
     Ok(Some(MaskShare { report: report.layers.len() - 1, masked }))
 }
 
-/// Masks that come home with an import.
+/// The masks of an import in progress.
 #[derive(Debug, Default)]
-pub struct MaskDesk {
+pub struct MaskSession {
     arrived: Vec<Arrived>,
 }
 
+/// A mask that differs from the project's.
 #[derive(Debug)]
 struct Arrived {
     photo: String,
-    from: MaskFrom,
+    from: MaskOrigin,
     size: [u32; 2],
     masked: Spans,
 }
 
-impl MaskDesk {
-    /// Some mask is other than it was.
+impl MaskSession {
+    /// Returns true when a mask changes.
     pub fn changed(&self) -> bool {
         !self.arrived.is_empty()
     }
 
-    /// Takes what a document masks of a photo of this size; returns how many pixels are masked that were not, or no
-    /// longer.
+    /// Adds the mask that a document contains for a photo of this size. Returns the number of pixels whose masking
+    /// changes.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read.
+    /// Returns [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read.
     pub fn take(
         &mut self,
         project: &Path,
@@ -98,10 +101,10 @@ impl MaskDesk {
         size: [u32; 2],
         masked: Spans,
     ) -> Result<u64> {
-        let from = MaskFrom::Layer(document.to_owned());
+        let from = MaskOrigin::Layer(document.to_owned());
         let masks = read_project(project)?.masks;
         let before = match masks.find(photo, &from) {
-            // One of another size says nothing of these pixels.
+            // A mask of another size has no meaning for these pixels.
             Some(mask) => MaskStore::new(project).read(&mask.file, size).unwrap_or_default(),
             None => Spans::default(),
         };
@@ -113,10 +116,10 @@ impl MaskDesk {
         Ok(changed)
     }
 
-    /// Writes their files, which nobody names yet.
+    /// Writes the masks' files, to which nothing refers yet.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] and [`crate::Error::Input`].
+    /// Returns [`crate::Error::Io`] and [`crate::Error::Input`].
     pub fn prepare(self, project: &Path) -> Result<PreparedMasks> {
         if self.arrived.is_empty() {
             return Ok(PreparedMasks::default());
@@ -138,41 +141,41 @@ impl MaskDesk {
     }
 }
 
-/// Masks whose files are there.
+/// Masks whose files are written.
 #[derive(Debug, Default)]
 pub struct PreparedMasks {
-    /// What is put in place, and what stands there.
+    /// The changes to be made in `project.json`.
     pub changes: Vec<MaskChange>,
 }
 
 impl PreparedMasks {
-    /// For whoever takes the import back.
+    /// Returns the masks for the record of the import, so that it can be undone.
     pub fn imported(&self) -> Vec<ImportedMask> {
         let imported = self.changes.iter().cloned();
         imported.map(|MaskChange { photo, from, before, .. }| ImportedMask { photo, from, before }).collect()
     }
 
-    /// They are the project's from now on.
+    /// Stores the masks in `project.json`.
     ///
     /// # Errors
-    /// [`crate::Error::Io`] and [`crate::Error::Input`]; the project's masks are then as they were.
+    /// Returns [`crate::Error::Io`] and [`crate::Error::Input`]; the project's masks are then unchanged.
     pub fn commit(&self, project: &Path) -> Result<()> {
         put(project, self.changes.iter().map(|change| (&change.photo, &change.from, &change.after)))
     }
 }
 
-/// Puts back what stood in the places of imported masks.
+/// Restores the masks that imported ones had replaced.
 ///
 /// # Errors
-/// [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read or written.
+/// Returns [`crate::Error::Io`] and [`crate::Error::Input`] when `project.json` cannot be read or written.
 pub fn take_back(project: &Path, imported: &[ImportedMask]) -> Result<()> {
     put(project, imported.iter().map(|mask| (&mask.photo, &mask.from, &mask.before)))
 }
 
-/// Puts masks into `project.json` as it is by now, or takes them away there.
+/// Sets or removes masks in `project.json` as it is at this time.
 fn put<'a>(
     project: &Path,
-    masks: impl ExactSizeIterator<Item = (&'a String, &'a MaskFrom, &'a Option<Mask>)>,
+    masks: impl ExactSizeIterator<Item = (&'a String, &'a MaskOrigin, &'a Option<Mask>)>,
 ) -> Result<()> {
     if masks.len() == 0 {
         return Ok(());

@@ -1,4 +1,4 @@
-//! Layers that were merged into others: what they showed is no paint on the layer that is left.
+//! Layers that were merged into others in the editor: their pixels are not paint on the remaining layer.
 
 use super::compare::Placed;
 use super::report::LayerReport;
@@ -9,24 +9,24 @@ use crate::io::baselines::Baselines;
 
 /// An image layer that is not in the document.
 #[derive(Debug, Clone, Copy)]
-pub struct Absent<'a> {
-    /// Its place among the record's layers, which come nearest first.
+pub struct AbsentLayer<'a> {
+    /// The index among the record's layers, which are nearest first.
     pub place: usize,
-    /// As it was exported.
+    /// The layer as it was exported.
     pub layer: &'a ExportedLayer,
 }
 
-/// It was merged when so much of what it showed is in the other layer, pixel for pixel. An artist who deletes a
-/// column and paints the wall behind it paints other pixels.
+/// The share of a layer's pixels that has to be in the other layer, pixel by pixel, for the two to count as merged.
+/// An artist who deletes a column and paints the wall behind it paints other pixels.
 const MERGED_SHARE: f64 = 0.5;
 
-/// Takes out of `patch` what absent layers showed at its pixels. What was painted over that, on a layer that lay in
-/// front, is that layer's paint and comes by its place.
+/// Removes from `patch` the pixels of absent layers that were merged into `survivor`. Paint on such pixels of a
+/// layer that was in front is that layer's paint, and is returned with the layer's index.
 ///
 /// # Errors
-/// What reading the pixels as they were exported says.
+/// Returns the errors of reading the exported pixels.
 pub fn take_out(
-    absent: &[Absent],
+    absent: &[AbsentLayer],
     survivor: &ExportedLayer,
     base: Placed,
     mut patch: Patch,
@@ -41,7 +41,7 @@ pub fn take_out(
         }
         let Some(theirs) = kept.pixels(&lost.layer.baseline)? else { continue };
         let theirs = Placed { rect: lost.layer.baseline.rect, pixels: &theirs };
-        // Where the layer that is left showed something in front of them, it still does.
+        // Where the remaining layer covered the absent one, it still does.
         let in_front = lost.layer.order < survivor.order;
         let showed = |x: i32, y: i32| theirs.at(x, y)[3] != 0 && (in_front || base.at(x, y)[3] == 0);
         let all = count(theirs, showed);
@@ -50,7 +50,10 @@ pub fn take_out(
             continue;
         }
         let name = &lost.layer.name;
-        report.notes.push(format!("\"{name}\" was merged into it; what that showed stays where it was"));
+        report.notes.push(format!(
+            "\"{name}\" was merged into it; the content of that layer stays where it \
+            was"
+        ));
         let painted = patch.picked(|x, y, colour| in_front && showed(x, y) && theirs.at(x, y) != colour);
         patch = patch.picked(|x, y, colour| {
             let is_theirs = showed(x, y) && (in_front || theirs.at(x, y) == colour);
@@ -61,12 +64,9 @@ pub fn take_out(
     Ok((patch, of_absent))
 }
 
+/// Counts the pixels of a placed raster for which `wanted` is true.
 fn count(placed: Placed, wanted: impl Fn(i32, i32) -> bool) -> usize {
-    let r = placed.rect;
-    (r.y..r.bottom())
-        .flat_map(|y| (r.x..r.right()).map(move |x| (x, y)))
-        .filter(|&(x, y)| wanted(x, y))
-        .count()
+    placed.rect.pixels().filter(|&(x, y)| wanted(x, y)).count()
 }
 
 #[cfg(test)]
@@ -78,7 +78,7 @@ mod tests {
     use crate::io::layered::{Depth, Raster};
     use crate::recipe::import::report::LayerState;
 
-    const RECT: PixelRect = PixelRect { x: 0, y: 0, w: 10, h: 1 };
+    const RECT: PixelRect = PixelRect::of_size(10, 1);
 
     fn exported(id: &str, order: u32, file: String) -> ExportedLayer {
         ExportedLayer {
@@ -98,7 +98,7 @@ mod tests {
         [257 * value, 257 * value, 257 * value, 65535]
     }
 
-    /// The wall shows columns 6 to 9, the column before it 0 to 5; this is what came back as the wall.
+    /// The wall shows columns 6 to 9, the column before it 0 to 5; this is the wall in the edited file.
     fn taken(found: impl Fn(i32) -> Option<Colour>) -> (Vec<i32>, Vec<(usize, u64)>, LayerReport) {
         let folder = tempfile::tempdir().unwrap();
         let kept = Baselines::new(folder.path());
@@ -106,8 +106,8 @@ mod tests {
         (0..6).for_each(|x| column.set_rgba16(x, 0, shade(10 + x as u16)));
         let mut wall = Raster::blank(10, 1, Depth::Eight);
         (6..10).for_each(|x| wall.set_rgba16(x, 0, shade(200)));
-        let column = exported("column", 0, kept.keep_pixels(&column).unwrap());
-        let absent = [Absent { place: 4, layer: &column }];
+        let column = exported("column", 0, kept.store_pixels(&column).unwrap());
+        let absent = [AbsentLayer { place: 4, layer: &column }];
         let pixels: Vec<_> = (0..10).filter_map(|x| Some((x, 0, found(x)?))).collect();
         let mut report = LayerReport::new("wall", None, LayerState::Painted);
         let base = Placed { rect: RECT, pixels: &wall };

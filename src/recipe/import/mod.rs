@@ -1,5 +1,6 @@
-//! Back from the image editor: edited files are told from what was exported, and what was painted becomes the
-//! project's paint, by surface. Nothing else of the project is written, and the last imports can be taken back.
+//! Import from the image editor: edited files are compared with what was exported, and the differences become the
+//! project's paint, by surface. Nothing else of the project is changed except masks, and the last imports can be
+//! undone.
 
 mod compare;
 mod file;
@@ -20,13 +21,14 @@ mod shift;
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-pub use self::recall::Recall;
+pub use self::recall::LayerCache;
 
-use self::file::{FilePaint, Reading};
-use self::mask::MaskDesk;
-use self::originals::Originals;
+use self::file::{FilePaint, ReadContext};
+use self::mask::MaskSession;
+use self::originals::ExportedPixels;
 use self::report::FileReport;
 use self::settle::{Arrival, settle};
 use crate::document::export_record::ExportRecord;
@@ -37,54 +39,59 @@ use crate::io::baselines::Baselines;
 use crate::io::documents::{documents, is_exported_folder};
 use crate::io::exports::ExportStore;
 use crate::io::layered::folder::read::STACK_FILE;
+use crate::io::layered::format::file_names;
 use crate::io::paint_store::PaintStore;
 use crate::io::project::relative_to;
 use crate::io::stamp::Stamp;
-use crate::io::taken::{TakenDocuments, clean_up};
+use crate::io::taken::{ImportLedger, remove_leftovers_of_import};
+use crate::recipe::side_by_side::{done_and_failed, one_by_one};
 use crate::task::Task;
 
-/// How to import.
+/// Options of [`import`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct ImportOptions {
-    /// Only tell what would be imported.
+    /// Whether the import is only simulated and reported.
     pub dry_run: bool,
-    /// Take the paint of images home that were scaled.
+    /// Whether paint of images that were scaled is imported.
     pub scaled: bool,
-    /// Refuse a file when one of its layers cannot be read, which else is left out: it may still be being written.
+    /// Whether a file is rejected when one of its layers cannot be read, because it may still be being written;
+    /// otherwise the layer is left out.
     pub only_whole: bool,
 }
 
-/// What became of all files, in their order.
+/// The results for all files, in their order.
 #[derive(Debug, Default)]
 pub struct Imported {
-    /// Number of the import; none when it changed nothing.
+    /// The number of the import; `None` when it changed nothing.
     pub number: Option<u32>,
-    /// Pixels whose paint is other than it was.
+    /// The number of pixels whose paint changed.
     pub changed: u64,
-    /// Masks that came with it, or went.
+    /// The masks that were added, replaced or removed.
     pub masks: Vec<MaskChange>,
-    /// Those that were read.
+    /// The reports of files that were read.
     pub files: Vec<FileReport>,
-    /// Those that were not, with the reason.
+    /// The files that failed, with the reasons.
     pub failed: Vec<(PathBuf, Error)>,
+    /// The project's paint as it is now, so that nobody needs to read it again.
+    pub book: Arc<PaintBook>,
 }
 
 /// The stage that is reported.
 pub const STAGE: &str = "import";
 
-/// Imports edited files into the project in the folder `project`, as one import that can be taken back as a whole; of
-/// a folder that is no export all layered files in it. A fault in one file is in [`Imported::failed`], a layer that
-/// cannot be read is left out; the others go on. `recall` makes the next import of the same file fast. Whoever calls
-/// holds the project's lock, unless it is a dry run.
+/// Imports edited files into the project in the folder `project`, as one import that can be undone as a whole. For
+/// a folder that is not an export, all layered files in it are imported. An error in one file is in
+/// [`Imported::failed`], and an unreadable layer is left out; neither stops the others. `recall` makes the next
+/// import of the same file fast. The caller holds the project's lock, unless it is a dry run.
 ///
 /// # Errors
-/// [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be read, or nothing
-/// can be written; [`Error::Cancelled`]. The project's paint is then as it was.
+/// Returns [`Error::Io`] and [`Error::Input`] when the records of exports or the project's paint cannot be read, or
+/// nothing can be written, or [`Error::Cancelled`]. The project's paint is then unchanged.
 pub fn import(
     project: &Path,
     files: &[PathBuf],
     options: ImportOptions,
-    recall: &Recall,
+    recall: &LayerCache,
     task: &Task,
 ) -> Result<Imported> {
     let exports = project.join("exports");
@@ -92,7 +99,7 @@ pub fn import(
     problems.iter().for_each(|problem| task.note(problem.to_string()));
     let store = PaintStore::new(project);
     let before = store.read()?;
-    let mut desk = Desk {
+    let mut session = ImportSession {
         project,
         records,
         kept: Baselines::new(&exports),
@@ -100,36 +107,35 @@ pub fn import(
         book: before.clone(),
         store,
         pending: BTreeMap::new(),
-        masks: MaskDesk::default(),
+        masks: MaskSession::default(),
         options,
         recall,
     };
     let mut imported = Imported::default();
     let files = documents_of(files, &mut imported.failed)?;
-    for (file, done) in files.iter().zip(0..) {
-        task.step(STAGE, done, files.len() as u64)?;
-        match desk.file(file, task) {
-            Ok(report) => imported.files.push(report),
-            Err(Error::Cancelled) => return Err(Error::Cancelled),
-            Err(problem) => imported.failed.push((file.clone(), problem)),
-        }
-    }
-    task.step(STAGE, files.len() as u64, files.len() as u64)?;
+    // One after the other: a file may paint over what one before it brought.
+    let reports = one_by_one(STAGE, &files, |file| session.file(file, task), task)?;
+    let (reports, failed) = done_and_failed(&files, reports)?;
+    imported.files.extend(reports);
+    imported.failed.extend(failed);
     imported.changed = imported.files.iter().flat_map(|file| &file.layers).map(|layer| layer.changed).sum();
-    if desk.book != before || desk.masks.changed() {
-        imported.number = Some(desk.number);
+    if session.book != before || session.masks.changed() {
+        imported.number = Some(session.number);
         if !options.dry_run {
-            imported.masks = task.timed("write paint", || desk.commit(&before, &imported))?;
+            let (masks, book) = task.timed("write paint", || session.commit(&before, &imported))?;
+            (imported.masks, imported.book) = (masks, Arc::new(book));
+            return Ok(imported);
         }
     }
+    imported.book = Arc::new(before);
     Ok(imported)
 }
 
-/// [`import`] for whoever does not watch the files: they are known as they are from now on, so that whoever watches their
-/// folder later does not take them home again, also where this import is taken back.
+/// Imports as [`import`] does, for callers that do not watch the files. The files are recorded in their present
+/// state, so that a later watch of their folder does not import them again, even if this import is undone.
 ///
 /// # Errors
-/// As [`import`].
+/// Returns the errors of [`import`].
 pub fn import_once(
     project: &Path,
     files: &[PathBuf],
@@ -137,25 +143,25 @@ pub fn import_once(
     task: &Task,
 ) -> Result<Imported> {
     if !options.dry_run {
-        clean_up(project)?;
+        remove_leftovers_of_import(project)?;
     }
-    // As they are before anything is read: what is saved meanwhile is another save.
+    // Stamps are taken before anything is read, so that a file saved in the meantime counts as changed.
     let documents = documents_of(files, &mut Vec::new())?;
     let stamps: Vec<(PathBuf, Stamp)> =
         documents.into_iter().map(|document| (document.clone(), Stamp::of(&document))).collect();
-    let imported = import(project, files, options, &Recall::default(), task)?;
-    // What changed nothing may be looked at again.
+    let imported = import(project, files, options, &LayerCache::default(), task)?;
+    // A file that changed nothing may be read again.
     if !options.dry_run && imported.number.is_some() {
         let is_read = |document: &PathBuf| imported.files.iter().any(|report| report.file == *document);
         let read: Vec<_> = stamps.into_iter().filter(|(document, _)| is_read(document)).collect();
-        if let Err(error) = TakenDocuments::note(project, &read) {
+        if let Err(error) = ImportLedger::note(project, &read) {
             task.note(error.to_string());
         }
     }
     Ok(imported)
 }
 
-/// The files that were given, and instead of folders that are no exports the layered files in them.
+/// Returns the given files, with folders that are not exports replaced by the layered files in them.
 fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for path in given {
@@ -166,8 +172,8 @@ fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result
         let found = documents(path)?;
         if found.is_empty() {
             let finding =
-                "a folder without a layered file in it, and no exported one (stack.json is not there)";
-            let remedy = "give PSD, XCF or OpenRaster files, a folder of them, or an exported folder";
+                "this folder contains no layered file and is not an exported one (it has no stack.json)";
+            let remedy = format!("give {} files, a folder of them, or an exported folder", file_names());
             failed.push((path.clone(), Error::input(path, "", finding, remedy)));
         }
         files.extend(found.into_keys());
@@ -175,57 +181,68 @@ fn documents_of(given: &[PathBuf], failed: &mut Vec<(PathBuf, Error)>) -> Result
     Ok(files)
 }
 
-/// The last imports, oldest first.
+/// Returns the last imports, oldest first.
 ///
 /// # Errors
-/// [`Error::Io`] and [`Error::Input`] when the project's paint cannot be read.
+/// Returns [`Error::Io`] and [`Error::Input`] when the project's paint cannot be read.
 pub fn history(project: &Path) -> Result<Vec<PaintImport>> {
     Ok(PaintStore::new(project).read()?.imports)
 }
 
-/// Takes the last import back. Whoever calls holds the project's lock.
+/// Undoes the last import. The caller holds the project's lock.
 ///
 /// # Errors
-/// [`Error::Request`] when there is none; [`Error::Io`] and [`Error::Input`] when the project's paint cannot be read
-/// or written.
+/// Returns [`Error::Request`] when there is none, or [`Error::Io`] and [`Error::Input`] when the project's paint
+/// cannot be read or written.
 pub fn take_back(project: &Path) -> Result<PaintImport> {
-    let store = PaintStore::new(project);
-    let mut book = store.read()?;
-    let import = book.take_back().ok_or_else(|| Error::Request("there is no import to take back".into()))?;
-    mask::take_back(project, &import.masks)?;
-    store.commit(&book)?;
-    Ok(import)
+    take_back_with_book(project).map(|(import, _)| import)
 }
 
-/// An import under way.
-struct Desk<'a> {
+/// [`take_back`], and the project's paint as it is then.
+///
+/// # Errors
+/// As [`take_back`].
+pub fn take_back_with_book(project: &Path) -> Result<(PaintImport, Arc<PaintBook>)> {
+    let store = PaintStore::new(project);
+    let mut book = store.read()?;
+    let import = book.take_back().ok_or_else(|| Error::Request("there is no import to undo".into()))?;
+    mask::take_back(project, &import.masks)?;
+    store.commit(&book)?;
+    Ok((import, Arc::new(book)))
+}
+
+/// An import in progress.
+struct ImportSession<'a> {
     project: &'a Path,
     records: Vec<ExportRecord>,
     kept: Baselines,
     store: PaintStore,
-    /// As it will be.
+    /// The project's paint with this import.
     book: PaintBook,
     number: u32,
-    /// Paint that has no file yet, by the name that stands in for it.
+    /// Paint that is not written yet, by its temporary file name.
     pending: BTreeMap<String, Patch>,
-    /// Masks that came home.
-    masks: MaskDesk,
+    /// Masks of this import.
+    masks: MaskSession,
     options: ImportOptions,
-    recall: &'a Recall,
+    recall: &'a LayerCache,
 }
 
-impl Desk<'_> {
+impl ImportSession<'_> {
+    /// Imports one file.
     fn file(&mut self, file: &Path, task: &Task) -> Result<FileReport> {
         let name = |key: &str| format!("{key}@{}", self.path_of(file));
-        let originals = Originals { kept: &self.kept, project: self.project, book: &self.book };
+        let originals = ExportedPixels { kept: &self.kept, project: self.project, book: &self.book };
         let reading =
-            Reading { records: &self.records, originals, options: self.options, recall: self.recall };
+            ReadContext { records: &self.records, originals, options: self.options, recall: self.recall };
         let read = |record: &ExportRecord| self.seen_before(&name(&record.key));
         let FilePaint { record, mut report, layers, mask } = file::read(file, reading, &read, task)?;
         let document = name(&record.key);
         let view = PaintedView { photo: record.photo.clone(), camera: record.camera.clone() };
-        let (view_id, known) = (view_id(&view), record.paint.clone());
-        let (photo, size) = (record.photo.name.clone(), [record.photo.width, record.photo.height]);
+        let view_id = view_id(&view);
+        let known = record.paint.clone();
+        let photo = record.photo.name.clone();
+        let size = [record.photo.width, record.photo.height];
         let mut seen: PaintedDocument = self.book.documents.get(&document).cloned().unwrap_or_default();
         for layer in layers {
             if let Some(surfaces) = layer.surfaces {
@@ -238,14 +255,16 @@ impl Desk<'_> {
                     known: &known,
                 };
                 let settled = settle(&self.book, &arrival, surfaces, &|entry| self.pixels(entry))?;
-                if let Some(told) = layer.report.and_then(|index| report.layers.get_mut(index)) {
-                    told.changed = settled.changed;
-                    told.conflicts = settled.conflicts;
+                if let Some(entry) = layer.report.and_then(|index| report.layers.get_mut(index)) {
+                    entry.changed = settled.changed;
+                    entry.conflicts = settled.conflicts;
                 }
                 self.take(settled.removed, settled.added);
             }
             match layer.seen {
-                Some(shown) if shown.painted > 0 => drop(seen.layers.insert(layer.token, shown)),
+                Some(layer_state) if layer_state.painted > 0 => {
+                    drop(seen.layers.insert(layer.token, layer_state))
+                }
                 Some(_) => drop(seen.layers.remove(&layer.token)),
                 None => (),
             }
@@ -264,12 +283,13 @@ impl Desk<'_> {
         Ok(report)
     }
 
-    /// The file's path from the project, as far as there is one: who paints on which copy.
+    /// Returns the file's path from the project, if there is one; it distinguishes copies of one export.
     fn path_of(&self, file: &Path) -> String {
         relative_to(self.project, file).unwrap_or_else(|_| file.display().to_string())
     }
 
-    /// What a document's layers showed at its last import. Those whose paint was lost since are looked at anew.
+    /// Returns what a document's layers showed at its last import. Layers whose paint was lost since are omitted,
+    /// so that they are compared again.
     fn seen_before(&self, document: &str) -> PaintedDocument {
         let mut seen = self.book.documents.get(document).cloned().unwrap_or_default();
         let of_document = self.book.entries.iter().filter(|entry| entry.document == document);
@@ -279,10 +299,12 @@ impl Desk<'_> {
         seen
     }
 
+    /// Returns true when the file of an entry is missing or damaged.
     fn is_lost(&self, entry: &PaintEntry) -> bool {
         !self.pending.contains_key(&entry.file) && self.store.check(entry).is_err()
     }
 
+    /// Returns the paint of an entry; `None` where it is lost.
     fn pixels(&self, entry: &PaintEntry) -> Result<Option<Patch>> {
         match self.pending.get(&entry.file) {
             Some(patch) => Ok(Some(patch.clone())),
@@ -291,10 +313,11 @@ impl Desk<'_> {
         }
     }
 
+    /// Replaces entries of the book.
     fn take(&mut self, removed: Vec<PaintEntry>, added: Vec<(PaintEntry, Patch)>) {
         self.book.entries.retain(|entry| !removed.contains(entry));
         for (mut entry, patch) in added {
-            // No file of paint is called so: all of them lie in folders.
+            // No file of paint has such a name, because all of them are in folders.
             entry.file = format!("+{}", self.pending.len());
             (entry.rect, entry.pixels) = (patch.rect(), patch.count());
             self.pending.insert(entry.file.clone(), patch);
@@ -302,16 +325,17 @@ impl Desk<'_> {
         }
     }
 
-    /// Writes what is pending, then the book that names it, and at last the masks into `project.json`: after a kill
-    /// in between the same file brings them once more, as an import that can be taken back.
-    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<Vec<MaskChange>> {
+    /// Writes the pending paint, then the book that refers to it, and finally the masks into `project.json`. If the
+    /// program is killed in between, the same file imports the masks again, as an import that can be undone.
+    fn commit(mut self, before: &PaintBook, imported: &Imported) -> Result<(Vec<MaskChange>, PaintBook)> {
         for entry in &mut self.book.entries {
             if let Some(patch) = self.pending.get(&entry.file) {
                 self.store.add(entry, patch)?;
             }
         }
         let names = |book: &PaintBook| book.entries.iter().map(PaintEntry::name).collect::<Vec<_>>();
-        let (old, new) = (names(before), names(&self.book));
+        let old = names(before);
+        let new = names(&self.book);
         let gone = before.entries.iter().filter(|entry| !new.contains(&entry.name()));
         let keys = self.book.documents.keys().chain(before.documents.keys());
         let changed = keys.filter(|key| self.book.documents.get(*key) != before.documents.get(*key));
@@ -334,15 +358,16 @@ impl Desk<'_> {
         self.book.tidy();
         self.store.commit(&self.book)?;
         masks.commit(self.project).inspect_err(|_| {
-            // What cannot be written as a whole is taken back as a whole, as far as the disk allows.
+            // The import is atomic: if the masks cannot be written, the paint is undone, too, as far as the disk
+            // permits.
             self.book.take_back();
             let _ = self.store.commit(&self.book);
         })?;
-        Ok(masks.changes)
+        Ok((masks.changes, self.book))
     }
 }
 
-/// A short name of a photo and its camera.
+/// Returns a short id of a photo with its camera.
 fn view_id(view: &PaintedView) -> String {
     let text = crate::io::json::to_json(view);
     crate::io::hash::hash_bytes(&text)[..12].to_owned()

@@ -1,4 +1,4 @@
-//! The pixels of image layers as they were exported: kept, or made again of the stack where it is still the same.
+//! The exported pixels of image layers: stored ones, or recomputed from the stack if it is still the same.
 
 use std::path::Path;
 
@@ -13,46 +13,46 @@ use crate::io::stack_store::StackStore;
 use crate::recipe::layer_pixels::{layer_pixels, unfilled_pixels};
 use crate::recipe::paint::PhotoPaint;
 
-/// What a project knows of the pixels that it has exported.
+/// The sources of a project's exported pixels.
 #[derive(Debug, Clone, Copy)]
-pub struct Originals<'a> {
-    /// What was kept.
+pub struct ExportedPixels<'a> {
+    /// The stored pixels.
     pub kept: &'a Baselines,
     /// The project's folder.
     pub project: &'a Path,
-    /// Its paint.
+    /// The project's paint.
     pub book: &'a PaintBook,
 }
 
-impl Originals<'_> {
-    /// The pixels of a layer of `record`, as large as its baseline; none when they are no longer kept, and the stack of
-    /// today with the paint of that time gives others.
+impl ExportedPixels<'_> {
+    /// Returns the pixels of a layer of `record`, as large as its baseline; `None` when they are no longer stored,
+    /// and the present stack with the paint of that time gives other pixels.
     ///
     /// # Errors
-    /// Those of reading what is kept.
+    /// Returns the errors of reading stored pixels.
     pub fn pixels(&self, record: &ExportRecord, layer: &ExportedLayer) -> Result<Option<Raster>> {
         let kept = self.kept.pixels(&layer.baseline)?;
         Ok(kept.or_else(|| self.made_again(record, layer)))
     }
 
-    /// Only what has the hash of the export is taken, so whatever cannot be read here is merely no help.
+    /// Recomputes the pixels. Only a result with the hash of the export is used, so errors are simply ignored.
     fn made_again(&self, record: &ExportRecord, exported: &ExportedLayer) -> Option<Raster> {
         let store = StackStore::new(self.project);
         let stack = store.current(&record.photo.name).ok()??;
-        let place = stack.image_layers.iter().position(|layer| layer.id == exported.id)?;
-        let rect = stack.image_layers[place].rect;
+        let index = stack.image_layers.iter().position(|layer| layer.id == exported.id)?;
+        let rect = stack.image_layers[index].rect;
         let paint = PhotoPaint::of(&self.book_of(record), PaintStore::new(self.project), &stack);
         let folder = store.folder(&record.photo.name);
         [layer_pixels, unfilled_pixels].into_iter().find_map(|pixels| {
-            let raster = pixels(&stack, &folder, &paint, place).ok()?;
+            let raster = pixels(&stack, &folder, &paint, index).ok()?;
             let at = exported.exported_rect;
-            let shown = raster.clone().cropped(within(rect, at)?);
-            let is_same = shown.hash_at(at.x, at.y) == exported.pixels;
+            let exported_part = raster.clone().cropped(within(rect, at)?);
+            let is_same = exported_part.hash_at(at.x, at.y) == exported.pixels;
             is_same.then(|| Some(raster.cropped(within(rect, exported.baseline.rect)?))).flatten()
         })
     }
 
-    /// The paint that the export showed, as far as it is still known.
+    /// Returns the paint that the export showed, as far as it is still known.
     fn book_of(&self, record: &ExportRecord) -> PaintBook {
         let replaced = self.book.imports.iter().flat_map(|import| &import.replaced);
         let mut entries: Vec<_> = self.book.entries.iter().chain(replaced).cloned().collect();
@@ -63,7 +63,7 @@ impl Originals<'_> {
     }
 }
 
-/// `part` counted from the corner of `whole`; none where it reaches beyond.
+/// Returns `part` relative to the corner of `whole`; `None` where it extends beyond.
 fn within(whole: PixelRect, part: PixelRect) -> Option<PixelRect> {
     let inside = whole.intersection(&part) == part;
     inside.then(|| PixelRect { x: part.x - whole.x, y: part.y - whole.y, ..part })

@@ -1,4 +1,4 @@
-//! What an import changed, to be looked at: each image layer around its changed pixels, before and after.
+//! Previews of an import: each changed image layer around its changed pixels, before and after.
 
 use std::collections::BTreeSet;
 use std::path::Path;
@@ -10,65 +10,73 @@ use crate::document::paint::{PaintBook, Patch};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
-use crate::io::layered::raster::in_8_bits;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
 use crate::task::Task;
 
-/// An image layer of today that looks other for an import.
+/// An image layer that an import changes.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ChangedLayer {
-    /// The photo.
+    /// The photo's name.
     pub photo: String,
-    /// Its place in the stack.
+    /// The index of the layer in the stack.
     pub layer: usize,
-    /// Token.
+    /// The layer's token.
     pub token: String,
-    /// Pixels that look other.
+    /// The number of changed pixels.
     pub pixels: u64,
-    /// What the pictures show, in photo pixels.
+    /// The part that the pictures show, in photo pixels.
     pub rect: PixelRect,
-    /// Without the import, and those after it.
+    /// The layer without the import and later ones.
     pub before: Picture,
-    /// With it.
+    /// The layer with the import.
     pub after: Picture,
 }
 
-/// Around changed pixels this share of their rectangle's longer side is shown, so that one sees where they are.
+/// The margin around changed pixels, as a share of their rectangle's longer side, so that their location can be
+/// recognised.
 const AROUND: f64 = 0.25;
-/// At least so many pixels around them: a single one is seen as well.
+/// The least margin in pixels, so that single pixels are visible, too.
 const LEAST_AROUND: f64 = 12.0;
 
-/// What the import `number` of the project's history changed, sorted by photo and image layer; pictures are at most
-/// `longest` pixels wide and high. None of it where the import is not in the history, or its photos have no stack.
+/// Returns the image layers that the import `number` in the history of the project's paint, `book`, changed, sorted
+/// by photo and image layer, with pictures of at most `longest` pixels in width and height. The result is empty where
+/// the import is not in the history, or its photos have no stack.
 ///
 /// # Errors
-/// When paint, stacks or layers cannot be read; [`crate::Error::Cancelled`].
-pub fn changed_layers(project: &Path, number: u32, longest: u32, task: &Task) -> Result<Vec<ChangedLayer>> {
-    let (paint, stacks) = (PaintStore::new(project), StackStore::new(project));
-    let Some(sides) = sides(paint.read()?, number) else { return Ok(Vec::new()) };
+/// Returns an error when paint, stacks or layers cannot be read, or [`crate::Error::Cancelled`].
+pub fn changed_layers(
+    project: &Path,
+    book: &PaintBook,
+    number: u32,
+    longest: u32,
+    task: &Task,
+) -> Result<Vec<ChangedLayer>> {
+    let paint = PaintStore::new(project);
+    let stacks = StackStore::new(project);
+    let Some(sides) = sides(book.clone(), number) else { return Ok(Vec::new()) };
     let mut changed = Vec::new();
     for photo in &sides.photos {
         let Some(stack) = stacks.current(photo)? else { continue };
         let [before, after] = [&sides.before, &sides.after].map(|b| PhotoPaint::of(b, paint.clone(), &stack));
         for layer in after.differs_on(&before) {
             task.go_on()?;
-            let look = Look { stack: &stack, folder: &stacks.folder(photo), layer, longest };
+            let look = LayerComparison { stack: &stack, folder: &stacks.folder(photo), layer, longest };
             changed.extend(look.at(&before, &after)?);
         }
     }
     Ok(changed)
 }
 
-/// The book of paint before an import and after it.
+/// The paint book before an import and after it.
 struct Sides {
     before: PaintBook,
     after: PaintBook,
     photos: BTreeSet<String>,
 }
 
-/// Takes back one import after the other until this one is.
+/// Undoes imports in memory, the latest first, up to and including this one.
 fn sides(mut book: PaintBook, number: u32) -> Option<Sides> {
     loop {
         let after = book.clone();
@@ -79,51 +87,53 @@ fn sides(mut book: PaintBook, number: u32) -> Option<Sides> {
     }
 }
 
-/// One image layer.
-struct Look<'a> {
+/// An image layer to be compared.
+struct LayerComparison<'a> {
     stack: &'a Stack,
     folder: &'a Path,
     layer: usize,
     longest: u32,
 }
 
-impl Look<'_> {
+impl LayerComparison<'_> {
+    /// Compares the layer with two states of the paint; `None` where they are equal.
     fn at(&self, before: &PhotoPaint, after: &PhotoPaint) -> Result<Option<ChangedLayer>> {
         let layer = &self.stack.image_layers[self.layer];
-        let (old, new) = (before.on(self.stack, self.layer)?, after.on(self.stack, self.layer)?);
+        let old = before.on(self.stack, self.layer)?;
+        let new = after.on(self.stack, self.layer)?;
         let Some((changed, pixels)) = difference(&old, &new) else { return Ok(None) };
         let margin = (AROUND * f64::from(changed.w.max(changed.h))).max(LEAST_AROUND) as u32;
         let rect = changed.grown(margin).intersection(&layer.rect);
-        let shown = |paint: &PhotoPaint| {
+        let picture_with = |paint: &PhotoPaint| {
             let raster = layer_pixels(self.stack, self.folder, paint, self.layer)?;
             let part = PixelRect { x: rect.x - layer.rect.x, y: rect.y - layer.rect.y, ..rect };
             Ok(picture(&raster.cropped(part), self.longest))
         };
-        let (photo, token) = (self.stack.photo.name.clone(), layer.id.clone());
-        let (before, after) = (shown(before)?, shown(after)?);
+        let photo = self.stack.photo.name.clone();
+        let token = layer.id.clone();
+        let (before, after) = (picture_with(before)?, picture_with(after)?);
         Ok(Some(ChangedLayer { photo, layer: self.layer, token, pixels, rect, before, after }))
     }
 }
 
-/// The rectangle of the pixels that two states of paint do not have alike, and how many there are.
+/// Returns the bounding box and the number of the pixels that differ between two states of paint; `None` where
+/// there are none.
 fn difference(old: &Patch, new: &Patch) -> Option<(PixelRect, u64)> {
     let others = |one: &Patch, two: &Patch| {
         let other = one.iter().filter(|(x, y, colour)| two.at(*x, *y) != Some(*colour));
         other.map(|(x, y, _)| (x, y)).collect::<BTreeSet<_>>()
     };
-    let mut places = others(old, new);
-    places.extend(others(new, old));
+    let mut positions = others(old, new);
+    positions.extend(others(new, old));
     let pixel = |&(x, y): &(i32, i32)| PixelRect { x, y, w: 1, h: 1 };
-    let rect = places.iter().map(pixel).reduce(|a, b| a.union(&b))?;
-    Some((rect, places.len() as u64))
+    let rect = positions.iter().map(pixel).reduce(|a, b| a.union(&b))?;
+    Some((rect, positions.len() as u64))
 }
 
-/// A raster as a picture of at most `longest` pixels a side.
+/// Converts a raster to a picture of at most `longest` pixels per side.
 fn picture(raster: &Raster, longest: u32) -> Picture {
     let small = raster.thumbnail(longest);
-    let (width, height) = (small.width(), small.height());
-    let places = (0..height).flat_map(|y| (0..width).map(move |x| (x, y)));
-    Picture { width, height, rgba: places.flat_map(|(x, y)| small.rgba16(x, y).map(in_8_bits)).collect() }
+    Picture { width: small.width(), height: small.height(), rgba: small.samples().big_endian().into_owned() }
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! Where the photo lies on a canvas that came back: as it was, cropped or enlarged, or scaled.
+//! Location of the photo on the canvas of an edited document: unchanged, cropped or enlarged, or scaled.
 
 use std::collections::BTreeMap;
 
@@ -6,22 +6,23 @@ use super::shift::shift;
 use crate::geometry::PixelRect;
 use crate::io::layered::{EditedDocument, Raster};
 
-/// Width and height may have been rounded to whole pixels: by less than this.
+/// The largest error in pixels by which width and height may have been rounded.
 const ROUNDED_PX: f64 = 1.0;
 
-/// The canvas against the photo.
+/// The location of the photo on a canvas.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Place {
-    /// Pixel for pixel; the photo's top left pixel is at this place of the canvas.
+    /// The scale is unchanged; the photo's top-left pixel is at this position of the canvas.
     At([i32; 2]),
-    /// So many pixels of the canvas to one of the photo.
+    /// The image was scaled to this number of canvas pixels per photo pixel.
     Scaled(f64),
-    /// Of another size, and nothing on it says where the photo lies.
+    /// The canvas has another size, and nothing on it tells where the photo is.
     Unclear,
 }
 
-/// Where the photo of `width` x `height` lies on the canvas of a document. `layers` yields layers as they were exported
-/// and as they came back, each with its place; it is asked only where the canvas has another size. Most votes win.
+/// Locates the photo of `width` x `height` on the canvas of a document. `layers` yields layers as they were
+/// exported and as they are in the document, each with its rectangle; it is used only where the canvas has another
+/// size. The majority of the layers decides.
 pub fn place<'a>(
     document: &EditedDocument,
     (width, height): (u32, u32),
@@ -46,6 +47,7 @@ pub fn place<'a>(
     if is_scaled { Place::Scaled(scale) } else { Place::Unclear }
 }
 
+/// Returns the ratio of two sides.
 fn ratio(canvas: u32, photo: u32) -> f64 {
     f64::from(canvas) / f64::from(photo.max(1))
 }

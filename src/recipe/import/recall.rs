@@ -1,5 +1,5 @@
-//! What layers showed when they were looked at before, by the hash of their code: who watches a folder looks at the
-//! same layers again after every save, and most of them are as they were.
+//! A cache of what layers showed at earlier imports, by the hash of their stored data: a watched folder is read
+//! after each save, and most layers of a file have not changed then.
 
 use std::sync::{Mutex, PoisonError};
 
@@ -10,44 +10,44 @@ use crate::geometry::PixelRect;
 use crate::io::hash::Hashing;
 use crate::io::layered::EditedLayer;
 
-/// Kept from import to import, by whoever makes several. What is in it holds for ever: it is found by all that it was
-/// made of.
+/// The cache, kept by callers that import repeatedly. Its entries never become invalid, because their keys cover
+/// everything they were made from.
 #[derive(Debug, Default)]
-pub struct Recall {
-    sights: Mutex<FxHashMap<String, Sight>>,
+pub struct LayerCache {
+    sights: Mutex<FxHashMap<String, CachedLayer>>,
 }
 
-/// What the layers of one token showed together.
+/// The combined layers of one token, without their pixels.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Sight {
-    /// Hash of it in the depth of the export, at its place in the photo.
+pub struct CachedLayer {
+    /// The hash of the pixels in the bit depth of the export, at their position in the photo.
     pub shown: String,
-    /// In canvas pixels.
+    /// The rectangle in canvas pixels.
     pub rect: PixelRect,
-    /// What was not followed of them, and what was taken for granted.
+    /// Notes about what was ignored or assumed.
     pub notes: Vec<String>,
 }
 
-impl Recall {
-    /// What was seen under this code.
-    pub fn sight(&self, code: &str) -> Option<Sight> {
+impl LayerCache {
+    /// Returns the entry of a key.
+    pub fn sight(&self, code: &str) -> Option<CachedLayer> {
         self.sights.lock().unwrap_or_else(PoisonError::into_inner).get(code).cloned()
     }
 
-    /// Keeps what was seen.
-    pub fn keep(&self, code: String, sight: Sight) {
+    /// Stores an entry.
+    pub fn keep(&self, code: String, sight: CachedLayer) {
         self.sights.lock().unwrap_or_else(PoisonError::into_inner).insert(code, sight);
     }
 }
 
-/// A hash of all that the layers of a token show, without decoding it; `desk` is what all layers of the document have in
-/// common. None where the format cannot say.
+/// Returns a hash of everything that determines what the layers of a token show, without decoding their pixels;
+/// `desk` contains what all layers of the document share. `None` where the format does not permit that.
 ///
 /// # Errors
-/// Those of reading the file.
-pub fn code_of(desk: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
+/// Returns the errors of reading the file.
+pub fn key_of_layers(context: &str, layers: &[&EditedLayer]) -> Result<Option<String>> {
     let mut hashing = Hashing::default();
-    hashing.add(desk.as_bytes());
+    hashing.add(context.as_bytes());
     for layer in layers {
         let Some(pixels) = layer.pixels.code()? else { return Ok(None) };
         let look =
@@ -74,18 +74,20 @@ mod tests {
     const RECT: PixelRect = PixelRect { x: 1, y: 2, w: 3, h: 4 };
 
     fn layer(stored: &'static str) -> EditedLayer {
-        let pixels = Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight))).with_code(|| Ok(stored.to_owned()));
+        let pixels =
+            Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight))).with_stored_hash(|| Ok(stored.to_owned()));
         EditedLayer::plain("wall", RECT, pixels)
     }
 
     fn masked(stored: &'static str, enabled: bool) -> EditedLayer {
-        let grey = Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![])))).with_code(|| Ok(stored.to_owned()));
+        let grey =
+            Lazy::new(|| Ok(Grey::new(0, 0, Samples::U8(vec![])))).with_stored_hash(|| Ok(stored.to_owned()));
         let mask = EditedMask { rect: RECT, outside: 1.0, enabled, pixels: grey };
         EditedLayer { masks: vec![Arc::new(mask)], ..layer("a") }
     }
 
     fn code(layers: &[&EditedLayer]) -> String {
-        code_of("desk", layers).unwrap().expect("all layers know their code")
+        key_of_layers("desk", layers).unwrap().expect("all layers know their code")
     }
 
     #[test]
@@ -104,7 +106,7 @@ mod tests {
         ];
         let mut codes: Vec<String> = different.iter().map(|layer| code(&[layer])).collect();
         codes.push(code(&[&layer("a"), &layer("a")]));
-        codes.push(code_of("another desk", &[&layer("a")]).unwrap().unwrap());
+        codes.push(key_of_layers("another desk", &[&layer("a")]).unwrap().unwrap());
         assert_eq!(codes[0], code(&[&layer("a")]));
         let all = codes.len();
         codes.sort();
@@ -116,6 +118,6 @@ mod tests {
     fn what_cannot_say_what_it_is_decoded_from_is_looked_at_each_time() {
         let pixels = Lazy::new(|| Ok(Raster::blank(3, 4, Depth::Eight)));
         let unknown = EditedLayer { pixels, ..layer("a") };
-        assert_eq!(code_of("desk", &[&layer("a"), &unknown]).unwrap(), None);
+        assert_eq!(key_of_layers("desk", &[&layer("a"), &unknown]).unwrap(), None);
     }
 }

@@ -1,30 +1,30 @@
-//! What an import found, layer by layer.
+//! The report of an import, by file and layer.
 
 use std::path::PathBuf;
 
 use serde::Serialize;
 
-/// What became of one edited file.
+/// The report of one edited file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct FileReport {
     /// The file or folder.
     pub file: PathBuf,
-    /// The photo that it is of.
+    /// The photo to which it belongs.
     pub photo: String,
-    /// Key of the export that it came from.
+    /// The key of the export from which it comes.
     pub key: String,
-    /// Where the photo's top left pixel lies on the canvas, when the canvas was cropped or enlarged.
+    /// The position of the photo's top-left pixel on the canvas, if the canvas was cropped or enlarged.
     pub offset: [i32; 2],
-    /// Pixels of the canvas per pixel of the photo, when the image was scaled.
+    /// The number of canvas pixels per photo pixel, if the image was scaled.
     pub scale: f64,
-    /// From the bottom to the top as in the file, then those that are missing.
+    /// The layers from bottom to top as in the file, then the missing ones.
     pub layers: Vec<LayerReport>,
-    /// What was not understood, and what was taken for granted.
+    /// Notes about what was ignored or assumed.
     pub notes: Vec<String>,
 }
 
 impl FileReport {
-    /// The layers of which nothing is taken home although they may have been painted on, for the exit status.
+    /// Returns a message about layers that were left out although they may contain paint, for the exit status.
     pub fn problem(&self) -> Option<String> {
         let left_out = self.layers.iter().filter(|layer| layer.state == LayerState::LeftOut);
         let reasons = left_out.map(|layer| format!("{}: {}", layer.name, layer.notes.join("; ")));
@@ -34,68 +34,69 @@ impl FileReport {
     }
 }
 
-/// What became of one image layer, or of a layer that is none.
+/// The report of an image layer, or of another layer of the file.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct LayerReport {
-    /// Its name in the file; that of the export, when it is missing.
+    /// The layer's name in the file, or that in the export for a missing layer.
     pub name: String,
-    /// Token of the image layer.
+    /// The token of the image layer.
     pub token: Option<String>,
-    /// In one word.
+    /// The layer's state.
     pub state: LayerState,
-    /// Painted (of a mask: masked) pixels, also those that were imported before.
+    /// The number of painted (for a mask: masked) pixels, including those that were imported before.
     pub painted: u64,
-    /// Those of them that were painted away.
+    /// The number of painted pixels that were erased.
     pub erased: u64,
-    /// Pixels whose paint (of a mask: whether they are masked) is other than it was in the project.
+    /// The number of pixels whose paint (for a mask: masking) differs from the project's.
     pub changed: u64,
-    /// By how many pixels it was moved, against all others; taken home from where it belongs.
+    /// The offset in pixels by which the layer was moved against all others; its paint is imported to its proper
+    /// position.
     pub moved: Option<[i32; 2]>,
-    /// Cropped or enlarged.
+    /// Whether the layer was cropped or enlarged.
     pub resized: bool,
-    /// Its name is another one, but for the token.
+    /// Whether the layer's name was changed, apart from the token.
     pub renamed: bool,
-    /// Paint of other files that it contradicts; it lies on top.
+    /// Conflicting paint of other files, above which it is placed.
     pub conflicts: Vec<Conflict>,
-    /// What was left out.
+    /// Notes about what was left out.
     pub notes: Vec<String>,
 }
 
-/// How a layer came back.
+/// The state of a layer in an edited file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum LayerState {
-    /// As it was exported.
+    /// The layer is as it was exported.
     Unchanged,
-    /// With paint on it.
+    /// The layer was painted on.
     Painted,
-    /// Not in the file; its paint in the project stays.
+    /// The layer is not in the file; its paint in the project stays.
     Missing,
-    /// It says what is masked in the photo.
+    /// The layer masks pixels of the photo.
     Mask,
-    /// Of no image layer that this project has exported.
+    /// The layer is not an image layer that this project has exported.
     Unknown,
-    /// The photo or a guide, painted on: nothing of that is taken home.
+    /// The layer is the photo or a guide and was painted on, which is not imported.
     PaintedHelper,
-    /// Something about it could not be understood; nothing of it is taken home.
+    /// The layer could not be understood and is not imported.
     LeftOut,
 }
 
-/// Paint from another file at the same pixels, with other colours.
+/// Paint from another file at the same pixels with other colours.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Conflict {
-    /// `object[index]`.
+    /// The face as `object[index]`.
     pub face: String,
-    /// Number of the import that brought it.
+    /// The number of the import from which it comes.
     pub import: u32,
-    /// Key of the document that it was painted in.
+    /// The key of the document in which it was painted.
     pub document: String,
-    /// Pixels.
+    /// The number of conflicting pixels.
     pub pixels: u64,
 }
 
 impl LayerReport {
-    /// A layer about which nothing more is known yet.
+    /// Makes a report with a state and nothing else.
     pub fn new(name: &str, token: Option<&str>, state: LayerState) -> Self {
         Self {
             name: name.to_owned(),
@@ -114,7 +115,7 @@ impl LayerReport {
 }
 
 impl LayerState {
-    /// As a table says it.
+    /// Returns the word for tables.
     pub fn word(self) -> &'static str {
         match self {
             Self::Unchanged => "unchanged",

@@ -1,20 +1,23 @@
-//! A document whose image was scaled: its paint, brought back to the photo's size.
+//! Import of scaled documents: their paint is resampled to the photo's size.
 //!
-//! Nothing of a scaled image is as it was, and nobody knows by what filter it was made. So a pixel counts as paint
-//! only where it lies outside of all that the neighbourhood showed before: filters mix neighbours, and overshoot a
-//! little. Faint paint is lost that way, which is why this is done on request only.
+//! No pixel of a scaled image is as it was, and the filter is unknown. So a pixel counts as paint only where it is
+//! outside the range of all colours that its neighbourhood had before: filters mix neighbours, and overshoot a
+//! little. Faint paint is lost by this, which is why it is done on request only.
+
+use glam::DVec2;
 
 use super::compare::Placed;
 use crate::document::paint::{Colour, ERASED, Patch};
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
+use crate::raster::bilinear::Corner;
 
-/// How far beyond the neighbourhood's range a colour has to lie, of 65535: sharpening filters overshoot by a tenth
-/// of a step in brightness, which is seldom more than half of the range.
+/// The distance from the neighbourhood's range, of 65535, from which on a colour counts as paint: sharpening
+/// filters overshoot by a tenth of a step in brightness, which is rarely more than half of the range.
 const BEYOND: u16 = 20 * 257;
 
-/// A raster of the canvas at the photo's size, with its place in photo pixels: bilinear, which is what a doubled or a
-/// halved image needs. Alpha is not multiplied in.
+/// Resamples a raster of the canvas to the photo's size, bilinearly, which suits doubled and halved images. Returns
+/// it with its rectangle in photo pixels. Alpha is not premultiplied.
 pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelRect) {
     let low = |edge: i32| (f64::from(edge) / scale).floor() as i32;
     let high = |edge: i32| (f64::from(edge) / scale).ceil() as i32;
@@ -22,52 +25,45 @@ pub fn unscaled(pixels: &Raster, rect: PixelRect, scale: f64) -> (Raster, PixelR
     let mut out = Raster::blank(at.w, at.h, pixels.depth());
     for y in 0..at.h {
         for x in 0..at.w {
-            let u = (f64::from(at.x) + f64::from(x) + 0.5) * scale - f64::from(rect.x) - 0.5;
-            let v = (f64::from(at.y) + f64::from(y) + 0.5) * scale - f64::from(rect.y) - 0.5;
-            out.set_rgba16(x, y, bilinear(pixels, u, v));
+            let u = (f64::from(at.x) + f64::from(x) + 0.5) * scale - f64::from(rect.x);
+            let v = (f64::from(at.y) + f64::from(y) + 0.5) * scale - f64::from(rect.y);
+            out.set_rgba16(x, y, between(pixels, DVec2::new(u, v)));
         }
     }
     (out, at)
 }
 
-/// The colour at a place between pixel centres; empty outside.
-fn bilinear(pixels: &Raster, u: f64, v: f64) -> Colour {
-    let (left, top) = (u.floor(), v.floor());
-    let (mut sum, mut alpha) = ([0.0; 3], 0.0);
-    for (dx, wx) in [(0.0, 1.0 - (u - left)), (1.0, u - left)] {
-        for (dy, wy) in [(0.0, 1.0 - (v - top)), (1.0, v - top)] {
-            let (x, y) = (left + dx, top + dy);
-            let inside =
-                x >= 0.0 && y >= 0.0 && x < f64::from(pixels.width()) && y < f64::from(pixels.height());
-            if inside && wx * wy > 0.0 {
-                let colour = pixels.rgba16(x as u32, y as u32);
-                let weight = wx * wy * f64::from(colour[3]);
-                (0..3).for_each(|i| sum[i] += weight * f64::from(colour[i]));
-                alpha += weight;
-            }
-        }
+/// Interpolates the colour at a position; transparent outside.
+fn between(pixels: &Raster, px: DVec2) -> Colour {
+    let whole = PixelRect::of_size(pixels.width(), pixels.height());
+    let mut sum = [0.0; 3];
+    let mut alpha = 0.0;
+    for (x, y, weight) in Corner::of(px).taps().into_iter().filter(|(x, y, _)| whole.contains(*x, *y)) {
+        let colour = pixels.rgba16(x as u32, y as u32);
+        let weight = weight * f64::from(colour[3]);
+        (0..3).for_each(|i| sum[i] += weight * f64::from(colour[i]));
+        alpha += weight;
     }
     let colour = |i: usize| if alpha > 0.0 { (sum[i] / alpha).round() as u16 } else { 0 };
     [colour(0), colour(1), colour(2), alpha.round() as u16]
 }
 
-/// The paint on a layer at the photo's size, which was scaled by `scale` and back.
+/// Returns the paint on a layer that was scaled by `scale` and is resampled to the photo's size.
 pub fn repainted(base: Placed, found: Placed, scale: f64) -> Patch {
-    // Filters of three lobes reach three pixels of the coarser image.
+    // Filters with three lobes reach three pixels of the coarser image.
     let reach = (3.0 / scale.min(1.0)).ceil() as i32;
     let rect = if base.rect.is_empty() { found.rect } else { base.rect.union(&found.rect) };
     let mut painted = Vec::new();
-    for y in rect.y..rect.bottom() {
-        for x in rect.x..rect.right() {
-            let colour = found.at(x, y);
-            if found.at(x, y) != base.at(x, y) && is_paint(base, colour, x, y, reach) {
-                painted.push((x, y, if colour[3] == 0 { ERASED } else { colour }));
-            }
+    for (x, y) in rect.pixels() {
+        let colour = found.at(x, y);
+        if colour != base.at(x, y) && is_paint(base, colour, x, y, reach) {
+            painted.push((x, y, if colour[3] == 0 { ERASED } else { colour }));
         }
     }
     Patch::of_pixels(&painted)
 }
 
+/// Returns true when a colour is outside the range of its neighbourhood before.
 fn is_paint(base: Placed, colour: Colour, x: i32, y: i32, reach: i32) -> bool {
     let (mut low, mut high): (Colour, Colour) = ([u16::MAX; 4], [0; 4]);
     for v in y - reach..=y + reach {
@@ -99,7 +95,7 @@ mod tests {
     }
 
     fn square(side: u32) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: side, h: side }
+        PixelRect::of_size(side, side)
     }
 
     #[test]

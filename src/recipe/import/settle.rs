@@ -1,8 +1,8 @@
-//! New paint meets the project's: what stays, what is replaced, what contradicts.
+//! Merging of new paint with the project's: what stays, what is replaced, what conflicts.
 //!
-//! The paint of a layer of a document is *all* of its paint: what was imported from it before and is not there any
-//! more was taken back in the editor. A pixel that is as it was imported before keeps its place among the
-//! imports, so that saving a file again brings none of its old strokes above another file's newer ones.
+//! The paint of a document's layer is *all* of its paint: earlier paint that it no longer contains was removed in
+//! the editor. A pixel that is the same as at an earlier import keeps its position among the imports, so that
+//! saving a file again does not move its old strokes above newer ones of another file.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -12,102 +12,108 @@ use super::report::Conflict;
 use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::error::Result;
 
-/// What is being imported: one layer of one document.
+/// The layer of a document that is being imported.
 pub struct Arrival<'a> {
-    /// The photo.
+    /// The photo's name.
     pub photo: &'a str,
-    /// Token.
+    /// The layer's token.
     pub layer: &'a str,
-    /// Key.
+    /// The key of the document.
     pub document: &'a str,
-    /// Number of this import.
+    /// The number of this import.
     pub import: u32,
-    /// Camera of the document.
+    /// The id of the document's camera.
     pub view: &'a str,
-    /// Files of paint that were exported with it: painting over them contradicts nobody.
+    /// The files of paint that were visible in the export: replacing them is not a conflict.
     pub known: &'a BTreeSet<String>,
 }
 
-/// A surface with paint.
+/// The paint of a surface.
 #[derive(Debug, Clone, PartialEq)]
-pub struct OnSurface {
-    /// Unique name of the object.
+pub struct SurfacePaint {
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Of a face that is not planar.
+    /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
-    /// Past all outlines.
+    /// Whether the paint is outside of all outlines.
     pub beyond: bool,
-    /// As it is in the document's camera's world.
+    /// The surface's outline in world coordinates, at the time of the export.
     pub outline: Vec<[f64; 3]>,
-    /// All of its paint in the layer.
+    /// All paint on it in the layer.
     pub patch: Patch,
 }
 
-/// How the book changes.
+/// The changes to be made in the paint book.
 #[derive(Debug, Default)]
-pub struct Settled {
-    /// Entries that go, as they are in the book.
+pub struct BookChanges {
+    /// The entries to be removed, as they are in the book.
     pub removed: Vec<PaintEntry>,
-    /// Entries that come, without a file yet.
+    /// The entries to be added, which have no file yet.
     pub added: Vec<(PaintEntry, Patch)>,
-    /// Pixels that show other paint than before, each once, however many surfaces and documents share it.
+    /// The number of pixels that show other paint than before, each counted once, however many surfaces and
+    /// documents share it.
     pub changed: u64,
-    /// Paint of other documents that is contradicted.
+    /// Conflicts with paint of other documents.
     pub conflicts: Vec<Conflict>,
 }
 
+/// Object, face, triangle, and whether the paint is outside of all outlines.
 type SurfaceKey = (String, u32, Option<u32>, bool);
 
+/// Returns the surface of an entry.
 fn key_of(entry: &PaintEntry) -> SurfaceKey {
     (entry.object.clone(), entry.face, entry.triangle, entry.beyond)
 }
 
-/// Brings the paint of one layer into the book; `read` gives the pixels of an entry, none where its picture is damaged.
+/// Merges the paint of one layer into the book. `read` returns the pixels of an entry, or `None` where its file is
+/// damaged.
 ///
 /// # Errors
-/// What `read` says.
+/// Returns the errors of `read`.
 pub fn settle(
     book: &PaintBook,
     arrival: &Arrival,
-    surfaces: Vec<OnSurface>,
+    surfaces: Vec<SurfacePaint>,
     read: &dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
-) -> Result<Settled> {
+) -> Result<BookChanges> {
     let of_photo: Vec<&PaintEntry> = book.of_photo(arrival.photo);
     let is_own = |entry: &&PaintEntry| entry.document == arrival.document && entry.layer == arrival.layer;
-    let mut by_surface: BTreeMap<SurfaceKey, OnSurface> = BTreeMap::new();
+    let mut by_surface: BTreeMap<SurfaceKey, SurfacePaint> = BTreeMap::new();
     for surface in surfaces {
         let key = (surface.object.clone(), surface.face, surface.triangle, surface.beyond);
         by_surface.insert(key, surface);
     }
-    let (mut settled, mut changed) = (Settled::default(), FxHashSet::default());
+    let (mut settled, mut changed) = (BookChanges::default(), FxHashSet::default());
     let own_keys: BTreeSet<SurfaceKey> = of_photo.iter().copied().filter(is_own).map(key_of).collect();
     let keys: BTreeSet<SurfaceKey> = by_surface.keys().cloned().chain(own_keys).collect();
     for key in keys {
         let (own, others): (Vec<&PaintEntry>, Vec<&PaintEntry>) =
             of_photo.iter().copied().filter(|entry| key_of(entry) == key).partition(is_own);
         let surface = by_surface.remove(&key);
-        Meeting { arrival, own, others, read }.settle(surface, &mut settled, &mut changed)?;
+        SurfaceMerge { arrival, own, others, read }.settle(surface, &mut settled, &mut changed)?;
     }
     settled.changed = changed.len() as u64;
     Ok(settled)
 }
 
-/// New and old paint of one surface.
-struct Meeting<'a> {
+/// New and existing paint of one surface.
+struct SurfaceMerge<'a> {
     arrival: &'a Arrival<'a>,
-    /// Of the same layer of the same document, earlier imports first.
+    /// The entries of the same layer of the same document, earlier imports first.
     own: Vec<&'a PaintEntry>,
+    /// All other entries on the surface.
     others: Vec<&'a PaintEntry>,
     read: &'a dyn Fn(&PaintEntry) -> Result<Option<Patch>>,
 }
 
-impl Meeting<'_> {
+impl SurfaceMerge<'_> {
+    /// Merges the new paint of the surface with the existing entries.
     fn settle(
         &self,
-        surface: Option<OnSurface>,
-        settled: &mut Settled,
+        surface: Option<SurfacePaint>,
+        settled: &mut BookChanges,
         changed: &mut FxHashSet<(i32, i32)>,
     ) -> Result<()> {
         let others = self.shown_by_others()?;
@@ -115,7 +121,7 @@ impl Meeting<'_> {
         let mut kept = Vec::new();
         for &entry in self.own.iter().rev() {
             let Some(before) = (self.read)(entry)? else {
-                // The layer has all of its paint, so it has what was lost.
+                // The layer contains all of its paint, including what was lost.
                 settled.removed.push(entry.clone());
                 continue;
             };
@@ -146,24 +152,25 @@ impl Meeting<'_> {
         Ok(())
     }
 
-    /// What all other paint of the surface shows together.
+    /// Returns the combined paint of all other entries of the surface.
     fn shown_by_others(&self) -> Result<Patch> {
-        let mut shown = Patch::of_pixels(&[]);
+        let mut combined = Patch::of_pixels(&[]);
         for entry in &self.others {
             if let Some(patch) = (self.read)(entry)? {
-                shown = shown.under(&patch);
+                combined = combined.under(&patch);
             }
         }
-        Ok(shown)
+        Ok(combined)
     }
 
-    /// Own paint that nobody's newer paint lies over becomes one with the new paint.
+    /// Combines own paint that no newer paint of others covers with the new paint.
     fn gather_newest(&self, kept: &mut [(&PaintEntry, Patch, Patch)], fresh: Patch) -> Patch {
         let newest_other = self.others.iter().map(|entry| entry.import).max().unwrap_or(0);
         let own = kept.iter_mut().filter(|(entry, ..)| entry.import > newest_other);
         own.fold(fresh, |fresh, (_, _, stays)| std::mem::replace(stays, Patch::of_pixels(&[])).under(&fresh))
     }
 
+    /// Returns the conflicts of new paint with other documents, except paint that was visible in the export.
     fn conflicts(&self, fresh: &Patch) -> Result<Vec<Conflict>> {
         let mut conflicts = Vec::new();
         let others = self.others.iter().filter(|entry| entry.document != self.arrival.document);
@@ -179,7 +186,8 @@ impl Meeting<'_> {
         Ok(conflicts)
     }
 
-    fn entry(&self, surface: OnSurface) -> PaintEntry {
+    /// Makes the entry for new paint.
+    fn entry(&self, surface: SurfacePaint) -> PaintEntry {
         let patch = surface.patch.rect();
         PaintEntry {
             photo: self.arrival.photo.to_owned(),
@@ -217,10 +225,10 @@ mod tests {
 
     impl Shelf {
         /// Imports paint of the wall from a document.
-        fn import(&mut self, document: &str, import: u32, pixels: &[(i32, i32, Colour)]) -> Settled {
+        fn import(&mut self, document: &str, import: u32, pixels: &[(i32, i32, Colour)]) -> BookChanges {
             let arrival =
                 Arrival { photo: "a.png", layer: "t1", document, import, view: "v", known: &self.known };
-            let surface = OnSurface {
+            let surface = SurfacePaint {
                 object: "wall".into(),
                 face: 0,
                 triangle: None,
@@ -241,7 +249,7 @@ mod tests {
             settled
         }
 
-        /// What is to be seen, from the left.
+        /// Returns the visible colours, from left to right.
         fn seen(&self) -> Vec<(i32, Colour)> {
             let all = self.book.of_photo("a.png").into_iter().map(|entry| self.patches[&entry.file].clone());
             let all = all.reduce(|below, above| below.under(&above)).unwrap_or(Patch::of_pixels(&[]));
@@ -295,7 +303,7 @@ mod tests {
         let conflict = Conflict { face: "wall[0]".into(), import: 1, document: "k1".into(), pixels: 1 };
         assert_eq!(second.conflicts, [conflict]);
         assert_eq!(shelf.seen(), [(0, RED), (1, BLUE), (2, BLUE)]);
-        // A stroke elsewhere in the first file does not bring its old one up.
+        // A stroke elsewhere in the first file does not move its old one to the top.
         shelf.import("k1", 3, &[(0, 0, RED), (1, 0, RED), (9, 0, RED)]);
         assert_eq!(shelf.seen(), [(0, RED), (1, BLUE), (2, BLUE), (9, RED)]);
     }

@@ -1,26 +1,27 @@
-//! Whose paint it is: every painted pixel goes to the surfaces that cover it in its image layer, and what was
-//! painted past all outlines to the surface that is nearest.
+//! Assignment of paint to surfaces: every painted pixel belongs to the surfaces that cover it in its image layer,
+//! and paint outside of all outlines belongs to the nearest surface.
 
 use std::collections::VecDeque;
 
 use crate::document::paint::{Colour, Patch};
 use crate::geometry::PixelRect;
+use crate::raster::Image;
 use crate::recipe::paint::parts::{Parts, holds};
 
-/// A surface of an image layer, by its place among the layer's parts, with its paint.
+/// The paint of one surface of an image layer.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Share {
-    /// The part; pieces of one surface are all named by the first one.
+pub struct SurfaceShare {
+    /// The index among the layer's parts; for a surface in several pieces, that of the first one.
     pub part: usize,
-    /// Past all outlines.
+    /// Whether the paint is outside of all outlines.
     pub beyond: bool,
-    /// Its paint.
+    /// The paint.
     pub patch: Patch,
 }
 
-/// Shares out the paint of an image layer. Coplanar surfaces that cover the same pixel all get it: it shows
-/// whichever of them is drawn there.
-pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
+/// Assigns the paint of an image layer to surfaces. Coplanar surfaces that cover the same pixel all get it, so that
+/// it is visible whichever of them is drawn there.
+pub fn shared(paint: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
     let mut shares = Vec::new();
     for (index, part) in parts.list.iter().enumerate() {
         let same = |other: &usize| {
@@ -34,7 +35,7 @@ pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
         let covers = |x, y| pieces.iter().any(|&piece| holds(parts.covered(&parts.list[piece]), x, y));
         let patch = paint.picked(|x, y, _| covers(x, y));
         if !patch.is_empty() {
-            shares.push(Share { part: index, beyond: false, patch });
+            shares.push(SurfaceShare { part: index, beyond: false, patch });
         }
     }
     let past = paint.picked(|x, y, _| parts.at(x, y).next().is_none());
@@ -42,58 +43,54 @@ pub fn shared(paint: &Patch, parts: &Parts) -> Vec<Share> {
     shares
 }
 
-/// What lies past all outlines, by the surface that is the fewest steps away.
-fn by_nearest(past: &Patch, parts: &Parts) -> Vec<Share> {
+/// Assigns paint outside of all outlines to the surface that is the fewest steps away.
+fn by_nearest(past: &Patch, parts: &Parts) -> Vec<SurfaceShare> {
     if past.is_empty() || parts.list.is_empty() {
         return Vec::new();
     }
-    let nearest = Nearest::around(past.rect(), parts);
+    let nearest = NearestParts::around(past.rect(), parts);
     let mut pixels: Vec<Vec<(i32, i32, Colour)>> = vec![Vec::new(); parts.list.len()];
     past.iter().for_each(|(x, y, colour)| pixels[nearest.at(x, y)].push((x, y, colour)));
-    let share =
-        |(part, pixels): (usize, Vec<_>)| Share { part, beyond: true, patch: Patch::of_pixels(&pixels) };
+    let share = |(part, pixels): (usize, Vec<_>)| SurfaceShare {
+        part,
+        beyond: true,
+        patch: Patch::of_pixels(&pixels),
+    };
     pixels.into_iter().enumerate().filter(|(_, pixels)| !pixels.is_empty()).map(share).collect()
 }
 
-/// For every pixel of a rectangle the part that is the fewest steps away.
-struct Nearest {
-    rect: PixelRect,
-    part: Vec<u32>,
+/// The nearest part for each pixel of a rectangle, by the number of steps.
+struct NearestParts {
+    part: Image<u32>,
 }
 
-const NOBODY: u32 = u32::MAX;
+/// Marks a pixel without a part.
+const NO_PART: u32 = u32::MAX;
 
-impl Nearest {
+impl NearestParts {
+    /// Finds the nearest parts around and within the bounds of all parts.
     fn around(past: PixelRect, parts: &Parts) -> Self {
         let bounds = parts.list.iter().map(|part| parts.covered(part).bounds()).filter(|b| !b.is_empty());
         let rect = bounds.reduce(|a, b| a.union(&b)).map_or(past, |bounds| bounds.union(&past));
-        let mut nearest = Self { rect, part: vec![NOBODY; rect.area() as usize] };
+        let mut nearest = Self { part: Image::filled(rect, NO_PART) };
         for (index, part) in parts.list.iter().enumerate() {
             for (y, run) in parts.covered(part).iter() {
-                run.clone()
-                    .for_each(|x| *nearest.entry(x, y).expect("it is within the bounds") = index as u32);
+                let first = rect.offset(run.start, y);
+                nearest.part.pixels_mut()[first..first + run.len()].fill(index as u32);
             }
         }
-        nearest.spread();
+        nearest.propagate();
         nearest
     }
 
-    fn entry(&mut self, x: i32, y: i32) -> Option<&mut u32> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| &mut self.part[(y - top) as usize * w as usize + (x - left) as usize])
-    }
-
-    /// From all covered pixels at once, step by step.
-    fn spread(&mut self) {
-        let rect = self.rect;
-        let places = (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (x, y)));
-        let mut front: VecDeque<(i32, i32)> =
-            places.zip(&self.part).filter(|(_, part)| **part != NOBODY).map(|(place, _)| place).collect();
+    /// Propagates part indices from all covered pixels at once (a breadth-first search).
+    fn propagate(&mut self) {
+        let covered = self.part.iter().filter(|(_, part)| **part != NO_PART);
+        let mut front: VecDeque<(i32, i32)> = covered.map(|(position, _)| position).collect();
         while let Some((x, y)) = front.pop_front() {
-            let part = *self.entry(x, y).expect("only pixels of the rectangle are in the queue");
+            let part = *self.part.get(x, y).expect("only pixels of the rectangle are in the queue");
             for (x, y) in [(x, y - 1), (x - 1, y), (x + 1, y), (x, y + 1)] {
-                if let Some(next) = self.entry(x, y).filter(|next| **next == NOBODY) {
+                if let Some(next) = self.part.get_mut(x, y).filter(|next| **next == NO_PART) {
                     *next = part;
                     front.push_back((x, y));
                 }
@@ -101,10 +98,10 @@ impl Nearest {
         }
     }
 
-    /// Where no part covers any pixel the first one takes all.
+    /// Returns the nearest part of a pixel; the first part, if none covers any pixel.
     fn at(&self, x: i32, y: i32) -> usize {
-        let at = (y - self.rect.y) as usize * self.rect.w as usize + (x - self.rect.x) as usize;
-        if self.part[at] == NOBODY { 0 } else { self.part[at] as usize }
+        let part = self.part.get(x, y).filter(|part| **part != NO_PART);
+        part.map_or(0, |part| *part as usize)
     }
 }
 
@@ -113,9 +110,9 @@ mod tests {
     use super::*;
     use crate::document::Element;
     use crate::document::stack::{StackCamera, StackPhoto, Surface};
-    use crate::recipe::paint::parts::Scenery;
+    use crate::recipe::paint::parts::PartSource;
 
-    /// Squares of 4 x 4 pixels at these columns.
+    /// Makes squares of 4 x 4 pixels at these columns.
     fn with_parts(columns: &[f64], test: impl Fn(&Parts)) {
         let photo = StackPhoto { name: "a".into(), width: 30, height: 8 };
         let camera = StackCamera {
@@ -132,14 +129,14 @@ mod tests {
                 .to_vec(),
         };
         let surfaces: Vec<Surface> = (0..).zip(columns).map(square).collect();
-        let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
+        let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let faces = (0..columns.len() as u32).collect();
         let element = Element { object: "o".into(), faces, pieces: vec![], back: vec![] };
-        test(&scenery.parts(&[(&element, None)], PixelRect { x: 0, y: 0, w: 16, h: 8 }));
+        test(&scenery.parts(&[(&element, None)], PixelRect::of_size(16, 8)));
     }
 
-    fn paint(places: &[(i32, i32)]) -> Patch {
-        Patch::of_pixels(&places.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
+    fn paint(pixels: &[(i32, i32)]) -> Patch {
+        Patch::of_pixels(&pixels.iter().map(|&(x, y)| (x, y, [257; 4])).collect::<Vec<_>>())
     }
 
     fn summary(paint: &Patch, parts: &Parts) -> Vec<(usize, bool, u64)> {

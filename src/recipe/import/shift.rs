@@ -1,21 +1,22 @@
-//! Where a layer lies: the offset between what was exported and what came back, told from the pixels themselves.
+//! Detection of a moved layer: the offset between exported and edited pixels, found from the pixels themselves.
 
 use rustc_hash::FxHashMap;
 
 use crate::geometry::PixelRect;
 use crate::io::layered::Raster;
 
-/// Neighbouring pixels that make a pattern; three of a photo are seldom the same anywhere else.
+/// The number of adjacent pixels that form a pattern; three pixels of a photo rarely occur again elsewhere.
 const PATTERN: u32 = 3;
-/// Patterns that are looked for: enough to outvote chance and paint.
+/// The number of patterns that are searched for: enough to outvote chance and paint.
 const SOUGHT: usize = 4096;
-/// An offset needs so many votes at least, and ...
+/// The least number of votes for an offset ...
 const LEAST_VOTES: usize = 12;
-/// ... this share of all that were found somewhere.
+/// ... and its least share of all votes.
 const LEAST_SHARE: f64 = 0.3;
 
-/// By how much `found` lies beside where `base` says: a pixel of `base` at (x, y) is at (x + dx, y + dy). Told by
-/// patterns of neighbouring pixels that `base` has once; none where too few of them are found again.
+/// Returns the offset of `found` from `base`: a pixel of `base` at (x, y) is at (x + dx, y + dy) in `found`. It is
+/// determined from patterns of adjacent pixels that occur once in `base`; `None` where too few of them are found
+/// again.
 pub fn shift(base: &Raster, at: PixelRect, found: &Raster, found_at: PixelRect) -> Option<[i32; 2]> {
     let wanted = distinctive(base);
     let mut votes: FxHashMap<[i32; 2], usize> = FxHashMap::default();
@@ -34,21 +35,21 @@ pub fn shift(base: &Raster, at: PixelRect, found: &Raster, found_at: PixelRect) 
 
 type Pattern = [[u16; 4]; PATTERN as usize];
 
-/// Patterns of opaque pixels with their place; `None` where there are several.
+/// Returns patterns of opaque pixels with their position; `None` for patterns that occur several times.
 fn distinctive(raster: &Raster) -> FxHashMap<Pattern, Option<(u32, u32)>> {
     let all = u64::from(raster.width()) * u64::from(raster.height());
-    // Every so manieth row holds enough of them; a prime step meets no rhythm of the facade.
+    // Every n-th row contains enough patterns; a prime step is not in phase with a periodic facade.
     let step = if all as usize > 64 * SOUGHT { 7 } else { 1 };
-    let mut places = FxHashMap::default();
+    let mut positions = FxHashMap::default();
     each_pattern(raster, |x, y, pattern| {
         if y % step == 0 && pattern[0] != pattern[1] && pattern[1] != pattern[2] {
-            places.entry(pattern).and_modify(|place| *place = None).or_insert(Some((x, y)));
+            positions.entry(pattern).and_modify(|position| *position = None).or_insert(Some((x, y)));
         }
     });
-    places
+    positions
 }
 
-/// Calls `take` for every run of opaque pixels.
+/// Calls `take` for each run of opaque pixels.
 fn each_pattern(raster: &Raster, mut take: impl FnMut(u32, u32, Pattern)) {
     for y in 0..raster.height() {
         for x in 0..raster.width().saturating_sub(PATTERN - 1) {
@@ -64,10 +65,10 @@ fn each_pattern(raster: &Raster, mut take: impl FnMut(u32, u32, Pattern)) {
 mod tests {
     use super::*;
     use crate::scene::Samples;
-    use crate::scene::synthetic::Dice;
+    use crate::scene::synthetic::Rng;
 
     fn noise(width: u32, height: u32, seed: u64) -> Raster {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let mut shade = || dice.between(0.0, 255.0) as u8;
         let samples = (0..width * height).flat_map(|_| [shade(), shade(), shade(), 255]);
         Raster::new(width, height, Samples::U8(samples.collect()))

@@ -1,4 +1,4 @@
-//! Masks that lie beside the photos, by the names that people and programs give them.
+//! Discovery of mask files beside the photos, by their usual names.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -6,19 +6,19 @@ use std::path::{Path, PathBuf};
 use super::MaskEdit;
 use super::undistorted::read_undistorted;
 use crate::document::Project;
-use crate::document::masks::MaskFrom;
+use crate::document::masks::MaskOrigin;
 use crate::document::names::without_extension;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
-use crate::io::cameras::{CameraPhoto, read_cameras};
+use crate::io::cameras::{CameraPhoto, read_cameras_of};
 use crate::io::project::resolved;
 use crate::recipe::named::place_of_photo;
 use crate::scene::Site;
 use crate::task::Task;
 
-/// The names that a mask of a photo may have, as paths from the folder of photos: `0028.mask.png` and
-/// `0028_mask.png` beside the photo, also with its whole name; and as COLMAP has it, in a folder `masks` within or
-/// beside the folder of photos, `masks/0028.jpg.png`.
+/// Returns the possible names of a photo's mask, as paths from the photo folder: `0028.mask.png` and
+/// `0028_mask.png` beside the photo, also after its full name; and, as COLMAP does it, in a folder `masks` in or
+/// beside the photo folder, `masks/0028.jpg.png`.
 pub fn mask_names(photo: &str) -> [String; 6] {
     let stem = without_extension(photo);
     [
@@ -31,28 +31,28 @@ pub fn mask_names(photo: &str) -> [String; 6] {
     ]
 }
 
-/// A mask that was found.
+/// A mask file that was found.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Found {
     /// The photo's name.
     pub photo: String,
-    /// The file, as a path from the folder of photos.
+    /// The file, as a path from the photo folder.
     pub file: String,
-    /// What it masks, in pixels of the pinhole image.
+    /// The masked pixels of the pinhole image.
     pub masked: Spans,
 }
 
 impl Found {
-    /// Takes it into the project.
+    /// Returns the edit that adds the mask to the project.
     pub fn edit(self) -> MaskEdit {
-        MaskEdit::Put { photo: self.photo, from: MaskFrom::File(self.file), masked: self.masked }
+        MaskEdit::Put { photo: self.photo, from: MaskOrigin::File(self.file), masked: self.masked }
     }
 }
 
-/// Every mask that lies beside a photo of the site; and what is wrong with others.
+/// Returns all masks that are beside photos of the site, and the problems with others.
 ///
 /// # Errors
-/// [`Error::Input`] and [`Error::Io`] when the cameras cannot be read; [`Error::Cancelled`].
+/// Returns [`Error::Input`] and [`Error::Io`] when the cameras cannot be read, or [`Error::Cancelled`].
 pub fn masks_beside(
     folder: &Path,
     project: &Project,
@@ -70,7 +70,8 @@ pub fn masks_beside(
         return Ok((Vec::new(), Vec::new()));
     }
     let cameras = cameras(folder, project, task)?;
-    let (mut found, mut problems) = (Vec::new(), Vec::new());
+    let mut found = Vec::new();
+    let mut problems = Vec::new();
     for (photo, file) in files {
         task.go_on()?;
         match read_whole(&root.join(&file), &cameras[photo]) {
@@ -81,10 +82,10 @@ pub fn masks_beside(
     Ok((found, problems))
 }
 
-/// A file as the mask of one photo, which is named as people type.
+/// Reads a file as the mask of one photo, whose name may be abbreviated.
 ///
 /// # Errors
-/// [`Error::Request`] for a name that is no photo's; else as [`masks_beside`].
+/// Returns [`Error::Request`] for a name that matches no photo; otherwise the errors of [`masks_beside`].
 pub fn mask_of_file(
     folder: &Path,
     project: &Project,
@@ -99,19 +100,19 @@ pub fn mask_of_file(
     Ok(Found { photo, file: name, masked })
 }
 
-/// Every photo of the site is one of these.
+/// Reads the cameras by photo name; every photo of the site is among them.
 fn cameras(folder: &Path, project: &Project, task: &Task) -> Result<BTreeMap<String, CameraPhoto>> {
     let file: PathBuf = resolved(folder, &project.cameras);
-    let cameras = read_cameras(&file, task)?;
+    let cameras = read_cameras_of(&resolved(folder, &project.photos), &file, task)?;
     Ok(cameras.photos.into_iter().map(|photo| (photo.name.clone(), photo)).collect())
 }
 
-/// A mask that leaves nothing is one the other way round.
+/// Reads a mask. One that covers the whole photo is rejected, because it is probably inverted.
 fn read_whole(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
     let masked = read_undistorted(file, photo)?;
     let all = u64::from(photo.camera.width) * u64::from(photo.camera.height);
     if photo.lens.is_none() && masked.count() == all {
-        let remedy = "paint black what is to be masked and the rest white, or leave it away";
+        let remedy = "paint the area to be masked black and the rest white, or remove the file";
         return Err(Error::input(file, "", "it masks the whole photo", remedy));
     }
     Ok(masked)

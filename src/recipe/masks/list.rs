@@ -1,4 +1,4 @@
-//! What is masked, as people look at it.
+//! Listing of masks.
 
 use serde::Serialize;
 
@@ -10,36 +10,37 @@ use crate::scene::{Photo, Site};
 /// The masks of one photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MaskedPhoto {
-    /// Its name.
+    /// The photo's name.
     pub photo: String,
-    /// Pixels that some mask covers.
+    /// The number of pixels that any mask covers.
     pub pixels: u64,
-    /// Of the photo's pixels, 0 to 1.
+    /// The masked share of the photo's pixels, 0..=1.
     pub share: f64,
-    /// One of each maker.
+    /// The masks, one of each origin.
     pub masks: Vec<MaskShare>,
 }
 
-/// One mask.
+/// A mask of a photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct MaskShare {
-    /// Who made it, in words.
+    /// The origin in words.
     pub from: String,
-    /// Masked pixels.
+    /// The number of masked pixels.
     pub pixels: u64,
-    /// Below `masks/`.
+    /// The file below `masks/`.
     pub file: String,
 }
 
-/// The photos of the site that have masks, in its order.
+/// Returns the photos of the site that have masks, in its order.
 ///
 /// # Errors
-/// [`crate::Error::Input`] and [`crate::Error::Io`] for a mask that cannot be read.
+/// Returns [`crate::Error::Input`] and [`crate::Error::Io`] for a mask that cannot be read.
 pub fn masked_photos(site: &Site, masks: &Masks) -> Result<Vec<MaskedPhoto>> {
     let masked = site.photos.iter().filter(|photo| !photo.masks.is_empty());
     masked.map(|photo| masked_photo(photo, masks)).collect()
 }
 
+/// Lists the masks of one photo.
 fn masked_photo(photo: &Photo, masks: &Masks) -> Result<MaskedPhoto> {
     let pixels = masked_pixels(photo)?.count();
     let all = f64::from(photo.camera.width) * f64::from(photo.camera.height);

@@ -1,8 +1,8 @@
-//! What is masked in a project's photos: edits, and where masks come from.
+//! Masks of a project's photos: edits, and the sources of masks.
 //!
-//! A mask takes pixels away from what a photo shows, and nothing else: who sees what is sorted as before, and the
-//! masked pixels of a surface are hidden ones. [`edited`] is the one place where masks are edited, by
-//! whoever draws or accepts suggestions; one that comes home with paint replaces that of the same file
+//! A mask makes pixels of a photo invalid and has no other effect: occlusion is sorted as before, and the masked
+//! pixels of a surface count as hidden. All edits of masks go through [`edited`], whether masks are drawn or
+//! suggestions accepted; only a mask that is imported with paint replaces that of the same file by itself
 //! ([`crate::recipe::import`]).
 
 pub mod beside;
@@ -15,30 +15,31 @@ use std::collections::BTreeSet;
 use std::path::Path;
 
 use crate::document::Masks;
-use crate::document::masks::{Mask, MaskFrom};
+use crate::document::masks::{Mask, MaskOrigin};
 use crate::document::paint::PaintBook;
 use crate::error::{Error, Result};
 use crate::geometry::Spans;
 use crate::io::mask_store::MaskStore;
-use crate::recipe::named::is_short_for;
+use crate::recipe::named::is_abbreviation_of;
 use crate::scene::{Photo, Site};
 
-/// One change. Photos are named in full; pixels are those of the photo's pinhole image.
+/// An edit of a mask. Photos are given by full names; pixels are those of the photo's pinhole image.
 #[derive(Debug, Clone, PartialEq)]
 pub enum MaskEdit {
-    /// This, instead of what the same maker had made; nothing takes that away.
-    Put { photo: String, from: MaskFrom, masked: Spans },
-    /// This as well.
-    Add { photo: String, from: MaskFrom, masked: Spans },
-    /// These pixels are content after all, whoever masked them.
+    /// Replaces the mask of this origin; an empty set removes it.
+    Put { photo: String, from: MaskOrigin, masked: Spans },
+    /// Adds pixels to the mask of this origin.
+    Add { photo: String, from: MaskOrigin, masked: Spans },
+    /// Removes pixels from all masks of the photo.
     Uncover { photo: String, pixels: Spans },
-    /// What this maker had made is gone.
-    Remove { photo: String, from: MaskFrom },
-    /// The photo has no mask.
+    /// Removes the mask of this origin.
+    Remove { photo: String, from: MaskOrigin },
+    /// Removes all masks of the photo.
     Clear { photo: String },
 }
 
 impl MaskEdit {
+    /// Returns the photo of the edit.
     fn photo(&self) -> &str {
         match self {
             Self::Put { photo, .. }
@@ -50,29 +51,29 @@ impl MaskEdit {
     }
 }
 
-/// The masks after the edits, one after the other. New files are written into the project's folder; old ones stay,
-/// so that the masks as they were are all that undoing needs. Nothing holds before `project.json` says so. Whoever
-/// calls holds the project's lock.
+/// Returns the masks after the edits, applied in order. New files are written to the project's folder and old ones
+/// stay, so that undoing needs only the earlier masks. The edits take effect when `project.json` is saved. The
+/// caller holds the project's lock.
 ///
 /// # Errors
-/// [`Error::Request`] for a photo that the site does not have; [`Error::Io`] and [`Error::Input`] when files cannot
-/// be read or written.
+/// Returns [`Error::Request`] for a photo that the site does not have, or [`Error::Io`] and [`Error::Input`] when
+/// files cannot be read or written.
 pub fn edited(folder: &Path, masks: &Masks, edits: &[MaskEdit], site: &Site) -> Result<Masks> {
     let store = MaskStore::new(folder);
-    let mut desk = Desk { store: &store, masks: masks.clone() };
+    let mut editor = MaskEditor { store: &store, masks: masks.clone() };
     for edit in edits {
         match (edit, site.photos.iter().find(|photo| photo.name == edit.photo())) {
-            // Masks outlive their photos: what is written may be taken back.
-            (MaskEdit::Clear { photo }, _) => desk.masks.clear(photo),
-            (MaskEdit::Remove { photo, from }, _) => drop(desk.masks.remove(photo, from)),
-            (_, None) => return Err(Error::Request(format!("no photo is called {}", edit.photo()))),
-            (edit, Some(photo)) => desk.apply(edit, photo)?,
+            // Masks may outlive their photos and can be removed nevertheless.
+            (MaskEdit::Clear { photo }, _) => editor.masks.clear(photo),
+            (MaskEdit::Remove { photo, from }, _) => drop(editor.masks.remove(photo, from)),
+            (_, None) => return Err(Error::Request(format!("there is no photo {}", edit.photo()))),
+            (edit, Some(photo)) => editor.apply(edit, photo)?,
         }
     }
-    Ok(desk.masks)
+    Ok(editor.masks)
 }
 
-/// Gives photos the masks that a project has of them.
+/// Sets the photos' mask files to those of the project.
 pub fn attach(folder: &Path, masks: &Masks, photos: &mut [Photo]) {
     let store = MaskStore::new(folder);
     for photo in photos {
@@ -80,34 +81,37 @@ pub fn attach(folder: &Path, masks: &Masks, photos: &mut [Photo]) {
     }
 }
 
-/// The masks without those of the photos of these names, in full or as people type them; without any, if there is no
-/// name. A photo need not be in the site any more.
+/// Returns the masks without those of the photos of these names, full or abbreviated; without any masks for an
+/// empty list. The photos need not be in the site.
 ///
 /// # Errors
-/// [`Error::Request`] for names that no photo with a mask answers to, all at once.
+/// Returns [`Error::Request`] for names that match no photo with a mask, all of them together.
 pub fn cleared(masks: &Masks, names: &[String]) -> Result<Masks> {
     if names.is_empty() {
         return Ok(Masks::default());
     }
-    let (mut rest, mut errors) = (masks.clone(), Vec::new());
+    let mut rest = masks.clone();
+    let mut errors = Vec::new();
     for name in names {
-        let answers = |photo: &str| photo == name || is_short_for(name, photo);
+        let answers = |photo: &str| photo == name || is_abbreviation_of(name, photo);
         let meant: Vec<&str> =
             masks.photos().map(|(photo, _)| photo).filter(|photo| answers(photo)).collect();
         if meant.is_empty() {
-            errors.push(Error::Request(format!("no photo called {name} has a mask")));
+            errors.push(Error::Request(format!("photo {name} has no mask")));
         }
         meant.into_iter().for_each(|photo| rest.clear(photo));
     }
     Error::of_all(errors).map_or(Ok(rest), Err)
 }
 
-struct Desk<'a> {
+/// The masks while edits are applied.
+struct MaskEditor<'a> {
     store: &'a MaskStore,
     masks: Masks,
 }
 
-impl Desk<'_> {
+impl MaskEditor<'_> {
+    /// Applies one edit to a photo of the site.
     fn apply(&mut self, edit: &MaskEdit, photo: &Photo) -> Result<()> {
         match edit {
             MaskEdit::Put { from, masked, .. } => self.put(photo, from, masked),
@@ -129,11 +133,13 @@ impl Desk<'_> {
         }
     }
 
+    /// Reads the pixels of a mask.
     fn pixels(&self, photo: &Photo, mask: &Mask) -> Result<Spans> {
         self.store.read(&mask.file, size_of(photo))
     }
 
-    fn put(&mut self, photo: &Photo, from: &MaskFrom, masked: &Spans) -> Result<()> {
+    /// Stores a mask's pixels, or removes the mask if they are empty.
+    fn put(&mut self, photo: &Photo, from: &MaskOrigin, masked: &Spans) -> Result<()> {
         let pixels = masked.intersection(&whole(photo)).count();
         if pixels == 0 {
             self.masks.remove(&photo.name, from);
@@ -145,21 +151,22 @@ impl Desk<'_> {
     }
 }
 
+/// Returns the size of a photo in pixels.
 fn size_of(photo: &Photo) -> [u32; 2] {
     [photo.camera.width, photo.camera.height]
 }
 
-/// All pixels of a photo.
+/// Returns all pixels of a photo.
 fn whole(photo: &Photo) -> Spans {
     let [width, height] = size_of(photo);
-    Spans::of_rows(0..height as i32, |_, out| out.push(0..width as i32))
+    Spans::from_rows(0..height as i32, |_, out| out.push(0..width as i32))
 }
 
-/// Clears away the files of masks that none of `masks` names (the project's, and those that a window had not saved when
-/// it ended) nor an import that can be taken back. Not while somebody may still want to undo an edit.
+/// Removes mask files to which neither `masks` (the project's, and unsaved ones of a window that ended) nor imports
+/// that can be undone refer. It must not be called while edits may still be undone.
 ///
 /// # Errors
-/// [`Error::Io`].
+/// Returns [`Error::Io`] when a file cannot be removed.
 pub fn tidy(folder: &Path, masks: &[Option<&Masks>], paint: &PaintBook) -> Result<()> {
     let replaced = paint.imports.iter().flat_map(|import| &import.masks).filter_map(|m| m.before.as_ref());
     let files =
@@ -179,7 +186,7 @@ mod tests {
         Spans::of_pixels(PixelRect { x, y, w, h }, |_, _| true)
     }
 
-    /// A site of one photo, and what is masked of it after each edit.
+    /// Makes a site of one photo, and returns its masked pixels after each edit.
     struct Bench {
         folder: tempfile::TempDir,
         site: Site,
@@ -207,12 +214,12 @@ mod tests {
     #[test]
     fn masks_are_put_added_uncovered_and_taken_away() {
         let mut bench = Bench::new();
-        let (photo, from) = (bench.photo(), MaskFrom::Drawn);
+        let (photo, from) = (bench.photo(), MaskOrigin::Drawn);
         let put = |masked| MaskEdit::Put { photo: photo.clone(), from: from.clone(), masked };
         let add = |masked| MaskEdit::Add { photo: photo.clone(), from: from.clone(), masked };
         assert_eq!(bench.after(put(block(2, 3, 4, 5))), 20);
         assert_eq!(bench.after(add(block(4, 3, 4, 5))), 30);
-        let suggested = MaskFrom::Suggested;
+        let suggested = MaskOrigin::Suggested;
         let other =
             MaskEdit::Add { photo: photo.clone(), from: suggested.clone(), masked: block(0, 0, 3, 4) };
         assert_eq!(bench.after(other), 41, "one pixel is masked by both");
@@ -231,12 +238,13 @@ mod tests {
     fn pixels_outside_of_the_photo_are_none_and_a_stranger_is_refused() {
         let mut bench = Bench::new();
         let photo = bench.photo();
-        let outside = MaskEdit::Add { photo, from: MaskFrom::Drawn, masked: block(-9, -9, 9, 9) };
+        let outside = MaskEdit::Add { photo, from: MaskOrigin::Drawn, masked: block(-9, -9, 9, 9) };
         assert_eq!(bench.after(outside), 0);
         assert!(bench.masks.is_empty());
-        let stranger = MaskEdit::Add { photo: "x".into(), from: MaskFrom::Drawn, masked: block(0, 0, 1, 1) };
-        let told = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
-        assert!(told.to_string().contains("called x"), "{told}");
+        let stranger =
+            MaskEdit::Add { photo: "x".into(), from: MaskOrigin::Drawn, masked: block(0, 0, 1, 1) };
+        let message = edited(bench.folder.path(), &bench.masks, &[stranger], &bench.site).unwrap_err();
+        assert!(message.to_string().contains("no photo x"), "{message}");
     }
 
     #[test]
@@ -244,7 +252,7 @@ mod tests {
         let mut bench = Bench::new();
         let photo = bench.photo();
         let put =
-            |w| MaskEdit::Put { photo: photo.clone(), from: MaskFrom::Drawn, masked: block(0, 0, w, 1) };
+            |w| MaskEdit::Put { photo: photo.clone(), from: MaskOrigin::Drawn, masked: block(0, 0, w, 1) };
         bench.after(put(3));
         bench.after(put(4));
         let files = |bench: &Bench| {

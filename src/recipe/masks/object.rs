@@ -1,16 +1,16 @@
-//! The pixels of objects, with a margin: what the model has and has it wrong.
+//! Masks of objects with a margin, for things that the model contains but represents incorrectly.
 
-use crate::document::masks::{MaskFrom, MaskedObject};
+use crate::document::masks::{MaskOrigin, MaskedObject};
 use crate::error::{Error, Result};
-use crate::geometry::{PixelRect, Spans};
+use crate::geometry::Spans;
 use crate::layers::View;
 use crate::layers::software::owners;
 use crate::scene::{Model, ObjectId, Photo};
 
-/// The objects that are meant.
+/// Returns the objects with a name, or with names that begin as given before `*`.
 ///
 /// # Errors
-/// [`Error::Request`] when the model has none of that name.
+/// Returns [`Error::Request`] when the model has none of that name.
 pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     let is_meant = |name: &str| match pattern.strip_suffix('*') {
         Some(beginning) => name.starts_with(beginning),
@@ -26,8 +26,8 @@ pub fn objects_named(model: &Model, pattern: &str) -> Result<Vec<ObjectId>> {
     Ok(meant)
 }
 
-/// What a photo shows of objects, and all that is at most `margin` pixels (rows and columns) away. `model` is the
-/// whole one, with what is switched off; `tolerance` is that of occlusion.
+/// Returns the pixels at which a photo shows the objects, grown by `margin` pixels (rows and columns). `model` is
+/// the complete one, including removed objects; `tolerance` is the occlusion tolerance.
 pub fn object_pixels(
     photo: &Photo,
     model: &Model,
@@ -40,18 +40,18 @@ pub fn object_pixels(
     let width = photo.camera.width as usize;
     let of_object: Vec<bool> =
         view.items.iter().map(|item| objects.contains(&model.face(item.face).object)).collect();
-    let shown = |x: i32, y: i32| {
+    let visible = |x: i32, y: i32| {
         let owner = owners[y as usize * width + x as usize];
         owner.checked_sub(1).is_some_and(|item| of_object[item as usize])
     };
-    let whole = PixelRect { x: 0, y: 0, w: photo.camera.width, h: photo.camera.height };
-    let grown = Spans::of_pixels(whole, shown).grown(margin as i32);
+    let whole = photo.camera.rect();
+    let grown = Spans::of_pixels(whole, visible).grown(margin as i32);
     grown.intersection(&Spans::of_pixels(whole, |_, _| true))
 }
 
-/// Who makes such a mask.
-pub fn from_object(pattern: &str, margin: u32) -> MaskFrom {
-    MaskFrom::Object(MaskedObject { name: pattern.to_owned(), margin })
+/// Returns the origin of an object mask.
+pub fn from_object(pattern: &str, margin: u32) -> MaskOrigin {
+    MaskOrigin::Object(MaskedObject { name: pattern.to_owned(), margin })
 }
 
 #[cfg(test)]

@@ -1,5 +1,5 @@
-//! Suggestions: what stands in one photo alone, found by asking the others, kept in `cache/suggestions/` until somebody
-//! accepts it.
+//! Suggested masks: transient objects that only one photo shows, found by comparison with the others, and kept in
+//! `cache/suggestions/` until they are accepted.
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 
 use super::MaskEdit;
 use crate::document::Stack;
-use crate::document::masks::MaskFrom;
+use crate::document::masks::MaskOrigin;
 use crate::document::names::file_name_of_photo;
 use crate::error::{Error, Result};
 use crate::geometry::{PixelRect, Spans};
@@ -19,11 +19,13 @@ use crate::io::atomic::write_atomically;
 use crate::io::json::{read_json, to_json};
 use crate::io::mask_file::{mask_png, read_mask};
 use crate::io::overlay::Overlay;
-use crate::io::photo::{read_photo, read_shown};
+use crate::io::photo::{read_photo, read_unmasked};
 use crate::io::reference::reference;
 use crate::io::stack_store::StackStore;
 use crate::layers::fill::{Donor, Surfaces};
-use crate::layers::strangers::{Look, StrangerOptions, Suspect, Witnesses, disagreement, suspects};
+use crate::layers::strangers::{
+    Look, ReducedPhotos, TransientOptions, TransientRegion, disagreement, transient_regions,
+};
 use crate::projection::exposure::Optics;
 use crate::projection::framing::scaled;
 use crate::projection::{Gains, Projector};
@@ -34,56 +36,61 @@ use crate::recipe::relief::SiteRelief;
 use crate::scene::{Photo, PhotoPixels, Samples};
 use crate::task::Task;
 
-/// What was found: large and different things first.
+/// The suggestions, large and strongly different regions first.
 #[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
 pub struct Suggestions {
-    /// `VERSION`.
+    /// The version of the file's format.
     pub version: u32,
-    /// Numbered from 1.
+    /// The suggestions, numbered from 1.
     pub list: Vec<Suggestion>,
 }
 
-/// A region of a photo that shows something that the others do not.
+/// A region of a photo that shows something which other photos do not.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Suggestion {
-    /// What it is accepted by.
+    /// The number by which it is accepted.
     pub number: u32,
     /// The photo's name.
     pub photo: String,
-    /// The photo's, in pixels.
+    /// The photo's size in pixels.
     pub size: [u32; 2],
-    /// Around what would be masked, in pixels of the photo.
+    /// The bounding box of the suggested mask, in photo pixels.
     pub rect: PixelRect,
-    /// Pixels that would be masked.
+    /// The number of pixels that would be masked.
     pub pixels: u64,
-    /// Of the photo's pixels, 0 to 1.
+    /// The share of the photo's pixels that would be masked, 0..=1.
     pub share: f64,
-    /// How far it differs from what the others agree on, on average: a natural logarithm of light.
+    /// The mean difference from the colours on which the other photos agree, as a natural logarithm of light.
     pub score: f64,
-    /// What would be masked: black in this PNG, beside `suggestions.json`.
+    /// The suggested mask as a PNG beside `suggestions.json`, in which masked pixels are black.
     pub mask: String,
-    /// The photo with all that is suggested of it, beside `suggestions.json`.
+    /// The picture of the photo with all its suggestions, beside `suggestions.json`.
     pub picture: String,
 }
 
+/// The version of the file's format.
 const VERSION: u32 = 1;
+/// The largest size of the file that is read, in bytes.
 const LARGEST: u64 = 64 << 20;
+/// The name of the list's file.
 const FILE: &str = "suggestions.json";
 
-/// Pixels a side of a picture.
+/// The longer side of a picture in pixels.
 const PICTURE_SIDE: u32 = 1600;
 
-/// Where suggestions are kept.
+/// Returns the folder of suggestions.
 pub fn suggestion_folder(project: &Path) -> PathBuf {
     project.join("cache/suggestions")
 }
 
-/// Looks for strangers in these photos (names in full; none for all), asks all photos about them, and keeps what was
-/// found in place of earlier suggestions of the same photos; those of others stay, with their numbers. What is masked
-/// already says nothing and is not found again. `memory`: bytes that photos decoded at the same time may take.
+/// Searches these photos (full names; all photos for an empty list) for transient objects, by comparison with all
+/// photos. The results replace earlier suggestions for the same photos; those for others stay, with their numbers.
+/// Masked pixels are neither used nor found again. `memory` is the budget in bytes for photos decoded at the same
+/// time.
 ///
 /// # Errors
-/// [`Error::Io`] when nothing can be written; [`Error::Cancelled`]. A photo that cannot be read is a note.
+/// Returns [`Error::Io`] when nothing can be written, or [`Error::Cancelled`]. A photo that cannot be read is
+/// noted.
 pub fn suggest(
     folder: &Path,
     opened: &Opened,
@@ -91,18 +98,19 @@ pub fn suggest(
     memory: u64,
     task: &Task,
 ) -> Result<Suggestions> {
-    let options = StrangerOptions::default();
-    let found = task.timed("find strangers", || strangers(folder, opened, photos, &options, memory, task))?;
+    let options = TransientOptions::default();
+    let found =
+        task.timed("find strangers", || transients(folder, opened, photos, &options, memory, task))?;
     let site = &opened.site;
-    let mut all: Vec<(&Photo, Found)> = Vec::new();
-    for (place, found) in found {
-        all.extend(found.into_iter().map(|found| (&site.photos[place], found)));
+    let mut all: Vec<(&Photo, FoundRegion)> = Vec::new();
+    for (index, found) in found {
+        all.extend(found.into_iter().map(|found| (&site.photos[index], found)));
     }
-    // What is equal stays in the order of photos, from the top.
+    // The sort is stable: equal ones stay in the order of photos, from top to bottom.
     all.sort_by(|a, b| b.1.weight.total_cmp(&a.1.weight));
     let target = suggestion_folder(folder);
     std::fs::create_dir_all(&target).map_err(Error::io(&target, "create the folder"))?;
-    // Until the list names the new ones the old ones have their masks.
+    // New files get new numbers, because the old list is valid until it is replaced.
     let old = suggestions(folder).map(|found| found.list).unwrap_or_default();
     let first = old.iter().map(|suggestion| suggestion.number).max().unwrap_or(0) + 1;
     let mut new = Vec::with_capacity(all.len());
@@ -125,21 +133,21 @@ pub fn suggest(
         });
     }
     task.timed("draw suggestions", || pictures(&target, &all, first, task))?;
-    // Somebody may dismiss one just now: the list is read after that, or written before it.
+    // A suggestion may be dismissed concurrently: the lock orders reading and writing of the list.
     let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
     let mut kept = others(folder, opened, photos);
     kept.list.extend(new);
     write_atomically(target.join(FILE), &to_json(&kept))?;
-    tidied(&target, &kept)?;
+    remove_unused(&target, &kept)?;
     Ok(kept)
 }
 
-/// Held by whoever reads the list to write it.
+/// A lock that is held from reading the list until writing it.
 static LISTING: Mutex<()> = Mutex::new(());
 
-/// What was suggested of photos that are not looked at now.
+/// Returns the suggestions for photos that are not searched now.
 fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
-    // None yet, or of a program that wrote them otherwise: they can be looked for again.
+    // A missing or unreadable list counts as empty, because suggestions can be searched again.
     let list = suggestions(folder).map(|found| found.list).unwrap_or_default();
     let is_other = |suggestion: &Suggestion| {
         let photo = &suggestion.photo;
@@ -149,26 +157,26 @@ fn others(folder: &Path, opened: &Opened, looked_at: &[String]) -> Suggestions {
     Suggestions { version: VERSION, list: list.into_iter().filter(is_other).collect() }
 }
 
-/// The suggestions that were made last.
+/// Returns the present suggestions.
 ///
 /// # Errors
-/// [`Error::Request`] when there are none; [`Error::Input`] and [`Error::Io`] when they cannot be read.
+/// Returns [`Error::Request`] when there are none, or [`Error::Input`] and [`Error::Io`] when they cannot be read.
 pub fn suggestions(project: &Path) -> Result<Suggestions> {
     let file = suggestion_folder(project).join(FILE);
     if !file.is_file() {
         return Err(Error::Request(
-            "nothing is suggested yet; `quadratura mask --suggest` looks for it".into(),
+            "there are no suggestions yet; `quadratura mask --suggest` finds transient objects".into(),
         ));
     }
     let found: Suggestions = read_json(&file, LARGEST, "run `quadratura mask --suggest` again")?;
     Ok(found)
 }
 
-/// The edits that accept suggestions by their numbers; all of them where there is none.
+/// Returns the edits that accept suggestions by their numbers; all suggestions for an empty list.
 ///
 /// # Errors
-/// [`Error::Request`] for numbers that are not there, all at once; [`Error::Input`] and [`Error::Io`] for masks that
-/// cannot be read.
+/// Returns [`Error::Request`] for numbers that do not exist, all of them together, or [`Error::Input`] and
+/// [`Error::Io`] for masks that cannot be read.
 pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     let suggestions = suggestions(project)?;
     let known = |number: &u32| suggestions.list.iter().any(|suggestion| suggestion.number == *number);
@@ -180,23 +188,23 @@ pub fn accepted(project: &Path, numbers: &[u32]) -> Result<Vec<MaskEdit>> {
     let wanted = suggestions.list.iter().filter(|s| numbers.is_empty() || numbers.contains(&s.number));
     let edit = |suggestion: &Suggestion| {
         let masked = pixels(project, suggestion)?;
-        Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskFrom::Suggested, masked })
+        Ok(MaskEdit::Add { photo: suggestion.photo.clone(), from: MaskOrigin::Suggested, masked })
     };
     wanted.map(edit).collect()
 }
 
-/// What a suggestion would mask, in pixels of its photo.
+/// Returns the pixels of a photo that a suggestion would mask.
 ///
 /// # Errors
-/// As [`read_mask`].
+/// Returns the errors of [`read_mask`].
 pub fn pixels(project: &Path, suggestion: &Suggestion) -> Result<Spans> {
     read_mask(&suggestion_folder(project).join(&suggestion.mask), suggestion.size)
 }
 
-/// Forgets suggestions that somebody has looked at and that are nothing; the others keep their numbers.
+/// Removes suggestions that were rejected; the others keep their numbers.
 ///
 /// # Errors
-/// As [`suggestions`]; [`Error::Io`] when the list cannot be written.
+/// Returns the errors of [`suggestions`], or [`Error::Io`] when the list cannot be written.
 pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
     let _listing = LISTING.lock().unwrap_or_else(PoisonError::into_inner);
     let mut kept = suggestions(project)?;
@@ -204,22 +212,22 @@ pub fn dismiss(project: &Path, numbers: &[u32]) -> Result<()> {
     write_atomically(suggestion_folder(project).join(FILE), &to_json(&kept))
 }
 
-/// A suspect in pixels of its photo.
-struct Found {
+/// A transient region in pixels of its photo.
+struct FoundRegion {
     masked: Spans,
     score: f32,
     weight: f32,
 }
 
-/// By the photo's place in the site.
-fn strangers(
+/// Finds transient regions, by the photo's index in the site.
+fn transients(
     folder: &Path,
     opened: &Opened,
     photos: &[String],
-    options: &StrangerOptions,
+    options: &TransientOptions,
     memory: u64,
     task: &Task,
-) -> Result<Vec<(usize, Vec<Found>)>> {
+) -> Result<Vec<(usize, Vec<FoundRegion>)>> {
     let site = &opened.site;
     let store = StackStore::new(folder);
     let stacks: Vec<Option<Stack>> =
@@ -228,63 +236,66 @@ fn strangers(
     let relief = SiteRelief::open(site, &gains::inputs(site, &stacks), folder, memory, task)?;
     let surfaces = Surfaces::of(&site.model);
     let budget = Budget::new(memory);
-    let reader = Reader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
+    let reader = PhotoReader { opened, surfaces: &surfaces, gains: &gains, options, budget: &budget, task };
     let looks: Vec<Option<Look>> =
-        (0..site.photos.len()).into_par_iter().map(|place| reader.look(place)).collect::<Result<_>>()?;
-    let witnesses = Witnesses { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
-    let asked = |place: &usize| photos.is_empty() || photos.contains(&site.photos[*place].name);
-    let places: Vec<usize> = (0..looks.len()).filter(asked).collect();
+        (0..site.photos.len()).into_par_iter().map(|index| reader.look(index)).collect::<Result<_>>()?;
+    let witnesses = ReducedPhotos { looks: &looks, surfaces: &surfaces, relief: relief.whole() };
+    let asked = |index: &usize| photos.is_empty() || photos.contains(&site.photos[*index].name);
+    let indices: Vec<usize> = (0..looks.len()).filter(asked).collect();
     let mut found = Vec::new();
-    for (done, &place) in (0..).zip(&places) {
-        task.step("ask the others", done, places.len() as u64)?;
-        let Some(look) = &looks[place] else { continue };
-        let apart = disagreement(&witnesses, place, options, task)?;
-        let small = suspects(&apart, look.donor.camera.width as usize, options);
-        let photo = &site.photos[place];
-        found.push((place, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
+    for (done, &index) in (0..).zip(&indices) {
+        task.step("compare photos", done, indices.len() as u64)?;
+        let Some(look) = &looks[index] else { continue };
+        let apart = disagreement(&witnesses, index, options, task)?;
+        let small = transient_regions(&apart, look.donor.camera.width as usize, options);
+        let photo = &site.photos[index];
+        found.push((index, small.iter().map(|suspect| enlarged(suspect, look, photo)).collect()));
     }
-    task.step("ask the others", places.len() as u64, places.len() as u64)?;
+    task.step("compare photos", indices.len() as u64, indices.len() as u64)?;
     Ok(found)
 }
 
-struct Reader<'a> {
+/// The inputs for preparing photos.
+struct PhotoReader<'a> {
     opened: &'a Opened,
     surfaces: &'a Surfaces,
     gains: &'a Gains,
-    options: &'a StrangerOptions,
+    options: &'a TransientOptions,
     budget: &'a Budget,
     task: &'a Task,
 }
 
-impl Reader<'_> {
-    /// A photo made small; none where it cannot be read.
-    fn look(&self, place: usize) -> Result<Option<Look>> {
+impl PhotoReader<'_> {
+    /// Prepares a reduced photo; `None` where it cannot be read.
+    fn look(&self, index: usize) -> Result<Option<Look>> {
         self.task.go_on()?;
-        let photo = &self.opened.site.photos[place];
+        let photo = &self.opened.site.photos[index];
         let (width, height) = (u64::from(photo.camera.width), u64::from(photo.camera.height));
-        // As decoded with alpha, once more in colour alone, and as words while it is made smaller.
+        // Memory for the decoded pixels with alpha, their colours, and wider sums while they are reduced.
         let made = self.budget.with(width * height * 16, || self.small(photo));
         match made {
             Ok((pixels, projector)) => {
                 let project = &self.opened.project;
-                let (model, tolerance) = (&self.opened.site.model, project.options.tolerance);
+                let model = &self.opened.site.model;
+                let tolerance = project.options.tolerance;
                 let donor = Donor::new(&projector, &pixels, &[], model, self.surfaces, tolerance);
-                let optics: &Optics = &self.gains.optics[place];
-                Ok(Some(Look::new(donor, self.gains.of_photo[place], optics)))
+                let optics: &Optics = &self.gains.optics[index];
+                Ok(Some(Look::new(donor, self.gains.of_photo[index], optics)))
             }
             Err(Error::Cancelled) => Err(Error::Cancelled),
             Err(error) => {
-                self.task.of(&photo.name).note(format!("it is not asked: {error}"));
+                self.task.of(&photo.name).note(format!("the photo is not used for comparison: {error}"));
                 Ok(None)
             }
         }
     }
 
+    /// Reads and reduces a photo, with its camera.
     fn small(&self, photo: &Photo) -> Result<(PhotoPixels, Projector)> {
         let longest = photo.camera.width.max(photo.camera.height);
         let scale = f64::from(self.options.longest_side) / f64::from(longest);
         let camera = scaled(&photo.camera, scale.min(1.0));
-        let small = reference(&read_shown(photo)?, camera.width, camera.height);
+        let small = reference(&read_unmasked(photo)?, camera.width, camera.height);
         let rgb = small.rgb.as_chunks::<3>().0.iter().zip(&small.valid);
         let samples = rgb.flat_map(|(&[r, g, b], valid)| [r, g, b, if *valid { u8::MAX } else { 0 }]);
         let samples = Samples::U8(samples.collect());
@@ -295,23 +306,23 @@ impl Reader<'_> {
     }
 }
 
-/// A suspect of a small photo in pixels of the photo itself.
-fn enlarged(suspect: &Suspect, look: &Look, photo: &Photo) -> Found {
+/// Converts a region of a reduced photo to pixels of the photo itself.
+fn enlarged(suspect: &TransientRegion, look: &Look, photo: &Photo) -> FoundRegion {
     let (small, large) = (&look.donor.camera, &photo.camera);
     let [across, down] =
         [(large.width, small.width), (large.height, small.height)].map(|(l, s)| f64::from(l) / f64::from(s));
     let edge = |at: i32, scale: f64| (f64::from(at) * scale).round() as i32;
     let bounds = suspect.masked.bounds();
     let rows = edge(bounds.y, down)..edge(bounds.bottom(), down);
-    let masked = Spans::of_rows(rows, |y, out| {
+    let masked = Spans::from_rows(rows, |y, out| {
         let row = ((f64::from(y) + 0.5) / down) as i32;
         out.extend(suspect.masked.row(row).iter().map(|run| edge(run.start, across)..edge(run.end, across)));
     });
-    Found { masked, score: suspect.score, weight: suspect.weight }
+    FoundRegion { masked, score: suspect.score, weight: suspect.weight }
 }
 
-/// Removes masks and pictures that no suggestion names any more.
-fn tidied(folder: &Path, kept: &Suggestions) -> Result<()> {
+/// Removes masks and pictures to which no suggestion refers.
+fn remove_unused(folder: &Path, kept: &Suggestions) -> Result<()> {
     let of_one = |suggestion: &Suggestion| [suggestion.mask.clone(), suggestion.picture.clone()];
     let named: BTreeSet<String> = kept.list.iter().flat_map(of_one).chain([FILE.to_owned()]).collect();
     for entry in std::fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
@@ -324,8 +335,8 @@ fn tidied(folder: &Path, kept: &Suggestions) -> Result<()> {
     Ok(())
 }
 
-/// A picture of each photo that something is suggested of.
-fn pictures(folder: &Path, all: &[(&Photo, Found)], first: u32, task: &Task) -> Result<()> {
+/// Draws a picture of each photo that has suggestions.
+fn pictures(folder: &Path, all: &[(&Photo, FoundRegion)], first: u32, task: &Task) -> Result<()> {
     let mut photos: Vec<&Photo> = all.iter().map(|(photo, _)| *photo).collect();
     photos.sort_by(|a, b| a.name.cmp(&b.name));
     photos.dedup_by(|a, b| a.name == b.name);
@@ -349,10 +360,10 @@ fn pictures(folder: &Path, all: &[(&Photo, Found)], first: u32, task: &Task) -> 
     Ok(())
 }
 
-/// Seldom seen on facades.
+/// The colour of outlines, which is rare on facades.
 const COLOUR: [u8; 3] = [255, 40, 200];
 
-/// The rim of a set: the ends of its runs, and what has nothing above or below.
+/// Draws the outline of a set: the ends of its runs, and pixels without a neighbour above or below.
 fn outline(overlay: &mut Overlay, masked: &Spans) {
     let mut line = |x0: i32, y0: i32, x1: i32, y1: i32| {
         let at = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
@@ -366,7 +377,7 @@ fn outline(overlay: &mut Overlay, masked: &Spans) {
         });
     }
     let shifted = |by: i32| {
-        Spans::of_rows(rows.start + by..rows.end + by, |y, out| {
+        Spans::from_rows(rows.start + by..rows.end + by, |y, out| {
             out.extend(masked.row(y - by).iter().cloned())
         })
     };
@@ -392,7 +403,7 @@ mod tests {
         std::fs::create_dir_all(&folder).unwrap();
         let mut kept = Suggestions { version: VERSION, list: Vec::new() };
         for number in 1..=2 {
-            let masked = Spans::of_pixels(PixelRect { x: 0, y: 0, w: number, h: 1 }, |_, _| true);
+            let masked = Spans::of_pixels(PixelRect::of_size(number, 1), |_, _| true);
             std::fs::write(folder.join(format!("{number}.png")), mask_png(&masked, [9, 4]).unwrap()).unwrap();
             kept.list.push(Suggestion {
                 number,
@@ -410,14 +421,14 @@ mod tests {
         let pixels = |numbers: &[u32]| {
             let edits = accepted(project.path(), numbers).unwrap();
             let count = |edit: &MaskEdit| match edit {
-                MaskEdit::Add { masked, from: MaskFrom::Suggested, .. } => masked.count(),
+                MaskEdit::Add { masked, from: MaskOrigin::Suggested, .. } => masked.count(),
                 other => panic!("{other:?}"),
             };
             edits.iter().map(count).collect::<Vec<_>>()
         };
         assert_eq!((pixels(&[]), pixels(&[2])), (vec![1, 2], vec![2]));
-        let told = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
-        assert!(told.contains('7') && told.contains('8'), "{told}");
+        let message = accepted(project.path(), &[2, 7, 8]).unwrap_err().to_string();
+        assert!(message.contains('7') && message.contains('8'), "{message}");
         dismiss(project.path(), &[1]).unwrap();
         assert_eq!(pixels(&[]), [2], "the others stay, with their numbers");
         assert_eq!(super::suggestions(project.path()).unwrap().list[0].number, 2);

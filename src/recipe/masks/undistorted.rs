@@ -1,4 +1,4 @@
-//! A mask of a photo as taken becomes one of its pinhole image.
+//! Conversion of a mask of the photo as taken to one of its pinhole image.
 
 use std::path::Path;
 
@@ -8,11 +8,12 @@ use crate::error::Result;
 use crate::geometry::{PixelRect, Spans, Undistortion};
 use crate::io::cameras::CameraPhoto;
 use crate::io::mask_file::read_mask;
+use crate::raster::bilinear::Corner;
 
-/// The masked pixels of the pinhole image, of a file in the pixels of the photo as taken.
+/// Reads a mask of the photo as taken and returns the masked pixels of the pinhole image.
 ///
 /// # Errors
-/// As [`read_mask`]. A lens of which no pixel makes sense is told where the photo is imported.
+/// Returns the errors of [`read_mask`]. A lens without a valid range is reported when the photo is imported.
 pub(super) fn read_undistorted(file: &Path, photo: &CameraPhoto) -> Result<Spans> {
     let masked = read_mask(file, [photo.camera.width, photo.camera.height])?;
     if photo.lens.is_none() {
@@ -22,17 +23,16 @@ pub(super) fn read_undistorted(file: &Path, photo: &CameraPhoto) -> Result<Spans
     Ok(undistortion.map_or_else(Spans::default, |to| undistorted(&masked, &to)))
 }
 
-/// A pixel is masked where one of the four about its place in the photo is: resampling mixes them.
+/// Masks a pixel where one of the four pixels around its position in the photo is masked, because resampling mixes
+/// them.
 fn undistorted(masked: &Spans, undistortion: &Undistortion) -> Spans {
     let (w, h) = (undistortion.pinhole.width, undistortion.pinhole.height);
     let is_masked = |x: i32, y: i32| {
         let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
         let Some(at) = undistortion.photo_from_pinhole(centre) else { return false };
-        let corner = (at - 0.5).floor().as_ivec2();
-        let about = [(0, 0), (1, 0), (0, 1), (1, 1)];
-        about.iter().any(|(dx, dy)| masked.holds(corner.x + dx, corner.y + dy))
+        Corner::of(at).taps().iter().any(|(x, y, _)| masked.holds(*x, *y))
     };
-    Spans::of_pixels(PixelRect { x: 0, y: 0, w, h }, is_masked)
+    Spans::of_pixels(PixelRect::of_size(w, h), is_masked)
 }
 
 #[cfg(test)]

@@ -1,4 +1,4 @@
-//! The paint of a photo by the surfaces that it is on, whatever image layers they are in.
+//! The paint of a photo by surface, whatever image layers the surfaces are in.
 
 use std::collections::BTreeMap;
 
@@ -8,19 +8,19 @@ use crate::document::Stack;
 use crate::document::paint::Patch;
 use crate::error::Result;
 
-/// A surface, as stacks name it.
+/// The name of a surface in stacks.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub struct SurfaceName {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Of a face that is not planar, which of its triangles.
+    /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
 }
 
 impl PhotoPaint {
-    /// The surfaces of the stack that somebody painted on, sorted. What was painted past all outlines is on none.
+    /// Returns the surfaces of the stack that have paint, sorted, without paint outside of all outlines.
     pub fn surfaces(&self, stack: &Stack) -> Vec<SurfaceName> {
         let mut names = Vec::new();
         self.each(stack, |parts, placed| {
@@ -33,10 +33,10 @@ impl PhotoPaint {
         names
     }
 
-    /// The same with the paint on each, in photo pixels: later imports over earlier ones.
+    /// Returns the paint on each surface, in photo pixels, later imports on top.
     ///
     /// # Errors
-    /// What reading a file of paint says.
+    /// Returns the errors of reading the files of paint.
     pub fn by_surface(&self, stack: &Stack) -> Result<BTreeMap<SurfaceName, Patch>> {
         let mut pieces: Vec<(SurfaceName, usize, Patch)> = Vec::new();
         self.each(stack, |parts, placed| {
@@ -48,7 +48,7 @@ impl PhotoPaint {
             pieces.push((name_of(parts, placed), placed.entry, patch));
             Ok(())
         })?;
-        // Entries count from the earliest import.
+        // Entries are numbered from the earliest import.
         pieces.sort_by(|a, b| (&a.0, a.1).cmp(&(&b.0, b.1)));
         let mut by_surface: BTreeMap<SurfaceName, Patch> = BTreeMap::new();
         for (name, _, patch) in pieces {
@@ -59,7 +59,7 @@ impl PhotoPaint {
         Ok(by_surface)
     }
 
-    /// Calls `see` with every place of paint on a surface, image layer by image layer.
+    /// Calls `see` for every entry on a part of a surface, image layer by image layer.
     fn each(&self, stack: &Stack, mut see: impl FnMut(&Parts<'_>, &Placed) -> Result<()>) -> Result<()> {
         for (layer, placed) in self.layers.iter().enumerate().filter(|(_, placed)| !placed.is_empty()) {
             let parts = parts_of_layer(stack, layer);
@@ -71,6 +71,7 @@ impl PhotoPaint {
     }
 }
 
+/// Returns the name of the surface of an entry.
 fn name_of(parts: &Parts, placed: &Placed) -> SurfaceName {
     let part = &parts.list[placed.part];
     SurfaceName { object: part.object.to_owned(), face: part.face, triangle: part.triangle }

@@ -1,4 +1,4 @@
-//! Where paint belongs now: its surface in the stack of today, whatever was renamed, moved or remodelled since.
+//! Assignment of paint to surfaces of the present stack, after surfaces were renamed, moved or remodelled.
 
 use glam::{DVec2, DVec3};
 
@@ -6,54 +6,56 @@ use super::parts::{Part, camera_of, points};
 use crate::document::paint::{Colour, PaintEntry, PaintedView, Patch};
 use crate::geometry::polygon::{extent, fit_plane};
 use crate::geometry::{Pinhole, PixelRect, Plane, Pose};
+use crate::raster::bilinear::Corner;
 
-/// Two outlines are the same when their corners are nearer than this share of their size: models are written
-/// with six digits and more.
+/// Outlines are equal when their corners differ by less than this share of their size: models are written with six
+/// digits or more.
 const SAME_OUTLINE: f64 = 1e-5;
 
-/// A remodelled face is still the same surface when its plane turned by less than some 8 degrees ...
+/// A remodelled face is still the same surface when its plane was rotated by less than about 8 degrees ...
 const SAME_DIRECTION: f64 = 0.99;
 /// ... and moved by less than this share of the surface's size.
 const SAME_PLACE: f64 = 0.05;
 
-/// Where an entry belongs among the parts of a stack.
+/// The parts of a stack to which an entry belongs.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Home {
-    /// On these: the same surface, whole or in pieces.
+    /// The surface is unchanged; the parts contain it as a whole or in pieces.
     Same(Vec<usize>),
-    /// On those of these that cover a pixel: the surface was remodelled.
+    /// The surface was remodelled; each pixel belongs to those of these parts that cover it.
     Spread(Vec<usize>),
-    /// The stack has nothing like it.
+    /// The stack has no such surface.
     Lost,
 }
 
-/// Looks for the surface of an entry among `parts`: by name and outline; by outline alone, where it was renamed;
-/// by object and plane, where it was remodelled.
+/// Finds the surface of an entry among `parts`: by name and outline; by outline alone, if it was renamed; by object
+/// and plane, if it was remodelled.
 pub fn home(entry: &PaintEntry, parts: &[&Part]) -> Home {
     let named = |part: &Part| {
         part.object == entry.object && part.face == entry.face && part.triangle == entry.triangle
     };
     let unknown = |part: &Part| part.outline.is_empty() || entry.outline.is_empty();
     let same = |part: &Part| unknown(part) || same_outline(&entry.outline, part.outline);
-    let found = places(parts, |part| named(part) && same(part));
+    let found = matching(parts, |part| named(part) && same(part));
     if !found.is_empty() {
         return Home::Same(found);
     }
-    let renamed = places(parts, |part| !unknown(part) && same(part));
+    let renamed = matching(parts, |part| !unknown(part) && same(part));
     if !renamed.is_empty() {
         return Home::Same(renamed);
     }
-    let like = places(parts, |part| {
+    let like = matching(parts, |part| {
         named(part) || (part.object == entry.object && same_plane(&entry.outline, part.outline))
     });
     if like.is_empty() { Home::Lost } else { Home::Spread(like) }
 }
 
-fn places(parts: &[&Part], wanted: impl Fn(&Part) -> bool) -> Vec<usize> {
-    parts.iter().enumerate().filter(|(_, part)| wanted(part)).map(|(place, _)| place).collect()
+/// Returns the indices of the parts for which a predicate is true.
+fn matching(parts: &[&Part], wanted: impl Fn(&Part) -> bool) -> Vec<usize> {
+    parts.iter().enumerate().filter(|(_, part)| wanted(part)).map(|(index, _)| index).collect()
 }
 
-/// The same corners in the same order, wherever the list begins.
+/// Returns true when two outlines have the same corners in the same order, wherever the list begins.
 fn same_outline(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
     if a == b {
         return true;
@@ -67,6 +69,7 @@ fn same_outline(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
     (0..a.len()).any(agrees)
 }
 
+/// Returns true when two outlines lie in almost the same plane.
 fn same_plane(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
     let (a, b) = (points(a), points(b));
     let (Some(old), Some(new)) = (fit_plane(&a), fit_plane(&b)) else { return false };
@@ -75,21 +78,22 @@ fn same_plane(a: &[[f64; 3]], b: &[[f64; 3]]) -> bool {
 }
 
 /// A camera and its pose.
-type View = (Pinhole, Pose);
+type PosedCamera = (Pinhole, Pose);
 
-/// How paint gets from the photo as it was to the photo as it is: through its surface's plane.
+/// The mapping of paint from the photo at the time of painting to the present photo, through the surface's plane.
 pub struct Reprojection {
     plane: Plane,
-    old: View,
-    new: View,
+    old: PosedCamera,
+    new: PosedCamera,
 }
 
-/// Cameras that take a surface's corners to places nearer than this, in pixels, are the same one.
+/// The distance in pixels below which two cameras show a surface's corners at the same position.
 const SAME_CAMERA_PX: f64 = 1e-3;
 
 impl Reprojection {
-    /// None where the camera is the same, or the surface has no plane: paint stays at its pixels.
-    pub fn between(entry: &PaintEntry, old: &PaintedView, new: View) -> Option<Self> {
+    /// Compares the cameras; `None` where they agree, or the surface has no plane, so that paint stays at its
+    /// pixels.
+    pub fn between(entry: &PaintEntry, old: &PaintedView, new: PosedCamera) -> Option<Self> {
         let old = camera_of(&old.photo, &old.camera);
         let outline = points(&entry.outline);
         let same = old == new || corners(entry.rect).all(|px| at_same_place(px, &outline, old, new));
@@ -100,30 +104,30 @@ impl Reprojection {
         Some(Self { plane, old, new })
     }
 
-    /// The paint at its new pixels: each shows what lay at its centre's foot on the surface, the nearest old
-    /// pixel where that is clear, mixed from its neighbours where it lies between.
+    /// Returns the paint at its new pixels. Each new pixel shows what is at its centre on the surface, interpolated
+    /// from the old pixels.
     pub fn applied(&self, patch: &Patch, photo: PixelRect) -> Patch {
         let Some(rect) = self.bounds(patch.rect(), photo) else { return Patch::of_pixels(&[]) };
         let mut moved = Patch::new(rect);
-        for y in rect.y..rect.bottom() {
-            for x in rect.x..rect.right() {
-                let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
-                if let Some(colour) = self.old_px(centre).and_then(|px| sample(patch, px)) {
-                    moved.put(x, y, colour);
-                }
+        for (x, y) in rect.pixels() {
+            let centre = DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5);
+            if let Some(colour) = self.old_px(centre).and_then(|px| sample(patch, px)) {
+                moved.put(x, y, colour);
             }
         }
         moved
     }
 
+    /// Maps a position in the present photo to the old one.
     fn old_px(&self, new_px: DVec2) -> Option<DVec2> {
         carried(new_px, &self.plane, self.new, self.old)
     }
 
+    /// Returns the pixels that paint may reach in the present photo.
     fn bounds(&self, rect: PixelRect, photo: PixelRect) -> Option<PixelRect> {
         let carried: Vec<DVec2> =
             corners(rect).filter_map(|px| carried(px, &self.plane, self.old, self.new)).collect();
-        // Some corner's ray misses the plane: it may be anywhere in the photo.
+        // The ray through some corner misses the plane, so the paint may be anywhere in the photo.
         if carried.len() < 4 {
             return Some(photo);
         }
@@ -136,20 +140,27 @@ impl Reprojection {
     }
 }
 
+/// Returns the corners of a rectangle.
 fn corners(rect: PixelRect) -> impl Iterator<Item = DVec2> {
     let edge = |x: i32, y: i32| DVec2::new(f64::from(x), f64::from(y));
     let (right, bottom) = (rect.right(), rect.bottom());
     [edge(rect.x, rect.y), edge(right, rect.y), edge(right, bottom), edge(rect.x, bottom)].into_iter()
 }
 
-fn at_same_place(px: DVec2, outline: &[DVec3], old: View, new: View) -> bool {
+/// Returns true when both cameras show a position of the surface at the same pixel.
+fn at_same_place(px: DVec2, outline: &[DVec3], old: PosedCamera, new: PosedCamera) -> bool {
     let plane = fit_plane(outline);
     let there = plane.and_then(|plane| carried(px, &plane, old, new));
     there.is_some_and(|there| there.distance(px) <= SAME_CAMERA_PX)
 }
 
-/// From one photo through a plane into another one.
-fn carried(px: DVec2, plane: &Plane, (from, from_pose): View, (to, to_pose): View) -> Option<DVec2> {
+/// Maps a position from one photo to another through a plane; `None` where that is not possible.
+fn carried(
+    px: DVec2,
+    plane: &Plane,
+    (from, from_pose): PosedCamera,
+    (to, to_pose): PosedCamera,
+) -> Option<DVec2> {
     let eye = from_pose.center_in_world();
     let ray = from_pose.rotation.transpose() * from.ray_in_camera(px);
     let along = -plane.signed_distance(eye) / plane.normal.dot(ray);
@@ -157,24 +168,21 @@ fn carried(px: DVec2, plane: &Plane, (from, from_pose): View, (to, to_pose): Vie
     to.image_from_camera(to_pose.camera_from_world(hit))
 }
 
-/// The paint at an image position: bilinear over painted pixels; nothing where the nearest one is not painted.
+/// Samples the paint at an image position: bilinear over painted pixels, `None` where the nearest pixel is not
+/// painted.
 fn sample(patch: &Patch, px: DVec2) -> Option<Colour> {
     let nearest = patch.at(px.x.floor() as i32, px.y.floor() as i32)?;
     if nearest[3] == 0 {
         return Some(nearest);
     }
-    let corner = (px - 0.5).floor();
-    let share = px - 0.5 - corner;
     let mut sum = [0.0; 4];
     let mut weights = 0.0;
-    for (dx, wx) in [(0, 1.0 - share.x), (1, share.x)] {
-        for (dy, wy) in [(0, 1.0 - share.y), (1, share.y)] {
-            let Some(colour) = patch.at(corner.x as i32 + dx, corner.y as i32 + dy) else { continue };
-            let alpha = f64::from(colour[3]);
-            (0..3).for_each(|i| sum[i] += wx * wy * alpha * f64::from(colour[i]));
-            sum[3] += wx * wy * alpha;
-            weights += wx * wy;
-        }
+    for (x, y, weight) in Corner::of(px).taps() {
+        let Some(colour) = patch.at(x, y) else { continue };
+        let alpha = f64::from(colour[3]);
+        (0..3).for_each(|i| sum[i] += weight * alpha * f64::from(colour[i]));
+        sum[3] += weight * alpha;
+        weights += weight;
     }
     let colour = |i: usize| (sum[i] / sum[3]).round() as u16;
     Some(if sum[3] > 0.0 {

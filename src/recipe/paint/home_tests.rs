@@ -1,15 +1,15 @@
-//! Paint finds its surface again, or says that it did not.
+//! Paint is assigned to its surface again, or reported as lost.
 
 use glam::{DMat3, DVec3};
 
 use super::home::{Home, Reprojection, home};
-use super::parts::{Parts, Scenery, camera_of};
+use super::parts::{PartSource, Parts, camera_of};
 use crate::document::Element;
 use crate::document::paint::{PaintEntry, PaintedView, Patch};
 use crate::document::stack::{StackCamera, StackPhoto, Surface};
 use crate::geometry::PixelRect;
 
-const NOTHING: PixelRect = PixelRect { x: 0, y: 0, w: 0, h: 0 };
+const NOTHING: PixelRect = PixelRect::EMPTY;
 
 /// A square of 4 x 4 at `x` to the right and `z` away that faces the camera.
 fn square(object: &str, face: u32, x: f64, z: f64) -> Surface {
@@ -31,7 +31,7 @@ fn painted_on(surface: &Surface) -> PaintEntry {
         view: "v".into(),
         outline: surface.outline.clone(),
         file: String::new(),
-        rect: PixelRect { x: 0, y: 0, w: 4, h: 4 },
+        rect: PixelRect::of_size(4, 4),
         pixels: 16,
     }
 }
@@ -48,10 +48,10 @@ fn view(x: f64) -> PaintedView {
     }
 }
 
-/// Where paint of `entry` belongs in a stack of `surfaces`.
+/// Finds the parts to which paint of `entry` belongs in a stack of `surfaces`.
 fn home_among(entry: &PaintEntry, surfaces: &[Surface]) -> Home {
     let view = view(0.0);
-    let scenery = Scenery { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
+    let scenery = PartSource { photo: &view.photo, camera: &view.camera, surfaces, pieces: &[] };
     let element =
         |s: &Surface| Element { object: s.object.clone(), faces: vec![s.face], pieces: vec![], back: vec![] };
     let elements: Vec<Element> = surfaces.iter().map(element).collect();
@@ -95,7 +95,7 @@ fn paint_of_a_surface_that_is_gone_is_lost_and_not_given_to_another_object() {
 
 fn moved(entry: &PaintEntry, patch: &Patch, to: &PaintedView) -> Option<Patch> {
     let new = camera_of(&to.photo, &to.camera);
-    let photo = PixelRect { x: 0, y: 0, w: 20, h: 8 };
+    let photo = PixelRect::of_size(20, 8);
     Reprojection::between(entry, &view(0.0), new).map(|reprojection| reprojection.applied(patch, photo))
 }
 
@@ -111,7 +111,7 @@ fn under_the_same_camera_paint_stays_at_its_pixels() {
 fn a_camera_that_moved_sees_the_paint_at_the_same_place_of_the_wall() {
     let entry = painted_on(&square("wall", 0, 0.0, 10.0));
     let patch = Patch::of_pixels(&[(1, 1, [257, 0, 0, 65535]), (3, 2, [0; 4]), (2, 1, [514, 0, 0, 65535])]);
-    // Three units to the left: all of the wall moves three pixels to the right.
+    // The camera moves three units to the left, so the whole wall moves three pixels to the right.
     let found = moved(&entry, &patch, &view(-3.0)).expect("the camera is another one").picked(|_, _, _| true);
     let expected =
         Patch::of_pixels(&[(4, 1, [257, 0, 0, 65535]), (6, 2, [0; 4]), (5, 1, [514, 0, 0, 65535])]);
@@ -127,7 +127,7 @@ fn a_photo_of_twice_the_size_shows_paint_of_twice_the_size() {
     double.camera.K = [[20.0, 0.0, 0.0], [0.0, 20.0, 0.0], [0.0, 0.0, 1.0]];
     let new = camera_of(&double.photo, &double.camera);
     let reprojection = Reprojection::between(&entry, &view(0.0), new).expect("the camera is another one");
-    let found = reprojection.applied(&patch, PixelRect { x: 0, y: 0, w: 40, h: 16 }).picked(|_, _, _| true);
+    let found = reprojection.applied(&patch, PixelRect::of_size(40, 16)).picked(|_, _, _| true);
     assert_eq!((found.rect(), found.count()), (PixelRect { x: 2, y: 2, w: 4, h: 2 }, 8));
 }
 

@@ -1,39 +1,40 @@
-//! Paint that shows nowhere at the moment: told by `build` and `info`, and kept.
+//! Paint without a place in the present stacks, which `build` and `info` report and which is kept.
 
 use super::PhotoPaint;
 use crate::error::Result;
 use crate::io::paint_store::PaintStore;
 use crate::io::stack_store::StackStore;
 
-/// Paint that has no place in a photo's stack. It is kept, and shows again when its surface comes back.
+/// Paint without a place in a photo's stack. It is kept, and becomes visible again when its surface is back.
 #[derive(Debug, Clone, PartialEq, Eq, serde::Serialize)]
 pub struct LostPaint {
-    /// The photo.
+    /// The photo's name.
     pub photo: String,
-    /// `object[index]` of the face that it was painted on.
+    /// The face on which it was painted, as `object[index]`.
     pub face: String,
-    /// Painted pixels.
+    /// The number of painted pixels.
     pub pixels: u64,
-    /// What is missing.
+    /// The reason.
     pub reason: String,
 }
 
-/// What a project has of paint.
+/// A survey of a project's paint.
 #[derive(Debug, Clone, PartialEq, Eq, Default, serde::Serialize)]
 pub struct PaintSurvey {
-    /// By photo: name, faces with paint, painted pixels (one that coplanar faces share counts for each).
+    /// For each photo: its name, the number of faces with paint, and the number of painted pixels (those that
+    /// coplanar faces share count for each).
     pub photos: Vec<(String, usize, u64)>,
-    /// What has no place in the stacks of today.
+    /// The paint without a place in the present stacks.
     pub lost: Vec<LostPaint>,
-    /// Pictures of paint that are damaged or gone, each with what is lost and what to do.
+    /// Messages about damaged or missing files of paint, each with what is lost and the remedy.
     pub damaged: Vec<String>,
 }
 
-/// Looks at all paint of the project that `store` belongs to, whose photos are called `photos`. Photos without a stack
-/// lose nothing yet.
+/// Surveys all paint of the project that `store` belongs to, whose photos have the names `photos`. Photos without a
+/// stack count as having places for all their paint.
 ///
 /// # Errors
-/// When the paint cannot be read.
+/// Returns an error when the paint cannot be read.
 pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> {
     let paint = PaintStore::new(store.project());
     let book = paint.read()?;
@@ -53,9 +54,9 @@ pub fn survey_paint(store: &StackStore, photos: &[&str]) -> Result<PaintSurvey> 
                 photo: name.to_owned(),
                 face: entry.face_name(),
                 pixels: entry.pixels,
-                reason: "the project has no such photo".into(),
+                reason: "the photo is not in the project".into(),
             }));
-        // A stack that cannot be read is told elsewhere.
+        // Unreadable stacks are reported elsewhere.
         } else if let Ok(Some(stack)) = store.current(name) {
             survey.lost.extend(PhotoPaint::of(&book, paint.clone(), &stack).lost(&stack)?);
         }

@@ -1,5 +1,5 @@
-//! Paint on the image layers of today: entries find their surfaces, and surfaces their image layers. Nothing is
-//! written here: paint is authored, and what it looks like in a stack is derived each time.
+//! Paint on the image layers of the present stack: entries are assigned to surfaces, and surfaces to image layers.
+//! Nothing is written here: paint is authored, and its appearance in a stack is derived each time.
 
 pub mod by_surface;
 mod home;
@@ -13,7 +13,7 @@ use std::path::Path;
 
 use self::home::{Home, Reprojection, home};
 use self::lost::LostPaint;
-use self::parts::{Part, Parts, Scenery, camera_of, holds};
+use self::parts::{Part, PartSource, Parts, camera_of, holds};
 use crate::document::paint::{PaintBook, PaintEntry, Patch};
 use crate::document::stack::{ImageLayer, Stack};
 use crate::document::{Element, paint::PaintedView};
@@ -21,18 +21,18 @@ use crate::error::Result;
 use crate::geometry::{PixelRect, Spans};
 use crate::io::paint_store::PaintStore;
 
-/// The paint of one photo, laid out on the image layers of its stack.
+/// The paint of one photo, assigned to the image layers of its stack.
 #[derive(Debug, Default)]
 pub struct PhotoPaint {
     store: Option<PaintStore>,
-    /// Of the photo, earlier imports first.
+    /// The entries of the photo, earlier imports first.
     entries: Vec<PaintEntry>,
     views: Vec<PaintedView>,
-    /// For each image layer what may show on it, from the bottom to the top.
+    /// The entries that may be visible on each image layer, from bottom to top.
     layers: Vec<Vec<Placed>>,
-    /// Entries whose surface is not in the stack.
+    /// The entries whose surface is not in the stack.
     lost: Vec<usize>,
-    /// What paint of the photo cannot be shown, because its pictures are damaged or gone.
+    /// Messages about paint that cannot be shown, because its files are damaged or missing.
     damaged: Vec<String>,
 }
 
@@ -40,37 +40,38 @@ pub struct PhotoPaint {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Placed {
     entry: usize,
-    /// In the layer; later ones are drawn on top.
+    /// The part in the layer; later ones are drawn on top.
     part: usize,
     reach: Reach,
 }
 
-/// Which pixels of an entry show on a part.
+/// The pixels of an entry that are visible on a part.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Reach {
-    /// All of them.
+    /// All pixels.
     All,
-    /// Those that the part covers.
+    /// The pixels that the part covers.
     Covered,
-    /// Those that no part of the layer covers.
+    /// The pixels that no part of the layer covers.
     Beyond,
 }
 
 impl PhotoPaint {
-    /// The paint of the project in the folder `project` on the image layers of `stack`.
+    /// Reads the paint of the project in the folder `project` for the image layers of `stack`.
     ///
     /// # Errors
-    /// Those of reading the book; pixels are read later.
+    /// Returns the errors of reading the paint book; pixels are read later.
     pub fn open(project: &Path, stack: &Stack) -> Result<Self> {
         let store = PaintStore::new(project);
         let book = store.read()?;
         Ok(Self::of(&book, store, stack))
     }
 
-    /// The same from a book that was read. Entries whose pictures are damaged show nowhere; see
+    /// Assigns the paint of a book that was read. Entries whose files are damaged are not shown; see
     /// [`Self::damaged`].
     pub fn of(book: &PaintBook, store: PaintStore, stack: &Stack) -> Self {
-        let (mut entries, mut damaged) = (Vec::new(), Vec::new());
+        let mut entries = Vec::new();
+        let mut damaged = Vec::new();
         for entry in book.of_photo(&stack.photo.name) {
             match store.check(entry) {
                 Ok(()) => entries.push(entry.clone()),
@@ -84,11 +85,12 @@ impl PhotoPaint {
         let views =
             entries.iter().map(|e| book.views.get(&e.view).cloned().unwrap_or_else(current)).collect();
         let mut paint = Self { store: Some(store), entries, views, damaged, ..Self::default() };
-        paint.place(stack);
+        paint.assign(stack);
         paint
     }
 
-    fn place(&mut self, stack: &Stack) {
+    /// Assigns all entries to image layers.
+    fn assign(&mut self, stack: &Stack) {
         self.layers = vec![Vec::new(); stack.image_layers.len()];
         let parts = parts_of_stack(stack);
         let all: Vec<(usize, usize)> = parts
@@ -98,15 +100,15 @@ impl PhotoPaint {
             .collect();
         let flat: Vec<&Part> = all.iter().map(|&(l, p)| &parts[l].list[p]).collect();
         for (index, entry) in self.entries.iter().enumerate() {
-            let (places, remodelled) = match home(entry, &flat) {
-                Home::Same(places) => (places, false),
-                Home::Spread(places) => (places, true),
+            let (indices, remodelled) = match home(entry, &flat) {
+                Home::Same(indices) => (indices, false),
+                Home::Spread(indices) => (indices, true),
                 Home::Lost => {
                     self.lost.push(index);
                     continue;
                 }
             };
-            let at = places.iter().map(|&place| all[place]);
+            let at = indices.iter().map(|&part_index| all[part_index]);
             if entry.beyond {
                 let layer = stack.image_layers.iter().position(|layer| layer.id == entry.layer);
                 let nearest =
@@ -126,20 +128,20 @@ impl PhotoPaint {
         self.layers.iter_mut().for_each(|placed| placed.sort_unstable());
     }
 
-    /// There is paint that may show on an image layer.
+    /// Returns true when there is paint that may be visible on an image layer.
     pub fn is_on(&self, layer: usize) -> bool {
         self.layers.get(layer).is_some_and(|placed| !placed.is_empty())
     }
 
-    /// The image layers that may look other than with `other`, which is paint of the same stack. Files of paint are
-    /// named by their content.
+    /// Returns the image layers that may look different from `other`, which is paint of the same stack. Files of
+    /// paint are named by the hash of their content.
     pub fn differs_on(&self, other: &Self) -> Vec<usize> {
         let layers = self.layers.len().max(other.layers.len());
-        (0..layers).filter(|&layer| !self.shown_on(layer).eq(other.shown_on(layer))).collect()
+        (0..layers).filter(|&layer| !self.visible_on(layer).eq(other.visible_on(layer))).collect()
     }
 
-    /// What shows on an image layer: files, their rectangles, where they are placed.
-    fn shown_on(&self, layer: usize) -> impl Iterator<Item = (&str, PixelRect, usize, Reach)> {
+    /// Returns what is visible on an image layer: files, their rectangles, and where they are placed.
+    fn visible_on(&self, layer: usize) -> impl Iterator<Item = (&str, PixelRect, usize, Reach)> {
         let placed = self.layers.get(layer).into_iter().flatten();
         placed.map(|placed| {
             let entry = &self.entries[placed.entry];
@@ -147,10 +149,10 @@ impl PhotoPaint {
         })
     }
 
-    /// The paint on an image layer, in photo pixels; empty where nobody painted.
+    /// Returns the paint on an image layer, in photo pixels; empty where nothing was painted.
     ///
     /// # Errors
-    /// What reading a file of paint says.
+    /// Returns the errors of reading the files of paint.
     pub fn on(&self, stack: &Stack, layer: usize) -> Result<Patch> {
         let mut patch = Patch::of_pixels(&[]);
         if !self.is_on(layer) {
@@ -160,36 +162,35 @@ impl PhotoPaint {
         let all_parts = OnceCell::new();
         for placed in &self.layers[layer] {
             let paint = self.patch(placed.entry, stack)?;
-            let shown = paint.picked(|x, y, _| match placed.reach {
+            let visible = paint.picked(|x, y, _| match placed.reach {
                 Reach::All => true,
                 Reach::Covered => holds(parts.covered(&parts.list[placed.part]), x, y),
                 Reach::Beyond => {
                     !all_parts.get_or_init(|| covered_by_all(&parts)).iter().any(|s| holds(s, x, y))
                 }
             });
-            patch = patch.under(&shown);
+            patch = patch.under(&visible);
         }
         let rect = stack.image_layers[layer].rect;
-        let inside = |x: i32, y: i32| x >= rect.x && y >= rect.y && x < rect.right() && y < rect.bottom();
-        Ok(patch.picked(|x, y, _| inside(x, y)))
+        Ok(patch.picked(|x, y, _| rect.contains(x, y)))
     }
 
-    /// What paint of the photo cannot be shown, because its pictures are damaged or gone, and what to do about it.
+    /// Returns messages, with remedies, about paint that cannot be shown because its files are damaged or missing.
     pub fn damaged(&self) -> &[String] {
         &self.damaged
     }
 
-    /// Files of paint that may show in the stack: what an export of it depends on.
+    /// Returns the files of paint that may be visible in the stack, on which an export of it depends.
     pub fn files(&self) -> impl Iterator<Item = &str> {
         let lost = |index: &usize| !self.lost.contains(index);
         (0..self.entries.len()).filter(lost).map(|index| self.entries[index].file.as_str())
     }
 
-    /// What has no place in the stack: entries without a surface, and pixels that a remodelled surface covers no
-    /// more.
+    /// Returns the paint that has no place in the stack: entries without a surface, and pixels that a changed
+    /// surface no longer covers.
     ///
     /// # Errors
-    /// What reading a file of paint says.
+    /// Returns the errors of reading the files of paint.
     pub fn lost(&self, stack: &Stack) -> Result<Vec<LostPaint>> {
         let lost = |entry: &PaintEntry, pixels: u64, reason: &str| LostPaint {
             photo: entry.photo.clone(),
@@ -199,17 +200,17 @@ impl PhotoPaint {
         };
         let gone = self.lost.iter().map(|&index| &self.entries[index]);
         let mut all: Vec<_> =
-            gone.map(|e| lost(e, e.pixels, "this photo's stack has no such surface")).collect();
+            gone.map(|e| lost(e, e.pixels, "the surface is not in this photo's stack")).collect();
         for (index, entry) in self.entries.iter().enumerate() {
             let unplaced = self.unplaced(index, stack)?;
             if unplaced > 0 {
-                all.push(lost(entry, unplaced, "the surface is another one now, and does not cover them"));
+                all.push(lost(entry, unplaced, "the surface has changed and does not cover these pixels"));
             }
         }
         Ok(all)
     }
 
-    /// Pixels of a remodelled surface's paint that no part covers.
+    /// Returns the number of pixels of a changed surface's paint that no part covers.
     fn unplaced(&self, index: usize, stack: &Stack) -> Result<u64> {
         let of_entry = |placed: &&Placed| placed.entry == index;
         let everywhere = self.layers.iter().flatten().filter(of_entry);
@@ -230,12 +231,13 @@ impl PhotoPaint {
         Ok(patch.count())
     }
 
+    /// Reads the pixels of an entry, reprojected if the camera has changed.
     fn patch(&self, index: usize, stack: &Stack) -> Result<Patch> {
         let entry = &self.entries[index];
-        let store = self.store.as_ref().expect("who has entries has a store");
+        let store = self.store.as_ref().expect("of() stores both entries and their store");
         let patch = store.patch(entry)?;
         let now = camera_of(&stack.photo, &stack.camera);
-        let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
+        let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         Ok(match Reprojection::between(entry, &self.views[index], now) {
             Some(moved) => moved.applied(&patch, photo),
             None => patch,
@@ -243,16 +245,17 @@ impl PhotoPaint {
     }
 }
 
+/// Returns the pixels that each part covers.
 fn covered_by_all<'p>(parts: &'p Parts) -> Vec<&'p Spans> {
     parts.list.iter().map(|part| parts.covered(part)).collect()
 }
 
-/// The parts of every image layer of a stack.
+/// Returns the parts of every image layer of a stack.
 fn parts_of_stack(stack: &Stack) -> Vec<Parts<'_>> {
     (0..stack.image_layers.len()).map(|layer| parts_of_layer(stack, layer)).collect()
 }
 
-/// The parts of an image layer of a stack.
+/// Returns the parts of an image layer of a stack.
 pub fn parts_of_layer(stack: &Stack, layer: usize) -> Parts<'_> {
     let elements: Vec<&Element> = stack.visibility_layers.iter().flatten().collect();
     let layer = &stack.image_layers[layer];
@@ -260,7 +263,7 @@ pub fn parts_of_layer(stack: &Stack, layer: usize) -> Parts<'_> {
         |e: u32| stack.image_layers.iter().filter(|l: &&ImageLayer| l.elements.contains(&e)).count() > 1;
     let with_tile = |&e: &u32| (elements[e as usize], shared(e).then_some(layer.needed_rect));
     let of_layer: Vec<_> = layer.elements.iter().map(with_tile).collect();
-    let scenery = Scenery {
+    let scenery = PartSource {
         photo: &stack.photo,
         camera: &stack.camera,
         surfaces: &stack.surfaces,

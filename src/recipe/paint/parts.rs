@@ -1,4 +1,4 @@
-//! What an image layer textures, as outlines in the photo: which surface a pixel of the layer belongs to.
+//! The contents of an image layer as outlines in the photo, which tell the surface of each pixel.
 
 use std::cell::OnceCell;
 
@@ -9,7 +9,7 @@ use crate::document::stack::{Piece, StackCamera, StackPhoto, Surface};
 use crate::geometry::{Pinhole, PixelRect, Pose, Spans};
 use crate::projection::footprint::footprint;
 
-/// The camera of a stack or of an export.
+/// Returns the camera of a stack or of an export.
 pub fn camera_of(photo: &StackPhoto, camera: &StackCamera) -> (Pinhole, Pose) {
     let [[fx, _, cx], [_, fy, cy], _] = camera.K;
     let pinhole = Pinhole { width: photo.width, height: photo.height, fx, fy, cx, cy };
@@ -18,7 +18,7 @@ pub fn camera_of(photo: &StackPhoto, camera: &StackCamera) -> (Pinhole, Pose) {
     (pinhole, Pose { rotation, translation: camera.t.into() })
 }
 
-/// An outline in world coordinates.
+/// Converts an outline in world coordinates.
 pub fn points(outline: &[[f64; 3]]) -> Vec<DVec3> {
     outline.iter().map(|&p| DVec3::from_array(p)).collect()
 }
@@ -26,19 +26,19 @@ pub fn points(outline: &[[f64; 3]]) -> Vec<DVec3> {
 /// A surface, or a piece of one, in an image layer.
 #[derive(Debug)]
 pub struct Part<'a> {
-    /// Unique name of the object.
+    /// The unique name of the object.
     pub object: &'a str,
-    /// Index within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Which triangle, of a face that is not planar.
+    /// The triangle's index within the face, for a face that is not planar.
     pub triangle: Option<u32>,
-    /// All of the surface, as it was sorted; empty where nobody knows.
+    /// The outline of the whole surface at the time of the build; empty where it is unknown.
     pub outline: &'a [[f64; 3]],
-    /// Its place in the model among the surfaces that are known: what comes later is drawn on top.
+    /// The index in the model's order among the known surfaces; later ones are drawn on top.
     pub place: usize,
-    /// The piece of it that is in the layer; none: all of it.
+    /// The piece that is in the layer; `None` for the whole surface.
     piece: Option<&'a [[f64; 3]]>,
-    /// The share of the layer, where several have the surface.
+    /// The part of the photo that belongs to the layer, where several layers contain the surface.
     tile: Option<PixelRect>,
     covered: OnceCell<Spans>,
 }
@@ -47,37 +47,38 @@ pub struct Part<'a> {
 pub struct Parts<'a> {
     camera: Pinhole,
     pose: Pose,
-    /// In photo pixels: where footprints are looked for.
+    /// The photo and the layer's rectangle, in photo pixels, outside of which nothing is covered.
     area: PixelRect,
     /// The parts.
     pub list: Vec<Part<'a>>,
 }
 
-/// What parts are made of, for all image layers of a stack or of an export.
+/// The photo, camera and surfaces from which parts are made, for all image layers of a stack or of an export.
 #[derive(Debug, Clone, Copy)]
-pub struct Scenery<'a> {
+pub struct PartSource<'a> {
     /// The photo.
     pub photo: &'a StackPhoto,
-    /// Its camera.
+    /// The photo's camera.
     pub camera: &'a StackCamera,
-    /// In the model's order; may be empty.
+    /// The surfaces, in the model's order; may be empty.
     pub surfaces: &'a [Surface],
-    /// Of cut faces and of faces that are not planar.
+    /// The pieces of cut faces and of faces that are not planar.
     pub pieces: &'a [Piece],
 }
 
-impl<'a> Scenery<'a> {
-    /// The parts of an image layer with these elements and this rectangle. Of an element that other layers
-    /// have, too, it has the share within `tile`.
+impl<'a> PartSource<'a> {
+    /// Makes the parts of an image layer with these elements and this rectangle. Of an element that other layers
+    /// contain, too, the layer has the part within `tile`.
     pub fn parts(&self, elements: &[(&'a Element, Option<PixelRect>)], rect: PixelRect) -> Parts<'a> {
         let (camera, pose) = camera_of(self.photo, self.camera);
-        let photo = PixelRect { x: 0, y: 0, w: camera.width, h: camera.height };
+        let photo = camera.rect();
         let mut list: Vec<Part> =
             elements.iter().flat_map(|(element, tile)| self.of_element(element, *tile)).collect();
         list.sort_by_key(|part| part.place);
         Parts { camera, pose, area: rect.union(&photo), list }
     }
 
+    /// Makes the parts of one element.
     fn of_element(&self, element: &'a Element, tile: Option<PixelRect>) -> Vec<Part<'a>> {
         let whole = element.faces.iter().map(|&face| self.part(&element.object, face, None, None, tile));
         let is_piece = |p: &&Piece| p.object == element.object && element.pieces.contains(&[p.face, p.piece]);
@@ -87,6 +88,7 @@ impl<'a> Scenery<'a> {
         whole.chain(pieces).collect()
     }
 
+    /// Makes a part, with its surface's outline and order.
     fn part(
         &self,
         object: &'a str,
@@ -96,27 +98,27 @@ impl<'a> Scenery<'a> {
         tile: Option<PixelRect>,
     ) -> Part<'a> {
         let same = |s: &Surface| s.object == object && s.face == face && s.triangle == triangle;
-        let place = self.surfaces.iter().position(same);
-        let outline = place.map_or(&[][..], |place| &self.surfaces[place].outline);
-        let place = place.unwrap_or(self.surfaces.len());
+        let index = self.surfaces.iter().position(same);
+        let outline = index.map_or(&[][..], |index| &self.surfaces[index].outline);
+        let place = index.unwrap_or(self.surfaces.len());
         Part { object, face, triangle, outline, place, piece, tile, covered: OnceCell::new() }
     }
 }
 
 impl Part<'_> {
-    /// The part's own outline, in world coordinates: the surface's, or that of the piece.
+    /// Returns the part's own outline in world coordinates: that of the piece, or of the whole surface.
     pub fn own_outline(&self) -> &[[f64; 3]] {
         self.piece.unwrap_or(self.outline)
     }
 
-    /// All of a surface that no other image layer shares.
+    /// Returns true when the part is a whole surface that no other image layer contains.
     pub fn is_whole(&self) -> bool {
         self.piece.is_none() && self.tile.is_none()
     }
 }
 
 impl Parts<'_> {
-    /// The pixels that a part covers.
+    /// Returns the pixels that a part covers, computed at the first call.
     pub fn covered<'p>(&self, part: &'p Part) -> &'p Spans {
         part.covered.get_or_init(|| {
             let outline = points(part.own_outline());
@@ -125,14 +127,14 @@ impl Parts<'_> {
         })
     }
 
-    /// The parts that cover a pixel, in the model's order.
+    /// Returns the indices of the parts that cover a pixel, in the model's order.
     pub fn at(&self, x: i32, y: i32) -> impl Iterator<Item = usize> {
         let covers = move |part: &Part| holds(self.covered(part), x, y);
         self.list.iter().enumerate().filter(move |(_, part)| covers(part)).map(|(index, _)| index)
     }
 }
 
-/// Whether a set of pixels holds one.
+/// Returns true when a set of pixels contains a pixel.
 pub fn holds(spans: &Spans, x: i32, y: i32) -> bool {
     let row = spans.row(y);
     let after = row.partition_point(|run| run.end <= x);
@@ -156,21 +158,21 @@ mod tests {
     #[test]
     fn a_pixel_belongs_to_every_surface_that_covers_it_the_last_of_the_model_last() {
         let photo = StackPhoto { name: "a".into(), width: 10, height: 8 };
-        // One world unit is one pixel at the depth of ten.
+        // One world unit is one pixel at a depth of ten.
         let camera = StackCamera {
             K: [[10.0, 0.0, 0.0], [0.0, 10.0, 0.0], [0.0, 0.0, 1.0]],
             R: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
             t: [0.0; 3],
         };
         let surfaces = [square("wall", 0.0), square("window", 2.0)];
-        let scenery = Scenery { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
+        let scenery = PartSource { photo: &photo, camera: &camera, surfaces: &surfaces, pieces: &[] };
         let (window, wall) = (element("window"), element("wall"));
-        let rect = PixelRect { x: 0, y: 0, w: 8, h: 8 };
+        let rect = PixelRect::of_size(8, 8);
         let parts = scenery.parts(&[(&window, None), (&wall, None)], rect);
         assert_eq!(parts.list.iter().map(|part| part.object).collect::<Vec<_>>(), ["wall", "window"]);
         let at = |x: i32, y: i32| parts.at(x, y).collect::<Vec<_>>();
         assert_eq!((at(1, 1), at(3, 3), at(5, 0), at(6, 0)), (vec![0], vec![0, 1], vec![1], vec![]));
-        let tiled = scenery.parts(&[(&wall, Some(PixelRect { x: 0, y: 0, w: 2, h: 2 }))], rect);
+        let tiled = scenery.parts(&[(&wall, Some(PixelRect::of_size(2, 2)))], rect);
         assert_eq!(tiled.at(1, 1).count() + tiled.at(3, 3).count(), 1);
     }
 }

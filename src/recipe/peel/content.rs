@@ -1,4 +1,4 @@
-//! What an image layer holds, pixel by pixel: the photo, its filling, paint, or nothing yet.
+//! The content of an image layer pixel by pixel: photo, filling, paint, or nothing yet.
 
 use std::path::Path;
 
@@ -7,58 +7,59 @@ use crate::document::paint::Patch;
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layer_reader::{read_layer, read_mask};
-use crate::io::layered::raster::in_8_bits;
+use crate::raster::in_8_bits;
 use crate::recipe::layer_pixels::shown;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::sheets::over_filling;
 
-/// Some surface of the layer covers the pixel.
+/// Flag: a surface of the layer covers the pixel.
 const COVERED: u8 = 1;
-/// The photo shows that surface there.
+/// Flag: the surface is visible in the photo at the pixel.
 const VISIBLE: u8 = 2;
 
-/// What an image layer has at a pixel.
+/// The content of an image layer at a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Texel {
-    /// No surface of the layer is there, or it was painted away.
+    /// No surface of the layer is there, or it was erased.
     Nothing,
-    /// A surface is there, and the photo shows something else.
+    /// A surface is there, but hidden, and there is no content.
     Hidden,
     /// The photo's own pixel.
     Photo,
-    /// What fills it: sRGB and alpha, not premultiplied.
+    /// Filling: sRGB and alpha, not premultiplied.
     Filling([u8; 4]),
-    /// Paint of another photo, laid over what this one shows: sRGB and alpha, not premultiplied.
+    /// Paint of another photo that was propagated over a visible pixel: sRGB and alpha, not premultiplied.
     Spread([u8; 4]),
     /// Paint, or paint over filling.
     Paint([u8; 4]),
 }
 
-/// An image layer, as far as the photo goes.
+/// The content of an image layer within the photo.
 #[derive(Debug)]
 pub struct Content {
     rect: PixelRect,
-    /// Rows of `rect`.
+    /// The flags in rows of `rect`.
     flags: Vec<u8>,
-    /// Opaque where the layer is filled; empty where it has no filling at all.
+    /// The filling, opaque where the layer is filled; empty where it has no filling at all.
     filling: Vec<[u8; 4]>,
-    /// Paint of other photos, as opaque as it is laid; empty where there is none at all.
-    spread: Vec<[u8; 4]>,
+    /// Propagated paint of other photos with its opacity; empty where there is none at all.
+    propagated: Vec<[u8; 4]>,
     paint: Patch,
 }
 
 impl Content {
-    /// Reads an image layer of a stack whose files lie in `folder`.
+    /// Reads an image layer of a stack with files in `folder`.
     ///
     /// # Errors
-    /// What reading its files and its paint says.
+    /// Returns the errors of reading its files and paint.
     pub fn read(folder: &Path, stack: &Stack, paint: &PhotoPaint, layer: usize) -> Result<Self> {
         let image_layer = &stack.image_layers[layer];
-        let photo = PixelRect { x: 0, y: 0, w: stack.photo.width, h: stack.photo.height };
+        let photo = PixelRect::of_size(stack.photo.width, stack.photo.height);
         let rect = image_layer.needed_rect.intersection(&image_layer.rect).intersection(&photo);
         if rect.is_empty() {
-            let (filling, spread) = (Vec::new(), Vec::new());
-            return Ok(Self { rect, flags: Vec::new(), filling, spread, paint: Patch::of_pixels(&[]) });
+            let filling = Vec::new();
+            let propagated = Vec::new();
+            return Ok(Self { rect, flags: Vec::new(), filling, propagated, paint: Patch::of_pixels(&[]) });
         }
         let texels = read_layer(&folder.join(&image_layer.file), image_layer.rect, rect)?;
         let needed = read_mask(&folder.join(&image_layer.needed_file), image_layer.rect, rect)?;
@@ -73,13 +74,13 @@ impl Content {
         };
         let fill = image_layer.fill.as_ref();
         let filling = read(fill.map(|fill| &fill.filled_file))?;
-        let spread = read(fill.and_then(|fill| fill.spread_file.as_ref()))?;
-        Ok(Self { rect, flags, filling, spread, paint: paint.on(stack, layer)? })
+        let propagated = read(fill.and_then(|fill| fill.spread_file.as_ref()))?;
+        Ok(Self { rect, flags, filling, propagated, paint: paint.on(stack, layer)? })
     }
 
-    /// What it has at a pixel of the photo, with or without filling and paint.
+    /// Returns the content at a pixel of the photo, with or without filling and paint.
     pub fn texel(&self, x: i32, y: i32, filling: bool, paint: bool) -> Texel {
-        let Some(at) = self.index(x, y) else { return Texel::Nothing };
+        let Some(at) = self.rect.index(x, y) else { return Texel::Nothing };
         let below = self.without_paint(at, filling);
         if !paint || self.flags[at] & COVERED == 0 {
             return below;
@@ -92,41 +93,36 @@ impl Content {
         }
     }
 
-    /// Somebody painted on it.
+    /// Returns true when the layer has paint.
     pub fn is_painted(&self) -> bool {
         !self.paint.is_empty()
     }
 
-    /// Paint of other photos lies on it.
+    /// Returns true when paint of other photos was propagated to the layer.
     pub fn is_spread_on(&self) -> bool {
-        self.spread.iter().any(|colour| colour[3] > 0)
+        self.propagated.iter().any(|colour| colour[3] > 0)
     }
 
-    /// Whether a surface is there that the photo does not show.
+    /// Returns true when a surface is at the pixel, but not visible in the photo.
     pub fn is_hidden(&self, x: i32, y: i32) -> bool {
-        self.index(x, y).is_some_and(|at| self.flags[at] == COVERED)
+        self.rect.index(x, y).is_some_and(|at| self.flags[at] == COVERED)
     }
 
-    /// Whether the photo shows the layer there.
+    /// Returns true when the layer is visible in the photo at the pixel.
     pub fn is_visible(&self, x: i32, y: i32) -> bool {
-        self.index(x, y).is_some_and(|at| self.flags[at] & VISIBLE != 0)
+        self.rect.index(x, y).is_some_and(|at| self.flags[at] & VISIBLE != 0)
     }
 
+    /// Returns the content at an index without the photo's own paint.
     fn without_paint(&self, at: usize, filling: bool) -> Texel {
-        let spread = self.spread.get(at).filter(|colour| filling && colour[3] > 0);
+        let propagated = self.propagated.get(at).filter(|colour| filling && colour[3] > 0);
         match (self.flags[at], self.filling.get(at)) {
             (0, _) => Texel::Nothing,
-            _ if spread.is_some() => spread.map_or(Texel::Nothing, |colour| Texel::Spread(*colour)),
+            _ if propagated.is_some() => propagated.map_or(Texel::Nothing, |colour| Texel::Spread(*colour)),
             (flags, _) if flags & VISIBLE != 0 => Texel::Photo,
             (_, Some(&colour)) if filling && colour[3] > 0 => Texel::Filling(colour),
             _ => Texel::Hidden,
         }
-    }
-
-    fn index(&self, x: i32, y: i32) -> Option<usize> {
-        let PixelRect { x: left, y: top, w, .. } = self.rect;
-        let inside = x >= left && y >= top && x < self.rect.right() && y < self.rect.bottom();
-        inside.then(|| (y - top) as usize * w as usize + (x - left) as usize)
     }
 }
 
@@ -141,7 +137,7 @@ mod tests {
             rect: PixelRect { x: 5, y: 0, w: 4, h: 1 },
             flags: vec![COVERED | VISIBLE, COVERED | VISIBLE, COVERED | VISIBLE, COVERED],
             filling: vec![[0; 4], [0; 4], [0; 4], [9, 9, 9, 255]],
-            spread: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
+            propagated: vec![[0; 4], [1, 2, 3, 255], [1, 2, 3, 255], [0; 4]],
             paint: Patch::of_pixels(&[(7, 0, red)]),
         };
         let row = |filling| [5, 6, 7, 8].map(|x| content.texel(x, 0, filling, true));

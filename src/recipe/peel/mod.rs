@@ -1,6 +1,6 @@
-//! A photo with visibility layers taken off, one after the other: what the sort found, to be looked at. Where a layer is
-//! gone, the layers behind it show what they have: the photo where it shows them, their filling, paint, or that
-//! nothing is known yet.
+//! A view of a photo with visibility layers removed from the front, to inspect the result of the sort. Where a
+//! layer is removed, the layers behind it show their content: the photo where they are visible, otherwise filling,
+//! paint, or hatching where they are empty.
 
 mod content;
 mod shapes;
@@ -20,74 +20,76 @@ use crate::io::photo::read_photo;
 use crate::io::stack_store::StackStore;
 use crate::projection::Picture;
 use crate::projection::hatching::Mask;
+use crate::raster::in_8_bits;
 use crate::recipe::paint::PhotoPaint;
 use crate::recipe::paint::parts::camera_of;
 use crate::scene::Photo;
 use crate::task::Task;
 
-/// What is needed and not known yet is of this colour: dark, so that hatching stands out on it.
+/// The colour of needed pixels without content: dark, so that hatching is visible on it.
 const HIDDEN: [u8; 4] = [0x3a, 0x2e, 0x24, 0xff];
-/// What no surface covers keeps this share of its colour once layers are taken off, to find one's way by.
+/// The brightness of pixels without a surface once layers are removed, as a share, for orientation.
 const AROUND: f32 = 0.3;
 
-/// What is taken off and what is shown of the rest.
+/// The options of a peeled view.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Peeling {
-    /// So many visibility layers are gone, from the front.
+    /// The number of visibility layers that are removed from the front.
     pub taken_off: u32,
-    /// What fills hidden parts is shown, and paint of other photos, which filling lays over this one.
+    /// Whether filling is shown, including paint that was propagated from other photos.
     pub filling: bool,
-    /// Paint is shown.
+    /// Whether paint is shown.
     pub paint: bool,
 }
 
 /// A photo without its front layers.
 #[derive(Debug)]
 pub struct Peeled {
-    /// As large as the photo; transparent where the surfaces that covered a pixel are gone.
+    /// The picture, as large as the photo; transparent where the surfaces that covered a pixel are removed.
     pub picture: Picture,
-    /// Where the surface in front has neither photo nor filling nor paint.
+    /// The pixels whose front surface has neither photo nor filling nor paint.
     pub hidden: Mask,
 }
 
 /// A surface at a pixel.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Hit {
-    /// Its place in [`PhotoLayers::shapes`].
+    /// The index in [`PhotoLayers::shapes`].
     pub shape: usize,
-    /// Along the camera's axis, in world units.
+    /// The depth along the camera's axis, in world units.
     pub distance: f64,
-    /// The photo shows it there.
+    /// Whether it is visible in the photo at this pixel.
     pub visible: bool,
 }
 
 /// The layers of one photo in memory.
 #[derive(Debug)]
 pub struct PhotoLayers {
-    /// All surfaces, in no particular order.
+    /// All surfaces, in the order of the stack's image layers.
     pub shapes: Vec<Shape>,
     camera: Pinhole,
-    /// By image layer.
+    /// The contents by image layer.
     contents: Vec<Content>,
-    /// Places in `shapes`, what is drawn first first: from the last visibility layer to the first, in each as in the
-    /// model.
+    /// The indices of `shapes` in drawing order: from the last visibility layer to the first, and within each in
+    /// the model's order.
     order: Vec<usize>,
+    /// Whether any layer has paint.
     painted: bool,
+    /// Whether paint of other photos was propagated to any layer.
     spread_on: bool,
 }
 
-/// A photo's own pixels: sRGB as the file has them, in 8 bits, with its valid area as alpha.
+/// Returns a photo's own pixels: sRGB as in its file, in 8 bits, with the valid area as alpha.
 ///
 /// # Errors
-/// Those of [`read_photo`].
+/// Returns the errors of [`read_photo`].
 pub fn photo_picture(photo: &Photo) -> Result<Picture> {
     let (width, height) = (photo.camera.width, photo.camera.height);
     let pixels = read_photo(&photo.file, width, height)?;
-    let byte = |value: u16| ((u32::from(value) + 128) / 257) as u8;
     let mut rgba = vec![0; 4 * width as usize * height as usize];
     rgba.par_chunks_exact_mut(4 * width as usize).zip(0..height).for_each(|(row, y)| {
         let row = row.as_chunks_mut::<4>().0.iter_mut().zip(0..width);
-        row.for_each(|(pixel, x)| *pixel = pixels.rgba16(x, y).map(byte));
+        row.for_each(|(pixel, x)| *pixel = pixels.rgba16(x, y).map(in_8_bits));
     });
     Ok(Picture { width, height, rgba })
 }
@@ -96,7 +98,7 @@ impl PhotoLayers {
     /// Reads the layers of `stack`, which belongs to the project in the folder `project`.
     ///
     /// # Errors
-    /// What reading their files and their paint says; [`crate::Error::Cancelled`].
+    /// Returns the errors of reading their files and paint, or [`crate::Error::Cancelled`].
     pub fn read(project: &Path, stack: &Stack, task: &Task) -> Result<Self> {
         let folder = StackStore::new(project).folder(&stack.photo.name);
         let paint = PhotoPaint::open(project, stack)?;
@@ -113,22 +115,22 @@ impl PhotoLayers {
         Ok(Self { shapes, camera, contents, order, painted, spread_on })
     }
 
-    /// Somebody painted on one of them.
+    /// Returns true when a layer has paint.
     pub fn is_painted(&self) -> bool {
         self.painted
     }
 
-    /// Paint of other photos lies on one of them.
+    /// Returns true when paint of other photos was propagated to a layer.
     pub fn is_spread_on(&self) -> bool {
         self.spread_on
     }
 
-    /// Visibility layers.
+    /// Returns the number of visibility layers.
     pub fn depth(&self) -> u32 {
         self.shapes.iter().map(|shape| shape.depth + 1).max().unwrap_or(0)
     }
 
-    /// The surfaces at a pixel that are left, what is drawn on top first.
+    /// Returns the remaining surfaces at a pixel, topmost first.
     pub fn at(&self, x: i32, y: i32, taken_off: u32) -> Vec<Hit> {
         let here = |&&at: &&usize| {
             let shape = &self.shapes[at];
@@ -142,11 +144,11 @@ impl PhotoLayers {
         self.order.iter().rev().filter(here).map(hit).collect()
     }
 
-    /// The pixels of some surfaces that the photo does not show.
+    /// Returns the hidden pixels of the selected surfaces.
     pub fn hidden_of(&self, wanted: impl Fn(&Shape) -> bool) -> Mask {
         let wanted: Vec<&Shape> = self.shapes.iter().filter(|shape| wanted(shape)).collect();
         let bounds = wanted.iter().map(|shape| shape.covered.bounds()).reduce(|all, rect| all.union(&rect));
-        let mut mask = Mask::none_of(bounds.unwrap_or(PixelRect { x: 0, y: 0, w: 0, h: 0 }));
+        let mut mask = Mask::filled(bounds.unwrap_or(PixelRect::EMPTY), false);
         for shape in wanted {
             let content = &self.contents[shape.layer];
             for (y, run) in shape.covered.iter() {
@@ -156,14 +158,14 @@ impl PhotoLayers {
         mask
     }
 
-    /// Takes layers off `photo`, the picture that they are of (as [`photo_picture`] makes it). What is left is drawn
-    /// from back to front in the order that the sort found: with nothing taken off it gives the photo back wherever
-    /// nobody painted.
+    /// Removes layers from `photo`, the picture to which they belong (see [`photo_picture`]). The remaining ones
+    /// are drawn from back to front in the order of the sort. Without any removed layers the result is the photo,
+    /// except where paint is.
     ///
     /// # Errors
-    /// [`crate::Error::Cancelled`].
+    /// Returns [`crate::Error::Cancelled`] when the task was cancelled.
     pub fn peeled(&self, photo: &Picture, peeling: Peeling, task: &Task) -> Result<Peeled> {
-        let mut canvas = Canvas::of(photo);
+        let mut canvas = PeelCanvas::of(photo);
         if peeling.taken_off > 0 {
             canvas.fade();
             self.shapes.iter().for_each(|shape| canvas.clear(shape));
@@ -177,21 +179,23 @@ impl PhotoLayers {
     }
 }
 
-/// A picture of a photo's size that is drawn on.
-struct Canvas {
+/// A picture of the photo's size that is drawn on.
+struct PeelCanvas {
     picture: Picture,
     hidden: Mask,
-    /// Where the photo shows a surface that is left. Nothing that it hides lies in front of that: where the sort forgave
-    /// two surfaces the contact, their layers alone would say so.
-    shown: Mask,
+    /// The pixels at which a remaining surface is visible in the photo. Hidden surfaces are never drawn over it:
+    /// where the sort ignored the contact of two surfaces, the order of their layers alone would permit that.
+    visible: Mask,
 }
 
-impl Canvas {
+impl PeelCanvas {
+    /// Starts with the photo.
     fn of(photo: &Picture) -> Self {
-        let rect = PixelRect { x: 0, y: 0, w: photo.width, h: photo.height };
-        Self { picture: photo.clone(), hidden: Mask::none_of(rect), shown: Mask::none_of(rect) }
+        let none = Mask::filled(photo.rect(), false);
+        Self { picture: photo.clone(), hidden: none.clone(), visible: none }
     }
 
+    /// Darkens all pixels.
     fn fade(&mut self) {
         let faded: [u8; 256] = std::array::from_fn(|value| (value as f32 * AROUND).round() as u8);
         self.picture.rgba.as_chunks_mut::<4>().0.iter_mut().for_each(|pixel| {
@@ -199,6 +203,7 @@ impl Canvas {
         });
     }
 
+    /// Makes the pixels of a surface transparent.
     fn clear(&mut self, shape: &Shape) {
         for (y, run) in shape.covered.iter() {
             let (from, to) = (self.index(run.start, y), self.index(run.end, y));
@@ -206,6 +211,7 @@ impl Canvas {
         }
     }
 
+    /// Draws a surface.
     fn draw(&mut self, shape: &Shape, content: &Content, photo: &Picture, peeling: Peeling) {
         for (y, run) in shape.covered.iter() {
             for x in run.clone() {
@@ -214,8 +220,8 @@ impl Canvas {
                 let texel = content.texel(x, y, peeling.filling, peeling.paint);
                 match texel {
                     Texel::Nothing => continue,
-                    Texel::Hidden | Texel::Filling(_) if self.shown.has(x, y) => continue,
-                    // What the photo shows there is masked, and still the photo.
+                    Texel::Hidden | Texel::Filling(_) if self.visible.holds(x, y) => continue,
+                    // The photo's pixel is masked there, and remains visible.
                     Texel::Hidden if peeling.taken_off == 0 => continue,
                     Texel::Hidden => pixel.copy_from_slice(&HIDDEN),
                     Texel::Photo => pixel.copy_from_slice(&photo.rgba[at..at + 4]),
@@ -226,7 +232,7 @@ impl Canvas {
                     Texel::Filling(colour) | Texel::Paint(colour) => lay_over(colour, pixel),
                 }
                 self.hidden.put(x, y, texel == Texel::Hidden);
-                self.shown.put(x, y, matches!(texel, Texel::Photo | Texel::Spread(_)));
+                self.visible.put(x, y, matches!(texel, Texel::Photo | Texel::Spread(_)));
             }
         }
     }
@@ -236,7 +242,8 @@ impl Canvas {
     }
 }
 
-/// A colour over a pixel, neither premultiplied; in gamma, as image editors do it.
+/// Composites a colour over a pixel, neither premultiplied, in gamma space as image editors do. Not `raster::over::straight`, which is
+/// in double precision: where both are soft the two round one pixel in some 10,000 differently, and these pictures stay.
 fn lay_over([r, g, b, a]: [u8; 4], pixel: &mut [u8]) {
     let (above, below) = (f32::from(a) / 255.0, f32::from(pixel[3]) / 255.0);
     let opacity = above + below * (1.0 - above);

@@ -1,4 +1,4 @@
-//! The surfaces of a stack as they lie in the photo: what they cover, where their outlines run, how far they are.
+//! The surfaces of a stack as they appear in the photo: covered pixels, outlines, and depth.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,68 +8,68 @@ use crate::document::stack::{Element, Stack};
 use crate::geometry::clip::segment_in_box;
 use crate::geometry::spans::Spans;
 use crate::geometry::{Pinhole, PixelRect, Pose};
-use crate::recipe::paint::parts::{Scenery, camera_of, holds, points};
+use crate::recipe::paint::parts::{PartSource, camera_of, holds, points};
 
 /// A flat surface, or a piece of one, in an image layer.
 #[derive(Debug, Clone)]
 pub struct Shape {
-    /// Unique name of its object.
+    /// The unique name of the object.
     pub object: String,
-    /// Index of its face within the object.
+    /// The face's index within the object.
     pub face: u32,
-    /// Its element, in reading order of the visibility layers.
+    /// The element, numbered in reading order of the visibility layers.
     pub element: u32,
-    /// Its visibility layer, 0 in front.
+    /// The visibility layer, 0 nearest.
     pub depth: u32,
-    /// Its image layer's place in the stack.
+    /// The index of its image layer in the stack.
     pub layer: usize,
-    /// Its place in the model; of those that lie in one plane the last is drawn on top.
+    /// The index in the model's order; of coplanar surfaces the last one is drawn on top.
     pub place: usize,
     /// The pixels of the photo that it covers.
     pub covered: Spans,
-    /// Its outline as far as the photo shows it, holes without their bridges.
+    /// The outline within the photo, without the bridges to holes.
     pub edges: Vec<Edge>,
-    plane: Plane,
+    plane: CameraPlane,
 }
 
 /// A straight part of an outline.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Edge {
-    /// In photo pixels.
+    /// The ends in photo pixels.
     pub ends: [DVec2; 2],
-    /// The same element goes on beyond it.
+    /// Whether the same element continues on the other side.
     pub inner: bool,
 }
 
-/// A plane before a camera: `normal . p = offset`.
+/// A plane in the camera's frame: `normal . p = offset`.
 #[derive(Debug, Clone, Copy)]
-struct Plane {
+struct CameraPlane {
     normal: DVec3,
     offset: f64,
 }
 
 impl Shape {
-    /// Whether it covers a pixel.
+    /// Returns true when it covers a pixel.
     pub fn covers(&self, x: i32, y: i32) -> bool {
         holds(&self.covered, x, y)
     }
 
-    /// How far it is at the centre of a pixel, along the camera's axis, in world units.
+    /// Returns its depth at the centre of a pixel, along the camera's axis, in world units.
     pub fn distance(&self, camera: &Pinhole, x: i32, y: i32) -> f64 {
         let ray = camera.ray_in_camera(DVec2::new(f64::from(x) + 0.5, f64::from(y) + 0.5));
         self.plane.offset / self.plane.normal.dot(ray)
     }
 }
 
-/// The surfaces of all image layers, in the order of the stack's image layers.
+/// Returns the surfaces of all image layers, in the order of the stack's image layers.
 pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
     let elements: Vec<(u32, &Element)> = (0u32..)
         .zip(&stack.visibility_layers)
         .flat_map(|(depth, elements)| elements.iter().map(move |element| (depth, element)))
         .collect();
     let (photo, camera) = (&stack.photo, &stack.camera);
-    let scenery = Scenery { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
-    let view = View::of(stack);
+    let scenery = PartSource { photo, camera, surfaces: &stack.surfaces, pieces: &stack.pieces };
+    let view = PhotoView::of(stack);
     let mut shapes = Vec::new();
     for (layer, image_layer) in stack.image_layers.iter().enumerate() {
         for &element in &image_layer.elements {
@@ -98,22 +98,24 @@ pub fn shapes_of(stack: &Stack) -> Vec<Shape> {
     shapes
 }
 
-/// Ends of an edge, whichever way it is walked: the bits of its coordinates.
+/// The ends of an edge in either direction, as the bits of their coordinates.
 type EdgeKey = [[u64; 3]; 2];
 
+/// Returns the key of an edge, independent of its direction.
 fn key(from: DVec3, to: DVec3) -> EdgeKey {
-    // Zero has two signs.
+    // Adding zero makes -0 and 0 equal.
     let mut ends = [from, to].map(|point| (point + DVec3::ZERO).to_array().map(f64::to_bits));
     ends.sort_unstable();
     ends
 }
 
+/// Iterates over the edges of a ring.
 fn edges_of(ring: &[DVec3]) -> impl Iterator<Item = (DVec3, DVec3)> {
     ring.iter().copied().zip(ring.iter().copied().cycle().skip(1))
 }
 
-/// How often each edge is walked by the outlines of one element. A surface that is drawn once for each side counts
-/// once: nothing goes on beyond its edges.
+/// Counts the outlines of one element that have each edge. A surface that is modelled once for each side counts
+/// once, because nothing continues beyond its edges.
 fn shared_edges(outlines: &[Vec<DVec3>]) -> BTreeMap<EdgeKey, u32> {
     let keys = |outline: &Vec<DVec3>| {
         let mut keys: Vec<EdgeKey> = edges_of(outline).map(|(from, to)| key(from, to)).collect();
@@ -126,41 +128,43 @@ fn shared_edges(outlines: &[Vec<DVec3>]) -> BTreeMap<EdgeKey, u32> {
     walked
 }
 
-/// The photo that shapes are seen through.
-struct View {
+/// The photo's camera.
+struct PhotoView {
     camera: Pinhole,
     pose: Pose,
 }
 
-impl View {
+impl PhotoView {
     fn of(stack: &Stack) -> Self {
         let (camera, pose) = camera_of(&stack.photo, &stack.camera);
         Self { camera, pose }
     }
 
     fn photo(&self) -> PixelRect {
-        PixelRect { x: 0, y: 0, w: self.camera.width, h: self.camera.height }
+        self.camera.rect()
     }
 
+    /// Clips a set of pixels to the photo.
     fn in_photo(&self, covered: &Spans) -> Spans {
         let photo = self.photo();
         let rows = covered.rows().start.max(0)..covered.rows().end.min(photo.bottom());
         if rows.is_empty() {
             return Spans::default();
         }
-        Spans::of_rows(rows, |y, out| {
+        Spans::from_rows(rows, |y, out| {
             let cut = covered.row(y).iter().map(|run| run.start.max(0)..run.end.min(photo.right()));
             out.extend(cut.filter(|run| !run.is_empty()));
         })
     }
 
+    /// Returns the visible edges of an outline.
     fn edges(&self, outline: &[DVec3], walked: &BTreeMap<EdgeKey, u32>) -> Vec<Edge> {
         let mut own: BTreeMap<EdgeKey, u32> = BTreeMap::new();
         edges_of(outline).for_each(|(from, to)| *own.entry(key(from, to)).or_default() += 1);
         let high = DVec2::new(f64::from(self.camera.width), f64::from(self.camera.height));
         let edge = |(from, to): (DVec3, DVec3)| {
             let key = key(from, to);
-            // An outline that walks an edge twice walks a bridge to a hole.
+            // An edge that the outline has twice is a bridge to a hole.
             if own[&key] > 1 {
                 return None;
             }
@@ -172,10 +176,11 @@ impl View {
         edges_of(outline).filter_map(edge).collect()
     }
 
-    fn plane(&self, outline: &[DVec3]) -> Plane {
+    /// Returns the outline's plane in the camera's frame.
+    fn plane(&self, outline: &[DVec3]) -> CameraPlane {
         let ring: Vec<DVec3> = outline.iter().map(|&point| self.pose.camera_from_world(point)).collect();
-        let normal = crate::geometry::polygon::newell(&ring);
+        let normal = crate::geometry::polygon::newell_normal(&ring);
         let middle = ring.iter().sum::<DVec3>() / ring.len().max(1) as f64;
-        Plane { normal, offset: normal.dot(middle) }
+        CameraPlane { normal, offset: normal.dot(middle) }
     }
 }

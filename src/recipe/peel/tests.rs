@@ -1,4 +1,4 @@
-//! Layers taken off invented scenes, whose photos are noise: no pixel is right by chance.
+//! Peeled views of synthetic scenes, whose photos are noise, so that no pixel is right by chance.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use crate::document::Decisions;
 use crate::layers::{Options, SoftwareRasteriser};
 use crate::recipe::build::{BuildOptions, build};
 use crate::scene::Site;
-use crate::scene::synthetic::{Dice, Scene, closed_form, random};
+use crate::scene::synthetic::{Rng, Scene, closed_form, random};
 
 struct Built {
     photo: Picture,
@@ -36,7 +36,7 @@ fn built(scene: Scene) -> Built {
 }
 
 fn photo_of_noise(scene: &Scene, folder: &Path) -> Photo {
-    let mut dice = Dice::new(7);
+    let mut dice = Rng::new(7);
     let (width, height) = (scene.camera.width, scene.camera.height);
     let file = folder.join("noise.png");
     image::RgbImage::from_fn(width, height, |_, _| image::Rgb([0; 3].map(|_: u8| dice.whole(60, 255) as u8)))
@@ -84,7 +84,7 @@ fn behind_the_layer_that_is_taken_off_the_next_one_shows_what_it_has() {
                 (true, false) => assert_eq!(now, [0; 4], "{x}, {y}: nothing is behind"),
                 (false, false) => assert!(now[0] < photo[0] && now[3] == 255, "{x}, {y}: around, faded"),
             }
-            assert_eq!(peeled.hidden.has(x, y), near.covers(x, y) && far.covers(x, y), "{x}, {y}");
+            assert_eq!(peeled.hidden.holds(x, y), near.covers(x, y) && far.covers(x, y), "{x}, {y}");
         }
     }
     assert!(hidden > 100 && peeled.hidden.count() == hidden);
@@ -113,7 +113,7 @@ fn at_a_pixel_surfaces_come_from_front_to_back_without_those_taken_off() {
     assert_eq!(deepest, 2, "each step overlaps its neighbours only");
 }
 
-/// How many edges the shapes of an object have, and how many of them are inner.
+/// Returns the number of edges that an object's shapes have, and how many of them are inner.
 fn edges(built: &Built, object: &str) -> Vec<(usize, usize)> {
     let shapes = built.layers.shapes.iter().filter(|shape| shape.object == object);
     let inner = |shape: &Shape| shape.edges.iter().filter(|edge| edge.inner).count();

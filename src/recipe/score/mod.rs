@@ -1,8 +1,8 @@
-//! `score`: photos that take no part are predicted from the others, and compared with what they show.
+//! The command `score`: photos are predicted from others and compared with themselves.
 //!
-//! Pixels are counted in two ways. *Covered*: those that were predicted, so this says how good the
-//! pixels are that are there. *With holes*: all of them, black where nothing was predicted, so nothing
-//! is gained by leaving out what is difficult. Ignored objects are left out of both.
+//! Pixels are counted in two ways. *Covered* counts only predicted pixels, which tells how good these are. *With
+//! holes* counts all pixels, black where nothing was predicted, so that leaving out difficult ones gains nothing.
+//! Ignored objects are excluded from both.
 
 mod one;
 mod picture;
@@ -15,7 +15,7 @@ mod tests;
 use std::path::PathBuf;
 
 pub use questions::{Question, held_out, leave_one_out};
-pub use report::{MeanLikeness, MeanScore, ObjectScore, ScoreReport, ViewScore};
+pub use report::{MeanMetrics, MeanScore, ObjectScore, ScoreReport, ViewScore};
 
 use self::one::Scorer;
 use super::render::Look;
@@ -24,39 +24,40 @@ use crate::document::names::picture_names;
 use crate::error::{Error, Result};
 use crate::io::picture_png::make_folder;
 use crate::projection::Renders;
-use crate::projection::likeness::Tally;
+use crate::projection::likeness::ErrorSum;
 use crate::scene::Model;
 use crate::task::Task;
 
-/// The stages that are reported: of each photo, and of all.
+/// The stage that is reported for predicting one photo.
 pub const STAGE_DRAW: &str = "predict";
-/// See [`STAGE_DRAW`].
+/// The stage that is reported for reading and reducing one photo.
 pub const STAGE_READ: &str = "read and reduce photo";
-/// See [`STAGE_DRAW`].
+/// The stage that is reported for comparing one photo.
 pub const STAGE_COMPARE: &str = "compare";
-/// See [`STAGE_DRAW`].
+/// The stage that is reported for all photos together.
 pub const STAGE: &str = "score";
 
-/// What `score` is asked to do.
+/// Options of [`score`].
 #[derive(Debug, Clone, PartialEq)]
 pub struct ScoreOptions {
-    /// How photos are predicted; what is shown is the colour, and the question's photo takes no part.
+    /// The appearance of predictions. Colours are displayed in any case, and the predicted photo is never used.
     pub look: Look,
-    /// The size at which they are compared.
+    /// The size at which photos are compared.
     pub size: Size,
-    /// Objects whose pixels are left out: names, or beginnings of names with `*` behind.
+    /// The objects whose pixels are ignored: names, or beginnings of names followed by `*`.
     pub ignored: Vec<String>,
-    /// Leave out also pixels that show no surface of the model.
+    /// Whether pixels without a surface of the model are ignored, too.
     pub ignore_background: bool,
-    /// Where pictures of the differences go, if anywhere.
+    /// The folder for pictures of the differences; `None` for no pictures.
     pub pictures: Option<PathBuf>,
 }
 
-/// Predicts and compares. A fault in one photo is in [`ScoreReport::failed`], the others go on.
+/// Predicts photos and compares them. An error in one photo is in [`ScoreReport::failed`] and does not stop the
+/// others.
 ///
 /// # Errors
-/// [`Error::Request`] for an ignored object that the model does not have; [`Error::Io`] when the folder
-/// of the pictures cannot be made; [`Error::Cancelled`].
+/// Returns [`Error::Request`] for an ignored object that the model does not have, [`Error::Io`] when the folder of
+/// the pictures cannot be created, or [`Error::Cancelled`].
 pub fn score(
     model: &Model,
     questions: &[Question],
@@ -68,7 +69,7 @@ pub fn score(
     if let Some(folder) = &options.pictures {
         make_folder(folder)?;
     }
-    let mut tallies = vec![Tally::default(); model.objects.len() + 1];
+    let mut tallies = vec![ErrorSum::default(); model.objects.len() + 1];
     let mut report = ScoreReport::default();
     let names: Vec<&str> = questions.iter().map(|question| question.photo.name.as_str()).collect();
     for ((done, question), stem) in (0..).zip(questions).zip(picture_names(&names)) {
@@ -88,7 +89,7 @@ pub fn score(
     Ok(report)
 }
 
-/// For each object whether it is left out, and last whether the background is.
+/// Returns for each object whether it is ignored, and last whether the background is.
 fn ignored(model: &Model, options: &ScoreOptions) -> Result<Vec<bool>> {
     let mut ignored = vec![false; model.objects.len() + 1];
     let mut unknown = Vec::new();

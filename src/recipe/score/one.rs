@@ -1,20 +1,20 @@
-//! One photo predicted and compared.
+//! Prediction and comparison of one photo.
 
 use super::picture::{self, Panels};
 use super::{Question, STAGE_COMPARE, STAGE_DRAW, STAGE_READ, ScoreOptions, ViewScore};
 use crate::error::{Error, Result};
-use crate::io::photo::read_shown;
+use crate::io::photo::read_unmasked;
 use crate::io::reference::{Reference, reference};
-use crate::projection::likeness::{Compared, Likeness, Tally};
+use crate::projection::likeness::{ErrorSum, ImagePair, Likeness};
 use crate::projection::{Picture, Renders, Shot, Shown};
 use crate::scene::{FaceId, Model};
 use crate::task::Task;
 
-/// What all photos of a score share.
+/// The inputs that all photos of a score share.
 pub(super) struct Scorer<'a> {
     pub model: &'a Model,
     pub options: &'a ScoreOptions,
-    /// By object, and last the background.
+    /// Whether each object is ignored, and last the background.
     pub ignored: Vec<bool>,
 }
 
@@ -22,31 +22,32 @@ pub(super) struct Scorer<'a> {
 pub(super) struct Pixels {
     pub reference: Reference,
     pub picture: Picture,
-    /// The picture's colours where anything was predicted.
+    /// The predicted colours as RGB, meaningless where nothing was predicted.
     pub predicted: Vec<u8>,
-    /// The picture over black.
+    /// The prediction over black as RGB.
     pub over_black: Vec<u8>,
-    /// For each pixel its object, the number of objects where there is none.
+    /// The object at each pixel, or the number of objects where there is none.
     pub objects: Vec<u32>,
-    /// Not ignored, and valid in the photo.
+    /// Whether each pixel is compared: not ignored, and valid in the photo.
     pub asked: Vec<bool>,
-    /// Asked, and predicted.
+    /// Whether each pixel is compared and predicted.
     pub covered: Vec<bool>,
 }
 
 impl Scorer<'_> {
-    /// The score of one photo, its picture `STEM.png` where pictures are wanted; and tallies by object,
-    /// the last one of the background.
+    /// Scores one photo and returns tallies by object, the last one for the background. The picture is `STEM.png`,
+    /// if pictures are requested.
     ///
     /// # Errors
-    /// What drawing says, and reading the photo; [`Error::Request`] when no pixel is left to compare.
+    /// Returns the errors of drawing and of reading the photo, or [`Error::Request`] when no pixel is left to
+    /// compare.
     pub fn score(
         &self,
         question: &Question,
         stem: &str,
         renders: &mut dyn Renders,
         task: &Task,
-    ) -> Result<(ViewScore, Vec<Tally>)> {
+    ) -> Result<(ViewScore, Vec<ErrorSum>)> {
         let pixels = self.pixels(question, renders, task)?;
         task.timed(STAGE_COMPARE, || {
             let mut score = view_score(&question.photo.name, &pixels)?;
@@ -57,6 +58,7 @@ impl Scorer<'_> {
         })
     }
 
+    /// Returns the shot that predicts the photo.
     fn shot(&self, question: &Question) -> Shot {
         let photo = &question.photo;
         let camera = self.options.size.of(&photo.camera);
@@ -66,12 +68,13 @@ impl Scorer<'_> {
         shot
     }
 
-    /// Draws while the photo is read.
+    /// Draws the prediction while the photo is read on another thread.
     fn pixels(&self, question: &Question, renders: &mut dyn Renders, task: &Task) -> Result<Pixels> {
-        let (shot, photo) = (self.shot(question), &question.photo);
+        let shot = self.shot(question);
+        let photo = &question.photo;
         let (width, height) = (shot.camera.width, shot.camera.height);
         let read = || {
-            let photo = read_shown(photo)?;
+            let photo = read_unmasked(photo)?;
             Ok(reference(&photo, width, height))
         };
         let (reference, picture, faces) = std::thread::scope(|scope| {
@@ -83,10 +86,11 @@ impl Scorer<'_> {
             let reference = reference.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic));
             drawn.and_then(|(picture, faces)| Ok((reference?, picture, faces)))
         })?;
-        Ok(self.sorted_out(reference, picture, &faces))
+        Ok(self.classified(reference, picture, &faces))
     }
 
-    fn sorted_out(&self, reference: Reference, picture: Picture, faces: &[u32]) -> Pixels {
+    /// Determines the object of each pixel, and which pixels are compared.
+    fn classified(&self, reference: Reference, picture: Picture, faces: &[u32]) -> Pixels {
         let nothing = self.model.objects.len() as u32;
         let object =
             |&face: &u32| face.checked_sub(1).map_or(nothing, |id| self.model.face(FaceId(id)).object.0);
@@ -102,8 +106,9 @@ impl Scorer<'_> {
         Pixels { over_black: picture.over([0; 3]), reference, picture, predicted, objects, asked, covered }
     }
 
-    fn tallies(&self, pixels: &Pixels) -> Vec<Tally> {
-        let mut tallies = vec![Tally::default(); self.ignored.len()];
+    /// Sums the errors by object.
+    fn tallies(&self, pixels: &Pixels) -> Vec<ErrorSum> {
+        let mut tallies = vec![ErrorSum::default(); self.ignored.len()];
         let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
         let (predicted, _) = pixels.predicted.as_chunks::<3>();
         for (i, _) in pixels.asked.iter().enumerate().filter(|(_, asked)| **asked) {
@@ -118,13 +123,14 @@ impl Scorer<'_> {
     }
 }
 
+/// Computes the score of one photo.
 fn view_score(photo: &str, pixels: &Pixels) -> Result<ViewScore> {
     let Picture { width, height, .. } = pixels.picture;
-    let compared = |predicted| Compared { width, height, truth: &pixels.reference.rgb, predicted };
+    let compared = |predicted| ImagePair { width, height, truth: &pixels.reference.rgb, predicted };
     let covered = Likeness::of(&compared(&pixels.predicted), &pixels.covered, &pixels.covered);
     let with_holes = Likeness::of(&compared(&pixels.over_black), &pixels.asked, &pixels.covered);
-    let with_holes = with_holes
-        .ok_or_else(|| Error::Request("no pixel of it is left to compare: all are ignored".into()))?;
+    let with_holes =
+        with_holes.ok_or_else(|| Error::Request("no pixels are left to compare: all are ignored".into()))?;
     Ok(ViewScore {
         photo: photo.to_owned(),
         width,

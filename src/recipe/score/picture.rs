@@ -1,4 +1,4 @@
-//! What a comparison looks like: the photo, its prediction and their difference side by side.
+//! Pictures of a comparison: the photo, its prediction and their difference side by side.
 
 use std::path::{Path, PathBuf};
 
@@ -7,16 +7,16 @@ use crate::error::Result;
 use crate::io::picture_png::write_picture;
 use crate::task::Task;
 
-/// Differences are shown so many times as strong.
+/// The factor by which differences are amplified.
 const AMPLIFIED: u32 = 4;
-/// Pixels between the panels.
+/// The gap between panels in pixels.
 const GAP: usize = 8;
-/// What was asked for and not predicted, in the difference.
+/// The colour of pixels that were not predicted, in the difference.
 const HOLE: [u8; 3] = [0, 40, 140];
-/// What was not asked for, in the difference.
+/// The colour of ignored pixels, in the difference.
 const LEFT_OUT: [u8; 3] = [48; 3];
 
-/// The three of them, RGB, each `width * height * 3`.
+/// The three panels as RGB, each `width * height * 3`.
 pub(super) struct Panels<'a> {
     width: usize,
     photo: &'a [u8],
@@ -25,7 +25,7 @@ pub(super) struct Panels<'a> {
 }
 
 impl<'a> Panels<'a> {
-    /// Of one comparison.
+    /// Takes the panels of one comparison.
     pub fn of(pixels: &'a Pixels) -> Self {
         Self {
             width: pixels.reference.width as usize,
@@ -35,7 +35,7 @@ impl<'a> Panels<'a> {
         }
     }
 
-    /// From left to right, with gaps between them.
+    /// Puts the panels side by side with gaps between them.
     fn side_by_side(&self) -> Vec<u8> {
         let rows = |panel: &'a [u8]| panel.chunks_exact(3 * self.width);
         let differences = self.difference.chunks_exact(3 * self.width);
@@ -51,7 +51,7 @@ impl<'a> Panels<'a> {
     }
 }
 
-/// Per channel, amplified; holes and what was left out in colours of their own.
+/// Returns the amplified difference per channel; holes and ignored pixels have colours of their own.
 fn difference(pixels: &Pixels) -> Vec<u8> {
     let (truth, _) = pixels.reference.rgb.as_chunks::<3>();
     let (predicted, _) = pixels.predicted.as_chunks::<3>();
@@ -69,14 +69,14 @@ fn difference(pixels: &Pixels) -> Vec<u8> {
 /// Writes the panels as `folder/STEM.png`.
 ///
 /// # Errors
-/// [`crate::Error::Io`].
+/// Returns [`crate::Error::Io`] when the file cannot be written.
 pub(super) fn write(folder: &Path, stem: &str, panels: &Panels, task: &Task) -> Result<PathBuf> {
     let height = panels.photo.len() / (3 * panels.width);
     let size_px = [3 * panels.width + 2 * GAP, height].map(|side| side as u32);
     let placed = write_picture(folder, stem, size_px, &panels.side_by_side())?;
     for file in &placed.spared {
         let (old, new) = (file.display(), placed.path.display());
-        task.note(format!("{old} is not as this program wrote it and stays; this picture is {new}"));
+        task.note(format!("{old} was changed by another program and is kept; this picture is {new}"));
     }
     Ok(placed.path)
 }

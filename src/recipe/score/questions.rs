@@ -1,42 +1,41 @@
-//! What is to be predicted: the project's own photos, each from the others, or photos that were held
-//! out.
+//! The photos to be predicted: the project's own photos, each from the others, or held-out photos.
 
 use std::path::Path;
 
 use crate::error::{Error, Result};
-use crate::io::cameras::read_cameras;
+use crate::io::cameras::read_cameras_of;
 use crate::projection::PhotoId;
 use crate::recipe::photos::import_photos;
 use crate::scene::{Photo, Site};
 use crate::task::Task;
 
-/// A photo to predict.
+/// A photo to be predicted.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Question {
     /// The photo, undistorted.
     pub photo: Photo,
-    /// The project's photos that must not take part.
+    /// The project's photos that must not be used.
     pub without: Vec<PhotoId>,
 }
 
-/// Each of the site's photos, predicted from all others.
+/// Makes a question of each of the site's photos, to be predicted from all others.
 pub fn leave_one_out(site: &Site) -> Vec<Question> {
     let numbered = site.photos.iter().zip((0..).map(PhotoId));
     numbered.map(|(photo, id)| Question { photo: photo.clone(), without: vec![id] }).collect()
 }
 
-/// Photos of COLMAP's `cameras` whose files are in `photos`. Where they have distortion, pinhole images
-/// of them are kept in `cache/photos`. What is wrong with one photo is in the second list.
+/// Reads the photos of `cameras` whose files are in `photos`. Pinhole images of distorted ones are made in
+/// `cache/photos`. The second list contains the problems with single photos.
 ///
 /// # Errors
-/// What concerns all of them, as [`crate::recipe::open::open`].
+/// Returns errors that concern all photos, as [`crate::recipe::open::open`] does.
 pub fn held_out(
     cameras: &Path,
     photos: &Path,
     cache: &Path,
     task: &Task,
 ) -> Result<(Vec<Question>, Vec<Error>)> {
-    let cameras = read_cameras(cameras, task)?;
+    let cameras = read_cameras_of(photos, cameras, task)?;
     let import = import_photos(&cameras, photos, cache, task)?;
     cameras.notes.iter().chain(&import.notes).for_each(|note| task.note(note));
     let questions = import.photos.into_iter().map(|photo| Question { photo, without: Vec::new() }).collect();

@@ -1,98 +1,98 @@
-//! What a score says, by photo, on average, and by object.
+//! The report of a score: by photo, on average, and by object.
 
 use std::path::PathBuf;
 
 use serde::Serialize;
 
 use crate::error::Error;
-use crate::projection::likeness::{Likeness, Tally};
+use crate::projection::likeness::{ErrorSum, Likeness};
 use crate::scene::Model;
 
-/// All of it.
+/// The complete report.
 #[derive(Debug, Default, Serialize)]
 pub struct ScoreReport {
-    /// In the order of the questions.
+    /// The scores by photo, in the order of the questions.
     pub views: Vec<ViewScore>,
-    /// None without a view.
+    /// The mean score; `None` without any photo.
     pub mean: Option<MeanScore>,
-    /// Those that are seen in some view, the largest share of the error first.
+    /// The objects that are visible in some photo, by descending share of the error.
     pub objects: Vec<ObjectScore>,
-    /// Photos that could not be compared, with the reason.
+    /// The photos that could not be compared, with the reasons.
     #[serde(skip)]
     pub failed: Vec<(String, Error)>,
 }
 
-/// One photo.
+/// The score of one photo.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ViewScore {
-    /// Its name.
+    /// The photo's name.
     pub photo: String,
-    /// Size at which it was compared, in pixels.
+    /// The width at which it was compared, in pixels.
     pub width: u32,
-    /// See `width`.
+    /// The height at which it was compared, in pixels.
     pub height: u32,
-    /// Share of the pixels that were predicted, 0..1.
+    /// The predicted share of the compared pixels, 0..=1.
     pub coverage: f64,
-    /// Over these; none where there is none.
+    /// The metrics over predicted pixels; `None` where there are none.
     pub covered: Option<Likeness>,
-    /// Over all pixels, black where nothing was predicted.
+    /// The metrics over all compared pixels, black where nothing was predicted.
     pub with_holes: Likeness,
-    /// Photo, prediction and difference side by side.
+    /// The picture of photo, prediction and difference side by side.
     pub picture: Option<PathBuf>,
 }
 
-/// Means over photos, each counting the same.
+/// Means over photos, with equal weights.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct MeanScore {
-    /// Photos.
+    /// The number of photos.
     pub views: usize,
-    /// As [`ViewScore::coverage`].
+    /// The mean of [`ViewScore::coverage`].
     pub coverage: f64,
-    /// Over photos with covered pixels; none where there is no such photo.
-    pub covered: Option<MeanLikeness>,
-    /// As [`ViewScore::with_holes`].
-    pub with_holes: MeanLikeness,
+    /// The mean over photos with predicted pixels; `None` where there is no such photo.
+    pub covered: Option<MeanMetrics>,
+    /// The mean of [`ViewScore::with_holes`].
+    pub with_holes: MeanMetrics,
 }
 
 /// Means of a [`Likeness`].
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
-pub struct MeanLikeness {
-    /// In dB.
+pub struct MeanMetrics {
+    /// The mean PSNR in dB.
     pub psnr: f64,
-    /// In dB.
+    /// The mean PSNR in dB after fitting the exposure.
     pub psnr_fitted: f64,
-    /// Over photos that have one.
+    /// The mean SSIM over photos that have one.
     pub ssim: Option<f64>,
 }
 
-/// One object, over all views.
+/// The score of one object, over all photos.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct ObjectScore {
-    /// Its name; none for pixels that show no surface of the model.
+    /// The object's name; `None` for pixels without a surface of the model.
     pub object: Option<String>,
-    /// Pixels that were predicted.
+    /// The number of predicted pixels.
     pub pixels: u64,
-    /// Pixels that were not.
+    /// The number of pixels that were not predicted.
     pub holes: u64,
-    /// Of the predicted pixels, in dB.
+    /// The PSNR of the predicted pixels in dB.
     pub psnr: Option<f64>,
-    /// Share of the squared error of all predicted pixels, 0..1.
+    /// The object's share of the squared error of all predicted pixels, 0..=1.
     pub error_share: f64,
 }
 
 impl MeanScore {
-    /// Of some views; none without any.
+    /// Computes the means; `None` for an empty list.
     pub fn of(views: &[ViewScore]) -> Option<Self> {
         let covered: Vec<Likeness> = views.iter().filter_map(|view| view.covered).collect();
         let with_holes: Vec<Likeness> = views.iter().map(|view| view.with_holes).collect();
         let coverage = mean(views.iter().map(|view| view.coverage))?;
-        let covered = MeanLikeness::of(&covered);
-        let with_holes = MeanLikeness::of(&with_holes)?;
+        let covered = MeanMetrics::of(&covered);
+        let with_holes = MeanMetrics::of(&with_holes)?;
         Some(Self { views: views.len(), coverage, covered, with_holes })
     }
 }
 
-impl MeanLikeness {
+impl MeanMetrics {
     fn of(list: &[Likeness]) -> Option<Self> {
         Some(Self {
             psnr: mean(list.iter().map(|likeness| likeness.psnr))?,
@@ -102,15 +102,16 @@ impl MeanLikeness {
     }
 }
 
+/// Returns the arithmetic mean; `None` for no values.
 fn mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     let (sum, count) = values.fold((0.0, 0u32), |(sum, count), value| (sum + value, count + 1));
     (count > 0).then(|| sum / f64::from(count))
 }
 
-/// From tallies by object, the last one of the background.
-pub(super) fn objects(model: &Model, tallies: &[Tally]) -> Vec<ObjectScore> {
+/// Makes the object scores from tallies by object, the last one for the background.
+pub(super) fn objects(model: &Model, tallies: &[ErrorSum]) -> Vec<ObjectScore> {
     let all: u64 = tallies.iter().map(|tally| tally.squared_error).sum();
-    let score = |(object, tally): (usize, &Tally)| ObjectScore {
+    let score = |(object, tally): (usize, &ErrorSum)| ObjectScore {
         object: model.objects.get(object).map(|object| object.name.clone()),
         pixels: tally.covered,
         holes: tally.holes,

@@ -1,4 +1,4 @@
-//! Scores of photos that were made up, predicted by a renderer that was made up, too.
+//! Scores of synthetic photos, predicted by a test renderer.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -8,8 +8,8 @@ use crate::projection::{PhotoId, Picture, Shot};
 use crate::scene::synthetic::closed_form::two_quads;
 use crate::scene::{Photo, Site};
 
-/// Draws every shot in one shade, nothing in the top row; the left half shows the first face, the right
-/// one nothing.
+/// A renderer that draws every shot in one grey level except the top row; the left half shows the first face, the
+/// right half no face.
 struct Flat {
     shade: u8,
     shots: Vec<Shot>,
@@ -32,7 +32,7 @@ impl Renders for Flat {
     }
 }
 
-/// Two photos of 20 x 10 in one shade of 100; the second one's file is missing.
+/// Makes two photos of 20 x 10 with grey level 100; the second one's file is missing.
 fn site(folder: &Path) -> Site {
     let scene = two_quads().resized(20);
     let (width, height) = (scene.camera.width, scene.camera.height);
@@ -63,7 +63,7 @@ fn scored(site: &Site, options: &ScoreOptions) -> (ScoreReport, Flat) {
     (report, flat)
 }
 
-/// In dB, of a constant error.
+/// Returns the PSNR of a constant error in dB.
 fn db(error: f64) -> f64 {
     20.0 * (255.0 / error).log10()
 }
@@ -116,8 +116,8 @@ fn ignored_objects_and_the_background_are_left_out_of_every_count() {
     assert!(report.views.is_empty() && report.mean.is_none());
     let unknown = ScoreOptions { ignored: vec!["sky".into()], ..options() };
     let mut flat = Flat { shade: 0, shots: Vec::new() };
-    let told = score(&site.model, &[], &mut flat, &unknown, &Task::silent()).unwrap_err();
-    assert!(told.to_string().contains("\"sky\""), "{told}");
+    let message = score(&site.model, &[], &mut flat, &unknown, &Task::silent()).unwrap_err();
+    assert!(message.to_string().contains("\"sky\""), "{message}");
 }
 
 #[test]

@@ -1,14 +1,14 @@
-//! Small scenes whose layers can be said in advance, each about one fact of coarse models.
+//! Small scenes whose layers are known in advance, each about one property of coarse models.
 //!
-//! Where nothing else is said the camera frame is the world (x right, y down, z forward), the photo
-//! has 160 x 120 pixels and one unit at depth 10 measures 12 pixels.
+//! Unless stated otherwise the camera frame is the world (x right, y down, z forward), the photo has 160 x 120
+//! pixels, and one unit at depth 10 covers 12 pixels.
 
 use glam::{DMat3, DVec3, dvec3};
 
 use super::{Modeller, Scene, Truth, camera_is_world, centred, look_at};
 use crate::geometry::{Pinhole, Pose};
 
-/// All scenes of this page.
+/// Returns all scenes of this module.
 pub fn all() -> Vec<Scene> {
     vec![
         two_quads(),
@@ -41,7 +41,7 @@ fn layers(layers: &[&[&'static str]]) -> Truth {
     Truth::Layers(layers.iter().map(|objects| objects.to_vec()).collect())
 }
 
-/// Two quads, one behind the other: two layers.
+/// Makes two quads, one behind the other: two layers.
 pub fn two_quads() -> Scene {
     let mut m = Modeller::new();
     m.object("far").screen(10.0, [-4.0, -3.0, 2.0, 3.0]);
@@ -49,7 +49,7 @@ pub fn two_quads() -> Scene {
     scene("two quads", &mut m, layers(&[&["near"], &["far"]]))
 }
 
-/// Five steps, each behind the one before: as many layers, though each overlaps its neighbours only.
+/// Makes five steps, each behind the one before: five layers, although each step overlaps only its neighbours.
 pub fn stairs() -> Scene {
     let mut m = Modeller::new();
     for (step, name) in ["e", "d", "c", "b", "a"].into_iter().enumerate() {
@@ -59,12 +59,12 @@ pub fn stairs() -> Scene {
     scene("stairs", &mut m, layers(&[&["a"], &["b"], &["c"], &["d"], &["e"]]))
 }
 
-/// Three beams, each over the next, none of which meet: the cycle that Newell et al. cut.
+/// Makes three beams, each in front of the next, that do not touch: the cycle that Newell et al. cut.
 pub fn three_beams() -> Scene {
     let mut m = Modeller::new();
     let turn = |i: usize| DMat3::from_rotation_z(i as f64 * std::f64::consts::TAU / 3.0);
     for i in 0..3 {
-        // Near where it begins, far where it ends below the beginning of the next.
+        // Each beam begins near and ends far, below the beginning of the next.
         let (from, to) = (turn(i) * dvec3(0.0, -3.0, 0.0), turn(i + 1) * dvec3(0.0, -3.0, 0.0));
         let (from, to) = (from + DVec3::Z * 9.0, to + DVec3::Z * 11.0);
         let along = to - from;
@@ -75,7 +75,7 @@ pub fn three_beams() -> Scene {
     scene("three beams, each over the next", &mut m, Truth::Cycle)
 }
 
-/// Two boxes that go through each other.
+/// Makes two boxes that intersect each other.
 pub fn crossing_boxes() -> Scene {
     let mut m = Modeller::new();
     let turned = |angle: f64| DMat3::from_rotation_y(angle) * DMat3::from_rotation_x(0.2);
@@ -84,10 +84,10 @@ pub fn crossing_boxes() -> Scene {
     scene("crossing boxes", &mut m, Truth::Cycle)
 }
 
-/// Windows drawn in the plane of their wall occlude nothing and nothing occludes them.
+/// Makes windows in the plane of their wall: they occlude nothing, and nothing occludes them.
 pub fn windows_on_a_wall() -> Scene {
     let mut m = Modeller::new();
-    // An oblique wall: its depth changes from column to column.
+    // The wall is oblique, so that its depth changes from column to column.
     let along = dvec3(0.8, 0.0, 0.6);
     let corner = dvec3(-4.0, -3.0, 8.0);
     m.object("wall").quad(corner, DVec3::Y * 6.0, along * 9.0);
@@ -100,7 +100,7 @@ pub fn windows_on_a_wall() -> Scene {
     scene("windows on a wall", &mut m, layers(&[&["lamp"], &["wall", "windows"]]))
 }
 
-/// A ground that begins far behind the camera, with a house on it (z up).
+/// Makes a ground that begins far behind the camera, with a house on it (z up).
 pub fn ground_behind_the_camera() -> Scene {
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-500.0, -700.0, 0.0), DVec3::X * 1000.0, DVec3::Y * 1500.0);
@@ -112,14 +112,14 @@ pub fn ground_behind_the_camera() -> Scene {
     }
 }
 
-/// A frame with a hole (bridged by a doubled edge), an L in the hole, and a wall behind both.
+/// Makes a frame with a hole (bridged by a doubled edge), an L in the hole, and a wall behind both.
 pub fn concave_and_holed() -> Scene {
     let mut m = Modeller::new();
     let square = |half: f64, z: f64| {
         [(-half, -half), (-half, half), (half, half), (half, -half)].map(|(x, y)| dvec3(x, y, z))
     };
     let ([a, b, c, d], [e, f, g, h]) = (square(3.0, 8.0), square(1.8, 8.0));
-    // Outline a b c d, bridge to the hole e, around it the other way, and back.
+    // The outline a b c d, a bridge to the hole at e, around it in the other direction, and back.
     let ring = [a, b, c, d, a, e, h, g, f, e];
     let strips = [[0, 1, 8], [0, 8, 5], [1, 2, 7], [1, 7, 8], [2, 3, 6], [2, 6, 7], [3, 4, 5], [3, 5, 6]];
     m.object("wall").screen(12.0, [-6.0, -4.5, 6.0, 4.5]);
@@ -130,7 +130,7 @@ pub fn concave_and_holed() -> Scene {
     scene("concave and holed faces", &mut m, layers(&[&["frame"], &["ell"], &["wall"]]))
 }
 
-/// The windows on their wall, five million metres from the origin.
+/// Makes the windows on their wall, five million metres from the origin.
 pub fn far_from_the_origin() -> Scene {
     let near = windows_on_a_wall();
     let offset = dvec3(4_123_456.7, -2_765_432.1, 431.2);
@@ -141,7 +141,7 @@ pub fn far_from_the_origin() -> Scene {
     Scene { name: "five million metres from the origin".into(), model: model.into(), pose, ..near }
 }
 
-/// A wall drawn once for each side, a wall seen from behind only, one seen edge-on, and a post.
+/// Makes a wall drawn once for each side, a wall seen only from behind, one seen edge-on, and a post.
 pub fn two_sided_walls() -> Scene {
     let mut m = Modeller::new();
     let (corner, down, right) = (dvec3(-4.0, -2.0, 9.0), DVec3::Y * 4.0, DVec3::X * 5.0);
@@ -152,8 +152,7 @@ pub fn two_sided_walls() -> Scene {
     scene("two-sided walls", &mut m, layers(&[&["post"], &["wall"], &["back"]]))
 }
 
-/// The stairs in a portrait photo whose principal point lies outside it, and pixels that are not
-/// square.
+/// Makes stairs in a portrait photo whose principal point lies outside of it and whose pixels are not square.
 pub fn portrait() -> Scene {
     let camera = Pinhole { width: 90, height: 160, fx: 110.0, fy: 125.0, cx: 31.5, cy: 190.25 };
     let mut m = Modeller::new();
@@ -164,7 +163,7 @@ pub fn portrait() -> Scene {
     Scene { camera, ..scene("portrait, off-centre", &mut m, layers(&[&["a"], &["b"], &["c"]])) }
 }
 
-/// A floor of tiles that do not share their corners, under a table.
+/// Makes a floor of tiles that do not share their corners, under a table.
 pub fn tiles_with_t_junctions() -> Scene {
     let mut m = Modeller::new();
     m.object("floor");
@@ -180,7 +179,7 @@ pub fn tiles_with_t_junctions() -> Scene {
     Scene { pose, ..scene("tiles with T-junctions", &mut m, layers(&[&["table"], &["floor"]])) }
 }
 
-/// A quad that is not planar, in front of one that is.
+/// Makes a non-planar quad in front of a planar one.
 pub fn bent_quad() -> Scene {
     let mut m = Modeller::new();
     let corner = |x: f64, y: f64, z: f64| dvec3(x, y, z);
@@ -194,8 +193,8 @@ pub fn bent_quad() -> Scene {
     scene("a bent quad", &mut m, layers(&[&["bent"], &["flat"]]))
 }
 
-/// Where stencil peeling goes wrong: A hides Y, Y hides X, and where it does, Z lies behind X. One
-/// round takes out Y and Z together; X looks free and lands before Y, which hides it.
+/// Makes the counterexample for stencil peeling: A hides Y, Y hides X, and Z lies behind X where Y hides it. One
+/// round takes out Y and Z together; then X looks free and gets a layer before Y, which hides it.
 pub fn stencil_trap() -> Scene {
     let mut m = Modeller::new();
     m.object("a").screen(6.0, [-3.0, -1.0, -1.5, 1.0]);

@@ -1,29 +1,29 @@
-//! Heavy scenes, for benchmarks: many faces, many of them one behind the other.
+//! Heavy scenes for benchmarks: many faces, many of them one behind the other.
 
 use glam::{DMat3, DVec3, dvec3};
 
-use super::{Dice, Modeller, Scene, Truth, camera_is_world, centred, look_at};
+use super::{Modeller, Rng, Scene, Truth, camera_is_world, centred, look_at};
 
-/// Faces of one house of the street.
+/// The number of faces of a house in the street.
 const STREET_HOUSE_FACES: u32 = 16;
-/// Faces of one house of the town.
+/// The number of faces of a house in the town.
 const TOWN_HOUSE_FACES: u32 = 40;
 
-/// A street of about `faces` faces, seen from its middle at the height of a first floor, in
-/// 480 x 360 pixels. A house's gable is covered by all the houses before it, but for a strip, so
-/// that where there are houses more than five surfaces lie one behind the other.
+/// Makes a street of about `faces` faces, seen from its middle at the height of a first floor, in 480 x 360 pixels.
+/// All the houses before it cover a house's gable except for a strip, so where there are houses more than five
+/// surfaces lie one behind the other.
 pub fn street(faces: u32) -> Scene {
-    let mut dice = Dice::new(1);
+    let mut dice = Rng::new(1);
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-80.0, -20.0, 0.0), DVec3::X * 160.0, DVec3::Y * 1000.0);
     for house in 0..(faces / STREET_HOUSE_FACES).max(1) {
-        let place = f64::from(house / 2);
+        let row = f64::from(house / 2);
         m.object(format!("house {house}"));
         StreetHouse {
             side: if house % 2 == 0 { -1.0 } else { 1.0 },
-            y: 4.0 + 5.0 * place,
+            y: 4.0 + 5.0 * row,
             inner: dice.between(2.6, 3.4),
-            eaves: 6.0 + 0.25 * place,
+            eaves: 6.0 + 0.25 * row,
         }
         .draw(&mut m, dice.between(0.4, 1.4));
     }
@@ -36,27 +36,28 @@ pub fn street(faces: u32) -> Scene {
     }
 }
 
-/// Where a house of the street stands.
+/// The position and size of a house in the street.
 struct StreetHouse {
-    /// -1 on the left, 1 on the right.
+    /// The side of the street: -1 for left, 1 for right.
     side: f64,
-    /// Where its near gable stands along the street.
+    /// The position of the near gable along the street.
     y: f64,
-    /// From the middle of the street to its front.
+    /// The distance from the middle of the street to the front.
     inner: f64,
-    /// Height of its front.
+    /// The height of the front.
     eaves: f64,
 }
 
-/// From the middle of the street to the houses' backs.
+/// The distance from the middle of the street to the houses' backs.
 const STREET_BACK: f64 = 18.0;
-/// From a house's near gable to its far one.
+/// The distance between a house's gables.
 const STREET_HOUSE_DEPTH: f64 = 4.0;
-/// From the eaves to the ridge.
+/// The height of the ridge above the eaves.
 const STREET_ROOF: f64 = 3.0;
 
 impl StreetHouse {
-    /// `outwards` from the middle of the street, `along` it from the near gable, height.
+    /// Returns a point of the world: `outwards` from the middle of the street, `along` it from the near gable, at
+    /// height `z`.
     fn at(&self, outwards: f64, along: f64, z: f64) -> DVec3 {
         dvec3(self.side * outwards, self.y + along, z)
     }
@@ -82,7 +83,7 @@ impl StreetHouse {
                 self.at(middle, along, ridge),
                 self.at(self.inner, along, self.eaves),
             ];
-            // Counter-clockwise from the near side on the right, as it stands.
+            // Counter-clockwise as it is for the near gable on the right; the others are reversed as needed.
             if (self.side > 0.0) != (along == 0.0) {
                 gable.reverse();
             }
@@ -111,7 +112,7 @@ impl StreetHouse {
         }
     }
 
-    /// An awning, and a sign that is drawn once for each side.
+    /// Adds an awning, and a sign that is drawn once for each side.
     fn awning_and_sign(&self, m: &mut Modeller, sign_width: f64) {
         let reach = self.to_street() * sign_width;
         let corner = self.at(self.inner, 0.2, 2.6);
@@ -122,13 +123,13 @@ impl StreetHouse {
     }
 }
 
-/// A fan of `panes` like a hand of cards, in 480 x 360 pixels: pane after pane stands a little more
-/// to the right and behind, and half of them lie one behind the other at a pixel in the middle.
+/// Makes `panes` panes like a fan of cards, in 480 x 360 pixels: each pane stands a little farther right and
+/// farther back, and half of them lie one behind the other at a pixel in the middle.
 pub fn fan(panes: u32) -> Scene {
     let mut m = Modeller::new();
     for pane in 0..panes {
         let share = f64::from(pane) / f64::from(panes);
-        // In the image all panes are as large as one another, whatever their depth.
+        // All panes have the same size in the image, whatever their depth.
         let z = 10.0 + 10.0 * share;
         let left = 0.55 * (share - 1.0) * z;
         m.object(format!("pane {pane}")).screen(z, [left, -0.4 * z, left + 0.55 * z, 0.4 * z]);
@@ -142,19 +143,19 @@ pub fn fan(panes: u32) -> Scene {
     }
 }
 
-/// A town of about `faces` faces on a square grid, seen from a tower, in 480 x 360 pixels: boxes
-/// with chimneys and with seven windows on every wall.
+/// Makes a town of about `faces` faces on a square grid, seen from a tower, in 480 x 360 pixels: boxes with
+/// chimneys and with seven windows on every wall.
 pub fn town(faces: u32) -> Scene {
-    let mut dice = Dice::new(2);
+    let mut dice = Rng::new(2);
     let houses = (faces / TOWN_HOUSE_FACES).max(1);
     let side = f64::from(houses).sqrt().ceil() as u32;
     let mut m = Modeller::new();
     let span = f64::from(side) * 12.0;
     m.object("ground").quad(dvec3(-span, -span, 0.0), DVec3::X * span * 2.0, DVec3::Y * span * 2.0);
     for house in 0..houses {
-        let place = |i: u32| (f64::from(i) + 0.5) * 12.0 - 0.5 * span;
+        let position = |i: u32| (f64::from(i) + 0.5) * 12.0 - 0.5 * span;
         m.object(format!("house {house}"));
-        town_house(&mut dice, &mut m, place(house % side), place(house / side));
+        town_house(&mut dice, &mut m, position(house % side), position(house / side));
     }
     Scene {
         name: format!("a town of {faces} faces"),
@@ -165,7 +166,7 @@ pub fn town(faces: u32) -> Scene {
     }
 }
 
-fn town_house(dice: &mut Dice, m: &mut Modeller, x: f64, y: f64) {
+fn town_house(dice: &mut Rng, m: &mut Modeller, x: f64, y: f64) {
     let half = dvec3(dice.between(2.0, 5.0), dice.between(2.0, 5.0), dice.between(2.0, 8.0));
     let centre = dvec3(x, y, half.z);
     let axes = DMat3::from_rotation_z(dice.between(-0.2, 0.2));

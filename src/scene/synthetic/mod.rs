@@ -1,7 +1,7 @@
-//! Invented scenes with known answers, for tests, benchmarks and examples.
+//! Synthetic scenes with known answers, for tests, benchmarks and examples.
 //!
-//! [`closed_form`] holds the situations that coarse models are made of, each with the layers that
-//! it must give; [`random`] makes scenes without end from seeds; [`large`] makes the heavy ones.
+//! [`closed_form`] holds the typical situations of coarse models, each with the layers that the sort must find;
+//! [`random`] makes any number of scenes from seeds; [`large`] makes heavy ones.
 //!
 //! ```
 //! use quadratura::scene::synthetic::{Truth, closed_form};
@@ -22,7 +22,7 @@ use std::sync::Arc;
 
 use glam::{DMat3, DVec3};
 
-pub use dice::Dice;
+pub use dice::Rng;
 pub use modeller::Modeller;
 
 use super::{Model, Photo, Site};
@@ -31,32 +31,32 @@ use crate::geometry::{Pinhole, Pose};
 /// A model and one camera that looks at it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scene {
-    /// Says what the scene is about; with the seed, where there is one.
+    /// A description of the scene, with the seed where there is one.
     pub name: String,
-    /// In world coordinates.
+    /// The model in world coordinates.
     pub model: Arc<Model>,
-    /// Size and K in pixels.
+    /// The camera: size and K in pixels.
     pub camera: Pinhole,
-    /// World to camera.
+    /// The pose, world to camera.
     pub pose: Pose,
-    /// What the visibility sort must find.
+    /// The expected result of the visibility sort.
     pub truth: Truth,
 }
 
-/// What is known of a scene beforehand.
+/// The expected result of the visibility sort, as far as it is known.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Truth {
-    /// The names of the objects in the working set, by visibility layer, sorted. Each object is
-    /// whole, nothing is cut and nothing forgiven.
+    /// The names of the objects in the working set, by visibility layer, sorted. Each object is one element,
+    /// nothing is cut and no occlusion is ignored.
     Layers(Vec<Vec<&'static str>>),
-    /// Some faces occlude each other in a circle and have to be cut.
+    /// Some faces occlude each other in a cycle and have to be cut.
     Cycle,
-    /// Only the invariants.
+    /// Nothing beyond the invariants is known.
     Unknown,
 }
 
 impl Scene {
-    /// The photo of this scene; it has no file.
+    /// Returns the scene's photo, which has no file.
     pub fn photo(&self) -> Photo {
         Photo {
             name: self.name.clone(),
@@ -67,12 +67,12 @@ impl Scene {
         }
     }
 
-    /// The site with this one photo.
+    /// Returns the site with this one photo.
     pub fn site(&self) -> Site {
         Site { photos: vec![self.photo()], model: self.model.clone() }
     }
 
-    /// The same scene photographed with another number of pixels, in the same proportions.
+    /// Returns the scene photographed at another width in pixels, with the same proportions.
     pub fn resized(mut self, width: u32) -> Self {
         let scale = f64::from(width) / f64::from(self.camera.width);
         let Pinhole { height, fx, fy, cx, cy, .. } = self.camera;
@@ -83,19 +83,19 @@ impl Scene {
     }
 }
 
-/// A camera with its principal point in the centre; `focal_px` in both directions.
+/// Makes a camera with the principal point in the centre and the same focal length in both directions.
 pub fn centred(width: u32, height: u32, focal_px: f64) -> Pinhole {
     let (cx, cy) = (0.5 * f64::from(width), 0.5 * f64::from(height));
     Pinhole { width, height, fx: focal_px, fy: focal_px, cx, cy }
 }
 
-/// The camera frame is the world: x right, y down, z forward.
+/// Returns the pose whose camera frame is the world: x right, y down, z forward.
 pub fn camera_is_world() -> Pose {
     Pose { rotation: DMat3::IDENTITY, translation: DVec3::ZERO }
 }
 
-/// A camera at `eye` that looks at `target`, in a world with z up. They must not be one above the
-/// other.
+/// Returns the pose of a camera at `eye` that looks at `target`, in a world with z up. The view must not be
+/// vertical.
 pub fn look_at(eye: DVec3, target: DVec3) -> Pose {
     let forward = (target - eye).normalize();
     let right = forward.cross(DVec3::Z).normalize();

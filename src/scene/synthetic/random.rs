@@ -1,16 +1,16 @@
-//! Scenes without end: every seed gives one, the same everywhere.
+//! Random scenes: each seed gives one, the same on every machine.
 
 use std::f64::consts::TAU;
 
 use glam::{DMat3, DQuat, DVec3, dvec2, dvec3};
 
-use super::{Dice, Modeller, Scene, Truth, look_at};
+use super::{Modeller, Rng, Scene, Truth, look_at};
 use crate::geometry::{Pinhole, Pose};
 
-/// Convex polygons of 3 to 7 corners in all attitudes, in several objects: they cross, hide each
-/// other in circles, run behind the camera and out of the photo. Nothing about them is meant.
+/// Makes convex polygons of 3 to 7 corners with random orientations, in several objects. They intersect, occlude
+/// each other in cycles, and extend behind the camera and out of the photo; the scene has no structure.
 pub fn soup(seed: u64, faces: u32) -> Scene {
-    let mut dice = Dice::new(seed);
+    let mut dice = Rng::new(seed);
     let (camera, pose) = (any_camera(&mut dice), any_pose(&mut dice));
     let mut m = Modeller::new();
     let objects = 1 + faces / 4;
@@ -24,10 +24,10 @@ pub fn soup(seed: u64, faces: u32) -> Scene {
     Scene { name, model: m.finish(), camera, pose, truth: Truth::Unknown }
 }
 
-/// Boxes on a ground, upright and turned, with windows drawn on their walls; some touch, some go
-/// through each other: what a modeller draws of a site.
+/// Makes boxes on a ground, upright and rotated, with windows drawn on their walls; some touch, some intersect. It
+/// resembles the model of a real site.
 pub fn boxes(seed: u64, count: u32) -> Scene {
-    let mut dice = Dice::new(seed);
+    let mut dice = Rng::new(seed);
     let camera = any_camera(&mut dice);
     let mut m = Modeller::new();
     m.object("ground").quad(dvec3(-60.0, -60.0, 0.0), DVec3::X * 120.0, DVec3::Y * 120.0);
@@ -45,15 +45,16 @@ pub fn boxes(seed: u64, count: u32) -> Scene {
     Scene { name, model: m.finish(), camera, pose: look_at(eye, target), truth: Truth::Unknown }
 }
 
-/// A window in the plane of a box's first wall.
-fn window(dice: &mut Dice, m: &mut Modeller, centre: DVec3, half: DVec3, axes: DMat3) {
+/// Adds a window in the plane of a box's first wall.
+fn window(dice: &mut Rng, m: &mut Modeller, centre: DVec3, half: DVec3, axes: DMat3) {
     let size = dice.between(0.2, 0.7);
     let [out, u, v] = [axes.x_axis * half.x, axes.y_axis * half.y, axes.z_axis * half.z];
     m.quad(centre + out - size * (u + v), 2.0 * size * u, 2.0 * size * v);
 }
 
-/// 96 x 64 to 160 x 120 pixels, wide or long, the principal point anywhere near the middle.
-fn any_camera(dice: &mut Dice) -> Pinhole {
+/// Returns a random camera of 96 x 64 to 160 x 120 pixels, landscape or portrait, with its principal point near the
+/// middle.
+fn any_camera(dice: &mut Rng) -> Pinhole {
     let (width, height) = (dice.whole(96, 160), dice.whole(64, 120));
     let focal = f64::from(width) * dice.between(0.5, 1.4);
     Pinhole {
@@ -66,22 +67,23 @@ fn any_camera(dice: &mut Dice) -> Pinhole {
     }
 }
 
-fn any_pose(dice: &mut Dice) -> Pose {
+/// Returns a random pose within 100 units of the origin.
+fn any_pose(dice: &mut Rng) -> Pose {
     let rotation = DMat3::from_quat(any_rotation(dice));
     let mut coordinate = || dice.between(-100.0, 100.0);
     Pose { rotation, translation: dvec3(coordinate(), coordinate(), coordinate()) }
 }
 
-/// An evenly distributed rotation (Shoemake, *Uniform Random Rotations*, 1992).
-fn any_rotation(dice: &mut Dice) -> DQuat {
+/// Returns a uniformly distributed rotation (Shoemake, *Uniform Random Rotations*, 1992).
+fn any_rotation(dice: &mut Rng) -> DQuat {
     let (share, first, second) = (dice.unit(), dice.between(0.0, TAU), dice.between(0.0, TAU));
     let (r1, r2) = ((1.0 - share).sqrt(), share.sqrt());
     DQuat::from_xyzw(r1 * first.sin(), r1 * first.cos(), r2 * second.sin(), r2 * second.cos())
 }
 
-/// Corners on a circle in camera coordinates, somewhere in or near the photo. Now and then a large
-/// one, which may well reach behind the camera.
-fn any_polygon(dice: &mut Dice, camera: &Pinhole) -> Vec<DVec3> {
+/// Returns corners on a circle in camera coordinates, in or near the photo. One polygon in ten is large and may
+/// reach behind the camera.
+fn any_polygon(dice: &mut Rng, camera: &Pinhole) -> Vec<DVec3> {
     let depth = 2.0 * (16.0_f64).powf(dice.unit());
     let (x, y) = (dice.between(-0.1, 1.1), dice.between(-0.1, 1.1));
     let at = dvec2(x * f64::from(camera.width), y * f64::from(camera.height));

@@ -1,7 +1,7 @@
 //! What photos do not show: how much of it is seen, what fills it, and how it is filled.
 
-mod spread;
-mod worst;
+pub mod spread;
+pub mod worst;
 
 use eframe::egui::{Button, CollapsingHeader, Grid, ScrollArea, Spinner, TextEdit, Ui};
 
@@ -10,9 +10,13 @@ use self::worst::worst_ui;
 use super::inspector::button;
 use super::{grouped, name_cell, percent, room_for_names};
 use crate::app::command::{layers, view};
-use crate::app::editor::{Ask, Editor};
-use crate::app::selection::Selection;
-use crate::app::session::Session;
+use crate::app::editor::Editor;
+use crate::app::quality::filling::want_shares;
+use crate::app::quality::filling::want_worst;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
 use crate::layers::fill::{FillOptions, Invent};
 use crate::recipe::fill::FillShares;
 use crate::recipe::fill::shares::LayerShares;
@@ -22,14 +26,14 @@ const BESIDE_NAMES: f32 = 48.0 + 48.0 + 60.0 + 48.0 + 40.0;
 
 /// Draws it.
 pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let any_stack = editor.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
+    let any_stack = editor.state.session.as_ref().is_some_and(|s| s.photos.iter().any(|p| p.stack.is_some()));
     if !any_stack {
         ui.weak("Build the layers first: then one knows what photos do not show of them.");
         return;
     }
-    editor.want_worst();
-    if let Some(photo) = editor.selected_photo() {
-        editor.want_shares(photo);
+    want_worst(&mut editor.state, &mut editor.work);
+    if let Some(photo) = editor.state.selected_photo() {
+        want_shares(&mut editor.state, &mut editor.work, photo);
     }
     ScrollArea::vertical().auto_shrink(false).show(ui, |ui| {
         ui.horizontal_wrapped(|ui| {
@@ -41,8 +45,8 @@ pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         ui.separator();
         worst_ui(editor, ui, asks);
         ui.separator();
-        let Some(session) = &editor.session else { return };
-        if let Some(photo) = editor.selected_photo() {
+        let Some(session) = &editor.state.session else { return };
+        if let Some(photo) = editor.state.selected_photo() {
             of_photo(editor, session, photo, ui, asks);
             ui.separator();
         }
@@ -51,7 +55,8 @@ pub fn fill_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(options) = editor.session.as_ref().map(|session| session.opened.project.fill.clone()) else {
+    let Some(options) = editor.state.session.as_ref().map(|session| session.opened.project.fill.clone())
+    else {
         return;
     };
     CollapsingHeader::new("How it is filled").default_open(false).show(ui, |ui| {
@@ -62,22 +67,23 @@ fn options(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
         let smooth = "Colours from the border are spread smoothly.";
         ui.radio_value(&mut invent, Invent::Diffusion, "smoothly").on_hover_text(smooth);
         if invent != options.invent {
-            asks.push(Ask::Fill(FillOptions { invent, ..options.clone() }));
+            asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { invent, ..options.clone() })));
         }
         let label = ui.label("Objects that are left as photos show them:");
-        let mut text = editor.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
+        let mut text =
+            editor.state.quality.fill.without.clone().unwrap_or_else(|| options.without.join(", "));
         let edit = TextEdit::singleline(&mut text).desired_width(f32::INFINITY);
         let edit = edit.hint_text("names, or tree_* for all that begin so");
         let response = ui.add(edit).labelled_by(label.id);
         if response.changed() {
-            editor.quality.fill.without = Some(text.clone());
+            editor.state.quality.fill.without = Some(text.clone());
         }
         if response.lost_focus() {
-            editor.quality.fill.without = None;
+            editor.state.quality.fill.without = None;
             let names = text.split(',').map(str::trim).filter(|name| !name.is_empty());
             let without: Vec<String> = names.map(str::to_owned).collect();
             if without != options.without {
-                asks.push(Ask::Fill(FillOptions { without, ..options }));
+                asks.push(Ask::Quality(QualityAsk::Fill(FillOptions { without, ..options })));
             }
         }
         ui.weak("What is filled already stays until you fill again.");
@@ -94,15 +100,15 @@ fn not_there(failed: bool, ui: &mut Ui) {
 }
 
 /// What shows at the hidden texels of a photo's layers.
-fn of_photo(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn of_photo(state: &State, session: &Session, place: usize, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[place].name;
     ui.strong(format!("Hidden parts of {name}"));
     let Some(stack) = &session.photos[place].stack else {
         ui.weak("Its layers are not built.");
         return;
     };
-    let Some(lookup) = editor.quality.fill.shares.get(&place) else { return };
-    let Some(shares) = lookup.found() else { return not_there(lookup.failed(&editor.jobs), ui) };
+    let Some(lookup) = state.quality.fill.shares.get(&place) else { return };
+    let Some(shares) = lookup.found() else { return not_there(lookup.failed(&state.running), ui) };
     let mut rows: Vec<(usize, &LayerShares)> = shares.iter().enumerate().collect();
     rows.retain(|(_, shares)| shares.hidden + shares.spread > 0);
     rows.sort_by_key(|(place, shares)| (std::cmp::Reverse(shares.hidden), *place));
@@ -113,8 +119,8 @@ fn of_photo(editor: &Editor, session: &Session, place: usize, ui: &mut Ui, asks:
         let Some(it) = stack.image_layers.get(layer) else { continue };
         let this = Selection::Layer { photo: place, layer };
         let text = format!("{}: {} hidden", it.name, grouped(shares.hidden));
-        if ui.add(Button::selectable(editor.selection == this, text).truncate()).clicked() {
-            asks.push(Ask::Select(this));
+        if ui.add(Button::selectable(state.selection == this, text).truncate()).clicked() {
+            asks.push(Ask::Select(SelectAsk::Only(this)));
         }
         ui.weak(told(shares));
     }
@@ -141,14 +147,14 @@ fn told(shares: &LayerShares) -> String {
 }
 
 /// Every photo, in shares of what it hides.
-fn photos(editor: &Editor, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn photos(state: &State, session: &Session, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("All photos");
     let names = room_for_names(ui, BESIDE_NAMES);
     // Where there is not even room for figures, they are scrolled.
-    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(editor, session, names, ui, asks));
+    ScrollArea::horizontal().id_salt("all photos").show(ui, |ui| table(state, session, names, ui, asks));
 }
 
-fn table(editor: &Editor, session: &Session, names: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn table(state: &State, session: &Session, names: f32, ui: &mut Ui, asks: &mut Vec<Ask>) {
     Grid::new("fillings").num_columns(5).spacing([8.0, 4.0]).striped(true).show(ui, |ui| {
         for (heading, tooltip) in [
             ("Photo", "The photo."),
@@ -163,8 +169,8 @@ fn table(editor: &Editor, session: &Session, names: f32, ui: &mut Ui, asks: &mut
         for (place, status) in session.photos.iter().enumerate() {
             let Some(stack) = &status.stack else { continue };
             let name = &session.opened.site.photos[place].name;
-            if name_cell(ui, editor.photo == Some(place), name, names).clicked() {
-                asks.push(Ask::Select(Selection::Photo(place)));
+            if name_cell(ui, state.photo == Some(place), name, names).clicked() {
+                asks.push(Ask::Select(SelectAsk::Only(Selection::Photo(place))));
             }
             let shares = FillShares::of(stack);
             let invented = shares.by_example + shares.diffused;

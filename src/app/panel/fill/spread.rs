@@ -4,12 +4,15 @@ use eframe::egui::{Button, CollapsingHeader, RichText, Ui};
 
 use super::not_there;
 use crate::app::command::layers::{PROPAGATE, TAKE_OFF};
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::counted;
 use crate::app::panel::inspector::button;
-use crate::app::selection::Selection;
-use crate::app::session::Session;
-use crate::recipe::fill::propagation::{Painter, SpreadOn, laid_over, with_one};
+use crate::app::quality::filling::want_painters;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, QualityAsk, SelectAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::recipe::fill::propagation::{Painter, PropagationToPhoto, laid_over, with_one};
 use crate::recipe::survey::face_named;
 
 /// So many places are listed: the most disputed ones.
@@ -18,10 +21,10 @@ const MOST: usize = 40;
 /// Draws it.
 pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     CollapsingHeader::new("Paint on the other photos").default_open(true).show(ui, |ui| {
-        editor.want_painters();
-        let lookup = &editor.quality.fill.painters;
-        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&editor.jobs), ui) };
-        if painters.is_empty() && !editor.has_propagated() {
+        want_painters(&mut editor.state, &mut editor.work);
+        let lookup = &editor.state.quality.fill.painters;
+        let Some(painters) = lookup.found().cloned() else { return not_there(lookup.failed(&editor.state.running), ui) };
+        if painters.is_empty() && !editor.state.has_propagated() {
             ui.weak(
                 "Nothing is painted yet. What you paint on a surface in one photo can be laid over the other photos \
                  that show it: a scrawl taken off in one is gone from all.",
@@ -33,7 +36,7 @@ pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
             let ready = (PROPAGATE.ready)(editor).is_ok();
             let look = ui.add_enabled(ready, Button::new("Look first"));
             if look.on_hover_text("Tells what paint would go where; nothing is written.").clicked() {
-                asks.push(Ask::LookAtPropagation);
+                asks.push(Ask::Quality(QualityAsk::LookAtPropagation));
             }
             button(editor, ui, &PROPAGATE, asks);
             button(editor, ui, &TAKE_OFF, asks);
@@ -43,8 +46,8 @@ pub fn spread_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// Whose paint is laid over the others.
-fn choose(editor: &Editor, painters: &[Painter], ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
+fn choose(state: &State, painters: &[Painter], ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
     let options = &session.opened.project.fill;
     ui.label("Laid over what other photos show of the same surfaces, when hidden parts are filled:");
     for painter in painters {
@@ -52,15 +55,15 @@ fn choose(editor: &Editor, painters: &[Painter], ui: &mut Ui, asks: &mut Vec<Ask
         let text = format!("paint of {}", painter.photo);
         let tooltip = counted(painter.pixels, "painted pixel");
         if ui.checkbox(&mut on, text).on_hover_text(tooltip).changed() {
-            asks.push(Ask::Fill(with_one(options, &painter.photo, on, painters)));
+            asks.push(Ask::Quality(QualityAsk::Fill(with_one(options, &painter.photo, on, painters))));
         }
     }
 }
 
-fn found(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
-    let Some(session) = &editor.session else { return };
-    let offered = &editor.quality.fill.offered;
-    if offered.is_sought(&editor.jobs) {
+fn found(state: &State, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    let Some(session) = &state.session else { return };
+    let offered = &state.quality.fill.offered;
+    if offered.is_sought(&state.running) {
         ui.horizontal(|ui| {
             ui.spinner();
             ui.label("Looking where paint would go…");
@@ -79,7 +82,7 @@ fn found(editor: &Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// How much paint goes, or would go, where; the places that contradict it, each with a click to it.
-fn summary(session: &Session, spread: &[SpreadOn], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn summary(session: &Session, spread: &[PropagationToPhoto], would: bool, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let texels: u64 = spread.iter().map(|it| it.paint.texels).sum();
     let mut photos: Vec<usize> = spread.iter().filter(|it| it.paint.texels > 0).map(|it| it.photo).collect();
     photos.sort_unstable();
@@ -104,18 +107,19 @@ fn summary(session: &Session, spread: &[SpreadOn], would: bool, ui: &mut Ui, ask
     }
 }
 
-fn place(session: &Session, it: &SpreadOn, ui: &mut Ui, asks: &mut Vec<Ask>) {
+fn place(session: &Session, it: &PropagationToPhoto, ui: &mut Ui, asks: &mut Vec<Ask>) {
     let name = &session.opened.site.photos[it.photo].name;
     let text = RichText::new(format!("{} in {name}", it.paint.face));
     let text = if it.disputed() > 0 { text.color(ui.visuals().warn_fg_color) } else { text };
     let face = face_named(session.model(), &it.paint.face).ok();
     let button = ui.add_enabled(face.is_some(), Button::selectable(false, text).truncate());
     if button.on_hover_text("Shows the face in this photo.").clicked() {
-        asks.extend(
-            face.into_iter().flat_map(|face| {
-                [Ask::Select(Selection::Face(face)), Ask::ShowInPhoto(it.photo, face, None)]
-            }),
-        );
+        asks.extend(face.into_iter().flat_map(|face| {
+            [
+                Ask::Select(SelectAsk::Only(Selection::Face(face))),
+                Ask::Select(SelectAsk::ShowInPhoto(it.photo, face, None)),
+            ]
+        }));
     }
     ui.horizontal_wrapped(|ui| {
         ui.add_space(8.0);
@@ -124,7 +128,7 @@ fn place(session: &Session, it: &SpreadOn, ui: &mut Ui, asks: &mut Vec<Ask>) {
 }
 
 /// What of it was laid, and what stands against it.
-fn told(it: &SpreadOn) -> String {
+fn told(it: &PropagationToPhoto) -> String {
     let paint = &it.paint;
     let own = (paint.own > 0).then(|| format!("{} painted here already", counted(paint.own, "pixel")));
     let conflicts = (paint.conflicts > 0)
@@ -138,11 +142,11 @@ fn told(it: &SpreadOn) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::document::stack::SpreadPaint;
+    use crate::document::stack::PropagationEntry;
 
     #[test]
     fn what_stands_against_paint_is_told_in_words() {
-        let paint = SpreadPaint {
+        let paint = PropagationEntry {
             face: "wall[0]".into(),
             from: "a.jpg".into(),
             texels: 1,
@@ -150,7 +154,7 @@ mod tests {
             conflicts: 5,
             dissents: 0,
         };
-        let told = told(&SpreadOn { photo: 0, paint });
+        let told = told(&PropagationToPhoto { photo: 0, paint });
         assert_eq!(told, "1 pixel from a.jpg, 7 pixels painted here already, 5 of them otherwise");
     }
 }

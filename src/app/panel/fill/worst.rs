@@ -3,12 +3,14 @@
 use eframe::egui::{ComboBox, Grid, Ui};
 
 use super::not_there;
-use crate::app::editor::{Ask, Editor};
+use crate::app::editor::Editor;
 use crate::app::panel::{counted, name_cell, percent, room_for_names};
 use crate::app::quality::filling::Worst;
-use crate::app::selection::Selection;
-use crate::app::session::Session;
-use crate::recipe::fill::lookouts::{Lookouts, count_kept};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, SelectAsk, SpaceAsk};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::Session;
+use crate::recipe::fill::lookouts::{Viewpoints, bookmark_count};
 use crate::recipe::fill::worst::HiddenLayer;
 
 /// So many of the worst layers are listed: those after them are hardly seen.
@@ -23,9 +25,9 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
     ui.strong("Worst first")
         .on_hover_text("Hidden area times how much of it the views see: what a viewer would notice first.");
     choose(editor, ui);
-    let Some(session) = &editor.session else { return };
-    let lookup = &editor.quality.fill.worst;
-    let Some(worst) = lookup.found() else { return not_there(lookup.failed(&editor.jobs), ui) };
+    let Some(session) = &editor.state.session else { return };
+    let lookup = &editor.state.quality.fill.worst;
+    let Some(worst) = lookup.found() else { return not_there(lookup.failed(&editor.state.running), ui) };
     if worst.layers.is_empty() {
         ui.weak("These views see nothing that a photo hides.");
         return;
@@ -48,41 +50,41 @@ pub fn worst_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
 
 /// Which views count.
 fn choose(editor: &mut Editor, ui: &mut Ui) {
-    let Some(session) = &editor.session else { return };
-    let (kept, photos) = (count_kept(&session.opened.project), session.photos.len());
-    if kept == 0 && editor.quality.fill.lookouts.is_none() {
+    let Some(session) = &editor.state.session else { return };
+    let (kept, photos) = (bookmark_count(&session.opened.project), session.photos.len());
+    if kept == 0 && editor.state.quality.fill.lookouts.is_none() {
         ui.weak(
             "Seen from the photos' cameras. Keep views (Ctrl+D) or set keyframes (K), and it goes by those.",
         );
         return;
     }
-    let name = |lookouts: Lookouts| match lookouts {
-        Lookouts::Kept => format!("kept views and keyframes ({kept})"),
-        Lookouts::Photos => format!("the photos' cameras ({photos})"),
+    let name = |lookouts: Viewpoints| match lookouts {
+        Viewpoints::Kept => format!("kept views and keyframes ({kept})"),
+        Viewpoints::Photos => format!("the photos' cameras ({photos})"),
     };
-    let now = editor.lookouts();
+    let now = editor.state.lookouts();
     let mut chosen = now;
     ui.horizontal_wrapped(|ui| {
         let label = ui.label("Seen from");
         let width = SEEN_FROM.min(ui.max_rect().width());
         let list = ComboBox::from_id_salt("seen from").selected_text(name(now)).width(width).truncate();
         let list = list.show_ui(ui, |ui| {
-            for lookouts in [Lookouts::Kept, Lookouts::Photos] {
+            for lookouts in [Viewpoints::Kept, Viewpoints::Photos] {
                 ui.selectable_value(&mut chosen, lookouts, name(lookouts));
             }
         });
         list.response.labelled_by(label.id);
     });
     if chosen != now {
-        editor.quality.fill.lookouts = Some(chosen);
+        editor.state.quality.fill.lookouts = Some(chosen);
     }
-    if chosen == Lookouts::Kept && kept == 0 {
+    if chosen == Viewpoints::Kept && kept == 0 {
         ui.weak("No view is kept: Ctrl+D keeps one, K makes it a keyframe of the flight.");
     }
 }
 
 fn row(
-    editor: &Editor,
+    state: &State,
     session: &Session,
     (worst, hidden, names): (&Worst, &HiddenLayer, f32),
     ui: &mut Ui,
@@ -94,12 +96,12 @@ fn row(
     let this = Selection::Layer { photo, layer };
     let name = &session.opened.site.photos[photo].name;
     let text = format!("{} – {name}", it.name);
-    let response = name_cell(ui, editor.selection == this, &text, names);
+    let response = name_cell(ui, state.selection == this, &text, names);
     let view = worst.views.get(hidden.view);
     if response.double_clicked() {
-        asks.extend(view.cloned().map(|view| Ask::LookFrom(Box::new(view))));
+        asks.extend(view.cloned().map(|view| Ask::Space(SpaceAsk::LookFrom(Box::new(view)))));
     } else if response.clicked() {
-        asks.push(Ask::Select(this));
+        asks.push(Ask::Select(SelectAsk::Only(this)));
     }
     if let Some(view) = view {
         response.on_hover_text(format!("Seen most from {}: a double click goes there.", view.name));

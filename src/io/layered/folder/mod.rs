@@ -1,4 +1,4 @@
-//! A folder of PNG files, which every image editor opens.
+//! Writes a folder of PNG files, which every image editor can open.
 
 pub mod read;
 
@@ -9,18 +9,28 @@ use std::path::{Path, PathBuf};
 use rayon::prelude::*;
 use tempfile::TempDir;
 
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 use crate::io::atomic::sync_folder;
 use crate::io::layered::document::{Layer, LayeredDocument};
+use crate::io::layered::format::LayeredFormat;
 use crate::io::layered::png::write_rgba;
 
-/// A folder that is being filled; it takes its place at [`NewFolder::commit`]. Dropped before
-/// that, it vanishes.
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Folder,
+    title: "Folder of PNG",
+    name: "folder",
+    about: "A folder of PNG files with stack.json",
+    file: None,
+};
+
+/// A folder that is being written. [`NewFolder::commit`] puts it in place; dropped before that, it vanishes.
 #[derive(Debug)]
 pub struct NewFolder {
     folder: TempDir,
     target: PathBuf,
-    /// Below `folder`, with `/`.
+    /// Paths below `folder`, with `/`.
     files: Vec<String>,
 }
 
@@ -28,34 +38,34 @@ impl NewFolder {
     /// Starts a folder that will become `target`.
     ///
     /// # Errors
-    /// [`Error::Io`] when the folder around it does not exist or may not be written to.
+    /// [`Error::Io`] when the parent folder does not exist or is not writable.
     pub fn create(target: impl Into<PathBuf>) -> Result<Self> {
         let target = target.into();
         let mut builder = tempfile::Builder::new();
         builder.prefix(".quadratura-");
-        // A temporary folder is private by default, but this one becomes an ordinary one.
+        // Temporary folders are private by default, but this one becomes an ordinary folder.
         #[cfg(unix)]
         builder.permissions(std::os::unix::fs::PermissionsExt::from_mode(0o777));
-        let folder = builder.tempdir_in(around(&target)).map_err(Error::io(&target, "create it"))?;
+        let folder = builder.tempdir_in(parent_of(&target)).map_err(Error::io(&target, "create it"))?;
         Ok(Self { folder, target, files: Vec::new() })
     }
 
-    /// Chooses another place, in the same folder.
+    /// Changes the target to another path in the same folder.
     pub fn redirect(&mut self, target: impl Into<PathBuf>) {
         self.target = target.into();
     }
 
-    /// Where it is until the commit.
+    /// Returns the temporary path that the folder has until the commit.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 
-    /// Its files so far, below [`NewFolder::path`], with `/`.
+    /// Returns the files added so far, relative to [`NewFolder::path`], with `/`.
     pub fn files(&self) -> &[String] {
         &self.files
     }
 
-    /// Adds a file with these bytes. `name` may lead into a sub-folder, with `/`.
+    /// Adds a file with these bytes. `name` may contain sub-folders, with `/`.
     ///
     /// # Errors
     /// [`Error::Io`]
@@ -72,10 +82,10 @@ impl NewFolder {
         self.add_with(name, |out| std::io::copy(&mut file, out).map(drop))
     }
 
-    /// Adds those layers of a document that `name_of` names, as PNG files.
+    /// Adds the layers of a document for which `name_of` returns a name, as PNG files.
     ///
     /// # Errors
-    /// [`Error::Io`], and what the layers' sources say.
+    /// [`Error::Io`], and the errors of the layers' sources.
     pub fn add_layers<'a>(
         &mut self,
         document: &LayeredDocument<'a>,
@@ -101,15 +111,15 @@ impl NewFolder {
         Ok(())
     }
 
-    /// Puts the folder in its place, instead of what was there. A folder cannot be replaced by one
-    /// rename: a kill between the two leaves the old one beside its place, under `.quadratura-old-`.
+    /// Moves the folder to its target and replaces what was there. A folder cannot be replaced by one rename:
+    /// a kill between the two leaves the old one beside the target, under `.quadratura-old-`.
     ///
     /// # Errors
     /// [`Error::Io`] when the system refuses; the old folder stays, at worst under that name.
     pub fn commit(self) -> Result<()> {
         let Self { folder, target, .. } = self;
         sync_folder(folder.path())?;
-        let old = tempfile::Builder::new().prefix(".quadratura-old-").tempdir_in(around(&target));
+        let old = tempfile::Builder::new().prefix(".quadratura-old-").tempdir_in(parent_of(&target));
         let old = old.map_err(Error::io(&target, "create a folder beside it"))?;
         if target.exists() {
             fs::rename(&target, old.path().join("old")).map_err(Error::io(&target, "move it away"))?;
@@ -120,14 +130,14 @@ impl NewFolder {
             }
             return Err(Error::io(&target, "put it in place")(error));
         }
-        sync_folder(around(&target))
+        sync_folder(parent_of(&target))
     }
 }
 
-/// Writes and syncs a file, in a sub-folder that is made if needed.
+/// Writes and syncs a file, and creates its folder if needed.
 fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::Result<()>) -> Result<()> {
     let write_and_sync = || {
-        fs::create_dir_all(around(path))?;
+        fs::create_dir_all(parent_of(path))?;
         let mut out = BufWriter::with_capacity(1 << 18, File::create(path)?);
         write(&mut out)?;
         out.flush()?;
@@ -136,8 +146,8 @@ fn write_file(path: &Path, write: impl FnOnce(&mut BufWriter<File>) -> std::io::
     write_and_sync().map_err(Error::io(path, "write it"))
 }
 
-/// The folder a path lies in; `.` for a bare name.
-fn around(path: &Path) -> &Path {
+/// Returns the folder that contains `path`; `.` for a bare name.
+fn parent_of(path: &Path) -> &Path {
     path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -147,8 +157,8 @@ mod tests {
 
     #[test]
     fn a_new_folder_replaces_the_old_one_whole() {
-        let around = tempfile::tempdir().unwrap();
-        let target = around.path().join("photo");
+        let parent = tempfile::tempdir().unwrap();
+        let target = parent.path().join("photo");
         for (name, content) in [("old.png", "old"), ("needed/new.png", "new")] {
             let mut folder = NewFolder::create(&target).unwrap();
             folder.add(name, content.as_bytes()).unwrap();
@@ -157,13 +167,13 @@ mod tests {
             assert_eq!(fs::read_to_string(target.join(name)).unwrap(), content);
         }
         assert!(!target.join("old.png").exists());
-        assert_eq!(fs::read_dir(around.path()).unwrap().count(), 1, "nothing else is left");
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 1, "nothing else is left");
     }
 
     #[test]
     fn a_folder_that_is_given_up_leaves_nothing() {
-        let around = tempfile::tempdir().unwrap();
-        NewFolder::create(around.path().join("photo")).unwrap().add("a", b"a").unwrap();
-        assert_eq!(fs::read_dir(around.path()).unwrap().count(), 0);
+        let parent = tempfile::tempdir().unwrap();
+        NewFolder::create(parent.path().join("photo")).unwrap().add("a", b"a").unwrap();
+        assert_eq!(fs::read_dir(parent.path()).unwrap().count(), 0);
     }
 }

@@ -1,7 +1,7 @@
-//! A folder of PNG files, as `export` wrote it and somebody worked on it.
+//! Reads a folder of PNG files that `export` wrote and an artist has edited.
 //!
-//! `stack.json` says where the image layers lie. A file that was added has a place when it is as large as
-//! the canvas, or when its name carries an image layer's token and its size is that layer's.
+//! `stack.json` holds the positions of the image layers. A file that was added is positioned if it is as
+//! large as the canvas, or if its name contains an image layer's token and it is as large as that layer.
 
 use std::fs::{self, File};
 use std::io::BufReader;
@@ -19,18 +19,18 @@ use crate::io::layered::place::{is_canvas, rect_at, tidy_name};
 use crate::io::layered::png_edited::{self, PngHead};
 use crate::io::layered::{Blend, Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy, Raster};
 
-/// The description of the folder.
+/// Name of the file that describes the folder.
 pub const STACK_FILE: &str = "stack.json";
 
-/// Larger ones are not ours.
+/// Limit in bytes; larger files are not written by this program.
 const LARGEST_STACK: u64 = 1 << 28;
-const REMEDY: &str = "take stack.json from the export again: it says where the layers lie";
+const REMEDY: &str = "restore stack.json from the export: it holds the positions of the layers";
 
-/// What matters of `stack.json` here.
+/// The fields of `stack.json` that are needed here.
 #[derive(Debug, Deserialize)]
 struct Described {
     photo: Canvas,
-    /// Nearest first.
+    /// The image layers, nearest first.
     image_layers: Vec<DescribedLayer>,
 }
 
@@ -49,17 +49,17 @@ struct DescribedLayer {
     file: String,
 }
 
-/// A file with its place.
+/// A file with its position.
 struct Placed {
     name: String,
     file: PathBuf,
     rect: PixelRect,
-    /// Or why its pixels cannot be taken.
+    /// The header of the PNG, or why its pixels cannot be used.
     head: Result<PngHead, String>,
     id: Option<String>,
 }
 
-/// Reads what a folder says, without its pixels.
+/// Reads the description of a folder, without the pixels.
 ///
 /// # Errors
 /// [`Error::Input`] when `stack.json` is missing or damaged, [`Error::Io`].
@@ -72,7 +72,7 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     }
     let mut notes = Vec::new();
     let mut placed = Vec::new();
-    // From the bottom to the top; what was added for a layer lies on it.
+    // From bottom to top; a file that was added for a layer lies directly on it.
     let mut added = added_files(folder, &described)?;
     for layer in described.image_layers.iter().rev() {
         placed.extend(own_file(folder, layer, &mut notes));
@@ -103,11 +103,11 @@ pub fn read(folder: &Path) -> Result<EditedDocument> {
     })
 }
 
-/// The file that the export wrote for a layer; none when it is gone, which the import notices.
+/// Returns the file that the export wrote for a layer; `None` when it was deleted, which the import reports.
 fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
     let relative = Path::new(&layer.file);
     if !relative.components().all(|part| matches!(part, Component::Normal(_))) {
-        notes.push(format!("stack.json: \"{}\" does not lie in the folder; it is left out", layer.file));
+        notes.push(format!("stack.json: \"{}\" is not in this folder; it is left out", layer.file));
         return None;
     }
     let file = folder.join(relative);
@@ -117,14 +117,14 @@ fn own_file(folder: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> O
     placed(format!("{} [{}]", layer.name, layer.id), file, layer, notes)
 }
 
-/// A file of a layer at that layer's place. What is wrong with it is said when its pixels are asked for.
+/// Positions a file at a layer. A problem with its pixels is reported when they are read.
 fn placed(name: String, file: PathBuf, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
     let [x, y, w, h] = layer.rect;
-    let rect = noted(&file, rect_at(x, y, w, h).ok_or_else(|| format!("it lies at ({x}, {y})")), notes)?;
+    let rect = noted(&file, rect_at(x, y, w, h).ok_or_else(|| format!("its position is ({x}, {y})")), notes)?;
     let head = head(&file).and_then(|head| match (i64::from(head.width), i64::from(head.height)) == (w, h) {
         true => Ok(head),
         false => Err(format!(
-            "{} x {} pixels, its layer has {w} x {h}: its place is not known",
+            "{} x {} pixels, but its layer has {w} x {h}, so its position is unknown",
             head.width, head.height
         )),
     });
@@ -135,7 +135,7 @@ fn noted<T>(file: &Path, found: Result<T, String>, notes: &mut Vec<String>) -> O
     found.map_err(|problem| notes.push(format!("{} is left out: {problem}", file.display()))).ok()
 }
 
-/// A file that somebody added whose name carries the layer's token.
+/// Positions an added file whose name contains the layer's token.
 fn added_for(file: &Path, layer: &DescribedLayer, notes: &mut Vec<String>) -> Option<Placed> {
     let name = name_of(file);
     let is_meant = [format!("[{}]", layer.id), format!("({})", layer.id)].iter().any(|id| name.contains(id));
@@ -147,10 +147,11 @@ fn as_large_as_the_canvas(file: PathBuf, canvas: (u32, u32), notes: &mut Vec<Str
     let head = noted(&file, head(&file), notes)?;
     if (head.width, head.height) != canvas {
         let found = format!("{} x {} pixels", head.width, head.height);
-        let expected = format!("only one as large as the photo, {} x {}, has a place", canvas.0, canvas.1);
+        let expected =
+            format!("only a file as large as the photo, {} x {}, can be positioned", canvas.0, canvas.1);
         return noted(&file, Err(format!("{found}; {expected}")), notes);
     }
-    let rect = PixelRect { x: 0, y: 0, w: canvas.0, h: canvas.1 };
+    let rect = PixelRect::of_size(canvas.0, canvas.1);
     Some(Placed { name: name_of(&file), file, rect, head: Ok(head), id: None })
 }
 
@@ -158,7 +159,7 @@ fn name_of(file: &Path) -> String {
     file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
 }
 
-/// The PNG files beside `stack.json` that it does not name, sorted; the photo is none of them.
+/// Returns the PNG files beside `stack.json` that it does not name, sorted, without the photo.
 fn added_files(folder: &Path, described: &Described) -> Result<Vec<PathBuf>> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).map_err(Error::io(folder, "read the folder"))? {
@@ -179,14 +180,17 @@ fn head(file: &Path) -> Result<PngHead, String> {
     png_edited::head(BufReader::new(open))
 }
 
-/// That of the first file, which holds for all.
+/// Returns the colour profile of the first file, which is used for all.
 fn profile(placed: &mut [Placed], notes: &mut Vec<String>) -> Option<Vec<u8>> {
     let mut profiles =
         placed.iter_mut().filter_map(|placed| Some((&placed.file, placed.head.as_mut().ok()?.icc.take())));
     let (_, first) = profiles.next()?;
     let others = profiles.filter(|(_, profile)| *profile != first);
     notes.extend(others.map(|(file, _)| {
-        format!("{} has another colour profile than the first, which is taken for all", file.display())
+        format!(
+            "{} has another colour profile than the first file; the first one is used for all",
+            file.display()
+        )
     }));
     first
 }
@@ -207,7 +211,7 @@ impl Placed {
             masks: Vec::new(),
             id,
             locked: false,
-            pixels: Lazy::new(move || pixels(&file, &head, depth)).with_code(code),
+            pixels: Lazy::new(move || pixels(&file, &head, depth)).with_stored_hash(code),
         }
     }
 }

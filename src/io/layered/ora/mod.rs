@@ -1,36 +1,58 @@
-//! OpenRaster, which Krita and MyPaint read and write (GIMP before version 3 does not, on Debian; Krita 5
-//! reads it in 8 bits only: 16-bit photos go by PSD).
+//! Writes OpenRaster, which Krita and MyPaint read and write (GIMP before version 3 does not, on Debian;
+//! Krita 5 reads it in 8 bits only, so 16-bit photos are exported as PSD).
 //!
-//! A ZIP archive: `mimetype` first, `stack.xml`, a PNG per layer, the merged picture and a thumbnail.
-//! Nothing is compressed again. (OpenRaster 0.0.6, openraster.org.)
+//! The file is a ZIP archive: `mimetype` first, `stack.xml`, a PNG per layer, the merged picture and a
+//! thumbnail. Nothing is compressed a second time. (OpenRaster 0.0.6, openraster.org.)
 
 pub mod read;
 mod stack_xml;
 
 use std::fmt::Write as _;
-use std::io::{Seek, Write};
+use std::fs::File;
+use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
 use rayon::prelude::*;
 use zip::write::SimpleFileOptions;
 use zip::{CompressionMethod, DateTime, ZipWriter};
 
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
+use crate::io::layered::Fit;
 use crate::io::layered::batches::batches;
 use crate::io::layered::document::{Layer, LayeredDocument, Node};
+use crate::io::layered::format::{FileFormat, LayeredFormat, Variant};
 use crate::io::layered::png::write_rgba;
 use crate::io::layered::psd::resources::escaped;
 use crate::io::layered::raster::Raster;
 
-/// The longest side of the thumbnail, as the standard has it.
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Ora,
+    title: "OpenRaster",
+    name: "OpenRaster",
+    about: "OpenRaster, for Krita",
+    file: Some(FileFormat {
+        extensions: &["ora"],
+        signature: read::SIGNATURE,
+        variants: |_| vec![Variant { extension: "ora", write: write_file }],
+        read: read::read,
+    }),
+};
+
+fn write_file(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(BufWriter::new(file), path, document).map(|()| Fit::Whole)
+}
+
+/// The longest side of the thumbnail in pixels, by the standard.
 const THUMBNAIL: u32 = 256;
 
-/// Writes the document to `out`, which stands at its beginning. Same document, same bytes. `path`
-/// is what errors call the file.
+/// Writes the document to `out`, which must be at its beginning. The same document gives the same bytes.
+/// `path` is named in errors.
 ///
 /// # Errors
-/// [`Error::Request`] when names are not fit for it (see [`LayeredDocument::check`]), [`Error::Io`] when
-/// writing fails, and what the layers' sources say.
+/// [`Error::Request`] when names do not fit the format (see [`LayeredDocument::check`]); [`Error::Io`] when
+/// writing fails; the errors of the layers' sources.
 pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument) -> Result<()> {
     document.check()?;
     let mut archive = Archive { zip: ZipWriter::new(out).set_auto_large_file(), path };
@@ -53,7 +75,7 @@ pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument) ->
     archive.finish()
 }
 
-/// By place instead of by name: names hold signs that file names must not.
+/// Returns the file's name by index, because names of layers contain characters that file names must not.
 fn layer_file(index: usize) -> String {
     format!("data/layer{index:04}.png")
 }
@@ -70,7 +92,7 @@ struct Archive<'p, W: Write + Seek> {
 }
 
 impl<W: Write + Seek> Archive<'_, W> {
-    /// Adds a file, as it is and without a time, so that the same document gives the same bytes.
+    /// Adds a file uncompressed and without a time, so that the same document gives the same bytes.
     fn add(&mut self, name: &str, bytes: &[u8]) -> Result<()> {
         let options = SimpleFileOptions::default()
             .compression_method(CompressionMethod::Stored)
@@ -86,8 +108,8 @@ impl<W: Write + Seek> Archive<'_, W> {
     }
 }
 
-/// From the top to the bottom. Groups stay at 0, 0: readers disagree whether a group's place moves its
-/// layers.
+/// Returns `stack.xml` with layers from top to bottom. Groups stay at 0, 0, because readers disagree whether
+/// a group's position moves its layers.
 fn stack_xml(document: &LayeredDocument) -> String {
     let mut index = document.layers().count();
     let mut next = |layer: &Layer, indent: usize| {

@@ -1,6 +1,6 @@
-//! OpenRaster as image editors write it.
+//! Reads OpenRaster as image editors write it.
 //!
-//! `stack.xml` says what there is; each layer's PNG stays in the archive until it is asked for.
+//! `stack.xml` is read first; each layer's PNG stays in the archive until it is requested.
 
 use std::io::{Cursor, Read};
 use std::sync::Arc;
@@ -17,25 +17,25 @@ use crate::io::layered::place::rect_at;
 use crate::io::layered::png_edited::{self, PngHead};
 use crate::io::layered::{Depth, EditedDocument, EditedLayer, KEY_FILE, Lazy};
 
-/// How every ZIP archive begins.
+/// The signature of a ZIP archive.
 pub const SIGNATURE: &[u8] = b"PK\x03\x04";
 
-/// `stack.xml` and the key are shorter.
+/// Limit on the size of `stack.xml` and of the key in bytes.
 const LONGEST_TEXT: u64 = 1 << 24;
-/// Enough of a PNG to come to its pixels, unless its colour profile is large.
+/// Number of bytes of a PNG that reach to its pixels, unless its colour profile is large.
 const BEGINNING: u64 = 1 << 14;
-/// The most that a byte of an archive can stand for.
+/// Maximum number of bytes that a byte of the archive can produce.
 const MOST_INFLATED: u64 = 1032;
 
-/// Reads what an OpenRaster file says, without its pixels.
+/// Reads the structure of an OpenRaster file, without its pixels.
 ///
 /// # Errors
-/// [`Error::Input`] when it is no such file or damaged, [`Error::Io`].
+/// [`Error::Input`] when it is not an OpenRaster file or is damaged; [`Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut archive = Archive::open(bytes)?;
     if archive.zip.index_for_name("stack.xml").is_none() {
-        // Krita's own .kra is such an archive.
-        let found = "an archive without stack.xml, which is no OpenRaster file";
+        // Krita's own .kra is an archive of this kind, too.
+        let found = "an archive without stack.xml, which is not an OpenRaster file";
         let remedy = "save it from the image editor as PSD or OpenRaster";
         return Err(Error::input(bytes.path(), "", found, remedy));
     }
@@ -52,19 +52,21 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     Ok(EditedDocument { format: ExportFormat::Ora, width, height, depth, icc, key, layers, notes })
 }
 
-/// A layer of `stack.xml` with the head of its PNG, or why that cannot be read.
+/// A layer of `stack.xml` with the header of its PNG, or why that cannot be read.
 struct Picture<'x> {
     described: &'x super::stack_xml::Layer,
     head: Result<PngHead, String>,
 }
 
-/// The layers, from the top; the depth and the profile of all.
+/// Returns the layers from top to bottom, the bit depth, and the colour profile that is used for all.
 fn pictures<'x>(
     archive: &mut Archive,
     image: &'x Image,
     notes: &mut Vec<String>,
 ) -> (Vec<Picture<'x>>, Depth, Option<Vec<u8>>) {
-    let (mut found, mut depth, mut icc) = (Vec::new(), Depth::Eight, None);
+    let mut found = Vec::new();
+    let mut depth = Depth::Eight;
+    let mut icc = None;
     let mut is_first = true;
     for described in &image.layers {
         match archive.png_head(&described.file) {
@@ -72,7 +74,7 @@ fn pictures<'x>(
                 let profile = head.icc.take();
                 if !std::mem::replace(&mut is_first, false) && profile != icc {
                     notes.push(format!(
-                        "layer \"{}\" has another colour profile than the first, which is taken for all",
+                        "layer \"{}\" has another colour profile than the first layer; the first one is used for all",
                         described.name
                     ));
                 } else {
@@ -95,7 +97,7 @@ impl Picture<'_> {
         let (x, y) = described.place;
         let (width, height) = head.as_ref().map_or((0, 0), |head| (head.width.into(), head.height.into()));
         let Some(rect) = rect_at(x, y, width, height) else {
-            notes.push(format!("layer \"{}\" is left out: it lies at ({x}, {y})", described.name));
+            notes.push(format!("layer \"{}\" is left out: its position is ({x}, {y})", described.name));
             return None;
         };
         let (archive, file) = (archive.clone(), described.file.clone());
@@ -105,7 +107,7 @@ impl Picture<'_> {
             Ok(head) => archive.clone().raster(&file, head, depth),
             Err(found) => Err(Error::input(archive.bytes.path(), file.as_str(), found, SAVE_AGAIN)),
         })
-        .with_code(code);
+        .with_stored_hash(code);
         Some(EditedLayer {
             name: described.name.clone(),
             groups: described.groups.clone(),
@@ -122,7 +124,7 @@ impl Picture<'_> {
     }
 }
 
-/// The archive; copies share the list of its files.
+/// The archive; copies share its directory.
 #[derive(Clone)]
 struct Archive {
     bytes: Arc<FileBytes>,
@@ -142,13 +144,13 @@ impl Archive {
         Error::input(self.bytes.path(), file, found.to_string(), SAVE_AGAIN)
     }
 
-    /// A short file of the archive, as text.
+    /// Reads a short file of the archive as text.
     fn text(&mut self, name: &str) -> Result<String> {
         let bytes = self.content(name, LONGEST_TEXT)?;
         String::from_utf8(bytes).map_err(|error| self.wrong(name, error))
     }
 
-    /// The first `most` bytes of a file of the archive. Memory is taken as they come.
+    /// Reads at most the first `most` bytes of a file of the archive. Memory is allocated as they arrive.
     fn content(&mut self, name: &str, most: u64) -> Result<Vec<u8>> {
         let read = |file: ZipFile<FileReader>| {
             let most = most.min(file.compressed_size().saturating_mul(MOST_INFLATED));
@@ -159,7 +161,7 @@ impl Archive {
         content.map_err(|found| self.wrong(name, found))
     }
 
-    /// The head of a PNG, or what is wrong with that layer alone.
+    /// Reads the header of a PNG, or returns what is wrong with this layer alone.
     fn png_head(&mut self, name: &str) -> Result<PngHead, String> {
         let length = match self.zip.by_name(name) {
             Ok(file) => file.size(),
@@ -175,12 +177,12 @@ impl Archive {
                 return head;
             }
         }
-        Err("its head is longer than it says".into())
+        Err("its header is longer than it claims".into())
     }
 
-    /// Of a file as it lies in the archive.
+    /// Returns a hash of a file as it is stored in the archive.
     fn hash_of_code(&mut self, name: &str) -> Result<String> {
-        let place = self.zip.index_for_name(name);
+        let index = self.zip.index_for_name(name);
         let read = |index: usize| -> Result<String, String> {
             let mut file = self.zip.by_index_raw(index).map_err(|error| error.to_string())?;
             let (mut code, method) = (Vec::new(), format!("{:?}", file.compression()));
@@ -190,7 +192,7 @@ impl Archive {
             hashing.add(&code);
             Ok(hashing.hash())
         };
-        let hash = place.ok_or_else(|| "it is not in the archive".to_owned()).and_then(read);
+        let hash = index.ok_or_else(|| "it is not in the archive".to_owned()).and_then(read);
         hash.map_err(|found| self.wrong(name, found))
     }
 

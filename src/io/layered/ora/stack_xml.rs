@@ -1,31 +1,31 @@
-//! `stack.xml` of an OpenRaster file: the tree of layers, from the top to the bottom.
+//! Parses `stack.xml` of an OpenRaster file: the tree of layers, from top to bottom.
 
 use roxmltree::{Document, Node};
 
 use crate::io::layered::Blend;
-use crate::io::layered::groups::{GroupTraits, OpenGroups};
+use crate::io::layered::groups::{GroupProperties, OpenGroups};
 use crate::io::layered::place::{is_canvas, tidy_name};
 
-/// What `stack.xml` says.
+/// The content of `stack.xml`.
 #[derive(Debug)]
 pub struct Image {
     pub width: u32,
     pub height: u32,
-    /// From the top.
+    /// The layers, from top to bottom.
     pub layers: Vec<Layer>,
 }
 
-/// One `<layer>`.
+/// The attributes of a `<layer>` element.
 #[derive(Debug)]
 pub struct Layer {
     pub name: String,
-    /// Names, outermost first.
+    /// The names of the groups that contain it, outermost first.
     pub groups: Vec<String>,
-    /// Its PNG within the archive.
+    /// The path of its PNG within the archive.
     pub file: String,
-    /// Of the top left corner, on the canvas.
+    /// Position of the top-left corner on the canvas, in pixels.
     pub place: (i64, i64),
-    /// Sum of the places of the groups around it.
+    /// Sum of the positions of the groups that contain it.
     moved_by_groups: (i64, i64),
     pub visible: bool,
     pub hidden_by_group: bool,
@@ -34,10 +34,10 @@ pub struct Layer {
     pub locked: bool,
 }
 
-/// Reads the text; what is not understood of a layer is added to `notes`.
+/// Parses the text; attributes of a layer that are not understood are added to `notes`.
 ///
 /// # Errors
-/// What is wrong, in words.
+/// A sentence that says what is wrong.
 pub fn parse(xml: &str, notes: &mut Vec<String>) -> Result<Image, String> {
     let document = Document::parse(xml).map_err(|error| error.to_string())?;
     let image = document.root_element();
@@ -48,11 +48,12 @@ pub fn parse(xml: &str, notes: &mut Vec<String>) -> Result<Image, String> {
     }
     let stack = image.children().find(|node| node.has_tag_name("stack")).ok_or("no <stack> was found")?;
     let mut layers = walk(stack, notes);
-    settle_places(&mut layers, (width, height), notes);
+    resolve_positions(&mut layers, (width, height), notes);
     Ok(Image { width, height, layers })
 }
 
-/// All layers below the outermost stack. Not recursive, because files may nest as they like.
+/// Returns all layers below the outermost stack. The search is not recursive, because files may nest to any
+/// depth.
 fn walk(outermost: Node, notes: &mut Vec<String>) -> Vec<Layer> {
     let mut layers = Vec::new();
     let (mut groups, mut moved) = (OpenGroups::default(), vec![place_of(outermost)]);
@@ -83,8 +84,8 @@ fn walk(outermost: Node, notes: &mut Vec<String>) -> Vec<Layer> {
     layers
 }
 
-fn group(node: Node) -> GroupTraits {
-    GroupTraits {
+fn group(node: Node) -> GroupProperties {
+    GroupProperties {
         name: name_of(node),
         visible: is_visible(node),
         opacity: opacity_of(node),
@@ -98,7 +99,7 @@ fn layer(node: Node, groups: &OpenGroups, moved: (i64, i64), notes: &mut Vec<Str
     let file = node.attribute("src").filter(|_| node.has_tag_name("layer"));
     let Some(file) = file else {
         let what = node.tag_name().name();
-        notes.push(format!("<{what}> \"{name}\" has no pixels that are read; it is left out"));
+        notes.push(format!("<{what}> \"{name}\" has no readable pixels; it is left out"));
         return None;
     };
     let around = groups.around();
@@ -136,7 +137,7 @@ fn blend_of(node: Node) -> Blend {
     }
 }
 
-/// `x` and `y`; some writers put a point and zeros behind them.
+/// Returns `x` and `y`; some writers append a point and zeros.
 fn place_of(node: Node) -> (i64, i64) {
     let number = |name| node.attribute(name).and_then(|text| text.trim().parse::<f64>().ok());
     let whole = |name| number(name).filter(|number| number.abs() < 1e9).map_or(0, |n| n.round() as i64);
@@ -147,10 +148,10 @@ fn sum(a: (i64, i64), b: (i64, i64)) -> (i64, i64) {
     (a.0 + b.0, a.1 + b.1)
 }
 
-/// Editors disagree whether the place of a group moves the layers within: early drafts of the standard had
-/// it so, GIMP and Krita do not. Where groups have places, the meaning counts by which more layers begin
-/// within the canvas; GIMP's and Krita's where that says nothing.
-fn settle_places(layers: &mut [Layer], canvas: (u32, u32), notes: &mut Vec<String>) {
+/// Decides whether the positions of groups move the layers within. Editors disagree: early drafts of the
+/// standard said so, GIMP and Krita do not do it. Where groups have positions, the interpretation is chosen
+/// with which more layers begin within the canvas; that of GIMP and Krita where both are equal.
+fn resolve_positions(layers: &mut [Layer], canvas: (u32, u32), notes: &mut Vec<String>) {
     if layers.iter().all(|layer| layer.moved_by_groups == (0, 0)) {
         return;
     }
@@ -161,9 +162,9 @@ fn settle_places(layers: &mut [Layer], canvas: (u32, u32), notes: &mut Vec<Strin
     if moved {
         layers.iter_mut().for_each(|layer| layer.place = sum(layer.place, layer.moved_by_groups));
     }
-    let taken = if moved { "are counted from their groups" } else { "are counted from the canvas" };
+    let meaning = if moved { "are relative to their groups" } else { "are relative to the canvas" };
     notes.push(format!(
-        "groups have places of their own, which editors take in two ways; here, places of layers {taken}"
+        "groups have positions, which editors interpret in two ways; here, positions of layers {meaning}"
     ));
 }
 
@@ -204,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_layer_is_said() {
+    fn elements_that_are_no_layers_are_reported() {
         let (image, notes) = parsed("<text name='t'/><layer name='no file'/>");
         assert!(image.layers.is_empty());
         assert!(notes.len() == 2 && notes[0].contains("<text> \"t\""), "{notes:?}");

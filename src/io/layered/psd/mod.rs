@@ -1,8 +1,8 @@
-//! PSD and PSB, the files of Photoshop, which GIMP and Krita read and write as well.
+//! Writes PSD and PSB, the formats of Photoshop, which GIMP and Krita read and write as well.
 //!
-//! Written from Adobe's *Photoshop File Formats Specification* (November 2019). The layers' pixels are
-//! fetched, compressed and written a few at a time; what stands in front of them in the file but is known
-//! only behind them, their lengths, is written in the end.
+//! The writer follows Adobe's *Photoshop File Formats Specification* (November 2019). The layers' pixels are
+//! fetched, compressed and written a few at a time; the lengths that precede them in the file are known only
+//! afterwards and are written at the end.
 
 mod packbits;
 mod planes;
@@ -12,6 +12,7 @@ pub(super) mod resources;
 #[cfg(test)]
 mod tests;
 
+use std::fs::File;
 use std::io::{Seek, Write};
 use std::path::Path;
 
@@ -20,35 +21,69 @@ use rayon::prelude::*;
 use self::planes::Planes;
 use self::records::{CHANNELS, ChannelLengths, EMPTY_CHANNEL, Record, record_list, records};
 use super::batches::batches;
+use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{Fit, Sink};
 use super::{Depth, LayeredDocument};
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
-/// The file's variant, which decides how wide lengths are.
+/// The variant of the format, which decides the width of lengths.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
-    /// Up to 30,000 pixels a side and 2 GB.
+    /// PSD: up to 30,000 pixels per side and 2 GB.
     Psd,
-    /// The large one. GIMP before version 3 does not read it.
+    /// PSB, the large variant. GIMP before version 3 does not read it.
     Psb,
 }
 
-/// Bytes of a PSD, at most.
+/// Maximum size of a PSD in bytes.
 const LARGEST_PSD: u64 = (1 << 31) - 1;
-/// Pixels along a side of a PSD, at most.
+/// Maximum side of a PSD in pixels.
 const LONGEST_PSD_SIDE: u32 = 30_000;
-/// Pixels along a side of a PSB, at most.
+/// Maximum side of a PSB in pixels.
 const LONGEST_PSB_SIDE: u32 = 300_000;
 
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Psd,
+    title: "PSD",
+    name: "PSD",
+    about: "One layered PSD a photo, for Photoshop, GIMP and Krita",
+    file: Some(FileFormat {
+        extensions: &["psd", "psb"],
+        signature: read::SIGNATURE,
+        variants,
+        read: read::read,
+    }),
+};
+
+/// Returns a PSD, and a PSB where that is too small.
+fn variants(document: &LayeredDocument) -> Vec<Variant> {
+    let psd = Variant { extension: Kind::Psd.extension(), write: write_psd };
+    let psb = Variant { extension: Kind::Psb.extension(), write: write_psb };
+    match Kind::to_try_first(document) {
+        Kind::Psd => vec![psd, psb],
+        Kind::Psb => vec![psb],
+    }
+}
+
+fn write_psd(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Kind::Psd)
+}
+
+fn write_psb(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Kind::Psb)
+}
+
 impl Kind {
-    /// The smaller kind that may hold the document; only writing shows whether it does.
+    /// Returns the smaller variant that may hold the document; whether it does shows only in writing.
     pub fn to_try_first(document: &LayeredDocument) -> Self {
         let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h));
         let longest = longest.chain([document.width, document.height]).max();
         if longest <= Some(LONGEST_PSD_SIDE) { Self::Psd } else { Self::Psb }
     }
 
-    /// Of the file's name, without a dot.
+    /// Returns the extension of the file's name, without a dot.
     pub fn extension(self) -> &'static str {
         match self {
             Self::Psd => "psd",
@@ -72,19 +107,19 @@ impl Kind {
 
     fn put_length(self, out: &mut Vec<u8>, length: u64) {
         match self {
-            // A file with longer ones is given up as too large.
+            // A file with longer ones is abandoned as too large.
             Self::Psd => out.extend((length as u32).to_be_bytes()),
             Self::Psb => out.extend(length.to_be_bytes()),
         }
     }
 }
 
-/// Writes the document to `out`, which stands at its beginning. Same document, same bytes. `path`
-/// is what errors call the file.
+/// Writes the document to `out`, which must be at its beginning. The same document gives the same bytes.
+/// `path` is named in errors.
 ///
 /// # Errors
-/// [`Error::Request`] when the document cannot be a PSD (see [`LayeredDocument::check`]), [`Error::Io`]
-/// when writing fails, and what the layers' sources say.
+/// [`Error::Request`] when the document does not fit the format (see [`LayeredDocument::check`]);
+/// [`Error::Io`] when writing fails; the errors of the layers' sources.
 pub fn write(out: impl Write + Seek, path: &Path, document: &LayeredDocument, kind: Kind) -> Result<Fit> {
     write_within(out, path, document, kind, kind.largest_file())
 }
@@ -123,7 +158,9 @@ fn check(document: &LayeredDocument) -> Result<()> {
     let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h)).max().unwrap_or(0);
     if w.min(h) == 0 || w.max(h).max(longest) > LONGEST_PSB_SIDE {
         let title = &document.title;
-        return Err(Error::Request(format!("{title}: {w} x {h} pixels; a PSB has 1 to 300,000 a side")));
+        return Err(Error::Request(format!(
+            "{title}: {w} x {h} pixels; a side of a PSB has 1 to 300,000 pixels"
+        )));
     }
     if document.layers().count() + 2 * document.nodes.len() > i16::MAX as usize {
         return Err(Error::Request(format!("{}: more layers than a PSD can list", document.title)));
@@ -131,16 +168,16 @@ fn check(document: &LayeredDocument) -> Result<()> {
     Ok(())
 }
 
-/// The section of the layers: what stands in front of and behind their pixels.
+/// The parts of the layer section before and behind the pixels.
 struct Section {
-    /// Its length does not depend on the channels' lengths.
+    /// The part before the pixels. Its length does not depend on the channels' lengths.
     head: Vec<u8>,
     tail: Vec<u8>,
 }
 
 impl Section {
-    /// With 16 bits a sample, the layers lie in a block `Lr16` behind two empty parts: that is where
-    /// Photoshop looks for them.
+    /// Builds the section. With 16 bits per sample the layers are in a block `Lr16` behind two empty parts,
+    /// where Photoshop expects them.
     fn of(document: &LayeredDocument, list: &[Record], lengths: &ChannelLengths, kind: Kind) -> Self {
         let info = record_list(list, lengths, kind);
         let unpadded = info.len() as u64 + lengths.iter().flatten().sum::<u64>();
@@ -165,11 +202,11 @@ impl Section {
     }
 }
 
-/// The length of a part that is not there.
+/// The length field of an absent global mask.
 const NO_GLOBAL_MASK: [u8; 4] = [0; 4];
 
-/// Writes the pixels of all records and returns the channels' lengths; none when they grow over
-/// `largest`.
+/// Writes the pixels of all records and returns the channels' lengths; `None` when the file exceeds `largest`
+/// bytes.
 fn write_channels<W: Write + Seek>(
     out: &mut Sink<W>,
     document: &LayeredDocument,
@@ -195,7 +232,8 @@ fn write_channels<W: Write + Seek>(
     Ok(Some(lengths))
 }
 
-/// Writes the four channels of a record, empty ones for a record without pixels, and returns their lengths.
+/// Writes the four channels of a record and returns their lengths; they are empty for a record without
+/// pixels.
 fn write_planes<W: Write + Seek>(out: &mut Sink<W>, planes: Option<&Planes>, kind: Kind) -> Result<[u64; 4]> {
     let Some(planes) = planes else {
         out.bytes(&[EMPTY_CHANNEL; 4].concat())?;

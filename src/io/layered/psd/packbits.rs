@@ -1,14 +1,14 @@
-//! PackBits, the run-length code of PSD channels: a header byte n, then for n in 0..=127 the next
-//! n + 1 bytes as they are, for n in 129..=255 the next byte 257 - n times.
-//! (Apple Technical Note TN1023; TIFF 6.0, section 9.)
+//! PackBits, the run-length encoding of PSD channels: a header byte n is followed for n in 0..=127 by n + 1
+//! literal bytes, and for n in 129..=255 by one byte that is repeated 257 - n times. (Apple Technical Note
+//! TN1023; TIFF 6.0, section 9.)
 
-/// Runs shorter than this stay among the literal bytes: cutting a literal for a run of three saves
-/// nothing, and photos are full of those.
+/// Shorter runs stay among the literal bytes: interrupting a literal for a run of three saves nothing, and
+/// photos are full of those.
 const SHORTEST_RUN: usize = 4;
-/// The most bytes that one header speaks for.
+/// Maximum number of bytes per header.
 const LONGEST: usize = 128;
 
-/// Appends the code of one row to `out`; returns its length in bytes.
+/// Appends the code of one row to `out` and returns its length in bytes.
 pub fn pack_row(row: &[u8], out: &mut Vec<u8>) -> usize {
     let before = out.len();
     out.reserve(longest_code(row.len()));
@@ -23,15 +23,16 @@ pub fn pack_row(row: &[u8], out: &mut Vec<u8>) -> usize {
     out.len() - before
 }
 
-/// The longest code that `length` bytes can get: nothing but literals, one header per 128.
+/// Returns the length of the longest code for `length` bytes: only literals, one header per 128.
 pub fn longest_code(length: usize) -> usize {
     length + length.div_ceil(LONGEST)
 }
 
-/// Where the next run of at least [`SHORTEST_RUN`] equal bytes begins; the row's length if nowhere.
+/// Returns where the next run of at least [`SHORTEST_RUN`] equal bytes begins; the row's length if there is
+/// none.
 fn next_run(row: &[u8], from: usize) -> usize {
     let mut at = from;
-    // Eight places at once: a byte of `differs` is zero where four neighbours are equal.
+    // Eight positions at once: a byte of `differs` is zero where four neighbours are equal.
     while at + 8 + SHORTEST_RUN - 1 <= row.len() {
         let [a, b, c, d] = [0, 1, 2, 3].map(|i| eight_bytes(row, at + i));
         let differs = (a ^ b) | (b ^ c) | (c ^ d);
@@ -52,7 +53,7 @@ fn eight_bytes(row: &[u8], at: usize) -> u64 {
     u64::from_le_bytes(row[at..at + 8].try_into().expect("the slice has eight bytes"))
 }
 
-/// Its lowest set bit lies in the lowest zero byte of `word`; 0 if there is none. (The classic
+/// Returns a word whose lowest set bit is in the lowest zero byte of `word`; 0 if there is none. (The classic
 /// borrow trick: bits above that byte may be wrong, the lowest one never is.)
 fn lowest_zero_byte(word: u64) -> u64 {
     const LOW: u64 = u64::from_ne_bytes([0x01; 8]);
@@ -60,7 +61,7 @@ fn lowest_zero_byte(word: u64) -> u64 {
     word.wrapping_sub(LOW) & !word & HIGH
 }
 
-/// How many bytes at the start of `row` are equal.
+/// Returns the number of equal bytes at the start of `row`.
 fn run_length(row: &[u8]) -> usize {
     let Some(&first) = row.first() else { return 0 };
     let same = u64::from_ne_bytes([first; 8]);
@@ -82,8 +83,8 @@ fn put_literals(bytes: &[u8], out: &mut Vec<u8>) {
     }
 }
 
-/// Also right for the one or two bytes that a long run may leave: a "run" of one has the header 0,
-/// which is that of one literal byte.
+/// Writes a run. It is also correct for the one or two bytes that a long run may leave: a "run" of one has
+/// the header 0, which is that of one literal byte.
 fn put_run(byte: Option<&u8>, length: usize, out: &mut Vec<u8>) {
     let Some(&byte) = byte else { return };
     let mut left = length;
@@ -94,8 +95,8 @@ fn put_run(byte: Option<&u8>, length: usize, out: &mut Vec<u8>) {
     }
 }
 
-/// Fills `row` with what its code says; false when the code ends too early or says too much. A header of
-/// 128 says nothing; what follows a full row is padding.
+/// Decodes a row; false when the code ends too early or encodes too much. A header of 128 is ignored; what
+/// follows a full row is padding.
 pub fn unpack_row(mut code: &[u8], mut row: &mut [u8]) -> bool {
     while !row.is_empty() {
         let Some((&header, rest)) = code.split_first() else { return false };
@@ -119,7 +120,7 @@ pub fn unpack_row(mut code: &[u8], mut row: &mut [u8]) -> bool {
     true
 }
 
-/// The shortest code that `length` bytes can have: nothing but runs.
+/// Returns the length of the shortest code for `length` bytes: only runs.
 pub fn shortest_code(length: u64) -> u64 {
     2 * length.div_ceil(LONGEST as u64)
 }

@@ -1,4 +1,4 @@
-//! A raster's channels as PSD wants them: one after the other, each row for itself in PackBits.
+//! Compresses a raster's channels as PSD stores them: one after the other, each row separately in PackBits.
 
 use std::io::Write;
 
@@ -9,45 +9,45 @@ use super::packbits::{longest_code, pack_row};
 use crate::io::layered::raster::Raster;
 use crate::scene::Samples;
 
-/// Rows that one thread compresses at a time.
+/// Number of rows that one thread compresses at a time.
 const BAND: u32 = 64;
 
-/// Some channels of a raster, compressed.
+/// Compressed channels of a raster.
 pub struct Planes {
-    /// From the top.
+    /// Bands of rows, from the top.
     bands: Vec<Band>,
-    /// Samples of a pixel that were taken: 3 is alpha.
+    /// The channels of a pixel that were compressed: 0 red, 1 green, 2 blue, 3 alpha.
     channels: Vec<usize>,
 }
 
-/// Neighbouring rows; by channel the code, and the length of each row's code.
+/// Neighbouring rows: the code of each channel, and the length of each row's code.
 struct Band {
     codes: Vec<Vec<u8>>,
     lengths: Vec<Vec<u32>>,
 }
 
 impl Planes {
-    /// Compresses the given samples of each pixel (0 red, 1 green, 2 blue, 3 alpha), in that order.
+    /// Compresses the given channels of each pixel (0 red, 1 green, 2 blue, 3 alpha), in that order.
     pub fn of(raster: &Raster, channels: &[usize]) -> Self {
         let starts = (0..raster.height().div_ceil(BAND)).into_par_iter();
         let bands = starts.map(|i| Band::of(raster, channels, i * BAND)).collect();
         Self { bands, channels: channels.to_vec() }
     }
 
-    /// The bytes that [`Self::write_channel`] will write.
+    /// Returns the number of bytes that [`Self::write_channel`] will write.
     pub fn channel_length(&self, channel: usize, kind: Kind) -> u64 {
         2 + self.counts_length(channel, kind) + self.code_length(channel)
     }
 
-    /// Writes one channel by its place in the list, as a layer has it: kind of compression, lengths of
-    /// all rows, code.
+    /// Writes one channel, by its index in the list, as a layer stores it: the compression method, the
+    /// lengths of all rows, the code.
     pub fn write_channel(&self, channel: usize, kind: Kind, out: &mut impl Write) -> std::io::Result<()> {
         out.write_all(&RLE.to_be_bytes())?;
         self.write_counts(channel, kind, out)?;
         self.write_code(channel, out)
     }
 
-    /// Writes all channels as a merged picture has them: the lengths of all first.
+    /// Writes all channels as a merged picture stores them: the lengths of all of them first.
     pub fn write_merged(&self, kind: Kind, out: &mut impl Write) -> std::io::Result<()> {
         out.write_all(&RLE.to_be_bytes())?;
         let channels = 0..self.channels.len();
@@ -67,7 +67,7 @@ impl Planes {
     fn write_counts(&self, channel: usize, kind: Kind, out: &mut impl Write) -> std::io::Result<()> {
         let lengths = self.bands.iter().flat_map(|band| &band.lengths[channel]);
         let bytes: Vec<u8> = match kind {
-            // A PSD is at most 30,000 pixels wide: 60,000 bytes a row and their headers fit 16 bits.
+            // A PSD is at most 30,000 pixels wide: rows of 60,000 bytes with their headers fit 16 bits.
             Kind::Psd => lengths.flat_map(|length| (*length as u16).to_be_bytes()).collect(),
             Kind::Psb => lengths.flat_map(|length| length.to_be_bytes()).collect(),
         };
@@ -79,7 +79,7 @@ impl Planes {
     }
 }
 
-/// The number of this kind of compression.
+/// The number of this compression method.
 const RLE: u16 = 1;
 
 impl Band {
@@ -109,9 +109,9 @@ impl Band {
         let mut plane = vec![[0; BYTES]; row_samples / 4];
         for row in rows.chunks_exact(row_samples.max(1)) {
             let (pixels, _) = row.as_chunks::<4>();
-            for (place, channel) in channels.iter().enumerate() {
+            for (index, channel) in channels.iter().enumerate() {
                 plane.iter_mut().zip(pixels).for_each(|(to, pixel)| *to = bytes_of(pixel[*channel]));
-                self.lengths[place].push(pack_row(plane.as_flattened(), &mut self.codes[place]) as u32);
+                self.lengths[index].push(pack_row(plane.as_flattened(), &mut self.codes[index]) as u32);
             }
         }
     }

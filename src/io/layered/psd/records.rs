@@ -1,34 +1,34 @@
-//! The list of layers in a PSD, without their pixels.
+//! Writes the list of layers in a PSD, without their pixels.
 //!
-//! From the bottom to the top. A group is a closing record, its layers, and an opening record that
-//! bears its name; both have four empty channels.
+//! The list goes from bottom to top. A group is a closing record, its layers, and an opening record with its
+//! name; both have four empty channels.
 
 use super::Kind;
 use crate::geometry::PixelRect;
 use crate::io::layered::{Group, Layer, LayeredDocument, Node, Tag};
 
-/// The samples of a pixel in the order in which a layer's channels are stored.
+/// The channels of a pixel in the order in which a layer stores them.
 pub const CHANNELS: [usize; 4] = [3, 0, 1, 2];
-/// The same as PSD numbers them: alpha is -1.
+/// The ids of these channels in a PSD; that of alpha is -1.
 const CHANNEL_IDS: [i16; 4] = [-1, 0, 1, 2];
-/// Bytes of an empty channel: kind of compression 0, and nothing.
+/// The bytes of an empty channel: compression method 0, no data.
 pub const EMPTY_CHANNEL: [u8; 2] = [0, 0];
 
-/// One entry of the list.
+/// An entry of the list.
 #[derive(Clone, Copy)]
 pub enum Record<'d, 'a> {
-    /// Below a group's layers.
+    /// The record below a group's layers.
     GroupEnd,
     /// A layer.
     Layer(&'d Layer<'a>),
-    /// Above a group's layers.
+    /// The record above a group's layers.
     GroupStart(&'d Group<'a>),
 }
 
-/// Lengths in bytes of the four channels of each record.
+/// Lengths of the four channels of each record, in bytes.
 pub type ChannelLengths = Vec<[u64; 4]>;
 
-/// All records, from the bottom to the top.
+/// Returns all records, from bottom to top.
 pub fn records<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Record<'d, 'a>> {
     let mut list = Vec::new();
     for node in &document.nodes {
@@ -44,7 +44,7 @@ pub fn records<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Record<'d, 'a>>
     list
 }
 
-/// Number of records, and each of them. The length in bytes does not depend on `lengths`.
+/// Encodes the number of records and the records. The length in bytes does not depend on `lengths`.
 pub fn record_list(records: &[Record], lengths: &ChannelLengths, kind: Kind) -> Vec<u8> {
     let count = i16::try_from(records.len()).expect("the caller checked their number");
     let mut out = count.to_be_bytes().to_vec();
@@ -72,7 +72,8 @@ fn put_record(out: &mut Vec<u8>, record: &Record, id: u32, lengths: &[u64; 4], k
     out.extend(extra);
 }
 
-/// No mask, no blending ranges, the short name, and the blocks that came with later versions.
+/// Encodes the rest of a record: no mask, no blending ranges, the short name, and the blocks of later
+/// versions.
 fn extra(record: &Record, id: u32) -> Vec<u8> {
     let mut out = vec![0; 8];
     put_short_name(&mut out, record.name());
@@ -93,7 +94,7 @@ fn extra(record: &Record, id: u32) -> Vec<u8> {
     out
 }
 
-/// What Photoshop writes for "Lock all".
+/// The value that Photoshop writes for "Lock all".
 const LOCK_ALL: u32 = 0x8000_0000;
 
 fn put_block(out: &mut Vec<u8>, key: &[u8; 4], bytes: &[u8]) {
@@ -103,7 +104,8 @@ fn put_block(out: &mut Vec<u8>, key: &[u8; 4], bytes: &[u8]) {
     out.extend(bytes);
 }
 
-/// In ASCII, as the encoding of this field depends on the reader's language; padded to four bytes.
+/// Writes the name in ASCII, padded to four bytes; the encoding of this field depends on the reader's
+/// language.
 fn put_short_name(out: &mut Vec<u8>, name: &str) {
     let ascii: Vec<u8> = name.chars().map(|c| if c.is_ascii() { c as u8 } else { b'_' }).collect();
     out.push(ascii.len() as u8);
@@ -143,7 +145,7 @@ impl Record<'_, '_> {
     fn rect(&self) -> PixelRect {
         match self {
             Self::Layer(layer) => layer.rect,
-            _ => PixelRect { x: 0, y: 0, w: 0, h: 0 },
+            _ => PixelRect::EMPTY,
         }
     }
 

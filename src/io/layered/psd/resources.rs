@@ -1,14 +1,14 @@
-//! What a PSD says about the whole document: size, resolution, colour profile, key.
+//! Writes the properties of the whole document in a PSD: size, resolution, colour profile, key.
 
 use super::Kind;
 use crate::io::layered::LayeredDocument;
 
-/// Red, green, blue.
+/// The number of the colour mode RGB.
 const COLOUR_MODE_RGB: u16 = 3;
-/// The merged picture has these and no alpha.
+/// Number of channels of the merged picture, which has no alpha.
 const MERGED_CHANNELS: u16 = 3;
 
-/// Everything in front of the layers: header, an empty colour table, resources.
+/// Encodes everything before the layers: header, an empty colour table, resources.
 pub fn head(document: &LayeredDocument, kind: Kind) -> Vec<u8> {
     let mut out = b"8BPS".to_vec();
     out.extend(kind.version().to_be_bytes());
@@ -23,7 +23,7 @@ pub fn head(document: &LayeredDocument, kind: Kind) -> Vec<u8> {
     out
 }
 
-/// A length in front of its bytes.
+/// Appends `bytes` with their length before them.
 fn put_block(out: &mut Vec<u8>, bytes: &[u8]) {
     out.extend((bytes.len() as u32).to_be_bytes());
     out.extend(bytes);
@@ -49,13 +49,14 @@ fn put_resource(out: &mut Vec<u8>, id: u16, bytes: &[u8]) {
     }
 }
 
-/// 72 pixels per inch both ways: photos have none, and editors ask when it is missing.
+/// Encodes 72 pixels per inch in both directions: photos have no resolution, but editors ask when it is
+/// missing.
 fn resolution() -> Vec<u8> {
     const PER_INCH: [u8; 8] = [0, 72, 0, 0, 0, 1, 0, 1];
     [PER_INCH, PER_INCH].concat()
 }
 
-/// The document key in `dc:identifier`, the one place that GIMP, Krita and Photoshop all keep.
+/// Returns XMP with the document key in `dc:identifier`, which GIMP, Krita and Photoshop all preserve.
 fn xmp(document: &LayeredDocument) -> String {
     let (key, title) = (escaped(&document.key), escaped(&document.title));
     format!(
@@ -77,7 +78,7 @@ fn xmp(document: &LayeredDocument) -> String {
     )
 }
 
-/// Text as it may stand in XML; control characters, which may not, become spaces.
+/// Escapes text for XML; control characters, which XML does not allow, become spaces.
 pub(in crate::io::layered) fn escaped(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     for character in text.chars() {

@@ -1,4 +1,4 @@
-//! Files are read back by ag-psd, which shares no code with this writer.
+//! Reads files back with ag-psd, which shares no code with this writer.
 
 use std::io::Cursor;
 use std::sync::Arc;
@@ -10,7 +10,7 @@ use crate::geometry::PixelRect;
 use crate::io::layered::{Group, Layer, Node, Raster, Source, Tag};
 use crate::scene::Samples;
 
-/// Pixels that mix long runs, noise and emptiness, different for each `seed`.
+/// Returns pixels that mix long runs, noise and transparency, different for each `seed`.
 fn pattern(w: u32, h: u32, seed: u32, depth: Depth) -> Raster {
     let value = |i: u32| match (i / 4 + seed) / 7 % 3 {
         0 => 0,
@@ -33,7 +33,7 @@ fn layer(name: &str, rect: [i64; 4], seed: u32, depth: Depth) -> Layer<'static> 
     Layer::new(name, rect, source(rect, seed, depth))
 }
 
-/// A locked photo below two groups; layers outside, larger than the canvas, empty, hidden.
+/// Returns a locked photo below two groups, with layers outside, larger than the canvas, empty, and hidden.
 fn document(depth: Depth) -> LayeredDocument<'static> {
     let photo = Layer { locked: true, ..layer("photo", [0, 0, 70, 50], 1, depth) };
     let far = vec![

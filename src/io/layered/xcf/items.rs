@@ -1,17 +1,17 @@
-//! The list of layers and groups in an XCF, from the top to the bottom.
+//! The list of layers and groups in an XCF, from top to bottom.
 
 use crate::io::layered::{Group, Layer, LayeredDocument, Node};
 
-/// One entry of the list.
+/// An entry of the list.
 pub enum Item<'d, 'a> {
-    /// In front of its layers.
+    /// A group, which precedes its layers.
     Group(&'d Group<'a>),
-    /// A layer, with its way through the tree where it lies in a group: the group's number from the top,
-    /// its own within the group.
+    /// A layer, with its path where it is in a group: the group's number from the top, and its own within the
+    /// group.
     Layer(&'d Layer<'a>, Option<[u32; 2]>),
 }
 
-/// All entries.
+/// Returns all entries.
 pub fn items<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Item<'d, 'a>> {
     let mut list = Vec::new();
     for (outer, node) in (0..).zip(document.nodes.iter().rev()) {
@@ -28,7 +28,7 @@ pub fn items<'d, 'a>(document: &'d LayeredDocument<'a>) -> Vec<Item<'d, 'a>> {
 }
 
 impl<'d, 'a> Item<'d, 'a> {
-    /// Its name.
+    /// Returns the name of the layer or group.
     pub fn name(&self) -> &'d str {
         match self {
             Self::Group(group) => &group.name,
@@ -36,7 +36,7 @@ impl<'d, 'a> Item<'d, 'a> {
         }
     }
 
-    /// The layer that it is.
+    /// Returns the layer, if it is one.
     pub fn layer(&self) -> Option<&'d Layer<'a>> {
         match self {
             Self::Group(_) => None,

@@ -1,15 +1,16 @@
-//! XCF, the file of GIMP, which it saves and opens faster than any other, with all locks.
+//! Writes XCF, the format of GIMP, which it saves and opens faster than any other, with all locks.
 //!
-//! Written from *Documentation of the XCF file format* (`devel-docs/xcf.txt` of GIMP) in the oldest
-//! version that holds the document, as that page asks: version 3 for 8 bits, which Krita reads as well;
-//! 11 where that grows beyond 4 GB; 12 for 16 bits. Layers are fetched, compressed and written a few at a
-//! time; the list of their places, which stands in front of them, is written in the end.
+//! The writer follows *Documentation of the XCF file format* (`devel-docs/xcf.txt` of GIMP) and uses the
+//! oldest version that can hold the document, as that page recommends: version 3 for 8 bits, which Krita
+//! reads as well; 11 where the file exceeds 4 GB; 12 for 16 bits. Layers are fetched, compressed and written
+//! a few at a time; the list of their positions, which precedes them, is written at the end.
 
 mod items;
 mod properties;
 pub mod read;
 mod tiles;
 
+use std::fs::File;
 use std::io::{Seek, Write};
 use std::path::Path;
 
@@ -19,32 +20,65 @@ use self::items::{Item, items};
 use self::properties::{image_properties, layer_properties, put_text};
 use self::tiles::{TILE, Tiles};
 use super::batches::batches;
+use super::format::{FileFormat, LayeredFormat, Variant};
 use super::sink::{Fit, Sink};
 use super::{Depth, LayeredDocument, Raster};
+use crate::document::export_record::ExportFormat;
 use crate::error::{Error, Result};
 
-/// The variant of the format.
+/// The version of the format.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Version {
-    /// 8 bits, up to 4 GB; read by everything that reads XCF.
+    /// 8 bits, up to 4 GB; read by all programs that read XCF.
     Three,
-    /// 8 bits, of any size: GIMP 2.10 and later.
+    /// 8 bits, of any size; read by GIMP 2.10 and later.
     Eleven,
-    /// 16 bits: GIMP 2.10 and later.
+    /// 16 bits; read by GIMP 2.10 and later.
     Twelve,
 }
 
-/// Pixels along a side, at most.
+/// Maximum side in pixels.
 const LONGEST_SIDE: u32 = 524_288;
-/// Of a layer or image: colours in red, green and blue; with alpha.
+/// The colour model of images (RGB) and layers (RGB with alpha).
 const RGB_IMAGE: u32 = 0;
 const RGBA_LAYER: u32 = 1;
-/// Samples are 8 or 16 bits with the tone curve of the profile.
+/// The precision: samples of 8 or 16 bits with the tone curve of the profile.
 const PRECISION_8: u32 = 150;
 const PRECISION_16: u32 = 250;
 
+/// The entry in the table of formats.
+pub const FORMAT: LayeredFormat = LayeredFormat {
+    format: ExportFormat::Xcf,
+    title: "XCF (GIMP)",
+    name: "XCF",
+    about: "XCF, for GIMP: opens fastest, and locks hold",
+    file: Some(FileFormat { extensions: &["xcf"], signature: read::SIGNATURE, variants, read: read::read }),
+};
+
+/// Returns the oldest version that can hold the document, and a newer one where that is too small.
+fn variants(document: &LayeredDocument) -> Vec<Variant> {
+    let variant = |write| Variant { extension: "xcf", write };
+    match Version::to_try_first(document) {
+        Version::Three => vec![variant(write_three), variant(write_eleven)],
+        Version::Eleven => vec![variant(write_eleven)],
+        Version::Twelve => vec![variant(write_twelve)],
+    }
+}
+
+fn write_three(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Version::Three)
+}
+
+fn write_eleven(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Version::Eleven)
+}
+
+fn write_twelve(file: &mut File, path: &Path, document: &LayeredDocument) -> Result<Fit> {
+    write(file, path, document, Version::Twelve)
+}
+
 impl Version {
-    /// The oldest that may hold the document; only writing shows whether it does.
+    /// Returns the oldest version that may hold the document; whether it does shows only in writing.
     pub fn to_try_first(document: &LayeredDocument) -> Self {
         match document.depth {
             Depth::Eight => Self::Three,
@@ -77,7 +111,7 @@ impl Version {
 
     fn put_pointer(self, out: &mut Vec<u8>, at: u64) {
         match self {
-            // A file with larger ones is given up as too large.
+            // A file with larger ones is abandoned as too large.
             Self::Three => out.extend((at as u32).to_be_bytes()),
             Self::Eleven | Self::Twelve => out.extend(at.to_be_bytes()),
         }
@@ -90,12 +124,12 @@ impl Version {
     }
 }
 
-/// Writes the document to `out`, which stands at its beginning. Same document, same bytes. `path` is
-/// what errors call the file.
+/// Writes the document to `out`, which must be at its beginning. The same document gives the same bytes.
+/// `path` is named in errors.
 ///
 /// # Errors
-/// [`Error::Request`] when the document cannot be an XCF (see [`LayeredDocument::check`]), [`Error::Io`]
-/// when writing fails, and what the layers' sources say.
+/// [`Error::Request`] when the document does not fit the format (see [`LayeredDocument::check`]);
+/// [`Error::Io`] when writing fails; the errors of the layers' sources.
 pub fn write(
     out: impl Write + Seek,
     path: &Path,
@@ -133,7 +167,9 @@ fn check(document: &LayeredDocument, version: Version) -> Result<()> {
     let longest = document.layers().map(|layer| layer.rect.w.max(layer.rect.h)).max().unwrap_or(0);
     if w.min(h) == 0 || w.max(h).max(longest) > LONGEST_SIDE {
         let title = &document.title;
-        return Err(Error::Request(format!("{title}: {w} x {h} pixels; an XCF has 1 to 524,288 a side")));
+        return Err(Error::Request(format!(
+            "{title}: {w} x {h} pixels; a side of an XCF has 1 to 524,288 pixels"
+        )));
     }
     if (version == Version::Twelve) != (document.depth == Depth::Sixteen) {
         let bits = document.depth.bits();
@@ -151,8 +187,8 @@ fn head(document: &LayeredDocument, version: Version) -> Vec<u8> {
     out
 }
 
-/// Writes the layers and groups and returns the places of their heads; none when the file grows over
-/// `largest`.
+/// Writes the layers and groups and returns the positions of their heads; `None` when the file exceeds
+/// `largest` bytes.
 fn write_items<W: Write + Seek>(
     out: &mut Sink<W>,
     document: &LayeredDocument,
@@ -176,7 +212,8 @@ fn write_items<W: Write + Seek>(
     Ok(Some(places))
 }
 
-/// A group, and a layer without pixels, gets a transparent one: XCF knows no empty layers.
+/// Returns the tiles of an entry. A group or a layer without pixels gets a transparent one, because XCF has
+/// no empty layers.
 fn tiles_of(document: &LayeredDocument, item: &Item) -> Result<Tiles> {
     match item.layer() {
         Some(layer) if !layer.rect.is_empty() => Ok(Tiles::of(&*document.pixels_of(layer)?)),
@@ -184,7 +221,7 @@ fn tiles_of(document: &LayeredDocument, item: &Item) -> Result<Tiles> {
     }
 }
 
-/// The layer's head, its hierarchy with one level, and that level's tiles.
+/// Writes a layer's head, its hierarchy with one level, and that level's tiles.
 fn write_item<W: Write + Seek>(
     out: &mut Sink<W>,
     item: &Item,

@@ -1,4 +1,4 @@
-//! What an XCF says of the image and of a layer besides pixels: a list of numbered properties.
+//! Writes the properties of the image and of layers in an XCF: numbered, in lists.
 
 use super::items::Item;
 use crate::io::layered::psd::resources::escaped;
@@ -7,7 +7,7 @@ use crate::io::layered::{Layer, LayeredDocument, Tag};
 /// The tag of [`parasite::METADATA`] that holds the document key, as in a PSD.
 pub const KEY_TAG: &str = "Xmp.dc.identifier";
 
-/// Numbers of properties.
+/// The numbers of properties.
 pub mod number {
     pub const END: u32 = 0;
     pub const COLOUR_MAP: u32 = 1;
@@ -31,34 +31,35 @@ pub mod number {
     pub const COLOUR_TAG: u32 = 34;
 }
 
-/// Names of parasites: small pieces of data that GIMP carries along.
+/// Names of parasites: small pieces of data that GIMP preserves.
 pub mod parasite {
-    /// GIMP's own.
+    /// GIMP's parasite with the ICC profile.
     pub const ICC: &str = "icc-profile";
-    /// GIMP's own; shown in the properties of the image.
+    /// GIMP's parasite with the comment, shown in the properties of the image.
     pub const COMMENT: &str = "gimp-comment";
-    /// GIMP's own: what it makes XMP of when it exports to PSD, and what a PSD's XMP becomes when that is saved
-    /// as XCF. XML: `<metadata>` with a `<tag name="Xmp.dc.identifier">` and others.
+    /// GIMP's parasite with the metadata: GIMP converts it to XMP when it exports to PSD, and converts a
+    /// PSD's XMP to it when that is saved as XCF. It is XML: `<metadata>` with a `<tag
+    /// name="Xmp.dc.identifier">` and others.
     pub const METADATA: &str = "gimp-image-metadata";
-    /// The document key.
+    /// The parasite with the document key.
     pub const KEY: &str = "quadratura-key";
-    /// The token of an image layer.
+    /// The parasite with the token of an image layer.
     pub const LAYER: &str = "quadratura-layer";
-    /// Stays with the file; part of what *Undo* knows.
+    /// Flags: the parasite stays with the file, and is subject to *Undo*.
     pub const PERSISTENT: u32 = 1;
     pub const UNDOABLE: u32 = 2;
 }
 
-/// Tiles are run-length coded.
+/// The number of run-length encoding of tiles.
 pub const RLE: u8 = 1;
-/// The over operator, as GIMP mixes since its beginnings and as it takes a PSD's normal mode.
+/// The over operator as GIMP has always had it, and as it reads a PSD's normal mode.
 const NORMAL: u32 = 0;
-/// A group that shows its layers in the list.
+/// The flag of a group whose layers are shown in the list.
 const EXPANDED: u32 = 1;
-/// Photos have none, and GIMP asks for one.
+/// Resolution in pixels per inch; photos have none, but GIMP asks for one.
 const PER_INCH: f32 = 72.0;
 
-/// The properties of the image.
+/// Encodes the properties of the image.
 pub fn image_properties(document: &LayeredDocument) -> Vec<u8> {
     let mut out = Vec::new();
     put(&mut out, number::COMPRESSION, &[RLE]);
@@ -76,7 +77,7 @@ pub fn image_properties(document: &LayeredDocument) -> Vec<u8> {
     out
 }
 
-/// With a NUL behind it, as GIMP has it.
+/// Returns the metadata with a trailing NUL, as GIMP writes it.
 fn metadata(document: &LayeredDocument) -> String {
     let (key, title) = (escaped(&document.key), escaped(&document.title));
     format!(
@@ -85,7 +86,7 @@ fn metadata(document: &LayeredDocument) -> String {
     )
 }
 
-/// The properties of a layer or group.
+/// Encodes the properties of a layer or group.
 pub fn layer_properties(item: &Item) -> Vec<u8> {
     let mut out = Vec::new();
     put_number(&mut out, number::OPACITY, 255);
@@ -154,7 +155,7 @@ fn put_parasite(out: &mut Vec<u8>, name: &str, flags: u32, data: &[u8]) {
     out.extend(data);
 }
 
-/// A text with its length, closed by a NUL; the empty one is a length of 0.
+/// Appends a text with its length and a trailing NUL; an empty text is a length of 0.
 pub fn put_text(out: &mut Vec<u8>, text: &str) {
     let text: String = text.chars().filter(|c| *c != '\0').collect();
     if text.is_empty() {

@@ -1,40 +1,39 @@
-//! Pixels as XCF has them: tiles of 64 x 64, in each the first bytes of all pixels, then the second
-//! ones and so on, run-length coded.
+//! Compresses and decompresses tiles of 64 x 64 pixels as XCF stores them: the first bytes of all pixels,
+//! then the second ones and so on, run-length encoded.
 //!
-//! The code: a header n; below 127 the next byte n + 1 times; 127: a length of 16 bits and the byte that
-//! often; 128: a length and as many bytes as they are; above: 256 - n bytes as they are.
+//! A header n below 127 repeats the next byte n + 1 times; 127 is followed by a length of 16 bits and the
+//! byte to repeat; 128 by a length and as many literal bytes; above that follow 256 - n literal bytes.
 
 use rayon::prelude::*;
 
 use crate::io::layered::Raster;
 use crate::scene::Samples;
 
-/// Pixels along a tile's side; those at the right and the bottom edge may have fewer.
+/// The side of a tile in pixels; tiles at the right and bottom edge may be smaller.
 pub const TILE: u32 = 64;
 
-/// Runs shorter than this stay among the literal bytes: to cut a literal for a run of three saves
-/// nothing.
+/// Shorter runs stay among the literal bytes: interrupting a literal for a run of three saves nothing.
 const SHORTEST_RUN: usize = 4;
-/// The longest run or literal that a header of one byte speaks for.
+/// The longest run or literal with a header of one byte.
 const LONGEST_SHORT: usize = 127;
 
-/// A raster, compressed.
+/// A compressed raster.
 pub struct Tiles {
     pub width: u32,
     pub height: u32,
     bytes_per_pixel: u32,
-    /// From the top; in each the tiles from the left.
+    /// Rows of tiles from the top, each from the left.
     rows: Vec<Row>,
 }
 
-/// Neighbouring tiles: their code, and how long that of each is.
+/// A row of tiles: their code, and the length of each tile's code.
 struct Row {
     code: Vec<u8>,
     lengths: Vec<u64>,
 }
 
 impl Tiles {
-    /// Compresses a raster, which is not empty.
+    /// Compresses a raster, which must not be empty.
     pub fn of(raster: &Raster) -> Self {
         let (width, height) = (raster.width(), raster.height());
         let tops: Vec<u32> = (0..height).step_by(TILE as usize).collect();
@@ -43,17 +42,17 @@ impl Tiles {
         Self { width, height, bytes_per_pixel, rows }
     }
 
-    /// 4 or 8.
+    /// Returns bytes per pixel: 4 or 8.
     pub fn bytes_per_pixel(&self) -> u32 {
         self.bytes_per_pixel
     }
 
-    /// Bytes of each tile's code, in order.
+    /// Yields the length of each tile's code in bytes, in order.
     pub fn lengths(&self) -> impl Iterator<Item = u64> {
         self.rows.iter().flat_map(|row| row.lengths.iter().copied())
     }
 
-    /// The code of all tiles, in order.
+    /// Yields the code of all tiles, in order.
     pub fn codes(&self) -> impl Iterator<Item = &[u8]> {
         self.rows.iter().map(|row| &row.code[..])
     }
@@ -107,7 +106,7 @@ fn pack(bytes: &[u8], out: &mut Vec<u8>) {
     }
 }
 
-/// Where the next run begins that is worth a header; the end if nowhere.
+/// Returns where the next run begins that is worth a header; the end if there is none.
 fn next_run(bytes: &[u8], from: usize) -> usize {
     let (mut start, mut at) = (from, from + 1);
     while at < bytes.len() {
@@ -124,7 +123,7 @@ fn next_run(bytes: &[u8], from: usize) -> usize {
 fn put_literal(bytes: &[u8], out: &mut Vec<u8>) {
     match bytes.len() {
         0 => return,
-        // No tile has more bytes a plane than fit 16 bits.
+        // No tile has more bytes per plane than fit 16 bits.
         length if length > LONGEST_SHORT => {
             out.push(128);
             out.extend((length as u16).to_be_bytes());
@@ -145,8 +144,8 @@ fn put_run(byte: Option<&u8>, length: usize, out: &mut Vec<u8>) {
     out.push(byte);
 }
 
-/// Fills `tile`, pixels of `bytes_per_pixel` bytes each, with what its code says; false when the code ends too
-/// early or says too much. What follows is not looked at. `planes` is memory to work in.
+/// Decodes a tile of pixels of `bytes_per_pixel` bytes each; false when the code ends too early or encodes
+/// too much. Bytes behind the code are ignored. `planes` is scratch memory.
 pub fn unpack(mut code: &[u8], tile: &mut [u8], bytes_per_pixel: usize, planes: &mut Vec<u8>) -> bool {
     planes.resize(tile.len(), 0);
     let pixels = tile.len() / bytes_per_pixel;
@@ -160,7 +159,7 @@ pub fn unpack(mut code: &[u8], tile: &mut [u8], bytes_per_pixel: usize, planes: 
     true
 }
 
-/// Fills one plane; what follows its code.
+/// Decodes one plane and returns the rest of the code.
 fn unpack_plane<'c>(mut code: &'c [u8], mut plane: &mut [u8]) -> Option<&'c [u8]> {
     while !plane.is_empty() {
         let (literal, count, rest) = header(code)?;
@@ -179,7 +178,7 @@ fn unpack_plane<'c>(mut code: &'c [u8], mut plane: &mut [u8]) -> Option<&'c [u8]
     Some(code)
 }
 
-/// From plane after plane to pixel after pixel; the widths of 8- and 16-bit layers are unrolled.
+/// Interleaves planes to pixels; the loops for 8- and 16-bit layers are unrolled.
 fn interleave(planes: &[u8], tile: &mut [u8], bytes_per_pixel: usize) {
     match bytes_per_pixel {
         1 => tile.copy_from_slice(planes),
@@ -205,7 +204,7 @@ fn interleave_of<const N: usize>(planes: &[u8], tile: &mut [u8]) {
     }
 }
 
-/// Whether bytes follow as they are, how many pixels they speak for, and what follows.
+/// Parses a header: whether literal bytes follow, the number of pixels, and the rest of the code.
 fn header(code: &[u8]) -> Option<(bool, usize, &[u8])> {
     let (&first, rest) = code.split_first()?;
     let n = usize::from(first);

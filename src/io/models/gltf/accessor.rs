@@ -1,4 +1,4 @@
-//! Numbers in buffers: what an accessor names, checked against the bytes that are there.
+//! Reads numbers from buffers by accessors, checked against the actual size of the buffers.
 
 use std::borrow::Cow;
 use std::path::Path;
@@ -10,7 +10,7 @@ use gltf::json::{self, Root};
 use super::super::limits::check_count;
 use crate::error::{Error, Result};
 
-/// The file's description and the bytes of its buffers.
+/// The file's JSON and the bytes of its buffers.
 pub(super) struct Source<'a> {
     pub path: &'a Path,
     pub root: &'a Root,
@@ -19,7 +19,7 @@ pub(super) struct Source<'a> {
 
 const BROKEN: &str = "export the model again";
 
-/// Elements of one size at one distance from each other.
+/// Elements of one size with a fixed stride.
 struct Elements<'a> {
     bytes: &'a [u8],
     stride: usize,
@@ -34,10 +34,10 @@ impl<'a> Elements<'a> {
 }
 
 impl Source<'_> {
-    /// Three coordinates per vertex.
+    /// Reads positions, three coordinates per vertex.
     ///
     /// # Errors
-    /// [`Error::Input`] with the JSON path when there are no such numbers.
+    /// [`Error::Input`] with the JSON path when they cannot be read.
     pub fn positions(&self, accessor: usize) -> Result<Vec<[f64; 3]>> {
         let place = format!("accessors[{accessor}]");
         let found = self.accessor(accessor)?;
@@ -58,7 +58,7 @@ impl Source<'_> {
         Ok(positions)
     }
 
-    /// Indices of vertices.
+    /// Reads indices of vertices.
     ///
     /// # Errors
     /// As [`Source::positions`].
@@ -83,10 +83,10 @@ impl Source<'_> {
 
     fn accessor(&self, index: usize) -> Result<&json::Accessor> {
         let found = self.root.accessors.get(index);
-        found.ok_or_else(|| self.error(&format!("accessors[{index}]"), "there is no such accessor"))
+        found.ok_or_else(|| self.error(&format!("accessors[{index}]"), "this accessor does not exist"))
     }
 
-    /// All elements, without the sparse ones; `zero` where the accessor names no view.
+    /// Reads all elements without the sparse ones; they are `zero` where the accessor has no view.
     fn all<T: Clone>(
         &self,
         place: &str,
@@ -103,7 +103,7 @@ impl Source<'_> {
         Ok((0..elements.count).map(|i| read(elements.get(i))).collect())
     }
 
-    /// Calls `set(index, bytes)` for every sparse element; it says `None` when there is no such index.
+    /// Calls `set(index, bytes)` for every sparse element; it returns `None` when the index is out of range.
     fn apply_sparse(
         &self,
         place: &str,
@@ -131,7 +131,7 @@ impl Source<'_> {
         Ok(())
     }
 
-    /// `count` elements of `size` bytes from byte `offset` of a view on.
+    /// Returns `count` elements of `size` bytes, starting at byte `offset` of a view.
     fn elements(
         &self,
         place: &str,
@@ -151,9 +151,8 @@ impl Source<'_> {
         let has = bytes.len() - start;
         let needs = count.checked_sub(1).map_or(Some(0), |gaps| gaps.checked_mul(stride)?.checked_add(size));
         if needs.is_none_or(|needs| needs > has) || offset > bytes.len() as u64 {
-            let found = format!(
-                "{count} elements of {size} bytes in the {has} bytes that bufferViews[{view}] has there"
-            );
+            let found =
+                format!("{count} elements of {size} bytes in the {has} bytes of bufferViews[{view}] there");
             return Err(self.error(place, found));
         }
         Ok(Elements { bytes: &bytes[start..], stride, size, count })
@@ -166,13 +165,13 @@ impl Source<'_> {
         self.buffers.get(view.buffer.value())?.get(start..end)
     }
 
-    /// An [`Error::Input`] at a JSON path.
+    /// Returns an [`Error::Input`] at a JSON path.
     pub fn error(&self, place: &str, found: impl Into<String>) -> Error {
         Error::input(self.path, place, found, BROKEN)
     }
 }
 
-/// One number; normalised integers become -1..1 or 0..1.
+/// Reads one number; normalised integers become -1..1 or 0..1.
 fn number(bytes: &[u8], component: ComponentType, normalized: bool) -> f64 {
     let two = || [bytes[0], bytes[1]];
     let four = || [bytes[0], bytes[1], bytes[2], bytes[3]];

@@ -1,4 +1,4 @@
-//! The bytes of a glTF file: its JSON, and its buffers wherever they are kept.
+//! Reads the bytes of a glTF file: its JSON, and its buffers.
 
 use std::borrow::Cow;
 use std::fs;
@@ -11,7 +11,8 @@ use serde::de::IgnoredAny;
 use super::super::limits::{LARGEST_FILE, check_file_size};
 use crate::error::{Error, Result};
 
-/// Values that the JSON part may hold: a list of empty braces takes a hundred times its text once read.
+/// Maximum number of values in the JSON part: a list of empty braces takes a hundred times its text once
+/// parsed.
 const MOST_VALUES: usize = 8_000_000;
 
 const EXPORT_AGAIN: &str = "export the model again";
@@ -33,7 +34,7 @@ pub(super) fn split<'a>(path: &Path, bytes: &'a [u8]) -> Result<Container<'a>> {
     };
     let version = word(4)?;
     if version != 2 {
-        let found = format!("GLB version {version}, only 2 is read");
+        let found = format!("GLB version {version}; only version 2 is supported");
         return Err(Error::input(path, "byte 4", found, "export the model as glTF 2.0"));
     }
     let mut container = Container { json: &[], binary: None };
@@ -60,11 +61,11 @@ fn truncated(path: &Path, length: usize) -> Error {
     )
 }
 
-/// Entries of all lists at the top together (nodes, meshes, accessors, ...): each takes some hundred
-/// bytes once read, however short its text is. A hundred thousand objects are 800,000.
+/// Maximum number of entries of all top-level lists together (nodes, meshes, accessors, ...): each takes some
+/// hundred bytes once parsed, however short its text is. A hundred thousand objects have 800,000.
 const MOST_ENTRIES: usize = 1_000_000;
 
-/// The lists at the top. Nothing is kept of their entries, so counting takes no memory.
+/// The top-level lists. Their entries are not kept, so counting takes no memory.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 struct Lists {
@@ -83,8 +84,10 @@ struct Lists {
     textures: Vec<IgnoredAny>,
 }
 
+/// Refuses JSON with too many values or entries.
+///
 /// # Errors
-/// [`Error::Input`] when the JSON part is broken or holds absurdly many values or entries.
+/// [`Error::Input`] when the JSON part is damaged or has too many values or entries.
 pub(super) fn check_counts(path: &Path, json: &[u8]) -> Result<()> {
     check_value_count(path, json)?;
     let l: Lists = super::parse(path, json)?;
@@ -106,14 +109,17 @@ pub(super) fn check_counts(path: &Path, json: &[u8]) -> Result<()> {
     let total: usize = lists.iter().map(|(list, _)| list.len()).sum();
     if total > MOST_ENTRIES {
         let (longest, name) = lists.into_iter().max_by_key(|(list, _)| list.len()).expect("there are lists");
-        let found = format!("{} {name} among {total} entries; {MOST_ENTRIES} are read", longest.len());
+        let found =
+            format!("{} {name} among {total} entries; at most {MOST_ENTRIES} are read", longest.len());
         return Err(Error::input(path, name, found, "export a coarser model, or a part of it"));
     }
     Ok(())
 }
 
 fn check_value_count(path: &Path, json: &[u8]) -> Result<()> {
-    let (mut inside_string, mut escaped, mut values) = (false, false, 0usize);
+    let mut inside_string = false;
+    let mut escaped = false;
+    let mut values = 0usize;
     for &byte in json {
         match byte {
             _ if escaped => escaped = false,
@@ -124,17 +130,17 @@ fn check_value_count(path: &Path, json: &[u8]) -> Result<()> {
         }
     }
     if values > MOST_VALUES {
-        let found = format!("its JSON holds {values} values, more than the {MOST_VALUES} that are read");
+        let found = format!("the JSON holds {values} values; at most {MOST_VALUES} are read");
         return Err(Error::input(path, "", found, "export a coarser model, or a part of it"));
     }
     Ok(())
 }
 
-/// The bytes of all buffers, in order.
+/// Returns the bytes of all buffers, in order.
 ///
 /// # Errors
-/// [`Error::Input`] with the JSON path when one is missing, too short, or kept where we do not look:
-/// only in the file itself or in a file in or below its folder.
+/// [`Error::Input`] with the JSON path when one is missing, too short, or neither in the file itself nor in a
+/// file in or below its folder.
 pub(super) fn buffers<'a>(
     path: &Path,
     buffers: &[json::Buffer],
@@ -148,7 +154,7 @@ pub(super) fn buffers<'a>(
         let (has, needs) = (bytes.len() as u64, buffer.byte_length.0);
         if has < needs {
             let found = format!("{has} bytes where byteLength says {needs}");
-            return Err(Error::input(path, place, found, "copy or export the file again, whole"));
+            return Err(Error::input(path, place, found, "copy or export the file again"));
         }
         total += has;
         if total > LARGEST_FILE {
@@ -171,8 +177,8 @@ fn load<'a>(path: &Path, place: &str, uri: Option<&str>, binary: Option<&'a [u8]
         return decoded.map(Cow::Owned).ok_or_else(|| Error::input(path, place, broken, EXPORT_AGAIN));
     }
     let file = file_of_uri(path, uri).ok_or_else(|| {
-        let shown: String = uri.chars().take(80).collect();
-        let found = format!("the uri `{shown}` leads out of the model's folder");
+        let uri: String = uri.chars().take(80).collect();
+        let found = format!("the uri `{uri}` leads out of the model's folder");
         Error::input(path, place, found, "keep the buffers beside the model, or export it as GLB")
     })?;
     let size = fs::metadata(&file).map_err(Error::io(&file, "find this buffer of the model"))?.len();
@@ -180,8 +186,8 @@ fn load<'a>(path: &Path, place: &str, uri: Option<&str>, binary: Option<&'a [u8]
     fs::read(&file).map(Cow::Owned).map_err(Error::io(&file, "read it"))
 }
 
-/// The file that a relative URI means; `None` when it is not in or below the model's folder, by its
-/// words or, where it exists, by its links.
+/// Returns the file that a relative URI refers to; `None` when it is not in or below the model's folder, by
+/// its text or, where it exists, after resolving links.
 fn file_of_uri(path: &Path, uri: &str) -> Option<PathBuf> {
     let name = String::from_utf8(percent_decoded(uri)?).ok()?;
     let is_plain = |c: Component| matches!(c, Component::Normal(_) | Component::CurDir);

@@ -1,4 +1,4 @@
-//! A mesh's polygons: triangles read from its primitives and joined back.
+//! Builds a mesh's polygons: reads triangles from its primitives and joins them.
 
 use std::collections::BTreeSet;
 
@@ -15,40 +15,40 @@ use crate::error::Result;
 use crate::geometry::polygon::{join_all, join_coplanar};
 use crate::scene::builder::says_billboard;
 
-/// The polygons of a mesh in its own frame.
+/// The polygons of a mesh in its own coordinates.
 #[derive(Default)]
 pub(super) struct Polygons {
     pub positions: Vec<DVec3>,
-    /// Weakly simple rings, as indices into `positions`, in file order.
+    /// Weakly simple rings of indices into `positions`, in file order.
     pub rings: Vec<Vec<u32>>,
     pub billboard: bool,
 }
 
-/// What we understand of a mesh's, a node's or a material's `extras`.
+/// The supported `extras` of a mesh, node or material.
 #[derive(Default, Deserialize)]
 #[serde(rename_all = "camelCase", default)]
 pub(super) struct Extras {
-    /// How many triangles make each face, in order, over all primitives.
+    /// The number of triangles of each face, in order, over all primitives.
     face_triangle_counts: Vec<u32>,
-    /// Whether it is a billboard.
+    /// Whether the object is a billboard.
     pub billboard: bool,
 }
 
 impl Extras {
-    /// Extras of other programs may hold anything: what does not fit is as if it were not there.
+    /// Parses extras. Those of other programs may hold anything; what does not fit is ignored.
     pub fn of(extras: &json::Extras) -> Self {
         extras.as_ref().and_then(|raw| serde_json::from_str(raw.get()).ok()).unwrap_or_default()
     }
 }
 
-/// Reads a mesh. Things left out are told to `notes`, each once.
+/// Reads a mesh. What is left out is added to `notes`, each kind once.
 ///
 /// # Errors
 /// [`crate::Error::Input`] with the JSON path.
 pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String>) -> Result<Polygons> {
     let place = format!("meshes[{mesh}]");
     let Some(described) = source.root.meshes.get(mesh) else {
-        return Err(source.error(&place, "there is no such mesh"));
+        return Err(source.error(&place, "this mesh does not exist"));
     };
     let mut welded = Welded::default();
     let mut triangles = Vec::new();
@@ -76,7 +76,7 @@ pub(super) fn polygons(source: &Source, mesh: usize, notes: &mut BTreeSet<String
     Ok(Polygons { positions: welded.positions, rings, billboard })
 }
 
-/// The triangles of each face, when the counts cover all triangles.
+/// Returns the range of triangles of each face, if the counts cover all triangles.
 fn runs(counts: &[u32], triangles: usize) -> Option<impl Iterator<Item = std::ops::Range<usize>>> {
     let sum: u64 = counts.iter().map(|&n| u64::from(n)).sum();
     let mut end = 0;
@@ -105,18 +105,18 @@ fn has_billboard_material(source: &Source, primitive: &json::mesh::Primitive) ->
     })
 }
 
-/// Vertices of a mesh, one per position: exporters double them at every crease.
+/// Vertices of a mesh, one per position: exporters duplicate them at every crease.
 #[derive(Default)]
 struct Welded {
     positions: Vec<DVec3>,
     known: FxHashMap<[u64; 3], u32>,
-    /// Rounding of the largest coordinate in 32 bits.
+    /// Rounding error of the largest coordinate in 32 bits.
     noise: f64,
 }
 
 impl Welded {
     fn add(&mut self, position: DVec3) -> u32 {
-        // Adding zero makes -0.0 the same as 0.0.
+        // Adding zero turns -0.0 into 0.0.
         let key = position.to_array().map(|x| (x + 0.0).to_bits());
         self.noise = self.noise.max(position.abs().max_element() * f64::from(f32::EPSILON) * 2.0);
         *self.known.entry(key).or_insert_with(|| {
@@ -143,7 +143,7 @@ fn read_primitive(
         notes.insert("morph targets are left out: the shape at rest is used".to_owned());
     }
     let Some(accessor) = primitive.attributes.get(&Checked::Valid(Semantic::Positions)) else {
-        notes.insert(format!("{place} has no positions and is left out"));
+        notes.insert(format!("{place} has no positions; it is left out"));
         return Ok(());
     };
     let mut vertices = Vec::new();
@@ -163,7 +163,7 @@ fn read_primitive(
 fn look_up(source: &Source, place: &str, vertices: &[u32], indices: &[u32]) -> Result<Vec<u32>> {
     let vertex = |&index: &u32| {
         vertices.get(index as usize).copied().ok_or_else(|| {
-            source.error(place, format!("an index names vertex {index} of {}", vertices.len()))
+            source.error(place, format!("an index refers to vertex {index} of {}", vertices.len()))
         })
     };
     indices.iter().map(vertex).collect()
@@ -172,7 +172,7 @@ fn look_up(source: &Source, place: &str, vertices: &[u32], indices: &[u32]) -> R
 fn triangles_of(mode: Mode, corners: &[u32]) -> Vec<[u32; 3]> {
     let triple = |t: &[u32]| [t[0], t[1], t[2]];
     match mode {
-        // Every other triangle of a strip is wound the other way.
+        // Every other triangle of a strip has the opposite winding.
         Mode::TriangleStrip => {
             let turned = |(i, t): (usize, &[u32])| if i % 2 == 0 { triple(t) } else { [t[1], t[0], t[2]] };
             corners.windows(3).enumerate().map(turned).collect()

@@ -1,14 +1,14 @@
-//! glTF 2.0 and GLB.
+//! Reads glTF 2.0 and GLB.
 //!
-//! - Every node with a mesh is an object named after the node, else after the mesh, else `node_7`;
-//!   names that occur more than once are numbered (`chair`, `chair-2`). A mesh that stands in several
-//!   places is several objects.
-//! - The triangles of a mesh are joined back into faces: by `extras.faceTriangleCounts` of the mesh
-//!   where present, else those neighbours of a primitive that lie in one plane.
-//! - A billboard says so in the name of its node, mesh or material, or by `extras.billboard: true`.
-//! - Positions are taken to 64 bits before anything else; node transforms are read in 64 bits.
-//! - Buffers are read from the file itself and from files in or below its folder, nowhere else.
-//!   Skins, morph targets, points and lines are left out with a note.
+//! - Every node with a mesh is an object named after the node, else after the mesh, else `node_7`; names that
+//!   occur more than once are numbered (`chair`, `chair-2`). A mesh that several nodes use gives several
+//!   objects.
+//! - The triangles of a mesh are joined to faces: by `extras.faceTriangleCounts` of the mesh where present,
+//!   else those neighbours in a primitive that are coplanar.
+//! - A billboard is marked by the name of its node, mesh or material, or by `extras.billboard: true`.
+//! - Positions are converted to 64 bits before anything else; node transforms are read in 64 bits.
+//! - Buffers are read from the file itself and from files in or below its folder, nowhere else. Skins, morph
+//!   targets, points and lines are left out with a note.
 
 mod accessor;
 mod container;
@@ -31,8 +31,8 @@ use accessor::Source;
 use mesh::{Extras, Polygons};
 use scene::{Frames, Placed};
 
-/// Reads a glTF or GLB file from its `bytes`; `path` names it in errors and tells where to look for
-/// its buffers.
+/// Reads a glTF or GLB file from its `bytes`; `path` is named in errors, and buffers are searched relative to
+/// it.
 ///
 /// # Errors
 /// [`Error::Input`] with line and column or with a JSON path; [`Error::Io`]; [`Error::Cancelled`].
@@ -45,9 +45,9 @@ pub fn read(path: &Path, bytes: &[u8], task: &Task, notes: &mut Vec<String>) -> 
     let buffers = container::buffers(path, &root.buffers, container.binary)?;
     let source = Source { path, root: &root, buffers: &buffers };
     let placed = scene::placed_meshes(&source, &frames)?;
-    let mut told = BTreeSet::new();
-    let builder = Assembly::new(&source).build(&placed, task, &mut told)?;
-    notes.extend(told);
+    let mut new_notes = BTreeSet::new();
+    let builder = Assembly::new(&source).build(&placed, task, &mut new_notes)?;
+    notes.extend(new_notes);
     Ok(builder)
 }
 
@@ -55,7 +55,7 @@ fn parse<T: DeserializeOwned>(path: &Path, json: &[u8]) -> Result<T> {
     crate::io::json::parse_json(path, json, "check that it is a glTF 2.0 file, or export the model again")
 }
 
-/// Extensions that keep the geometry where only they can read it.
+/// Extensions that store geometry in their own encoding.
 const HIDE_GEOMETRY: [&str; 3] =
     ["KHR_draco_mesh_compression", "EXT_meshopt_compression", "EXT_mesh_gpu_instancing"];
 
@@ -63,19 +63,19 @@ fn check_extensions(path: &Path, root: &Root) -> Result<()> {
     let hides = |name: &&String| HIDE_GEOMETRY.contains(&name.as_str());
     match root.extensions_required.iter().find(hides) {
         Some(name) => {
-            let found = format!("the file needs {name}, which is not read");
+            let found = format!("the file needs the extension {name}, which is not supported");
             Err(Error::input(path, "extensionsRequired", found, "export the model without compression"))
         }
         None => Ok(()),
     }
 }
 
-/// Puts the placed meshes into a model.
+/// Collects the placed meshes in a model.
 struct Assembly<'a> {
     source: &'a Source<'a>,
     builder: ModelBuilder,
     polygons: FxHashMap<usize, Polygons>,
-    /// How often a name was asked for.
+    /// How often each name occurred.
     asked: FxHashMap<String, u32>,
 }
 
@@ -90,40 +90,40 @@ impl<'a> Assembly<'a> {
     }
 
     fn build(mut self, placed: &[Placed], task: &Task, notes: &mut BTreeSet<String>) -> Result<ModelBuilder> {
-        for (done, place) in placed.iter().enumerate() {
+        for (done, node_mesh) in placed.iter().enumerate() {
             task.step("read the model", done as u64, placed.len() as u64)?;
-            if self.source.root.nodes[place.node].skin.is_some() {
+            if self.source.root.nodes[node_mesh.node].skin.is_some() {
                 notes.insert("skins are left out: the shape at rest is used".to_owned());
             }
-            let polygons = match self.polygons.remove(&place.mesh) {
+            let polygons = match self.polygons.remove(&node_mesh.mesh) {
                 Some(known) => known,
-                None => mesh::polygons(self.source, place.mesh, notes)?,
+                None => mesh::polygons(self.source, node_mesh.mesh, notes)?,
             };
-            self.add(place, &polygons, notes)?;
-            self.polygons.insert(place.mesh, polygons);
+            self.add(node_mesh, &polygons, notes)?;
+            self.polygons.insert(node_mesh.mesh, polygons);
         }
         Ok(self.builder)
     }
 
-    fn add(&mut self, place: &Placed, polygons: &Polygons, notes: &mut BTreeSet<String>) -> Result<()> {
+    fn add(&mut self, node_mesh: &Placed, polygons: &Polygons, notes: &mut BTreeSet<String>) -> Result<()> {
         if polygons.rings.is_empty() {
             return Ok(());
         }
-        let at = || format!("nodes[{}]", place.node);
+        let at = || format!("nodes[{}]", node_mesh.node);
         let path = self.source.path;
         check_count(path, at, self.builder.vertices().len() + polygons.positions.len(), "vertices")?;
         let corners: usize = polygons.rings.iter().map(Vec::len).sum();
         check_count(path, at, self.builder.corner_count() + corners, "corners")?;
         let first = self.builder.vertices().len() as u32;
         for &position in &polygons.positions {
-            let position = place.apply(position);
+            let position = node_mesh.apply(position);
             check_position(path, at, position)?;
             self.builder.vertex(position);
         }
-        let object = self.object(place, polygons, notes);
+        let object = self.object(node_mesh, polygons, notes);
         for ring in &polygons.rings {
             let mut ring: Vec<u32> = ring.iter().map(|&v| first + v).collect();
-            if place.is_mirrored() {
+            if node_mesh.is_mirrored() {
                 ring.reverse();
             }
             self.builder.face(object, &ring);
@@ -131,11 +131,11 @@ impl<'a> Assembly<'a> {
         Ok(())
     }
 
-    fn object(&mut self, place: &Placed, polygons: &Polygons, notes: &mut BTreeSet<String>) -> ObjectId {
-        let node = &self.source.root.nodes[place.node];
-        let mesh = &self.source.root.meshes[place.mesh];
+    fn object(&mut self, node_mesh: &Placed, polygons: &Polygons, notes: &mut BTreeSet<String>) -> ObjectId {
+        let node = &self.source.root.nodes[node_mesh.node];
+        let mesh = &self.source.root.meshes[node_mesh.mesh];
         let given = [&node.name, &mesh.name].into_iter().flatten().find(|name| !name.is_empty());
-        let name = given.cloned().unwrap_or_else(|| format!("node_{}", place.node));
+        let name = given.cloned().unwrap_or_else(|| format!("node_{}", node_mesh.node));
         let unique = self.unique(&name);
         if unique != name {
             notes.insert("objects of the same name were numbered (as in chair, chair-2)".to_owned());
@@ -148,7 +148,7 @@ impl<'a> Assembly<'a> {
         object
     }
 
-    /// The name, or the name with the first number that makes it new.
+    /// Returns the name, or the name with the first number that makes it unique.
     fn unique(&mut self, name: &str) -> String {
         let count = self.asked.entry(name.to_owned()).or_default();
         loop {

@@ -1,4 +1,4 @@
-//! The node hierarchy: which mesh stands where, and under which name.
+//! Reads the node hierarchy: the position and name of each mesh.
 
 use glam::{DMat3, DMat4, DQuat, DVec3};
 use gltf::json::Root;
@@ -7,8 +7,8 @@ use serde::Deserialize;
 use super::accessor::Source;
 use crate::error::Result;
 
-/// The nodes' frames in 64 bits: the gltf crate reads them in 32, which moves a site in map
-/// coordinates by half a metre.
+/// The nodes' transforms in 64 bits: the gltf crate reads them in 32, which shifts a site in map coordinates
+/// by half a metre.
 #[derive(Deserialize)]
 pub(super) struct Frames {
     #[serde(default)]
@@ -53,7 +53,7 @@ impl Frame {
 pub(super) struct Placed {
     pub node: usize,
     pub mesh: usize,
-    /// From the mesh's frame to the scene's.
+    /// The transform from the mesh's coordinates to the scene's.
     linear: DMat3,
     translation: DVec3,
 }
@@ -63,17 +63,17 @@ impl Placed {
         self.linear * position + self.translation
     }
 
-    /// A mirrored mesh is wound the other way round.
+    /// Returns whether the transform mirrors the mesh, which reverses its winding.
     pub fn is_mirrored(&self) -> bool {
         self.linear.determinant() < 0.0
     }
 }
 
-/// All meshes of the scene, parents before children, children in file order.
+/// Returns all meshes of the scene, parents before children, children in file order.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the JSON path when nodes are missing, their own ancestors or shared,
-/// or when a frame is no affine matrix.
+/// [`crate::Error::Input`] with the JSON path when nodes are missing, shared or their own ancestors, or when
+/// a transform is not affine.
 pub(super) fn placed_meshes(source: &Source, frames: &Frames) -> Result<Vec<Placed>> {
     let root = source.root;
     let mut visited = vec![false; root.nodes.len()];
@@ -83,7 +83,7 @@ pub(super) fn placed_meshes(source: &Source, frames: &Frames) -> Result<Vec<Plac
     while let Some((node, parent)) = open.pop() {
         let place = format!("nodes[{node}]");
         let (Some(described), Some(frame)) = (root.nodes.get(node), frames.nodes.get(node)) else {
-            return Err(source.error(&place, "there is no such node"));
+            return Err(source.error(&place, "this node does not exist"));
         };
         if std::mem::replace(&mut visited[node], true) {
             return Err(source.error(&place, "this node has two parents or is its own ancestor"));
@@ -101,8 +101,8 @@ pub(super) fn placed_meshes(source: &Source, frames: &Frames) -> Result<Vec<Plac
     Ok(meshes)
 }
 
-/// The nodes of the default scene; of the first one, where none is the default; where there are no
-/// scenes, the nodes that are nobody's children.
+/// Returns the nodes of the default scene; of the first scene, if none is the default; if there are no
+/// scenes, the nodes without parents.
 fn roots(source: &Source) -> Result<Vec<usize>> {
     let root = source.root;
     let index = root.scene.map_or(0, |scene| scene.value());

@@ -1,4 +1,4 @@
-//! glTF files, good and bad, written by the tests themselves.
+//! Tests with glTF files, valid and damaged, that the tests write themselves.
 
 use std::fs;
 
@@ -226,9 +226,9 @@ fn faults_are_named_with_their_json_path() {
     for (said, place, found) in [
         (after(&|j| j["nodes"][0]["children"] = json!([0])), "nodes[0]: ", "its own ancestor"),
         (after(&|j| j["scenes"][0]["nodes"] = json!([0, 0])), "nodes[0]: ", "two parents"),
-        (after(&|j| j["scenes"][0]["nodes"] = json!([9])), "nodes[9]: ", "no such node"),
+        (after(&|j| j["scenes"][0]["nodes"] = json!([9])), "nodes[9]: ", "does not exist"),
         (after(&|j| j["scene"] = json!(3)), "scene: ", "scene 3 of 1"),
-        (after(&|j| j["nodes"][0]["mesh"] = json!(4)), "meshes[4]: ", "no such mesh"),
+        (after(&|j| j["nodes"][0]["mesh"] = json!(4)), "meshes[4]: ", "does not exist"),
         (after(&|j| j["nodes"][0]["rotation"] = json!([0, 0, 0, 0])), "nodes[0]: ", "not finite"),
         (after(&|j| j["nodes"][0]["scale"] = json!([1e30, 1e30, 1e30])), "nodes[0]: ", "within 1e15"),
         (
@@ -244,7 +244,7 @@ fn faults_are_named_with_their_json_path() {
         (
             after(&|j| j["accessors"][0]["count"] = json!(3)),
             "meshes[0].primitives[0]: ",
-            "an index names vertex 3 of 3",
+            "an index refers to vertex 3 of 3",
         ),
         (after(&|j| j["accessors"][0]["byteOffset"] = json!(huge)), "accessors[0]: ", "7 elements"),
         (
@@ -300,7 +300,7 @@ proptest! {
             let at = at % bytes.len();
             bytes[at] = byte;
         }
-        // Digits for digits: what still is JSON, but says something else.
+        // Digits are exchanged for digits, so the file stays JSON but has other values.
         let places: Vec<usize> = (0..bytes.len()).filter(|&i| bytes[i].is_ascii_digit()).collect();
         for (at, digit) in digits {
             if let Some(&place) = places.get(at) {

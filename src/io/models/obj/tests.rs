@@ -16,7 +16,7 @@ fn model(text: impl AsRef<[u8]>) -> Model {
     read_text(text).unwrap().0
 }
 
-/// What the reader says about `text`, without the file's name.
+/// Returns the reader's error for `text`, without the file's name.
 fn complaint(text: impl AsRef<[u8]>) -> String {
     read_text(text).unwrap_err().to_string().replace("site.obj, ", "")
 }
@@ -79,7 +79,7 @@ fn a_billboard_is_named_so_or_wears_such_a_material() {
 fn a_fault_is_named_with_its_line() {
     assert_eq!(
         complaint(format!("{SQUARE}f 1 2 9\n")),
-        "line 5: a face names vertex 9, but 4 were read so far; export the model again, vertices before faces"
+        "line 5: a face names vertex 9, but only 4 were read so far; export the model again, vertices before faces"
     );
     for (text, place, found) in [
         ("v 1 2\n", "line 1: ", "fewer than three coordinates"),
@@ -112,9 +112,9 @@ fn flaws_of_faces_are_notes_with_counts_and_names() {
         notes,
         [
             "`curv` is left out (1 times, first in line 10)",
-            "3 faces without area: no texture (site[0], site[2], site[3])",
-            "1 face with the same corner twice in a row: taken as one corner (site[0])",
-            "1 face not planar: treated triangle by triangle (site[1])",
+            "3 faces without area: not textured (site[0], site[2], site[3])",
+            "1 face with the same corner twice in a row: treated as one corner (site[0])",
+            "1 face not planar: treated as separate triangles (site[1])",
         ]
     );
 }

@@ -1,69 +1,66 @@
-//! One grid of the pyramid: its cells, its patches, and what a cell takes from the patches over it.
+//! One grid of the pyramid: its cells, its patches, and the vote of the patches over each cell.
 
 use rayon::prelude::*;
 
 use super::search::Field;
 use super::{Canvas, Cell, REACH};
+use crate::geometry::PixelRect;
+use crate::raster::halving::{self, OddSide};
 
-/// A grid.
+/// One grid of the pyramid.
 pub struct Level {
-    /// Columns and rows.
+    /// The number of columns and rows.
     pub size: [usize; 2],
-    /// Roots of linear light; those of unknown cells change from turn to turn.
+    /// The colours as square roots of linear light; those of unknown cells change from turn to turn.
     pub colours: Vec<[f32; 3]>,
-    /// How far a cell's colour counts where patches are compared: 0 outside, 1 known, less the deeper in the
-    /// unknown, so that the picture grows inwards.
+    /// The weight of each cell's colour when patches are compared: 0 outside, 1 known, and the smaller the
+    /// deeper in the unknown part, so that the synthesis proceeds inwards.
     pub weights: Vec<f32>,
-    /// The cell is unknown, and asked for.
+    /// True for the unknown cells.
     pub unknown: Vec<bool>,
-    /// Whether the patch around a cell is known as a whole.
+    /// True for the cells around which the whole patch is known.
     pub is_source: Vec<bool>,
-    /// Middles of such patches, rising.
+    /// The centres of the known patches, rising.
     pub sources: Vec<u32>,
-    /// Middles of patches that hold something unknown, rising.
+    /// The centres of the patches that hold an unknown cell, rising.
     pub targets: Vec<u32>,
 }
 
-/// How much less a colour counts a cell deeper in the unknown (Wexler et al., section 3.2).
+/// The factor by which the weight decreases with each cell deeper in the unknown part (Wexler et al., section
+/// 3.2).
 const DEEPER: f32 = 1.3;
 
-/// Grids are halved while their shorter side has so many cells.
+/// The least side of a grid, in cells, that is halved once more.
 const LEAST_SIDE: usize = 4 * (2 * REACH + 1);
 
-/// The canvas with its unknown cells as `filled`, and halved again and again.
+/// Builds the pyramid of a canvas whose unknown cells have the colours `filled`.
 pub fn levels(canvas: &Canvas, filled: Vec<[f32; 3]>) -> Vec<Level> {
     let mut canvases = vec![Canvas { colours: filled, ..canvas.clone() }];
     while canvases[canvases.len() - 1].size.iter().all(|side| *side >= LEAST_SIDE) {
         canvases.push(halved(&canvases[canvases.len() - 1]));
     }
-    canvases.into_par_iter().map(Level::of).collect()
+    canvases.into_par_iter().map(Level::new).collect()
 }
 
-/// Known where all four cells are, asked for where one is.
+/// Halves a canvas: a cell is known where all four cells are, and outside where all four are.
 fn halved(canvas: &Canvas) -> Canvas {
-    let [width, height] = canvas.size;
-    let size = [width.div_ceil(2), height.div_ceil(2)];
-    let mut half = Canvas::new(size);
-    for i in 0..half.cells.len() {
-        let (x, y) = (i % size[0] * 2, i / size[0] * 2);
-        let four = [(0, 0), (1, 0), (0, 1), (1, 1)]
-            .map(|(dx, dy)| ((y + dy).min(height - 1)) * width + (x + dx).min(width - 1));
-        let asked = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
-        let count = asked.clone().count();
+    let cell = |four: &[usize]| {
+        let not_outside = four.iter().filter(|at| canvas.cells[**at] != Cell::Outside);
+        let count = not_outside.clone().count();
         if count == 0 {
-            half.colours[i] = canvas.colours[four[0]];
-            continue;
+            return (canvas.colours[four[0]], Cell::Outside);
         }
         let known = four.iter().all(|at| canvas.cells[*at] == Cell::Known);
-        half.cells[i] = if known { Cell::Known } else { Cell::Unknown };
-        half.colours[i] =
-            [0, 1, 2].map(|c| asked.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32);
-    }
-    half
+        let mean =
+            |c: usize| not_outside.clone().map(|at| canvas.colours[*at][c]).sum::<f32>() / count as f32;
+        ([0, 1, 2].map(mean), if known { Cell::Known } else { Cell::Unknown })
+    };
+    let (colours, cells) = halving::halved(canvas.size, OddSide::Twice, cell).into_iter().unzip();
+    Canvas { size: OddSide::Twice.half_size(canvas.size), colours, cells }
 }
 
 impl Level {
-    fn of(canvas: Canvas) -> Self {
+    fn new(canvas: Canvas) -> Self {
         let Canvas { size, colours, cells } = canvas;
         let unknown: Vec<bool> = cells.iter().map(|cell| *cell == Cell::Unknown).collect();
         let known: Vec<bool> = cells.iter().map(|cell| *cell == Cell::Known).collect();
@@ -84,8 +81,13 @@ impl Level {
         Self { size, colours, weights, unknown, is_source, sources, targets }
     }
 
-    /// Gives each unknown cell the mean of what the patches over it say, those that are like their example
-    /// counting more (Wexler et al., equation 3).
+    /// All cells.
+    pub fn rect(&self) -> PixelRect {
+        PixelRect::of_size(self.size[0] as u32, self.size[1] as u32)
+    }
+
+    /// Sets each unknown cell to the mean of the colours that the patches over it propose, weighted by the
+    /// similarity of these patches to their sources (Wexler et al., equation 3).
     pub fn vote(&mut self, field: &Field) {
         let scale = field.usual_cost().max(1e-6);
         let before = &*self;
@@ -107,7 +109,7 @@ impl Level {
         for py in y.saturating_sub(REACH)..(y + REACH + 1).min(self.size[1]) {
             for px in x.saturating_sub(REACH)..(x + REACH + 1).min(width) {
                 let Some((source, cost)) = field.best(py * width + px) else { continue };
-                // A source's patch is within the grid, so what lies at the same place of it is, too.
+                // The source's patch lies within the grid, so its corresponding cell does, too.
                 let from = source as usize + at - (py * width + px);
                 let share = self.weights[py * width + px] * (-cost / scale).exp();
                 (0..3).for_each(|c| sum[c] += share * self.colours[from][c]);
@@ -118,7 +120,7 @@ impl Level {
     }
 }
 
-/// For each cell how many of the patch around it are set.
+/// Counts, for each cell, the set cells of the patch around it.
 fn box_sums(set: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
     let mut table = vec![0u32; (width + 1) * (height + 1)];
     for y in 0..height {
@@ -138,7 +140,7 @@ fn box_sums(set: &[bool], [width, height]: [usize; 2]) -> Vec<u32> {
     (0..width * height).map(sum).collect()
 }
 
-/// By the number of steps to the nearest known cell.
+/// Computes the weights from the number of steps to the nearest known cell.
 fn weights(cells: &[Cell], [width, height]: [usize; 2]) -> Vec<f32> {
     let mut steps = vec![u16::MAX; cells.len()];
     let mut open: Vec<usize> = (0..cells.len()).filter(|i| cells[*i] == Cell::Known).collect();
@@ -167,7 +169,7 @@ fn weights(cells: &[Cell], [width, height]: [usize; 2]) -> Vec<f32> {
     }
     let weight = |(cell, steps): (&Cell, &u16)| match cell {
         Cell::Outside => 0.0,
-        // Deep in the unknown all count alike, and not nothing.
+        // Deep in the unknown part all cells have the same small weight.
         _ => DEEPER.powi(-i32::from((*steps).min(20))),
     };
     cells.iter().zip(&steps).map(weight).collect()

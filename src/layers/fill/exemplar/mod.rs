@@ -1,77 +1,82 @@
-//! Invented by example: what is unknown of a plane picture is put together of patches of what is known.
+//! Synthesis by example: the unknown part of a planar image is composed of patches of the known part.
 //!
-//! Wexler, Shechtman and Irani (*Space-Time Completion of Video*, 2007) say what is wanted: every patch that
-//! holds something unknown should look like some patch that is known. It is found from coarse to fine, in
-//! turns: each patch looks for its likest (`search`, after Barnes, Shechtman, Finkelstein and Goldman,
-//! *PatchMatch*, 2009), then every unknown cell takes the mean of what its patches say (`level`). Facades
-//! repeat: the shifts by which the known part is most like itself (`shifts`, He and Sun, *Statistics of Patch
-//! Offsets for Image Completion*, 2012) are tried everywhere, and they and shifts along the axes are
-//! preferred: the plane is upright, so that both are the facade's own (Huang, Kang, Ahuja and Kopf, *Image
-//! Completion using Planar Structure Guidance*, 2014). The finest grid only copies, by the shifts found below it.
+//! Wexler, Shechtman and Irani (*Space-Time Completion of Video*, 2007) define the goal: every patch that
+//! holds an unknown cell should resemble some known patch. The solution is found from coarse to fine by
+//! turns: each patch searches for the most similar known patch (`search`, after Barnes, Shechtman,
+//! Finkelstein and Goldman, *PatchMatch*, 2009), then every unknown cell takes the mean of what the patches
+//! over it propose (`level`). Facades repeat: the shifts by which the known part is most similar to itself
+//! (`shifts`, He and Sun, *Statistics of Patch Offsets for Image Completion*, 2012) are tried everywhere, and
+//! both these and shifts along the axes are preferred, since the plane is upright and both are the facade's
+//! own (Huang, Kang, Ahuja and Kopf, *Image Completion using Planar Structure Guidance*, 2014). The finest
+//! grid only copies, by the shifts found on the coarser one.
 
 mod level;
 mod random;
 mod search;
 mod shifts;
 
+use glam::DVec2;
+
 use self::level::{Level, levels};
 use self::search::Field;
 use super::push_pull::Grid;
+use crate::geometry::PixelRect;
+use crate::raster::bilinear::Clamped;
 
-/// What is known of a cell.
+/// The state of a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Cell {
-    /// Not asked for.
+    /// The cell is not part of the surface.
     Outside,
-    /// Asked for.
+    /// The cell is part of the surface and has no colour yet.
     Unknown,
-    /// There is a colour.
+    /// The cell has a colour.
     Known,
 }
 
-/// A plane picture with holes.
+/// A planar image with unknown cells.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Canvas {
-    /// Columns and rows.
+    /// The number of columns and rows.
     pub size: [usize; 2],
-    /// Square roots of linear light, so that differences are about as large as they look.
+    /// The colours as square roots of linear light, so that differences are roughly perceptual; row by row.
     pub colours: Vec<[f32; 3]>,
-    /// One a colour.
+    /// The state of each cell.
     pub cells: Vec<Cell>,
 }
 
 impl Canvas {
-    /// All of it outside.
+    /// Builds a canvas in which all cells are outside.
     pub fn new(size: [usize; 2]) -> Self {
         let count = size[0] * size[1];
         Self { size, colours: vec![[0.0; 3]; count], cells: vec![Cell::Outside; count] }
     }
 
-    /// All colours, those that are not known by diffusion; none where nothing is known.
+    /// Returns the colours of all cells, unknown ones interpolated by diffusion; `None` when none is known.
     pub fn diffused(&self) -> Option<Vec<[f32; 3]>> {
         let weights = self.cells.iter().map(|cell| if *cell == Cell::Known { 1.0 } else { 0.0 }).collect();
         Grid { size: self.size, values: self.colours.clone(), weights }.filled()
     }
 }
 
-/// Cells on either side of a patch's middle: seven by seven cells hold a corner of a window.
+/// The number of cells on either side of a patch's centre: seven by seven cells hold a corner of a window.
 const REACH: usize = 3;
 
-/// Patches to take from, at least: from fewer nothing can be put together but repetitions of them.
+/// The least number of known patches: fewer lead to nothing but repetitions.
 const LEAST_SOURCES: usize = 256;
 
-/// The unknown may be so many times as large as what is known: beyond, repetition is all that is seen.
+/// The largest ratio of unknown to known cells: beyond it, repetition dominates.
 const MOST_INVENTED: usize = 12;
 
-/// Patches that look for their likest on the finest grid at most: beyond, shifts found at half the size are
-/// as good.
+/// The largest number of patches to search for on the finest grid searched; larger grids copy by the shifts
+/// found at half their size, which are as good.
 const MOST_SEARCHED: usize = 40_000;
 
-/// Turns on the coarsest grid, where everything is decided, and on each finer one.
+/// The number of turns on the coarsest grid, where everything is decided, and on each finer one.
 const TURNS: [usize; 2] = [10, 3];
 
-/// Makes the unknown cells known by example. False, and nothing changed, where there is too little to take
-/// examples from. The same canvas and seed give the same picture on any number of threads.
+/// Synthesises the unknown cells by example. Returns false, without any change, when the known part is too
+/// small to take examples from. The same canvas and seed give the same image on any number of threads.
 pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
     let unknown = canvas.cells.iter().filter(|cell| **cell == Cell::Unknown).count();
     let known = canvas.cells.iter().filter(|cell| **cell == Cell::Known).count();
@@ -80,7 +85,7 @@ pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
     }
     let Some(diffused) = canvas.diffused() else { return false };
     let mut levels = levels(canvas, diffused);
-    // The finest that is searched; coarser ones have fewer targets still.
+    // The finest grid that is searched; coarser ones have fewer targets still.
     let finest = levels.iter().position(|l| l.targets.len() <= MOST_SEARCHED).unwrap_or(levels.len() - 1);
     let coarsest = match levels.iter().rposition(|l| l.sources.len() >= LEAST_SOURCES) {
         Some(coarsest) if coarsest >= finest => coarsest,
@@ -110,20 +115,22 @@ pub fn invent(canvas: &mut Canvas, seed: u64) -> bool {
     true
 }
 
-/// Gives every unknown cell of the canvas what lies at its shift, found on a grid 2^level as coarse: the mean
-/// over the four nearest cells of that grid, by nearness, so that no blocks are seen.
+/// Copies into every unknown cell of the canvas the colour at its shift, where shifts were found on a grid
+/// 2^`coarser` times as coarse: the mean over the four nearest cells of that grid, weighted by nearness, so
+/// that no blocks appear.
 fn copy(canvas: &mut Canvas, level: &Level, field: &Field, coarser: usize) {
     let scale = 1 << coarser;
     let [width, height] = canvas.size;
+    let whole = PixelRect::of_size(width as u32, height as u32);
     let before = canvas.clone();
     for (i, cell) in before.cells.iter().enumerate().filter(|(_, cell)| **cell == Cell::Unknown) {
         let (x, y) = (i % width, i / width);
         let (mut sum, mut weight) = ([0.0; 3], 0.0);
-        for (near, share) in nearest(x, y, scale, level.size) {
-            let Some([sx, sy]) = field.shift(level, near) else { continue };
+        let middle = DVec2::new(x as f64 + 0.5, y as f64 + 0.5) / scale as f64;
+        for (near_x, near_y, share) in Clamped::of(middle, level.size).taps() {
+            let Some([sx, sy]) = field.shift(level, near_y * level.size[0] + near_x) else { continue };
             let (sx, sy) = (x as i32 + sx * scale as i32, y as i32 + sy * scale as i32);
-            let inside = sx >= 0 && sy >= 0 && (sx as usize) < width && (sy as usize) < height;
-            let from = if inside { sy as usize * width + sx as usize } else { continue };
+            let Some(from) = whole.index(sx, sy) else { continue };
             if before.cells[from] == Cell::Known {
                 (0..3).for_each(|c| sum[c] += share * before.colours[from][c]);
                 weight += share;
@@ -138,23 +145,6 @@ fn copy(canvas: &mut Canvas, level: &Level, field: &Field, coarser: usize) {
         };
         canvas.cells[i] = Cell::Known;
     }
-}
-
-/// The four cells of a coarser grid around one of the finest, with shares that add up to 1.
-fn nearest(x: usize, y: usize, scale: usize, size: [usize; 2]) -> [(usize, f32); 4] {
-    let along = |at: usize, count: usize| {
-        let place = ((at as f32 + 0.5) / scale as f32 - 0.5).clamp(0.0, (count - 1) as f32);
-        let first = place as usize;
-        (first, (first + 1).min(count - 1), place - first as f32)
-    };
-    let (x0, x1, sx) = along(x, size[0]);
-    let (y0, y1, sy) = along(y, size[1]);
-    [
-        (y0 * size[0] + x0, (1.0 - sx) * (1.0 - sy)),
-        (y0 * size[0] + x1, sx * (1.0 - sy)),
-        (y1 * size[0] + x0, (1.0 - sx) * sy),
-        (y1 * size[0] + x1, sx * sy),
-    ]
 }
 
 #[cfg(test)]

@@ -1,38 +1,43 @@
-//! Each patch looks for its likest: PatchMatch, all patches at once in each round, so that the result does
-//! not depend on threads.
+//! The search for the most similar known patch of each patch: PatchMatch, in rounds over all patches at once,
+//! so that the result does not depend on the number of threads.
 
 use rayon::prelude::*;
 
 use super::REACH;
 use super::level::Level;
 use super::random::{number, within};
+use crate::raster::halving::OddSide;
+use crate::raster::robust::of_rank;
 
-/// For each patch that holds something unknown the middle of the known patch that is likest so far.
+/// The centre of the most similar known patch found so far, for each patch that holds an unknown cell.
 pub struct Field {
-    /// By cell; [`NONE`] where the cell is the middle of no such patch.
+    /// The source per cell; [`NONE`] where the cell is not the centre of such a patch.
     source: Vec<u32>,
     cost: Vec<f32>,
 }
 
 const NONE: u32 = u32::MAX;
 
-/// Neighbours a patch learns from, so many cells away: far ones first, so that what is good spreads fast.
+/// The distances, in cells, of the neighbours from which a patch learns: far ones first, so that good shifts
+/// spread quickly.
 const JUMPS: [i32; 2] = [5, 1];
 
-/// How much less likely a shift is that neither repeats nor runs along an axis: its cost counts so much more.
+/// The factor on the cost of a shift that neither repeats nor runs along an axis.
 const IRREGULAR: f32 = 1.15;
 
 impl Field {
-    /// Any known patch for each.
+    /// Builds a field with a random known patch for each patch.
     pub fn random(level: &Level, seed: u64) -> Self {
-        Self::of(level, |target| level.sources[number(seed, target.into(), 0) as usize % level.sources.len()])
+        Self::from_sources(level, |target| {
+            level.sources[number(seed, target.into(), 0) as usize % level.sources.len()]
+        })
     }
 
-    /// The field of a grid of half the size, taken over to `level`.
+    /// Refines the field of a grid of half the size for `level`.
     pub fn refined(&self, level: &Level, seed: u64) -> Self {
         let [width, height] = level.size;
-        let coarse = [width.div_ceil(2), height.div_ceil(2)];
-        Self::of(level, |target| {
+        let coarse = OddSide::Twice.half_size(level.size);
+        Self::from_sources(level, |target| {
             let (x, y) = (target as usize % width, target as usize / width);
             let source = self.source[y / 2 * coarse[0] + x / 2];
             let (sx, sy) = (source as usize % coarse[0] * 2 + x % 2, source as usize / coarse[0] * 2 + y % 2);
@@ -44,7 +49,7 @@ impl Field {
         })
     }
 
-    fn of(level: &Level, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
+    fn from_sources(level: &Level, source_of: impl Fn(u32) -> u32 + Sync) -> Self {
         let mut field =
             Self { source: vec![NONE; level.colours.len()], cost: vec![0.0; level.colours.len()] };
         for &target in &level.targets {
@@ -53,12 +58,13 @@ impl Field {
         field
     }
 
-    /// The likest known patch of the patch around a cell, and how unlike it is.
+    /// Returns the centre of the best known patch for the patch around a cell, and its cost; `None` where no
+    /// patch is searched.
     pub fn best(&self, cell: usize) -> Option<(u32, f32)> {
         (self.source[cell] != NONE).then(|| (self.source[cell], self.cost[cell]))
     }
 
-    /// The way from a cell to its example, in columns and rows.
+    /// Returns the shift from a cell to its best patch, in columns and rows.
     pub fn shift(&self, level: &Level, cell: usize) -> Option<[i32; 2]> {
         let (source, _) = self.best(cell)?;
         let width = level.size[0] as i32;
@@ -66,19 +72,16 @@ impl Field {
         Some([source % width - cell % width, source / width - cell / width])
     }
 
-    /// The cost that three of four patches stay below.
+    /// Returns the upper quartile of the costs: three of four patches stay below it.
     pub fn usual_cost(&self) -> f32 {
         let costs = self.source.iter().zip(&self.cost).filter(|(source, _)| **source != NONE);
         let mut costs: Vec<f32> = costs.map(|(_, cost)| *cost).collect();
-        if costs.is_empty() {
-            return 0.0;
-        }
-        let place = costs.len() * 3 / 4;
-        *costs.select_nth_unstable_by(place, f32::total_cmp).1
+        let rank = costs.len() * 3 / 4;
+        of_rank(&mut costs, rank).unwrap_or(0.0)
     }
 
-    /// One turn: every patch is compared anew, then learns from its neighbours, tries the shifts that repeat,
-    /// and looks around at random, ever nearer.
+    /// Does one turn: every patch is compared anew, then tries its neighbours' shifts, the dominant shifts,
+    /// and random shifts around its best one with ever smaller radius.
     pub fn search(&mut self, level: &Level, shifts: &[[i32; 2]], seed: u64) {
         let measure = Measure { level, shifts };
         for (round, jump) in (0..).zip(JUMPS) {
@@ -106,19 +109,16 @@ impl Field {
     /// Offers the shifts of the four neighbours `jump` cells away.
     fn learn(&self, best: &mut Best, jump: i32) {
         let level = best.measure.level;
-        let [width, height] = level.size.map(|side| side as i32);
+        let (whole, width) = (level.rect(), level.size[0] as i32);
         let (x, y) = (best.target as i32 % width, best.target as i32 / width);
         for (dx, dy) in [(-jump, 0), (jump, 0), (0, -jump), (0, jump)] {
-            let (nx, ny) = (x + dx, y + dy);
-            if nx >= 0 && ny >= 0 && nx < width && ny < height {
-                let shift = self.shift(level, (ny * width + nx) as usize);
-                shift.into_iter().for_each(|shift| best.offer(shift));
-            }
+            let shift = whole.index(x + dx, y + dy).and_then(|cell| self.shift(level, cell));
+            shift.into_iter().for_each(|shift| best.offer(shift));
         }
     }
 }
 
-/// The best example of a patch so far.
+/// The best known patch for a patch so far.
 struct Best<'a> {
     measure: &'a Measure<'a>,
     target: u32,
@@ -133,15 +133,12 @@ impl<'a> Best<'a> {
 
     fn offer(&mut self, [dx, dy]: [i32; 2]) {
         let level = self.measure.level;
-        let [width, height] = level.size.map(|side| side as i32);
+        let width = level.size[0] as i32;
         let (x, y) = (self.target as i32 % width + dx, self.target as i32 / width + dy);
-        if x < 0 || y < 0 || x >= width || y >= height {
+        let source = level.rect().index(x, y).filter(|source| level.is_source[*source]);
+        let Some(source) = source.map(|source| source as u32).filter(|source| *source != self.source) else {
             return;
-        }
-        let source = (y * width + x) as u32;
-        if source == self.source || !level.is_source[source as usize] {
-            return;
-        }
+        };
         let cost = self.measure.cost(self.target, source, self.cost);
         if cost < self.cost {
             (self.source, self.cost) = (source, cost);
@@ -164,15 +161,15 @@ impl<'a> Best<'a> {
     }
 }
 
-/// How unlike two patches are.
+/// The measure of dissimilarity between patches.
 struct Measure<'a> {
     level: &'a Level,
     shifts: &'a [[i32; 2]],
 }
 
 impl Measure<'_> {
-    /// The mean squared difference over what counts of the target's patch; it may stop once that is worse
-    /// than `limit`.
+    /// Computes the mean squared difference, weighted over the target's patch. It may return infinity once
+    /// the cost exceeds `limit`.
     fn cost(&self, target: u32, source: u32, limit: f32) -> f32 {
         let level = self.level;
         let [width, height] = level.size;
@@ -191,8 +188,8 @@ impl Measure<'_> {
             let at = row * width + columns.start;
             let from = (at as i64 + i64::from(source) - i64::from(target)) as usize;
             let count = columns.len();
-            let shown = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
-            for ((a, b), weight) in shown.zip(&level.weights[at..at + count]) {
+            let pairs = level.colours[at..at + count].iter().zip(&level.colours[from..from + count]);
+            for ((a, b), weight) in pairs.zip(&level.weights[at..at + count]) {
                 let [r, g, b] = [a[0] - b[0], a[1] - b[1], a[2] - b[2]];
                 sum += weight * (r * r + g * g + b * b);
             }

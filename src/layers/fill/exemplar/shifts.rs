@@ -1,24 +1,27 @@
-//! The shifts by which what is known is most like itself (He and Sun 2012): how far apart windows and courses
-//! of stone are.
+//! The dominant shifts, by which the known part is most similar to itself (He and Sun 2012), such as the
+//! distances of windows and of courses of stone.
 
 use super::level::Level;
 use super::random::{number, within};
 use super::{REACH, TURNS};
+use crate::geometry::PixelRect;
+use crate::raster::Image;
 use rayon::prelude::*;
 
-/// So many are kept: the peaks of the histogram fall off quickly.
+/// The number of shifts kept; the peaks of the histogram fall off quickly.
 const KEPT: usize = 12;
 
-/// Patches that are asked: enough to fill a histogram.
+/// The number of patches sampled: enough to fill a histogram.
 const ASKED: usize = 4096;
 
-/// Cells of the grid that is looked at, at most.
+/// The largest number of cells of the grid that is analysed.
 const MOST_CELLS: usize = 160 * 160;
 
-/// Shifts shorter than this share of the longer side are what every picture is like: its own neighbourhood.
+/// The length of the shortest shift considered, as a share of the longer side: every image is similar to
+/// itself under shorter ones.
 const LEAST_SHARE: f32 = 1.0 / 15.0;
 
-/// A shift, with the grid whose cells it counts.
+/// A shift, with the grid in whose cells it is expressed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Shift {
     cells: [i32; 2],
@@ -26,7 +29,7 @@ pub struct Shift {
 }
 
 impl Shift {
-    /// In cells of grid number `level`, the finest being 0 of those that were given.
+    /// Converts the shift to cells of grid number `level`, 0 being the finest of the given ones.
     pub fn at(&self, level: usize) -> [i32; 2] {
         self.cells.map(|side| match self.level.checked_sub(level) {
             Some(finer) => side << finer,
@@ -35,37 +38,34 @@ impl Shift {
     }
 }
 
-/// The dominant shifts of the known part, and those back. `levels` are the grids that are searched.
+/// Finds the dominant shifts of the known part and their opposites. `levels` are the grids that are searched.
 pub fn dominant(levels: &[Level], seed: u64) -> Vec<Shift> {
-    let place = levels.iter().position(|l| l.colours.len() <= MOST_CELLS).unwrap_or(levels.len() - 1);
-    let level = &levels[place];
+    let index = levels.iter().position(|l| l.colours.len() <= MOST_CELLS).unwrap_or(levels.len() - 1);
+    let level = &levels[index];
     let least = ((level.size[0].max(level.size[1]) as f32 * LEAST_SHARE) as i32).max(2 * REACH as i32);
     let step = level.sources.len().div_ceil(ASKED).max(1);
-    let asked: Vec<u32> = level.sources.iter().copied().step_by(step).collect();
+    let sampled: Vec<u32> = level.sources.iter().copied().step_by(step).collect();
     let found: Vec<[i32; 2]> =
-        asked.par_iter().filter_map(|&patch| likest(level, patch, least, seed)).collect();
-    peaks(&found, level.size).into_iter().map(|cells| Shift { cells, level: place }).collect()
+        sampled.par_iter().filter_map(|&patch| most_similar(level, patch, least, seed)).collect();
+    peaks(&found, level.size).into_iter().map(|cells| Shift { cells, level: index }).collect()
 }
 
-/// The shift to the likest patch that is `least` cells away or more, by looking at random and around what was
-/// found best.
-fn likest(level: &Level, patch: u32, least: i32, seed: u64) -> Option<[i32; 2]> {
-    let [width, height] = level.size.map(|side| side as i32);
+/// Finds the shift of at least `least` cells to the most similar patch, at random and around the best found
+/// so far; `None` when there is none.
+fn most_similar(level: &Level, patch: u32, least: i32, seed: u64) -> Option<[i32; 2]> {
+    let (whole, [width, height]) = (level.rect(), level.size.map(|side| side as i32));
     let (x, y) = (patch as i32 % width, patch as i32 / width);
     let mut best: Option<([i32; 2], f32)> = None;
     let offer = |[dx, dy]: [i32; 2], best: &mut Option<([i32; 2], f32)>| {
-        let (sx, sy) = (x + dx, y + dy);
-        let inside = sx >= 0 && sy >= 0 && sx < width && sy < height;
-        if !inside || dx.abs().max(dy.abs()) < least || !level.is_source[(sy * width + sx) as usize] {
-            return;
-        }
+        let source = whole.index(x + dx, y + dy).filter(|source| level.is_source[*source]);
+        let Some(source) = source.filter(|_| dx.abs().max(dy.abs()) >= least) else { return };
         let limit = best.map_or(f32::INFINITY, |best| best.1);
-        let cost = difference(level, patch as usize, (sy * width + sx) as usize, limit);
+        let cost = difference(level, patch as usize, source, limit);
         if cost < limit {
             *best = Some(([dx, dy], cost));
         }
     };
-    // Along the axes every shift is tried: that is where facades repeat.
+    // Along the axes every shift is tried, because facades repeat in these directions.
     for shift in (-width..width).map(|dx| [dx, 0]).chain((-height..height).map(|dy| [0, dy])) {
         offer(shift, &mut best);
     }
@@ -98,26 +98,26 @@ fn difference(level: &Level, a: usize, b: usize, limit: f32) -> f32 {
     sum
 }
 
-/// The fullest places of the histogram of shifts; a shift and the one back count as one, and both are given.
+/// Finds the highest bins of the histogram of shifts. A shift and its opposite count as one, and both are
+/// returned.
 fn peaks(found: &[[i32; 2]], size: [usize; 2]) -> Vec<[i32; 2]> {
     let [width, height] = size.map(|side| side as i32);
-    let (columns, rows) = (2 * width + 1, 2 * height + 1);
-    let mut histogram = vec![0u32; (columns * rows) as usize];
+    let all = PixelRect::from_edges(-width, -height, width + 1, height + 1);
+    let mut histogram = Image::filled(all, 0u32);
     for &[dx, dy] in found {
         for [dx, dy] in [[dx, dy], [-dx, -dy]] {
             for (nx, ny) in (-1..=1).flat_map(|ny| (-1..=1).map(move |nx| (nx, ny))) {
-                let (x, y) = (dx + width + nx, dy + height + ny);
-                if x >= 0 && y >= 0 && x < columns && y < rows {
-                    histogram[(y * columns + x) as usize] += 2 - nx.abs().max(ny.abs()) as u32;
+                if let Some(count) = histogram.get_mut(dx + nx, dy + ny) {
+                    *count += 2 - nx.abs().max(ny.abs()) as u32;
                 }
             }
         }
     }
-    let mut order: Vec<usize> = (0..histogram.len()).filter(|i| histogram[*i] > 0).collect();
-    order.sort_by_key(|i| (std::cmp::Reverse(histogram[*i]), *i));
+    let mut order: Vec<_> = histogram.iter().filter(|(_, count)| **count > 0).collect();
+    order.sort_by_key(|(_, count)| std::cmp::Reverse(**count));
     let mut kept: Vec<[i32; 2]> = Vec::new();
-    for i in order {
-        let shift = [i as i32 % columns - width, i as i32 / columns - height];
+    for ((dx, dy), _) in order {
+        let shift = [dx, dy];
         if kept.iter().all(|other| (shift[0] - other[0]).abs().max((shift[1] - other[1]).abs()) > 2) {
             kept.push(shift);
         }

@@ -1,10 +1,10 @@
-//! Pictures whose missing part is known.
+//! Tests on images whose missing part is known.
 
 use super::*;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
-/// A facade: plaster with a little noise, windows every 24 by 32 cells, a dark frame around each.
-fn facade(x: usize, y: usize, dice: &mut Dice) -> [f32; 3] {
+/// Returns a cell of a facade: plaster with a little noise, a window with a dark frame every 24 by 32 cells.
+fn facade(x: usize, y: usize, dice: &mut Rng) -> [f32; 3] {
     let (u, v) = (x % 24, y % 32);
     let noise = dice.between(-0.01, 0.01) as f32;
     let in_frame = (6..18).contains(&u) && (8..26).contains(&v);
@@ -20,7 +20,7 @@ fn facade(x: usize, y: usize, dice: &mut Dice) -> [f32; 3] {
 }
 
 fn canvas(size: [usize; 2], hole: impl Fn(usize, usize) -> bool) -> (Canvas, Vec<[f32; 3]>) {
-    let mut dice = Dice::new(3);
+    let mut dice = Rng::new(3);
     let mut canvas = Canvas::new(size);
     for i in 0..size[0] * size[1] {
         let (x, y) = (i % size[0], i / size[0]);

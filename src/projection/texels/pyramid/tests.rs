@@ -1,14 +1,15 @@
-//! Pyramids against plain means over the photo's own texels.
+//! Tests of pyramids against plain means over the photo's own texels.
 
 use super::*;
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
-/// Half of the needed texels hold something: blots of random colours, holes between them.
-pub fn random_sheet(rect: PixelRect, dice: &mut Dice) -> SheetPixels {
+/// Makes a sheet in which half of the needed texels have content: blots of random colours with holes between
+/// them.
+pub fn random_sheet(rect: PixelRect, dice: &mut Rng) -> LayerTexturePixels {
     let blots: Vec<[f64; 3]> = (0..4)
         .map(|_| [dice.unit() * f64::from(rect.w), dice.unit() * f64::from(rect.h), dice.between(1.0, 40.0)])
         .collect();
-    let mut pixels = SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() };
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
     for (y, x) in (0..rect.h).flat_map(|y| (0..rect.w).map(move |x| (f64::from(y), f64::from(x)))) {
         let needed = blots.iter().any(|[bx, by, r]| (x - bx).hypot(1.5 * (y - by)) < *r);
         let visible = needed && (x / 7.0).sin() + (y / 5.0).cos() > -0.7;
@@ -20,8 +21,8 @@ pub fn random_sheet(rect: PixelRect, dice: &mut Dice) -> SheetPixels {
     pixels
 }
 
-fn uniform(rect: PixelRect, colour: [u8; 3], holds: impl Fn(i32, i32) -> bool) -> SheetPixels {
-    let mut pixels = SheetPixels { rect, rgba: Vec::new(), needed: Vec::new() };
+fn uniform(rect: PixelRect, colour: [u8; 3], holds: impl Fn(i32, i32) -> bool) -> LayerTexturePixels {
+    let mut pixels = LayerTexturePixels { rect, rgba: Vec::new(), needed: Vec::new() };
     for (y, x) in (rect.y..rect.bottom()).flat_map(|y| (rect.x..rect.right()).map(move |x| (y, x))) {
         let [r, g, b] = colour;
         pixels.rgba.extend(if holds(x, y) { [r, g, b, 255] } else { [0, 255, 0, 0] });
@@ -31,8 +32,7 @@ fn uniform(rect: PixelRect, colour: [u8; 3], holds: impl Fn(i32, i32) -> bool) -
 }
 
 fn texel(level: &Level, x: i32, y: i32) -> [u8; 4] {
-    let inside =
-        (level.rect.x..level.rect.right()).contains(&x) && (level.rect.y..level.rect.bottom()).contains(&y);
+    let inside = level.rect.contains(x, y);
     let at = level.index(x.max(level.rect.x), y.max(level.rect.y));
     if inside { level.rgba[at..at + 4].try_into().expect("four bytes") } else { [0; 4] }
 }
@@ -62,7 +62,7 @@ fn one_colour_stays_that_colour_at_every_level_and_two_texels_beyond() {
 #[test]
 fn level_0_is_the_photo_bit_for_bit() {
     let rect = PixelRect { w: 40, h: 50, ..SQUARE };
-    let pixels = random_sheet(rect, &mut Dice::new(4));
+    let pixels = random_sheet(rect, &mut Rng::new(4));
     let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
     assert_eq!(pyramid.covered, pixels.needed.iter().map(|&needed| u64::from(needed)).sum::<u64>());
     for (i, expected) in pixels.rgba.as_chunks::<4>().0.iter().enumerate() {
@@ -85,8 +85,8 @@ fn black_and_white_make_half_the_light() {
     }
 }
 
-/// Mean light and confidence of the content of level 0 within a texel of `level`, and the share of the
-/// texel that is content.
+/// Computes the mean light and confidence of the content of level 0 within a texel of `level`; `None` where
+/// there is no content.
 fn mean(first: &Level, level: u32, x: i32, y: i32) -> Option<([f32; 3], f32)> {
     let side = 1 << level;
     let (mut sum, mut trust, mut count) = ([0.0f32; 3], 0.0, 0.0);
@@ -104,7 +104,7 @@ fn mean(first: &Level, level: u32, x: i32, y: i32) -> Option<([f32; 3], f32)> {
 
 #[test]
 fn every_level_is_the_mean_of_what_is_there_and_of_nothing_else() {
-    let mut dice = Dice::new(12);
+    let mut dice = Rng::new(12);
     for _ in 0..4 {
         let pixels = random_sheet(SQUARE, &mut dice);
         let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
@@ -135,7 +135,8 @@ fn a_sheet_that_is_longer_than_wide_is_halved_until_one_texel_is_left() {
 
 #[test]
 fn an_empty_sheet_has_empty_levels() {
-    let pixels = SheetPixels { rect: PixelRect { w: 0, h: 0, ..SQUARE }, rgba: vec![], needed: vec![] };
+    let pixels =
+        LayerTexturePixels { rect: PixelRect { w: 0, h: 0, ..SQUARE }, rgba: vec![], needed: vec![] };
     let pyramid = pyramid(SQUARE, &pixels, &PyramidOptions::default());
     assert!(pyramid.levels.iter().all(|level| level.content.is_empty() && level.rgba.is_empty()));
 }

@@ -1,25 +1,25 @@
-//! Page tables against what they should say, over random sequences of views.
+//! Tests of page tables against their definition, over random sequences of views.
 
 use super::*;
 use crate::projection::pyramid::tests::random_sheet;
 use crate::projection::pyramid::{PyramidOptions, pyramid};
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 const SIZES: [[u32; 2]; 6] = [[512, 256], [128, 128], [64, 512], [32, 16], [256, 256], [1, 2]];
 
 fn rects() -> impl Iterator<Item = PixelRect> {
-    SIZES.into_iter().map(|[w, h]| PixelRect { x: 0, y: 0, w, h })
+    SIZES.into_iter().map(|[w, h]| PixelRect::of_size(w, h))
 }
 
-fn random_occupancy(rect: PixelRect, dice: &mut Dice) -> Occupancy {
+fn random_occupancy(rect: PixelRect, dice: &mut Rng) -> Occupancy {
     Occupancy::of(&pyramid(rect, &random_sheet(rect, dice), &PyramidOptions::default()))
 }
 
-fn all_wants() -> Vec<Want> {
-    (0..SIZES.len() as u32).map(|sheet| Want::all(SheetId(sheet))).collect()
+fn all_wants() -> Vec<TileRequest> {
+    (0..SIZES.len() as u32).map(|sheet| TileRequest::all(LayerTextureId(sheet))).collect()
 }
 
-fn random_want(dice: &mut Dice) -> Want {
+fn random_want(dice: &mut Rng) -> TileRequest {
     let sheet = dice.whole(0, SIZES.len() as u32 - 1);
     let rect = PixelRect {
         x: dice.whole(0, 300) as i32 - 50,
@@ -27,10 +27,10 @@ fn random_want(dice: &mut Dice) -> Want {
         w: dice.whole(1, 300),
         h: dice.whole(1, 300),
     };
-    Want { sheet: SheetId(sheet), finest: dice.whole(0, 4), rect }
+    TileRequest { sheet: LayerTextureId(sheet), finest: dice.whole(0, 4), rect }
 }
 
-/// What the entry of a tile should be: the nearest resident one of it and its ancestors.
+/// Returns the expected entry of a tile: the nearest resident one of the tile and its ancestors.
 fn expected(book: &Residency, key: TileKey) -> u32 {
     let (shape, Some(occupancy)) = (book.shape(key.sheet), book.occupancy(key.sheet)) else { return NOTHING };
     if !occupancy.holds(key.level, key.x, key.y) {
@@ -47,12 +47,12 @@ fn expected(book: &Residency, key: TileKey) -> u32 {
 }
 
 fn check(book: &mut Residency, entries: &mut [u32]) {
-    // As a device gets them: only what is said to have changed.
+    // The copy is updated like a device's: only in the ranges reported as changed.
     for range in book.write_entries() {
         entries[range.clone()].copy_from_slice(&book.entries()[range]);
     }
     let mut slots: Vec<u32> = Vec::new();
-    for sheet in (0..SIZES.len() as u32).map(SheetId) {
+    for sheet in (0..SIZES.len() as u32).map(LayerTextureId) {
         let (shape, record) = (book.shape(sheet), book.records()[sheet.0 as usize]);
         slots.extend(book.resident_of(sheet).iter().filter_map(|key| book.slot(*key)));
         for level in 0..shape.levels() {
@@ -73,7 +73,7 @@ fn check(book: &mut Residency, entries: &mut [u32]) {
 #[test]
 fn page_tables_lead_to_the_nearest_resident_tile_whatever_happened_before() {
     for seed in 0..6 {
-        let mut dice = Dice::new(seed);
+        let mut dice = Rng::new(seed);
         let mut book = Residency::new(rects());
         let mut entries = book.entries().to_vec();
         for step in 0..60 {
@@ -85,10 +85,11 @@ fn page_tables_lead_to_the_nearest_resident_tile_whatever_happened_before() {
                 1 | 2 => {
                     let sheet = dice.whole(0, SIZES.len() as u32 - 1);
                     let rect = rects().nth(sheet as usize).expect("there is one");
-                    book.learn(SheetId(sheet), random_occupancy(rect, &mut dice));
+                    book.learn(LayerTextureId(sheet), random_occupancy(rect, &mut dice));
                 }
                 _ => {
-                    let wants: Vec<Want> = (0..dice.whole(1, 5)).map(|_| random_want(&mut dice)).collect();
+                    let wants: Vec<TileRequest> =
+                        (0..dice.whole(1, 5)).map(|_| random_want(&mut dice)).collect();
                     let (chosen, _) = book.choose(&wants, book.capacity());
                     book.enter(&chosen);
                     assert!(chosen.iter().all(|key| book.slot(*key).is_some()), "step {step}");
@@ -102,10 +103,10 @@ fn page_tables_lead_to_the_nearest_resident_tile_whatever_happened_before() {
 #[test]
 fn with_room_for_the_tails_every_occupied_tile_is_served_at_some_level() {
     for slots in [6, 10, 25, 70] {
-        let mut dice = Dice::new(u64::from(slots));
+        let mut dice = Rng::new(u64::from(slots));
         let mut book = Residency::new(rects());
         book.grow(0..slots);
-        for (sheet, rect) in (0..).map(SheetId).zip(rects()) {
+        for (sheet, rect) in (0..).map(LayerTextureId).zip(rects()) {
             book.learn(sheet, random_occupancy(rect, &mut dice));
         }
         let (chosen, wanted) = book.choose(&all_wants(), slots);
@@ -113,7 +114,7 @@ fn with_room_for_the_tails_every_occupied_tile_is_served_at_some_level() {
         book.enter(&chosen);
         let mut entries = book.entries().to_vec();
         check(&mut book, &mut entries);
-        for (sheet, record) in (0..).map(SheetId).zip(book.records()) {
+        for (sheet, record) in (0..).map(LayerTextureId).zip(book.records()) {
             let occupancy = book.occupancy(sheet).expect("it was learnt");
             for level in 0..record.tail {
                 let columns = book.shape(sheet).tiles(level)[0];
@@ -128,20 +129,20 @@ fn with_room_for_the_tails_every_occupied_tile_is_served_at_some_level() {
 #[test]
 fn what_was_not_wanted_for_longest_leaves_first() {
     let mut book = Residency::new(rects());
-    let mut dice = Dice::new(1);
-    for (sheet, rect) in (0..).map(SheetId).zip(rects()) {
+    let mut dice = Rng::new(1);
+    for (sheet, rect) in (0..).map(LayerTextureId).zip(rects()) {
         book.learn(sheet, random_occupancy(rect, &mut dice));
     }
-    let wants = |sheet| [Want::all(SheetId(sheet))];
+    let wants = |sheet| [TileRequest::all(LayerTextureId(sheet))];
     let count = |book: &Residency, sheet| book.tiles(&wants(sheet)[0], 0).len() as u32;
     book.grow(0..count(&book, 0) + count(&book, 1));
     for sheet in [1, 0] {
         let (chosen, _) = book.choose(&wants(sheet), book.capacity());
         book.enter(&chosen);
     }
-    assert!(book.all_there(&wants(1)), "a look at it is a use of it");
-    assert!(!book.all_there(&wants(4)));
+    assert!(book.is_resident(&wants(1)), "a look at it is a use of it");
+    assert!(!book.is_resident(&wants(4)));
     let (chosen, _) = book.choose(&wants(3), book.capacity());
     book.enter(&chosen);
-    assert!(book.all_there(&wants(1)) && book.all_there(&wants(3)) && !book.all_there(&wants(0)));
+    assert!(book.is_resident(&wants(1)) && book.is_resident(&wants(3)) && !book.is_resident(&wants(0)));
 }

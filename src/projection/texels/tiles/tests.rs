@@ -1,26 +1,26 @@
-//! Tiles against the levels that they are cut from.
+//! Tests of tiles against the levels that they are cut from.
 
 use super::*;
-use crate::projection::SheetPixels;
+use crate::projection::LayerTexturePixels;
 use crate::projection::pyramid::tests::random_sheet;
 use crate::projection::pyramid::{PyramidOptions, pyramid};
-use crate::scene::synthetic::Dice;
+use crate::scene::synthetic::Rng;
 
 const RECT: PixelRect = PixelRect { x: 5, y: -9, w: 256, h: 128 };
 
 fn random_pyramid(seed: u64) -> Pyramid {
-    let pixels = random_sheet(RECT, &mut Dice::new(seed));
+    let pixels = random_sheet(RECT, &mut Rng::new(seed));
     pyramid(RECT, &pixels, &PyramidOptions::default())
 }
 
 fn slot(pyramid: &Pyramid, level: u32, x: u32, y: u32) -> Vec<[u8; 4]> {
     let row_bytes = 4 * SLOT as usize;
     let mut slot = vec![77; row_bytes * SLOT as usize];
-    pyramid.cut(TileKey { sheet: SheetId(0), level, x, y }, &mut slot, row_bytes);
+    pyramid.cut(TileKey { sheet: LayerTextureId(0), level, x, y }, &mut slot, row_bytes);
     slot.as_chunks().0.to_vec()
 }
 
-/// A texel of a slot, counted from its corner.
+/// Returns a texel of a slot, counted from its corner.
 fn at(slot: &[[u8; 4]], x: u32, y: u32) -> [u8; 4] {
     slot[(y * SLOT + x) as usize]
 }
@@ -33,7 +33,7 @@ fn gutters_are_the_neighbours_own_texels() {
             let [columns, rows] = pyramid.shape.tiles(level);
             for (y, x) in (0..rows).flat_map(|y| (1..columns).map(move |x| (y, x))) {
                 let (left, right) = (slot(&pyramid, level, x - 1, y), slot(&pyramid, level, x, y));
-                // Four columns are in both.
+                // Four columns are in both slots.
                 let shared = |i: u32| (i % (2 * GUTTER), i / (2 * GUTTER));
                 let shared = (0..2 * GUTTER * SLOT).map(shared);
                 assert!(shared.clone().all(|(i, j)| at(&left, TILE + i, j) == at(&right, i, j)));
@@ -57,12 +57,12 @@ fn a_tile_is_occupied_where_a_filtered_lookup_can_find_content() {
             let mut count = 0;
             for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
                 let slot = slot(&pyramid, level, x, y);
-                // The outermost texel of the gutter is out of a lookup's reach.
+                // The outermost texel of the gutter is beyond the reach of lookups.
                 let inner = (1..SLOT - 1).flat_map(|j| (1..SLOT - 1).map(move |i| (i, j)));
                 let found = inner.clone().any(|(i, j)| at(&slot, i, j)[3] > 0);
                 assert_eq!(occupancy.holds(level, x, y), found, "{x}, {y} of level {level}");
                 count += u64::from(found);
-                // What holds something is held by its parent, too: page tables fall back to it.
+                // The parent of an occupied tile is occupied, too, because page tables fall back to it.
                 let parents = pyramid.shape.tiles(level + 1);
                 let parent = [(x / 2).min(parents[0] - 1), (y / 2).min(parents[1] - 1)];
                 assert!(!found || occupancy.holds(level + 1, parent[0], parent[1]));
@@ -106,20 +106,20 @@ fn the_tail_holds_its_levels_with_their_gutters() {
 
 #[test]
 fn shapes_follow_from_the_sides() {
-    let shape = Shape::of(PixelRect { x: 0, y: 0, w: 512, h: 16 });
+    let shape = Shape::of(PixelRect::of_size(512, 16));
     assert_eq!((shape.levels(), shape.tail()), (10, 4));
     assert_eq!(shape.size(2), [128, 4]);
     assert_eq!((shape.tiles(0), shape.tiles(2), shape.tiles(3)), ([8, 1], [2, 1], [1, 1]));
     assert_eq!(shape.entries(), 8 + 4 + 2 + 7);
     assert_eq!((shape.halves(3), shape.halves(4)), ([true, true], [true, false]));
-    let dot = Shape::of(PixelRect { x: 0, y: 0, w: 1, h: 1 });
+    let dot = Shape::of(PixelRect::of_size(1, 1));
     assert_eq!((dot.levels(), dot.tail(), dot.entries()), (1, 0, 1));
 }
 
 #[test]
 fn only_tiles_that_differ_are_not_the_same() {
-    let mut pixels = random_sheet(RECT, &mut Dice::new(1));
-    let make = |pixels: &SheetPixels| pyramid(RECT, pixels, &PyramidOptions::default());
+    let mut pixels = random_sheet(RECT, &mut Rng::new(1));
+    let make = |pixels: &LayerTexturePixels| pyramid(RECT, pixels, &PyramidOptions::default());
     let before = make(&pixels);
     let texel = pixels.rgba.chunks(4).position(|texel| texel[3] > 0).expect("there is content");
     pixels.rgba[4 * texel] ^= 0xff;
@@ -127,14 +127,14 @@ fn only_tiles_that_differ_are_not_the_same() {
     let tile = [texel as u32 % RECT.w / TILE, texel as u32 / RECT.w / TILE];
     let [columns, rows] = before.shape.tiles(0);
     for (y, x) in (0..rows).flat_map(|y| (0..columns).map(move |x| (y, x))) {
-        let key = TileKey { sheet: SheetId(0), level: 0, x, y };
+        let key = TileKey { sheet: LayerTextureId(0), level: 0, x, y };
         assert!(before.same_tile(&before, key));
         assert_eq!(before.same_tile(&after, key), slot(&before, 0, x, y) == slot(&after, 0, x, y));
         assert!([x, y] != tile || !before.same_tile(&after, key));
     }
 }
 
-/// Tiles of level 0 that a rectangle needs, and those next to it.
+/// Counts the tiles of level 0 that a rectangle needs, including adjacent ones.
 fn tiles_of(rect: PixelRect, needed: PixelRect) -> i32 {
     let near = needed.grown(1).intersection(&rect);
     let count = |low: i32, high: i32| (high - 1) / TILE as i32 - low / TILE as i32 + 1;
@@ -143,13 +143,13 @@ fn tiles_of(rect: PixelRect, needed: PixelRect) -> i32 {
 
 #[test]
 fn a_sheet_is_moved_to_where_it_takes_fewer_tiles_and_keeps_what_is_needed_with_its_gutter() {
-    let mut dice = Dice::new(12);
+    let mut dice = Rng::new(12);
     let (mut before, mut after) = (0, 0);
     for _ in 0..2000 {
-        let side = |dice: &mut Dice| 1 << dice.whole(0, 12);
-        let at = |dice: &mut Dice| dice.whole(0, 5000) as i32 - 1000;
+        let side = |dice: &mut Rng| 1 << dice.whole(0, 12);
+        let at = |dice: &mut Rng| dice.whole(0, 5000) as i32 - 1000;
         let rect = PixelRect { x: at(&mut dice), y: at(&mut dice), w: side(&mut dice), h: side(&mut dice) };
-        let share = |dice: &mut Dice, side: u32| {
+        let share = |dice: &mut Rng, side: u32| {
             let (a, b) = (dice.whole(0, side - 1), dice.whole(0, side - 1));
             [a.min(b) as i32, a.max(b) as i32 + 1]
         };
@@ -166,7 +166,7 @@ fn a_sheet_is_moved_to_where_it_takes_fewer_tiles_and_keeps_what_is_needed_with_
         assert!(tiles_of(moved, needed) <= tiles_of(rect, needed), "{rect:?} {needed:?} {moved:?}");
     }
     assert!(f64::from(after) < 0.97 * f64::from(before), "{after} of {before} tiles");
-    let rect = PixelRect { x: 0, y: 0, w: 256, h: 256 };
+    let rect = PixelRect::of_size(256, 256);
     let nothing = PixelRect { x: 9, y: 9, w: 0, h: 0 };
     assert_eq!(in_few_tiles(rect, nothing), rect);
 }

@@ -1,26 +1,26 @@
-//! The blocks that came to PSD with later versions: a key, a length, and what only some readers know.
+//! Reads the additional blocks of layers in a PSD: a key, a length, and content that only some readers know.
 
 use super::{Kind, names};
 use crate::error::Result;
 use crate::io::layered::bytes::Cursor;
 
-/// One block.
+/// An additional block.
 pub struct Block<'f> {
     pub key: [u8; 4],
     pub content: Cursor<'f>,
 }
 
-/// Keys whose lengths are wider in a PSB.
+/// Keys of blocks whose lengths are wider in a PSB.
 const WIDE: [&[u8; 4]; 13] = [
     b"LMsk", b"Lr16", b"Lr32", b"Layr", b"Mt16", b"Mt32", b"Mtrn", b"Alph", b"FMsk", b"lnk2", b"FEid",
     b"FXid", b"PxSD",
 ];
 
-/// The next block; none at the end. Writers disagree on the padding between blocks (none, to 2, to 4
-/// bytes), so up to three zeros are passed over.
+/// Reads the next block; `None` at the end. Writers disagree on the padding between blocks (none, to 2, to 4
+/// bytes), so up to three zeros are skipped.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when there is something else.
+/// [`crate::Error::Input`] when something else follows.
 pub fn next_block<'f>(cursor: &mut Cursor<'f>, kind: Kind) -> Result<Option<Block<'f>>> {
     const HEADER: u64 = 12;
     let mut padding = 0;
@@ -33,7 +33,7 @@ pub fn next_block<'f>(cursor: &mut Cursor<'f>, kind: Kind) -> Result<Option<Bloc
     }
     let signature: [u8; 4] = cursor.clone().array()?;
     if !matches!(&signature, b"8BIM" | b"8B64") {
-        return Err(cursor.damaged(format!("{} was found, 8BIM was expected", readable(&signature))));
+        return Err(cursor.damaged(format!("found {}, expected 8BIM", readable(&signature))));
     }
     cursor.skip(4)?;
     let key: [u8; 4] = cursor.array()?;
@@ -46,37 +46,37 @@ fn readable(bytes: &[u8]) -> String {
     format!("\"{}\"", bytes.escape_ascii())
 }
 
-/// What the blocks of one layer say.
+/// The properties of a layer from its blocks.
 #[derive(Debug, Default)]
 pub struct Extras {
     /// The name in Unicode.
     pub name: Option<String>,
-    /// What the record is, when it is no plain layer.
+    /// The role of the record in the tree of groups, if it is not a plain layer.
     pub section: Option<Section>,
-    /// Locked against painting: completely, or at least its pixels.
+    /// Whether the layer, or at least its pixels, are locked.
     pub locked: bool,
-    /// Opacity of the pixels without the layer's style; 255 when nothing is said.
+    /// Fill opacity: of the pixels without the layer's style; `None` where it is not stored, which means 255.
     pub fill: Option<u8>,
-    /// A picture that Photoshop computes from no pixels of its own.
+    /// The kind of a layer that Photoshop computes without pixels of its own.
     pub computed: Option<&'static str>,
-    /// What is not understood, as it is said of the layer.
+    /// Features that are not supported, as phrases for messages about the layer.
     pub unknown: Vec<&'static str>,
 }
 
-/// What a record is in the tree of groups.
+/// The role of a record in the tree of groups.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Section {
-    /// Above a group's layers; bears its name, and how it is laid over what is below where that is said.
+    /// The record above a group's layers, which has its name, and its blend mode where that is stored.
     GroupStart(Option<[u8; 4]>),
-    /// Below a group's layers.
+    /// The record below a group's layers.
     GroupEnd,
 }
 
 impl Extras {
-    /// Takes in one block.
+    /// Reads one block.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when it is shorter than its kind.
+    /// [`crate::Error::Input`] when it is shorter than its kind requires.
     pub fn take(&mut self, block: &mut Block) -> Result<()> {
         let content = &mut block.content;
         match &block.key {

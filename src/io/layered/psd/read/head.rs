@@ -1,4 +1,4 @@
-//! What stands in front of the layers: size, kind of pixels, colour profile, document key.
+//! Reads the parts of a PSD before the layers: size, colour mode, colour profile, document key.
 
 use super::{Kind, SIGNATURE};
 use crate::error::{Error, Result};
@@ -6,16 +6,16 @@ use crate::io::layered::Depth;
 use crate::io::layered::bytes::{Cursor, FileBytes};
 use crate::io::layered::place::is_canvas;
 
-/// The header and those resources that matter.
+/// The header and the resources that are needed.
 #[derive(Debug)]
 pub struct Head {
     pub kind: Kind,
     pub width: u32,
     pub height: u32,
     pub depth: Depth,
-    /// Channels of the merged picture.
+    /// Number of channels of the merged picture.
     pub channels: u16,
-    /// One channel of colour instead of three.
+    /// Whether there is one channel of colour instead of three.
     pub grey: bool,
     pub icc: Option<Vec<u8>>,
     pub key: Option<String>,
@@ -23,10 +23,10 @@ pub struct Head {
 }
 
 impl Head {
-    /// Reads up to the section of the layers.
+    /// Reads up to the layer section.
     ///
     /// # Errors
-    /// [`Error::Input`] when it is damaged, or of a kind that is not read.
+    /// [`Error::Input`] when the file is damaged, or of an unsupported kind.
     pub fn read(cursor: &mut Cursor, bytes: &FileBytes) -> Result<Self> {
         let mut head = Self::header(cursor, bytes)?;
         let colour_table = cursor.u32()?;
@@ -52,7 +52,7 @@ impl Head {
         let depth = match cursor.u16()? {
             8 => Depth::Eight,
             16 => Depth::Sixteen,
-            bits => return Err(not_read(bytes, 22, format!("{bits} bits a channel"))),
+            bits => return Err(not_read(bytes, 22, format!("{bits} bits per channel"))),
         };
         let grey = match cursor.u16()? {
             1 => true,
@@ -69,8 +69,9 @@ impl Head {
             let signature: [u8; 4] = resources.array()?;
             if !signature.iter().all(u8::is_ascii_alphanumeric) {
                 let what = signature.escape_ascii();
-                self.notes
-                    .push(format!("byte {at}: \"{what}\" instead of a resource; what follows is left out"));
+                self.notes.push(format!(
+                    "byte {at}: \"{what}\" instead of a resource; the rest of the resources is left out"
+                ));
                 return Ok(());
             }
             let id = resources.u16()?;
@@ -100,8 +101,8 @@ impl Head {
 }
 
 fn not_read(bytes: &FileBytes, at: u64, found: String) -> Error {
-    let remedy = "convert the image to RGB with 8 or 16 bits a channel in the editor, and save it again";
-    let expected = format!("{found}; RGB or grey with 8 or 16 bits is read");
+    let remedy = "convert the image to RGB with 8 or 16 bits per channel in the editor, and save it again";
+    let expected = format!("{found}; only RGB or grey with 8 or 16 bits can be read");
     Error::input(bytes.path(), format!("byte {at}"), expected, remedy)
 }
 
@@ -118,7 +119,7 @@ fn colour_mode(mode: u16) -> String {
     name.to_owned()
 }
 
-/// The text of `dc:identifier`, as an element (as it is written here and by GIMP) or as an attribute.
+/// Returns the text of `dc:identifier`, as an element (as this program and GIMP write it) or as an attribute.
 fn key_in_xmp(xmp: &[u8]) -> Result<Option<String>, String> {
     const DUBLIN_CORE: &str = "http://purl.org/dc/elements/1.1/";
     let text = std::str::from_utf8(xmp).map_err(|error| error.to_string())?;

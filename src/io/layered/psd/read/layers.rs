@@ -1,4 +1,4 @@
-//! From records to layers: groups become names, channels become pixels when they are asked for.
+//! Converts records to layers: groups become names, channels become pixels when they are requested.
 
 use std::sync::Arc;
 
@@ -12,15 +12,15 @@ use super::records::{Channel, MaskRecord, Record};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::{GroupTraits, OpenGroups};
+use crate::io::layered::groups::{GroupProperties, OpenGroups};
 use crate::io::layered::{Blend, Depth, EditedLayer, EditedMask, Grey, Lazy, Raster};
 use crate::scene::Samples;
 
 const ALPHA: i16 = -1;
 const MASK: i16 = -2;
 
-/// The layers of `records`, both from the bottom to the top.
-pub fn of_records(
+/// Converts `records` to layers, both from bottom to top.
+pub fn from_records(
     records: Vec<Record>,
     head: &Head,
     bytes: &Arc<FileBytes>,
@@ -40,9 +40,14 @@ pub fn of_records(
     layers
 }
 
-fn group_traits(record: &Record, blend: Option<[u8; 4]>, head: &Head, bytes: &Arc<FileBytes>) -> GroupTraits {
+fn group_traits(
+    record: &Record,
+    blend: Option<[u8; 4]>,
+    head: &Head,
+    bytes: &Arc<FileBytes>,
+) -> GroupProperties {
     let blend = blend.unwrap_or(record.blend);
-    GroupTraits {
+    GroupProperties {
         name: record.name.clone(),
         visible: record.visible,
         opacity: f32::from(record.opacity) / 255.0,
@@ -86,7 +91,7 @@ fn layer(
     })
 }
 
-/// Photoshop draws a vector mask into the mask's channel, too, where the layer has both.
+/// Returns whether the vector mask is included in the mask's channel, which is so where a layer has both.
 fn is_drawn_as_mask(record: &Record, what: &str) -> bool {
     what == "its vector mask" && record.channel(MASK).is_some()
 }
@@ -117,7 +122,7 @@ fn edited_mask(record: &Record, mask: MaskRecord, head: &Head, bytes: &Arc<FileB
         rect: mask.rect,
         outside,
         enabled: mask.enabled,
-        pixels: Lazy::new(read).with_code(code),
+        pixels: Lazy::new(read).with_stored_hash(code),
     })
 }
 
@@ -128,7 +133,8 @@ fn negative(samples: Samples) -> Samples {
     }
 }
 
-/// Grey is read once and repeated; a layer without alpha is opaque.
+/// Returns the pixels of a layer, to be read on request. Grey is read once and repeated; a layer without
+/// alpha is opaque.
 fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> {
     let colours: &[i16] = if head.grey { &[0] } else { &[0, 1, 2] };
     let found: Vec<Option<Channel>> = colours.iter().map(|id| record.channel(*id)).collect();
@@ -145,24 +151,27 @@ fn pixels(record: &Record, head: &Head, bytes: &Arc<FileBytes>) -> Lazy<Raster> 
             return Ok(Raster::blank(w, h, coding.depth));
         }
         let colours: Option<Vec<Channel>> = found.iter().copied().collect();
-        let colours = colours.ok_or_else(|| bytes.damaged(at, "a layer that lacks a channel of colour"))?;
+        let colours =
+            colours.ok_or_else(|| bytes.damaged(at, "a layer without all of its colour channels"))?;
         let channels: Vec<Channel> = colours.into_iter().chain(alpha).collect();
         let planes = channels.par_iter().map(|channel| read_plane(&bytes, *channel, w, h, coding));
         let mut planes = planes.collect::<Result<Vec<_>>>()?;
         let alpha = alpha.and_then(|_| planes.pop());
-        Ok(Raster::new(w, h, woven(&planes, alpha.as_ref(), coding.depth)))
+        Ok(Raster::new(w, h, interleaved(&planes, alpha.as_ref(), coding.depth)))
     };
-    Lazy::new(read).with_code(code)
+    Lazy::new(read).with_stored_hash(code)
 }
 
-/// R, G, B, A per pixel from one plane of grey or three of colour.
-fn woven(colours: &[Samples], alpha: Option<&Samples>, depth: Depth) -> Samples {
+/// Interleaves one plane of grey or three of colour to R, G, B, A per pixel.
+fn interleaved(colours: &[Samples], alpha: Option<&Samples>, depth: Depth) -> Samples {
     let last = colours.len() - 1;
     let of = |channel: usize| &colours[channel.min(last)];
     match depth {
-        Depth::Eight => Samples::U8(weave([0, 1, 2].map(|c| bytes_of(of(c))), alpha.map(bytes_of), u8::MAX)),
+        Depth::Eight => {
+            Samples::U8(interleave([0, 1, 2].map(|c| bytes_of(of(c))), alpha.map(bytes_of), u8::MAX))
+        }
         Depth::Sixteen => {
-            Samples::U16(weave([0, 1, 2].map(|c| words_of(of(c))), alpha.map(words_of), u16::MAX))
+            Samples::U16(interleave([0, 1, 2].map(|c| words_of(of(c))), alpha.map(words_of), u16::MAX))
         }
     }
 }
@@ -175,7 +184,7 @@ fn words_of(samples: &Samples) -> &[u16] {
     if let Samples::U16(samples) = samples { samples } else { &[] }
 }
 
-fn weave<T: Copy>([red, green, blue]: [&[T]; 3], alpha: Option<&[T]>, full: T) -> Vec<T> {
+fn interleave<T: Copy>([red, green, blue]: [&[T]; 3], alpha: Option<&[T]>, full: T) -> Vec<T> {
     let colours = red.iter().zip(green).zip(blue);
     let pixels: Vec<[T; 4]> = match alpha {
         Some(alpha) => colours.zip(alpha).map(|(((r, g), b), a)| [*r, *g, *b, *a]).collect(),

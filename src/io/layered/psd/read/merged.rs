@@ -1,4 +1,5 @@
-//! The merged picture behind the layers. Nothing is taken from it, but it tells whether the file is whole.
+//! Checks the merged picture behind the layers. Its pixels are not used, but it shows whether the file is
+//! complete.
 
 use super::head::Head;
 use crate::error::Result;
@@ -8,17 +9,18 @@ use crate::io::layered::psd::Kind;
 const RAW: u16 = 0;
 const RLE: u16 = 1;
 
-/// What to say of a file that ends before its merged picture does; `cursor` stands in front of that.
+/// Returns a note if the file ends before its merged picture does; `cursor` must be at the start of that
+/// picture.
 pub fn cut_short(cursor: &mut Cursor, head: &Head) -> Option<String> {
     let is_whole = length(cursor, head).is_ok_and(|length| length <= cursor.left());
     (!is_whole).then(|| {
-        "the file ends within its merged picture: it was cut short. All layers are there; save it once more to be \
+        "the file ends within its merged picture: it was cut short. All layers are there; save it again to be \
          sure of them"
             .to_owned()
     })
 }
 
-/// Of its code from where the cursor stands then, in bytes; 0 where the kind of code does not say.
+/// Returns the length of the picture's code in bytes; 0 where the compression method does not tell.
 fn length(cursor: &mut Cursor, head: &Head) -> Result<u64> {
     let rows = u64::from(head.height) * u64::from(head.channels);
     match cursor.u16()? {

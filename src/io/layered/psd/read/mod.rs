@@ -1,7 +1,7 @@
-//! PSD and PSB as image editors write them.
+//! Reads PSD and PSB as image editors write them.
 //!
-//! Read from Adobe's *Photoshop File Formats Specification* (November 2019). First all that is said of the
-//! layers; their pixels stay in the file, each channel as a place and a length.
+//! The reader follows Adobe's *Photoshop File Formats Specification* (November 2019). It reads the properties
+//! of the layers first; their pixels stay in the file, each channel as a position and a length.
 
 mod blocks;
 mod head;
@@ -21,24 +21,24 @@ use crate::error::Result;
 use crate::io::layered::EditedDocument;
 use crate::io::layered::bytes::{Cursor, FileBytes};
 
-/// How every PSD and PSB begins.
+/// The signature of PSD and PSB.
 pub const SIGNATURE: &[u8] = b"8BPS";
 
-/// Reads what a PSD or PSB says, without its pixels.
+/// Reads the structure of a PSD or PSB, without its pixels.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the place when it is damaged or of a kind that is not read (neither RGB
-/// nor grey, neither 8 nor 16 bits), [`crate::Error::Io`].
+/// [`crate::Error::Input`] with the position when the file is damaged or of an unsupported kind (neither RGB
+/// nor grey, neither 8 nor 16 bits); [`crate::Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut cursor = bytes.cursor(0);
     let head = Head::read(&mut cursor, bytes)?;
     let mut notes = head.notes.clone();
     let records = layer_section(&mut cursor, &head)?;
     if records.is_empty() {
-        notes.push("it has no layers: it was flattened, or saved without them".into());
+        notes.push("the file has no layers: it was flattened, or saved without them".into());
     }
     notes.extend(merged::cut_short(&mut cursor, &head));
-    let layers = layers::of_records(records, &head, bytes, &mut notes);
+    let layers = layers::from_records(records, &head, bytes, &mut notes);
     Ok(EditedDocument {
         format: ExportFormat::Psd,
         width: head.width,
@@ -51,7 +51,7 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     })
 }
 
-/// A length that is wider in a PSB.
+/// Reads a length that is wider in a PSB.
 fn wide(cursor: &mut Cursor, kind: Kind) -> Result<u64> {
     match kind {
         Kind::Psd => Ok(cursor.u32()?.into()),
@@ -59,8 +59,8 @@ fn wide(cursor: &mut Cursor, kind: Kind) -> Result<u64> {
     }
 }
 
-/// The records of all layers, from the bottom to the top. With 16 bits Photoshop puts them in a block
-/// `Lr16` behind an empty list; GIMP and Krita do not.
+/// Reads the records of all layers, from bottom to top. With 16 bits Photoshop puts them in a block `Lr16`
+/// behind an empty list; GIMP and Krita do not.
 fn layer_section(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
     let length = wide(cursor, head.kind)?;
     let mut section = cursor.part(length)?;

@@ -1,13 +1,13 @@
-//! Names in a PSD: of layers, in two encodings, and of blending modes.
+//! Reads names in a PSD: of layers, in two encodings, and of blend modes.
 
 use crate::error::Result;
 use crate::io::layered::bytes::Cursor;
 use crate::io::layered::place::tidy_name;
 
-/// A text in UTF-16 behind its number of units.
+/// Reads a text in UTF-16 that follows its number of units.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when the block is too short for it.
+/// [`crate::Error::Input`] when the block is too short.
 pub fn unicode(content: &mut Cursor) -> Result<String> {
     let bytes = u64::from(content.u32()?) * 2;
     let bytes = content.take(bytes)?;
@@ -16,15 +16,15 @@ pub fn unicode(content: &mut Cursor) -> Result<String> {
     Ok(tidy_name(&String::from_utf16_lossy(&units)))
 }
 
-/// The short name, padded with its length to four bytes. Its encoding is not said: UTF-8 where it can
-/// be, else a sign a byte.
+/// Reads the short name, which is padded with its length to four bytes. Its encoding is not stored: it is
+/// read as UTF-8 where possible, else as one character per byte.
 ///
 /// # Errors
 /// As [`unicode`].
 pub fn short(cursor: &mut Cursor) -> Result<String> {
     let length = u64::from(cursor.u8()?);
     let bytes = cursor.take(length)?;
-    // A writer may leave out the padding behind the last thing of a record.
+    // A writer may omit the padding behind the last field of a record.
     let padding = ((length + 1).next_multiple_of(4) - (length + 1)).min(cursor.left());
     cursor.skip(padding)?;
     let text = String::from_utf8(bytes)
@@ -32,7 +32,7 @@ pub fn short(cursor: &mut Cursor) -> Result<String> {
     Ok(tidy_name(&text))
 }
 
-/// What users know a blending mode by.
+/// Returns the name under which users know a blend mode.
 pub fn blend_name(key: [u8; 4]) -> String {
     let name = match &key {
         b"pass" => "pass through",

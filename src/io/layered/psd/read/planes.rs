@@ -1,4 +1,4 @@
-//! Channels of a PSD: as they are, in PackBits row by row, or deflated, with or without prediction.
+//! Reads channels of a PSD: uncompressed, in PackBits row by row, or deflated, with or without prediction.
 
 use std::io::Read;
 
@@ -14,14 +14,14 @@ use crate::io::layered::inflate::can_inflate_to;
 use crate::io::layered::psd::packbits::{shortest_code, unpack_row};
 use crate::scene::Samples;
 
-/// What every channel of a document has in common.
+/// The properties that all channels of a document share.
 #[derive(Debug, Clone, Copy)]
 pub struct Coding {
     pub kind: Kind,
     pub depth: Depth,
 }
 
-/// What a channel says its pixels are coded in.
+// Numbers of the compression methods.
 const RAW: u16 = 0;
 const RLE: u16 = 1;
 const ZIP: u16 = 2;
@@ -30,7 +30,7 @@ const ZIP_PREDICTED: u16 = 3;
 /// Reads a channel of `width` x `height` samples.
 ///
 /// # Errors
-/// [`Error::Input`] with the place when its code does not give so many samples; [`Error::Io`].
+/// [`Error::Input`] with the position when its code does not produce that many samples; [`Error::Io`].
 pub fn read_plane(
     bytes: &FileBytes,
     channel: Channel,
@@ -67,10 +67,10 @@ pub fn read_plane(
     })
 }
 
-/// A hash of the channels' code: of where it is the same, [`read_plane`] gives the same.
+/// Returns a hash of the channels' code: equal hashes mean that [`read_plane`] returns the same.
 ///
 /// # Errors
-/// Those of reading the file.
+/// The errors of reading the file.
 pub fn hash_of_code(
     bytes: &FileBytes,
     channels: &[Channel],
@@ -93,7 +93,7 @@ fn blank(depth: Depth) -> Samples {
     }
 }
 
-/// Predicted samples are differences to their neighbour on the left.
+/// Decodes predicted samples, which are differences to the sample on the left.
 fn summed<T: Copy>(mut samples: Vec<T>, width: u32, kind: u16, add: impl Fn(T, T) -> T) -> Vec<T> {
     if kind == ZIP_PREDICTED {
         for row in samples.chunks_exact_mut(width as usize) {
@@ -146,12 +146,12 @@ impl Code<'_> {
         let code = self.bytes.read(self.at, self.length)?;
         let mut samples = vec![0; expected as usize];
         let read = ZlibDecoder::new(&code[..]).read_exact(&mut samples);
-        read.map_err(|error| self.wrong(format!("it cannot be inflated ({error})")))?;
+        read.map_err(|error| self.wrong(format!("the code cannot be inflated ({error})")))?;
         Ok(samples)
     }
 
     fn too_short(&self, expected: u64) -> Error {
-        self.wrong(format!("{} bytes, at least {expected} were expected", self.length))
+        self.wrong(format!("{} bytes, expected at least {expected}", self.length))
     }
 
     fn wrong(&self, found: String) -> Error {

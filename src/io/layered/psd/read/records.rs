@@ -1,4 +1,4 @@
-//! The list of layers in a PSD, and where the channels of each lie.
+//! Reads the list of layers in a PSD, with the positions of their channels.
 
 use super::blocks::{Extras, next_block};
 use super::head::Head;
@@ -8,16 +8,16 @@ use crate::geometry::PixelRect;
 use crate::io::layered::bytes::Cursor;
 use crate::io::layered::place::rect_at;
 
-/// One entry of the list: a layer, or one of the two ends of a group.
+/// An entry of the list: a layer, or one of the two ends of a group.
 #[derive(Debug)]
 pub struct Record {
-    /// Where it stands in the file.
+    /// The position in the file, in bytes.
     pub at: u64,
     pub rect: PixelRect,
     pub channels: Vec<Channel>,
     pub blend: [u8; 4],
     pub opacity: u8,
-    /// Shown only where the layer below is.
+    /// Whether the layer is clipped to the layer below.
     pub clipped: bool,
     pub visible: bool,
     pub mask: Option<MaskRecord>,
@@ -25,32 +25,32 @@ pub struct Record {
     pub extras: Extras,
 }
 
-/// The code of a channel in the file.
+/// The position of a channel's code in the file.
 #[derive(Debug, Clone, Copy)]
 pub struct Channel {
-    /// 0 red or grey, 1 green, 2 blue, -1 alpha, -2 mask.
+    /// The kind of the channel: 0 red or grey, 1 green, 2 blue, -1 alpha, -2 mask.
     pub id: i16,
     pub at: u64,
     pub length: u64,
 }
 
-/// What a record says of its mask.
+/// A record's mask.
 #[derive(Debug, Clone, Copy)]
 pub struct MaskRecord {
-    /// In canvas pixels.
+    /// Position and size in canvas pixels.
     pub rect: PixelRect,
-    /// Value outside `rect`.
+    /// The value outside `rect`.
     pub outside: u8,
     pub enabled: bool,
     pub inverted: bool,
 }
 
-/// Reads the list; `cursor` holds it, with the channels behind it.
+/// Reads the list; `cursor` contains it and the channels behind it.
 ///
 /// # Errors
-/// [`crate::Error::Input`] when it is damaged, or when the file ends before its channels do.
+/// [`crate::Error::Input`] when the list is damaged, or when the file ends before the channels do.
 pub fn read_records(cursor: &mut Cursor, head: &Head) -> Result<Vec<Record>> {
-    // Negative: the merged picture has an alpha channel.
+    // A negative count means that the merged picture has an alpha channel.
     let count = cursor.i16()?.unsigned_abs();
     let mut records = Vec::new();
     for _ in 0..count {
@@ -73,7 +73,7 @@ impl Record {
         let signature: [u8; 4] = cursor.array()?;
         if &signature != b"8BIM" {
             let what = signature.escape_ascii();
-            return Err(cursor.damaged(format!("\"{what}\" was found in a layer, 8BIM was expected")));
+            return Err(cursor.damaged(format!("\"{what}\" was found in a layer, expected 8BIM")));
         }
         let blend = cursor.array()?;
         let [opacity, clipping, flags, _]: [u8; 4] = cursor.array()?;
@@ -93,13 +93,13 @@ impl Record {
         Ok(Self { at, rect, channels, blend, opacity, clipped, visible, mask, name, extras })
     }
 
-    /// The channel of this number.
+    /// Returns the channel with this id.
     pub fn channel(&self, id: i16) -> Option<Channel> {
         self.channels.iter().copied().find(|channel| channel.id == id)
     }
 }
 
-/// Top, left, bottom, right.
+/// Reads a rectangle, stored as top, left, bottom, right.
 fn read_rect(cursor: &mut Cursor) -> Result<PixelRect> {
     let edges = [cursor.i32()?, cursor.i32()?, cursor.i32()?, cursor.i32()?];
     let [top, left, bottom, right] = edges.map(i64::from);
@@ -107,7 +107,7 @@ fn read_rect(cursor: &mut Cursor) -> Result<PixelRect> {
     rect_at(left, top, right - left, bottom - top).ok_or_else(|| cursor.damaged(found()))
 }
 
-/// Nothing, or 20 bytes; longer ones repeat themselves in more detail.
+/// Reads a mask, which takes 0 or 20 bytes; longer ones repeat themselves in more detail.
 fn read_mask(extra: &mut Cursor, layer: PixelRect) -> Result<Option<MaskRecord>> {
     let length = extra.u32()?;
     let mut content = extra.part(length.into())?;

@@ -1,4 +1,4 @@
-//! How an XCF begins: version, size, kind of pixels.
+//! Reads the header of an XCF: version, size, precision.
 
 use super::SIGNATURE;
 use super::precision::Precision;
@@ -6,19 +6,19 @@ use crate::error::{Error, Result};
 use crate::io::layered::bytes::{Cursor, FileBytes};
 use crate::io::layered::place::is_canvas;
 
-/// The newest version whose every part is known here.
+/// The newest version that is fully known.
 const NEWEST: u32 = 14;
-/// From here on the versions are those of CinePaint, a program of its own.
+/// The first version number of CinePaint, a program of its own.
 const FOREIGN: u32 = 100;
 
-/// The header.
+/// The header of an XCF.
 #[derive(Debug, Clone, Copy)]
 pub struct Head {
     pub version: u32,
     pub width: u32,
     pub height: u32,
     pub precision: Precision,
-    /// Pointers have 8 bytes.
+    /// Whether pointers have 8 bytes.
     pub wide: bool,
 }
 
@@ -26,7 +26,7 @@ impl Head {
     /// Reads up to the properties of the image.
     ///
     /// # Errors
-    /// [`Error::Input`] when it is damaged or of a kind that is not read.
+    /// [`Error::Input`] when the file is damaged or of an unsupported kind.
     pub fn read(cursor: &mut Cursor, bytes: &FileBytes) -> Result<Self> {
         cursor.skip(SIGNATURE.len() as u64)?;
         let version = version(cursor.array()?, bytes)?;
@@ -47,7 +47,7 @@ impl Head {
         Ok(Self { version, width, height, precision, wide: version >= 11 })
     }
 
-    /// What the user should know of it.
+    /// Returns notes for the user about the file.
     pub fn notes(&self) -> Vec<String> {
         let mut notes = Vec::new();
         if self.version > NEWEST {
@@ -64,7 +64,7 @@ impl Head {
 
 const AS_PSD: &str = "export it from GIMP as PSD and import that";
 
-/// Three digits behind a `v` and a NUL; `file` is version 0.
+/// Parses the version: three digits behind a `v` and a NUL; `file` is version 0.
 fn version(mark: [u8; 5], bytes: &FileBytes) -> Result<u32> {
     let number = match &mark {
         b"file\0" => Some(0),

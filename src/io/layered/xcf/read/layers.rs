@@ -1,4 +1,4 @@
-//! Layers, groups and masks of an XCF, each a head with properties and a place of its pixels.
+//! Reads layers, groups and masks of an XCF, each a head with properties and the position of its pixels.
 
 use std::collections::HashMap;
 use std::sync::Arc;
@@ -10,16 +10,16 @@ use super::{modes, pointer, text};
 use crate::error::Result;
 use crate::geometry::PixelRect;
 use crate::io::layered::bytes::FileBytes;
-use crate::io::layered::groups::{Around, GroupTraits};
+use crate::io::layered::groups::{GroupContext, GroupProperties};
 use crate::io::layered::place::rect_at;
 use crate::io::layered::{EditedLayer, EditedMask, Lazy};
 
-/// Reads all layers; `places` are theirs from the top, the result begins at the bottom.
+/// Reads all layers; `places` are their positions from top to bottom, the result is from bottom to top.
 ///
 /// # Errors
 /// [`crate::Error::Input`] when one of them is damaged.
 pub fn read_all(
-    places: &[u64],
+    positions: &[u64],
     head: &Head,
     image: &Properties,
     bytes: &Arc<FileBytes>,
@@ -29,8 +29,8 @@ pub fn read_all(
     let mut reader =
         Reader { head, compression: image.compression, colours, bytes, tree: Tree::default(), notes };
     let mut layers = Vec::new();
-    for place in places {
-        layers.extend(reader.layer(*place)?);
+    for position in positions {
+        layers.extend(reader.layer(*position)?);
     }
     layers.reverse();
     Ok(layers)
@@ -46,16 +46,18 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// The layer at byte `place`; none when it is a group or a floating selection.
-    fn layer(&mut self, place: u64) -> Result<Option<EditedLayer>> {
+    /// Reads the layer at byte `place`; `None` when it is a group or a floating selection.
+    fn layer(&mut self, position: u64) -> Result<Option<EditedLayer>> {
         let wide = self.head.wide;
-        let mut cursor = self.bytes.cursor(place);
-        let (width, height, kind) = (cursor.u32()?, cursor.u32()?, cursor.u32()?);
+        let mut cursor = self.bytes.cursor(position);
+        let width = cursor.u32()?;
+        let height = cursor.u32()?;
+        let kind = cursor.u32()?;
         let name = text(&mut cursor)?;
         let properties = Properties::read(&mut cursor, wide)?;
         let (hierarchy, mask) = (pointer(&mut cursor, wide)?, pointer(&mut cursor, wide)?);
         if properties.floating.is_some() {
-            let what = "is a floating selection; anchor it in GIMP to have it read";
+            let what = "is a floating selection; anchor it in GIMP, so that it is read";
             self.notes.push(format!("layer \"{name}\" {what}"));
             return Ok(None);
         }
@@ -66,10 +68,10 @@ impl Reader<'_> {
             return Ok(None);
         }
         let model = Model::of(kind)
-            .ok_or_else(|| self.bytes.damaged(place + 8, format!("layer kind {kind}, expected 0 to 5")))?;
+            .ok_or_else(|| self.bytes.damaged(position + 8, format!("layer kind {kind}, expected 0 to 5")))?;
         let (x, y) = properties.offset;
         let rect = rect_at(x.into(), y.into(), width.into(), height.into()).ok_or_else(|| {
-            self.bytes.damaged(place, format!("a layer of {width} x {height} pixels at ({x}, {y})"))
+            self.bytes.damaged(position, format!("a layer of {width} x {height} pixels at ({x}, {y})"))
         })?;
         let table = self.table(hierarchy, rect, model)?;
         let same = table.clone();
@@ -85,12 +87,13 @@ impl Reader<'_> {
             groups: around.names,
             id: properties.layer,
             locked: properties.locked,
-            pixels: Lazy::new(move || table.raster()).with_code(move || same.hash_of_code()),
+            pixels: Lazy::new(move || table.raster()).with_stored_hash(move || same.hash_of_code()),
             name,
         }))
     }
 
-    /// From version 20 on, filters that are computed anew each time hang on a layer.
+    /// Reports filters of a layer, which files have from version 20 on and which GIMP computes anew each
+    /// time.
     fn note_effects(&mut self, cursor: &mut crate::io::layered::bytes::Cursor, name: &str) -> Result<()> {
         const SINCE: u32 = 20;
         if self.head.version >= SINCE && pointer(cursor, self.head.wide)? != 0 {
@@ -109,7 +112,7 @@ impl Reader<'_> {
         let (x, y) = properties.offset;
         let rect = rect_at(x.into(), y.into(), width.into(), height.into());
         let mask = rect.map(|rect| self.mask(mask, rect, properties.apply_mask)).transpose()?.flatten();
-        let group = GroupTraits {
+        let group = GroupProperties {
             name,
             visible: properties.visible,
             opacity: properties.opacity,
@@ -120,22 +123,22 @@ impl Reader<'_> {
         Ok(())
     }
 
-    fn mask(&self, place: u64, rect: PixelRect, enabled: bool) -> Result<Option<EditedMask>> {
-        if place == 0 {
+    fn mask(&self, position: u64, rect: PixelRect, enabled: bool) -> Result<Option<EditedMask>> {
+        if position == 0 {
             return Ok(None);
         }
-        let mut cursor = self.bytes.cursor(place);
+        let mut cursor = self.bytes.cursor(position);
         let (width, height) = (cursor.u32()?, cursor.u32()?);
         if (width, height) != (rect.w, rect.h) {
             let found = format!("a mask of {width} x {height} pixels on a layer of {} x {}", rect.w, rect.h);
-            return Err(self.bytes.damaged(place, found));
+            return Err(self.bytes.damaged(position, found));
         }
         let _name = text(&mut cursor)?;
         Properties::read(&mut cursor, self.head.wide)?;
         let hierarchy = pointer(&mut cursor, self.head.wide)?;
         let table = self.table(hierarchy, rect, Model::Mask)?;
         let same = table.clone();
-        let pixels = Lazy::new(move || table.grey()).with_code(move || same.hash_of_code());
+        let pixels = Lazy::new(move || table.grey()).with_stored_hash(move || same.hash_of_code());
         Ok(Some(EditedMask { rect, outside: 1.0, enabled, pixels }))
     }
 
@@ -145,16 +148,16 @@ impl Reader<'_> {
     }
 }
 
-/// The tree of groups, by the ways through it.
+/// The tree of groups by their paths.
 #[derive(Default)]
 struct Tree {
-    /// How many items outside groups there were.
+    /// The number of items outside groups so far.
     outermost: u32,
-    groups: HashMap<Vec<u32>, GroupTraits>,
+    groups: HashMap<Vec<u32>, GroupProperties>,
 }
 
 impl Tree {
-    /// The way to the next item. GIMP stores it within groups only; outside, items are counted.
+    /// Returns the path of the next item. GIMP stores it within groups only; outside, items are counted.
     fn path_of(&mut self, stored: &[u32]) -> Vec<u32> {
         if stored.len() > 1 {
             return stored.to_vec();
@@ -163,13 +166,13 @@ impl Tree {
         vec![self.outermost - 1]
     }
 
-    /// What the groups on the way do to a layer.
-    fn around(&self, path: &[u32], layer: &str, notes: &mut Vec<String>) -> Around {
+    /// Returns the combined effect of the groups on the path.
+    fn around(&self, path: &[u32], layer: &str, notes: &mut Vec<String>) -> GroupContext {
         let ways = (1..path.len()).map(|length| self.groups.get(&path[..length]));
-        let found: Vec<&GroupTraits> = ways.clone().flatten().collect();
+        let found: Vec<&GroupProperties> = ways.clone().flatten().collect();
         if found.len() < ways.count() {
-            notes.push(format!("layer \"{layer}\" lies in a group that is not in the file"));
+            notes.push(format!("layer \"{layer}\" belongs to a group that is not in the file"));
         }
-        Around::of(found.into_iter())
+        GroupContext::of(found.into_iter())
     }
 }

@@ -1,8 +1,9 @@
-//! XCF as GIMP writes it, versions 0 to 14; later ones as far as their layers are built the same.
+//! Reads XCF as GIMP writes it: versions 0 to 14, and later ones as far as their layers have the same
+//! structure.
 //!
-//! Read from *Documentation of the XCF file format* (`devel-docs/xcf.txt` of GIMP) and from files of GIMP
-//! 2.10. First all that is said of the layers; their pixels stay in the file, each layer as the place of
-//! its table of tiles.
+//! The reader follows *Documentation of the XCF file format* (`devel-docs/xcf.txt` of GIMP) and files of GIMP
+//! 2.10. It reads the properties of the layers first; their pixels stay in the file, each layer as the
+//! position of its table of tiles.
 
 mod head;
 mod layers;
@@ -22,24 +23,24 @@ use crate::error::Result;
 use crate::io::layered::EditedDocument;
 use crate::io::layered::bytes::{Cursor, FileBytes};
 
-/// How every XCF begins; its version follows.
+/// The signature of an XCF, which its version follows.
 pub const SIGNATURE: &[u8] = b"gimp xcf ";
 
-/// Reads what an XCF says, without its pixels.
+/// Reads the structure of an XCF, without its pixels.
 ///
 /// # Errors
-/// [`crate::Error::Input`] with the place when it is damaged, or newer than this reader understands;
+/// [`crate::Error::Input`] with the position when the file is damaged, or newer than this reader supports;
 /// [`crate::Error::Io`].
 pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     let mut cursor = bytes.cursor(0);
     let head = Head::read(&mut cursor, bytes)?;
     let mut notes = head.notes();
     let properties = Properties::read(&mut cursor, head.wide)?;
-    let places = places(&mut cursor, head.wide)?;
-    if places.is_empty() {
-        notes.push("it has no layers".into());
+    let positions = positions(&mut cursor, head.wide)?;
+    if positions.is_empty() {
+        notes.push("the file has no layers".into());
     }
-    let layers = layers::read_all(&places, &head, &properties, bytes, &mut notes)?;
+    let layers = layers::read_all(&positions, &head, &properties, bytes, &mut notes)?;
     let icc = properties.icc;
     Ok(EditedDocument {
         format: ExportFormat::Xcf,
@@ -53,24 +54,24 @@ pub fn read(bytes: &Arc<FileBytes>) -> Result<EditedDocument> {
     })
 }
 
-/// A place in the file: 8 bytes in newer versions, 4 in older ones.
+/// Reads a position in the file: 8 bytes in newer versions, 4 in older ones.
 fn pointer(cursor: &mut Cursor, wide: bool) -> Result<u64> {
     if wide { cursor.u64() } else { Ok(cursor.u32()?.into()) }
 }
 
-/// The places of all layers, from the top, up to a 0.
-fn places(cursor: &mut Cursor, wide: bool) -> Result<Vec<u64>> {
-    let (mut places, mut seen) = (Vec::new(), HashSet::new());
+/// Reads the positions of all layers, from top to bottom, up to a 0.
+fn positions(cursor: &mut Cursor, wide: bool) -> Result<Vec<u64>> {
+    let (mut positions, mut seen) = (Vec::new(), HashSet::new());
     loop {
         match pointer(cursor, wide)? {
-            0 => return Ok(places),
-            place if seen.insert(place) => places.push(place),
-            place => return Err(cursor.damaged(format!("two layers at byte {place}"))),
+            0 => return Ok(positions),
+            position if seen.insert(position) => positions.push(position),
+            position => return Err(cursor.damaged(format!("two layers at byte {position}"))),
         }
     }
 }
 
-/// A text behind its length, closed by a NUL.
+/// Reads a text behind its length, with a trailing NUL.
 fn text(cursor: &mut Cursor) -> Result<String> {
     let length = cursor.u32()?;
     let bytes = cursor.take(length.into())?;

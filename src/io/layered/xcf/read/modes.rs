@@ -1,4 +1,4 @@
-//! The numbers by which GIMP knows how a layer is laid over what is below.
+//! Blend modes by GIMP's numbers.
 
 use crate::io::layered::Blend;
 
@@ -26,7 +26,7 @@ const TWICE: [&str; 16] = [
     "grain merge",
 ];
 
-/// Names of modes as GIMP 2.10 shows them, each run with the number of its first.
+/// Names of modes as GIMP 2.10 shows them, in runs that begin with the given number.
 const RUNS: [(usize, &[&str]); 5] = [
     (1, &["dissolve", "behind", "multiply", "screen", "overlay"]),
     (6, &TWICE),
@@ -70,7 +70,7 @@ fn name(mode: usize) -> Option<&'static str> {
     RUNS.iter().find_map(|(first, names)| names.get(mode.checked_sub(*first)?).copied())
 }
 
-/// How a layer of this mode is laid over what is below; a group that passes through counts as normal.
+/// Returns the blend mode of this number; a group that passes through counts as normal.
 pub fn blend(mode: u32) -> Blend {
     match mode {
         NORMAL_LEGACY | NORMAL | PASS_THROUGH => Blend::Normal,

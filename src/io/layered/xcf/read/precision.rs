@@ -1,23 +1,24 @@
-//! Kinds of samples in an XCF, and how they become 8 or 16 bits with a tone curve.
+//! Sample types of an XCF, and their conversion to 8 or 16 bits with a tone curve.
 
 use std::sync::LazyLock;
 
 use half::f16;
 
 use crate::io::layered::Depth;
-use crate::scene::light::srgb_of_linear;
+use crate::scene::light::srgb_from_linear;
 
-/// How samples are stored.
+/// The encoding of samples.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Precision {
     pub kind: Kind,
-    /// Proportional to light, instead of with a tone curve.
+    /// Whether samples are linear light instead of having a tone curve.
     pub linear: bool,
-    /// Older versions stored what the machine had in memory: the other way round, on all that matter.
+    /// Whether samples are big-endian. Older versions stored the machine's own order, which is little-endian
+    /// on all machines that matter.
     pub big_endian: bool,
 }
 
-/// Type of a sample.
+/// The type of a sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Kind {
     U8,
@@ -29,7 +30,8 @@ pub enum Kind {
 }
 
 impl Precision {
-    /// By the number in the file, whose meaning changed with the version; none when it has no meaning.
+    /// Returns the precision for the number in the file, whose meaning changed with the version; `None` when
+    /// it is unknown.
     pub fn of(version: u32, number: Option<u32>) -> Option<Self> {
         use Kind::{F16, F32, F64, U8, U16, U32};
         let (kind, linear) = match (version, number) {
@@ -61,7 +63,7 @@ impl Precision {
         Some(Self { kind, linear, big_endian: version >= 12 })
     }
 
-    /// Bytes of a sample.
+    /// Returns bytes per sample.
     pub fn bytes(self) -> usize {
         match self.kind {
             Kind::U8 => 1,
@@ -71,12 +73,12 @@ impl Precision {
         }
     }
 
-    /// Of what the samples become: light in 8 bits would lose the shadows when it gets its tone curve.
+    /// Returns the depth to convert to: linear light in 8 bits would lose the shadows with a tone curve.
     pub fn depth(self) -> Depth {
         if self.kind == Kind::U8 && !self.linear { Depth::Eight } else { Depth::Sixteen }
     }
 
-    /// What the user should know of the conversion.
+    /// Returns a note for the user about the conversion; `None` if nothing is lost.
     pub fn note(self) -> Option<String> {
         let kind = match self.kind {
             Kind::U8 | Kind::U16 => "",
@@ -86,11 +88,11 @@ impl Precision {
         let light = if self.linear { "linear-light" } else { "" };
         let what = [kind, light].into_iter().filter(|word| !word.is_empty()).collect::<Vec<_>>();
         (!what.is_empty()).then(|| {
-            format!("its {} pixels are converted to 16 bits with a tone curve, rounded", what.join(" "))
+            format!("the {} pixels are converted to 16 bits with a tone curve and rounded", what.join(" "))
         })
     }
 
-    /// A sample of 16 bits. Colours get the tone curve of sRGB where they are `linear` light.
+    /// Converts a sample to 16 bits. Linear light (`linear`) gets the tone curve of sRGB.
     pub fn sample16(self, bytes: &[u8], linear: bool) -> u16 {
         match self.kind {
             Kind::U8 => curved(u16::from(bytes[0]) * 257, linear),
@@ -114,7 +116,7 @@ impl Precision {
     }
 }
 
-/// Every value of 16 bits with the tone curve.
+/// Every 16-bit value with the tone curve applied.
 static CURVED: LazyLock<Vec<u16>> =
     LazyLock::new(|| (0..=u16::MAX).map(|value| rounded(f64::from(value) / 65535.0, true)).collect());
 
@@ -122,10 +124,10 @@ fn curved(value: u16, linear: bool) -> u16 {
     if linear { CURVED[usize::from(value)] } else { value }
 }
 
-/// Values beyond black and white are clipped; what is no number becomes black.
+/// Rounds to 16 bits. Values beyond black and white are clipped; what is not a number becomes black.
 fn rounded(value: f64, linear: bool) -> u16 {
     let value = value.clamp(0.0, 1.0);
-    ((if linear { srgb_of_linear(value) } else { value }) * 65535.0).round() as u16
+    ((if linear { srgb_from_linear(value) } else { value }) * 65535.0).round() as u16
 }
 
 #[cfg(test)]

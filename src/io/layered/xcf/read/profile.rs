@@ -1,6 +1,6 @@
-//! The colour profile of an image in linear light. GIMP gives such an image a profile of its own, with the
-//! colours of the former one and no tone curve. The pixels are read with sRGB's curve, so the profile gets
-//! that as well.
+//! Corrects the colour profile of an image in linear light. GIMP gives such an image a profile of its own,
+//! with the colours of the former one and no tone curve. The pixels are converted with sRGB's curve, so the
+//! profile gets that curve, too.
 
 use crate::io::layered::srgb::tone_curve;
 
@@ -9,7 +9,8 @@ const ID: std::ops::Range<usize> = 84..100;
 const TAG_COUNT: usize = 128;
 const TAGS: usize = 132;
 
-/// The same profile with the tone curve of sRGB in each channel; as it is when it has none to replace.
+/// Returns the profile with the tone curve of sRGB in each channel; unchanged when it has no curves to
+/// replace.
 pub fn with_tone_curve(mut profile: Vec<u8>) -> Vec<u8> {
     let count = number(&profile, TAG_COUNT).unwrap_or(0) as usize;
     let curve = tone_curve();
@@ -66,7 +67,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_no_profile_stays_as_it_is() {
+    fn data_that_is_no_profile_is_returned_unchanged() {
         for bytes in [vec![], vec![255; 140], vec![7; 131]] {
             assert_eq!(with_tone_curve(bytes.clone()), bytes);
         }

@@ -1,14 +1,14 @@
-//! Properties of the image, of a layer, of a mask: one list of what matters of any of them.
+//! Reads the properties of the image, a layer or a mask into one structure.
 
 use super::{pointer, text};
 use crate::error::Result;
 use crate::io::layered::bytes::Cursor;
 use crate::io::layered::xcf::properties::{KEY_TAG, number, parasite};
 
-/// What a list of properties says; what is missing has its default.
+/// The properties in a list; missing ones have their defaults.
 #[derive(Debug)]
 pub struct Properties {
-    /// 0..=1
+    /// Opacity, 0..=1.
     pub opacity: f32,
     pub mode: u32,
     pub visible: bool,
@@ -16,17 +16,17 @@ pub struct Properties {
     pub apply_mask: bool,
     pub locked: bool,
     pub group: bool,
-    /// The way through the tree: numbers from the top, outermost first. Empty outside groups.
+    /// The path in the tree: numbers from the top, outermost group first. Empty outside groups.
     pub path: Vec<u32>,
-    /// What a floating selection is attached to.
+    /// The position of the drawable that a floating selection is attached to.
     pub floating: Option<u64>,
-    /// How the tiles are coded.
+    /// The number of the tiles' compression method.
     pub compression: u8,
     /// R, G, B of each colour of an indexed image.
     pub colour_map: Vec<[u8; 3]>,
     pub icc: Option<Vec<u8>>,
     pub key: Option<String>,
-    /// The document key as GIMP has it from a PSD.
+    /// The document key in the metadata that GIMP made of a PSD's XMP.
     pub metadata_key: Option<String>,
     pub layer: Option<String>,
 }
@@ -53,25 +53,25 @@ impl Default for Properties {
     }
 }
 
-/// Groups within groups, at most: GIMP's users end far below it.
+/// Maximum depth of groups; GIMP's users nest far less deeply.
 const DEEPEST: u64 = 100;
-/// Bytes of GIMP's metadata that are looked at: with a thumbnail in it, it may be long.
+/// Limit on GIMP's metadata in bytes; with a thumbnail in it, it may be long.
 const LONGEST_METADATA: u64 = 1 << 22;
-/// Bytes of our own parasites, at most.
+/// Limit on this program's own parasites in bytes.
 const LONGEST_TOKEN: u64 = 1000;
 
 impl Properties {
     /// Reads a list to its end.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when it is damaged.
+    /// [`crate::Error::Input`] when the list is damaged.
     pub fn read(cursor: &mut Cursor, wide: bool) -> Result<Self> {
         let mut properties = Self::default();
         loop {
             let (number, length) = (cursor.u32()?, cursor.u32()?);
             match number {
                 number::END => return Ok(properties),
-                // Old versions of GIMP give a wrong length for this one, so it is not believed.
+                // Old versions of GIMP store a wrong length for this property, so it is ignored.
                 number::COLOUR_MAP => properties.colour_map = colour_map(cursor)?,
                 _ => {
                     let mut payload = cursor.part(length.into())?;
@@ -124,7 +124,7 @@ impl Properties {
     }
 }
 
-/// What GIMP keeps of a PSD's XMP. It is nothing that a file is refused for.
+/// Returns the document key from GIMP's metadata. Damage in it is not a reason to refuse a file.
 fn key_in_metadata(data: &mut Cursor) -> Result<Option<String>> {
     let bytes = data.take(data.left().min(LONGEST_METADATA))?;
     let text = String::from_utf8_lossy(&bytes);
@@ -134,7 +134,7 @@ fn key_in_metadata(data: &mut Cursor) -> Result<Option<String>> {
     Ok(key.filter(|key| !key.is_empty()))
 }
 
-/// A short text that may end with a NUL.
+/// Reads a short text that may end with a NUL.
 fn token(data: &mut Cursor) -> Result<Option<String>> {
     let bytes = data.take(data.left().min(LONGEST_TOKEN))?;
     let text = String::from_utf8_lossy(&bytes);
@@ -145,7 +145,7 @@ fn token(data: &mut Cursor) -> Result<Option<String>> {
 fn colour_map(cursor: &mut Cursor) -> Result<Vec<[u8; 3]>> {
     let count = cursor.u32()?;
     if count > 256 {
-        return Err(cursor.damaged(format!("a colour map of {count} colours, 256 is the most")));
+        return Err(cursor.damaged(format!("a colour map of {count} colours; the maximum is 256")));
     }
     let bytes = cursor.take(3 * u64::from(count))?;
     let (colours, _) = bytes.as_chunks::<3>();

@@ -1,4 +1,4 @@
-//! The pixels of a layer or mask: a table of tiles of 64 x 64, coded in one of three ways.
+//! Reads the pixels of a layer or mask: a table of tiles of 64 x 64 pixels, encoded in one of three ways.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use crate::io::layered::xcf::tiles::{TILE, unpack};
 use crate::io::layered::{Depth, Grey, Raster};
 use crate::scene::Samples;
 
-/// What the samples of a pixel are.
+/// The meaning of the samples of a pixel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Model {
     Rgb,
@@ -28,7 +28,7 @@ pub enum Model {
 }
 
 impl Model {
-    /// By its number in a layer's head.
+    /// Returns the model of a number in a layer's head.
     pub fn of(kind: u32) -> Option<Self> {
         [Self::Rgb, Self::Rgba, Self::Grey, Self::GreyAlpha, Self::Indexed, Self::IndexedAlpha]
             .get(kind as usize)
@@ -45,7 +45,7 @@ impl Model {
     }
 }
 
-/// How tiles are coded.
+/// The compression method of tiles.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Compression {
     None,
@@ -53,13 +53,13 @@ enum Compression {
     Zlib,
 }
 
-/// Where the tiles of a drawing lie.
+/// The positions of a drawable's tiles.
 #[derive(Debug, Clone)]
 pub struct TileTable {
     bytes: Arc<FileBytes>,
-    /// Of the first pointer.
+    /// Position of the first pointer.
     at: u64,
-    /// Where the next level begins, behind the last tile as GIMP writes it; else the file's end.
+    /// Position of the next level, which follows the last tile as GIMP writes it; else the file's end.
     end: u64,
     width: u32,
     height: u32,
@@ -70,20 +70,20 @@ pub struct TileTable {
     colours: Arc<[[u8; 3]]>,
 }
 
-/// As GIMP 2.10 stores 16 bits.
+/// The precision with which GIMP 2.10 stores 16 bits.
 const PLAIN_16: Precision = Precision { kind: Kind::U16, linear: false, big_endian: true };
 
-/// The place and length of a tile's code.
+/// Position and length of a tile's code, in bytes.
 type Code = (u64, u64);
 
 impl TileTable {
-    /// The table behind the hierarchy at byte `place`, of a drawing of `size`.
+    /// Reads the table from the hierarchy at byte `place`, of a drawable of `size`.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] when it is of another size, or has more tiles than the file can hold.
+    /// [`crate::Error::Input`] when the drawable has another size, or more tiles than the file can hold.
     pub fn find(
         bytes: &Arc<FileBytes>,
-        place: u64,
+        position: u64,
         (width, height): (u32, u32),
         model: Model,
         head: &Head,
@@ -93,14 +93,14 @@ impl TileTable {
             0 => Compression::None,
             1 => Compression::Rle,
             2 => Compression::Zlib,
-            other => return Err(bytes.damaged(place, format!("compression {other}, expected 0, 1 or 2"))),
+            other => return Err(bytes.damaged(position, format!("compression {other}, expected 0, 1 or 2"))),
         };
-        let mut cursor = bytes.cursor(place);
+        let mut cursor = bytes.cursor(position);
         let found = (cursor.u32()?, cursor.u32()?, cursor.u32()?);
         let expected = (width, height, (model.samples() * head.precision.bytes()) as u32);
         if found != expected {
             let what = |(w, h, b)| format!("{w} x {h} pixels of {b} bytes");
-            return Err(bytes.damaged(place, format!("{}, expected {}", what(found), what(expected))));
+            return Err(bytes.damaged(position, format!("{}, expected {}", what(found), what(expected))));
         }
         let level = pointer(&mut cursor, head.wide)?;
         let next = if level == 0 { 0 } else { pointer(&mut cursor, head.wide).unwrap_or(0) };
@@ -112,20 +112,22 @@ impl TileTable {
             let found = format!("a level of {w} x {h} pixels, expected {width} x {height}");
             return Err(bytes.damaged(level, found));
         }
-        let (at, wide, precision) = (cursor.at(), head.wide, head.precision);
+        let at = cursor.at();
+        let wide = head.wide;
+        let precision = head.precision;
         let (bytes, colours) = (bytes.clone(), Arc::from([]));
         let table = Self { bytes, at, end, width, height, wide, model, precision, compression, colours };
         table.check_size()?;
         Ok(table)
     }
 
-    /// With the colours that an indexed drawing refers to.
+    /// Sets the colour map of an indexed drawable.
     pub fn with_colours(self, colours: &Arc<[[u8; 3]]>) -> Self {
         Self { colours: colours.clone(), ..self }
     }
 
-    /// Every tile takes a pointer and some code, so a small file has few tiles; known before memory is
-    /// taken for them.
+    /// Checks the number of tiles against the file's size before memory is allocated: every tile takes a
+    /// pointer and some code.
     fn check_size(&self) -> Result<()> {
         let shortest = match self.compression {
             Compression::None => 1, // beyond that, each is checked when it is read
@@ -152,10 +154,10 @@ impl TileTable {
         u64::from(self.width.div_ceil(TILE)) * u64::from(self.height.div_ceil(TILE))
     }
 
-    /// Its pixels, when it is a layer.
+    /// Reads the pixels of a layer.
     ///
     /// # Errors
-    /// [`crate::Error::Input`] with the place of the tile that is damaged, [`crate::Error::Io`].
+    /// [`crate::Error::Input`] with the position of the damaged tile; [`crate::Error::Io`].
     pub fn raster(&self) -> Result<Raster> {
         let samples = match self.precision.depth() {
             Depth::Eight => Samples::U8(self.rgba8()?),
@@ -188,7 +190,7 @@ impl TileTable {
         let colour = move |sample: &[u8]| precision.sample16(sample, precision.linear);
         let alpha = move |sample: Option<&[u8]>| sample.map_or(u16::MAX, |s| precision.sample16(s, false));
         match self.model {
-            // What is most common, without a choice for every sample.
+            // The most common case, without a decision for every sample.
             Model::Rgba if precision == PLAIN_16 => self.filled(4, |pixel, out| {
                 let samples = pixel.as_chunks().0.iter().map(|bytes| u16::from_be_bytes(*bytes));
                 out.iter_mut().zip(samples).for_each(|(to, sample)| *to = sample);
@@ -209,7 +211,7 @@ impl TileTable {
         }
     }
 
-    /// Its samples, when it is a mask: never with a tone curve.
+    /// Reads the samples of a mask, which never have a tone curve.
     ///
     /// # Errors
     /// As [`Self::raster`].
@@ -224,7 +226,8 @@ impl TileTable {
         Ok(Grey::new(self.width, self.height, samples))
     }
 
-    /// `per_pixel` samples for each pixel, which `put` makes of its bytes; rows of tiles side by side.
+    /// Decodes all tiles, row by row in parallel, with `per_pixel` samples for each pixel, which `put` makes
+    /// of its bytes.
     fn filled<T: Copy + Default + Send>(
         &self,
         per_pixel: usize,
@@ -252,28 +255,32 @@ impl TileTable {
         Ok(samples)
     }
 
-    /// Place and length of each tile's code: up to the next, where that follows as GIMP writes it, else as
-    /// much as any tile may have.
+    /// Returns position and length of each tile's code: up to the next tile, where that follows as GIMP
+    /// writes it, else the maximum length of a tile.
     fn codes(&self) -> Result<Vec<Code>> {
         let table = self.bytes.read(self.at, self.count() * self.pointer_bytes())?;
         let number = |bytes: &[u8]| bytes.iter().fold(0, |number, byte| number << 8 | u64::from(*byte));
         let places: Vec<u64> = table.chunks_exact(self.pointer_bytes() as usize).map(number).collect();
-        // GIMP allows half as much again as the pixels take.
+        // GIMP allows one and a half times the size of the pixels.
         let most = 3 * self.bytes_per_pixel() as u64 * u64::from(TILE * TILE) / 2;
         let following = places.iter().skip(1).map(Some).chain([None]);
-        let lengths = places.iter().zip(following).map(|(place, next)| {
-            let gap = next.and_then(|next| next.checked_sub(*place)).filter(|gap| (1..=most).contains(gap));
-            let to_end =
-                if *place < self.end { self.end - place } else { self.bytes.length().saturating_sub(*place) };
+        let lengths = places.iter().zip(following).map(|(position, next)| {
+            let gap =
+                next.and_then(|next| next.checked_sub(*position)).filter(|gap| (1..=most).contains(gap));
+            let to_end = if *position < self.end {
+                self.end - position
+            } else {
+                self.bytes.length().saturating_sub(*position)
+            };
             gap.unwrap_or(most).min(to_end)
         });
         Ok(places.iter().copied().zip(lengths).collect())
     }
 
-    /// A hash of the code of all tiles: where it is the same, the pixels are.
+    /// Returns a hash of the code of all tiles; equal hashes mean equal pixels.
     ///
     /// # Errors
-    /// Those of reading the file.
+    /// The errors of reading the file.
     pub fn hash_of_code(&self) -> Result<String> {
         let mut hashing = Hashing::default();
         let size = (self.width, self.height);
@@ -286,7 +293,7 @@ impl TileTable {
         Ok(hashing.hash())
     }
 
-    /// The bytes of a tile, pixel by pixel.
+    /// Decodes a tile, pixel by pixel.
     fn tile<'d>(&self, (at, length): Code, pixels: usize, decoder: &'d mut Decoder) -> Result<&'d [u8]> {
         let size = pixels * self.bytes_per_pixel();
         let code = self.bytes.read(at, length)?;
@@ -304,7 +311,7 @@ impl TileTable {
     }
 }
 
-/// What is used again from tile to tile.
+/// Memory that is reused from tile to tile.
 #[derive(Default)]
 struct Decoder {
     tile: Vec<u8>,
@@ -313,7 +320,7 @@ struct Decoder {
 }
 
 impl Decoder {
-    /// Whether the code gives the whole tile.
+    /// Inflates a tile's code; false if it does not give the whole tile.
     fn inflate(&mut self, code: &[u8]) -> bool {
         const WITH_HEADER: bool = true;
         let zlib = self.zlib.get_or_insert_with(|| Decompress::new(WITH_HEADER));

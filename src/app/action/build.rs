@@ -1,0 +1,360 @@
+//! Projects shown, closed, built and filled: jobs, and what becomes of the editor when they end.
+
+use std::path::Path;
+use std::sync::Arc;
+
+use crate::app::action::decide::reopen;
+use crate::app::check::Checks;
+use crate::app::masking::Masking;
+use crate::app::masking::repairing::damaged_masks;
+use crate::app::masking::repairing::tell_problems;
+use crate::app::opening::changed;
+use crate::app::opening::forget_opening;
+use crate::app::opening::on_disk::watch_disk;
+use crate::app::opening::welcome_session;
+use crate::app::panel::counted;
+use crate::app::pictures::Pictures;
+use crate::app::quality::Quality;
+use crate::app::space::Space;
+use crate::app::space::space_failed;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, BuildAsk, MaskAsk};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::{PhotoStatus, Session, survey};
+use crate::app::trip::begin_trip;
+use crate::app::trip::leave_trip;
+use crate::app::work::MadePainter;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::app::work::keeper::Keeper;
+use crate::app::work::painter::{Change, Painter};
+use crate::error::Error;
+use crate::gpu::{Gpu, GpuRasteriser};
+use crate::io::stack_store::StackStore;
+use crate::recipe::budget::default_memory;
+use crate::recipe::build::{BuildOptions, build};
+use crate::recipe::fill::{FillRequest, fill};
+use crate::recipe::preview::{self, PreviewOptions};
+use crate::recipe::site_stamp::SiteStamp;
+use crate::task::Task;
+
+impl State {
+    /// Photos were looked at: where their stacks are those that are shown, only their states are others.
+    pub fn states_seen(&mut self, folder: &std::path::Path, photos: Vec<PhotoStatus>) -> Vec<Ask> {
+        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
+            return Vec::new();
+        };
+        let same = session.photos.len() == photos.len()
+            && session.photos.iter().zip(&photos).all(|(known, seen)| seen.is_drawn_like(known));
+        if !same {
+            return self.stacks_changed(folder, photos, Vec::new(), false);
+        }
+        for (known, seen) in session.photos.iter_mut().zip(photos) {
+            *known = seen;
+        }
+        Vec::new()
+    }
+
+    /// Stacks were looked at, after files of some were `made` or something was decided.
+    pub fn stacks_changed(
+        &mut self,
+        folder: &std::path::Path,
+        photos: Vec<PhotoStatus>,
+        notes: Vec<Note>,
+        made: bool,
+    ) -> Vec<Ask> {
+        notes.into_iter().for_each(|note| self.tell(note));
+        let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) else {
+            return Vec::new();
+        };
+        // A look at a site that was read again meanwhile.
+        if photos.len() != session.opened.site.photos.len() {
+            return Vec::new();
+        }
+        let before = std::mem::replace(&mut session.photos, photos);
+        let same = !made && before.iter().zip(&session.photos).all(|(before, now)| now.is_drawn_like(before));
+        self.keep_selection(&before);
+        if same {
+            // Who serves what is decided otherwise; what was compared for colour is the same.
+            self.quality.fill.forget_stacks();
+            vec![BuildAsk::Redecide.into()]
+        } else {
+            self.quality.forget_stacks();
+            vec![BuildAsk::PreparePainter.into()]
+        }
+    }
+}
+
+/// Shows a project that was opened.
+pub fn opened(state: &mut State, work: &mut Work, session: Session) {
+    state.settings.remember(&session.folder);
+    state.space = Space::of(&session);
+    state.selection = Selection::Nothing;
+    state.photo = (!session.photos.is_empty()).then_some(0);
+    state.flat.forget();
+    state.lists.forget();
+    state.masking = Masking::default();
+    let keeper = Arc::new(Keeper::new(&session.folder, session.lock.clone()));
+    work.ending.keeps(&keeper);
+    work.keeper = Some(keeper);
+    work.drop_painter(state);
+    state.session = Some(session);
+    look_at_photos(state, work);
+    prepare_painter(state, work);
+    begin_trip(state, work);
+    state.show_exposure();
+    tell_problems(state, work);
+    welcome_session(state, work);
+}
+
+/// Closes the project; what is running on it is stopped.
+pub fn close_project(state: &mut State, work: &mut Work) {
+    work.jobs.stop_all(&mut state.running);
+    forget_opening(state, work);
+    leave_trip(state, work);
+    state.quality = Quality::default();
+    state.checks = Checks::default();
+    state.flights.forget();
+    state.life.closed();
+    work.drop_painter(state);
+    state.session = None;
+    work.keeper = None;
+    state.selection = Selection::Nothing;
+    state.flat.forget();
+    state.lists.forget();
+    state.masking = Masking::default();
+    work.pictures = Pictures::default();
+}
+
+/// Makes the renderer of the 3D view, anew where there is one.
+pub fn prepare_painter(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    if session.photos.iter().all(|photo| photo.stack.is_none()) {
+        return;
+    }
+    let (folder, opened) = (session.folder.clone(), session.opened.clone());
+    let (waker, left) = (work.waker.clone(), work.made.clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Preview);
+    state.space.trouble = None;
+    work.jobs.start(&mut state.running, Kind::Preview, "Preparing the 3D view", move |task| {
+        let made = Gpu::headless().and_then(|gpu| {
+            let preview = preview::open(&folder, &opened, &gpu, &PreviewOptions::default(), task)?;
+            preview.problems().into_iter().for_each(|problem| task.note(problem));
+            let model = opened.site.model.clone();
+            Painter::new(preview, model, gpu.adapter_summary(), task.clone(), waker)
+        });
+        let model = opened.site.model.clone();
+        let ask = match made {
+            Ok(painter) => {
+                left.put(MadePainter { painter, folder, model });
+                BuildAsk::PainterMade
+            }
+            Err(Error::Cancelled) => return Err(Error::Cancelled),
+            Err(error) => BuildAsk::PainterFailed(folder, error),
+        };
+        Ok(Box::new(move |_| vec![ask.into()]))
+    });
+}
+
+/// Takes the painter that a job has made, where the project and its model are still those that it draws.
+pub fn painter_made(state: &mut State, work: &mut Work) {
+    let Some(MadePainter { mut painter, folder, model }) = work.made.take() else { return };
+    let is_wanted =
+        |session: &&mut Session| session.folder == folder && Arc::ptr_eq(&model, &session.opened.site.model);
+    // Objects were switched meanwhile: another one is on its way.
+    let Some(session) = state.session.as_mut().filter(is_wanted) else { return };
+    session.solid = painter.surface.clone();
+    // What was decided while it was made is decided.
+    painter.change(Change::Decisions(session.opened.clone()));
+    state.device = Some(painter.adapter.clone());
+    work.painter = Some(painter);
+    state.space.refresh();
+    clear_former(state, work);
+}
+
+/// The painter of this project could not be made, or has failed.
+pub fn painter_failed(state: &mut State, work: &mut Work, folder: &Path, error: &Error) {
+    if state.session.as_ref().is_some_and(|session| session.folder == folder) {
+        space_failed(state, work, error);
+    }
+}
+
+/// Makes the painter of another model; the one that is there ends at once.
+pub fn restart_painter(state: &mut State, work: &mut Work) {
+    work.drop_painter(state);
+    prepare_painter(state, work);
+}
+
+/// The site was read again: what shows it begins anew.
+pub fn site_read(state: &mut State, work: &mut Work) {
+    look_at_photos(state, work);
+    restart_painter(state, work);
+    watch_disk(state, work);
+}
+
+/// Makes the small pictures of the photos anew.
+fn look_at_photos(state: &mut State, work: &mut Work) {
+    work.pictures = Pictures::default();
+    if let Some(session) = &state.session {
+        work.pictures.start(&session.folder, &session.opened, &mut work.jobs, &mut state.running);
+    }
+}
+
+/// Clears layers away that no view shows any more, now that views show those that took their place.
+fn clear_former(state: &mut State, work: &mut Work) {
+    let writes = [Kind::Build, Kind::Fill, Kind::Import];
+    let writes = writes.into_iter().any(|kind| state.running.runs(kind));
+    let Some(session) = state.session.as_mut().filter(|session| session.has_former && !writes) else {
+        return;
+    };
+    session.has_former = false;
+    let (store, lock) = (StackStore::new(&session.folder), session.lock.clone());
+    // It counts as building: nobody may write stacks beside it.
+    work.jobs.start(&mut state.running, Kind::Build, "Clearing former layers away", move |_| {
+        let _lock = lock;
+        let kept = store.clear_former()?;
+        Ok(arrival(move |state| {
+            let told =
+                |file: &std::path::PathBuf| format!("Changed by hand, so it is now {}", file.display());
+            kept.iter().for_each(|file| state.tell(Note::new(Weight::Warning, told(file))));
+        }))
+    });
+}
+
+/// Builds the stacks of these photos, or of all.
+pub fn build_layers(state: &mut State, work: &mut Work, photos: Vec<String>) {
+    let Some(session) = &mut state.session else { return };
+    // What was to follow from the last decisions was stopped: it is not built without them.
+    if session.is_behind() {
+        return reopen(state, work, Some(photos));
+    }
+    session.has_former = true;
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let (seen, known) = (session.seen.clone(), session.photos.clone());
+    work.jobs.start(&mut state.running, Kind::Build, "Building layers", move |task| {
+        // Held to the end, also where the project is closed meanwhile.
+        let _lock = lock;
+        let changes = seen.changes(&SiteStamp::of(&folder, &opened.project));
+        if !changes.is_empty() {
+            return Ok(Box::new(move |state| {
+                state.tell(changed(&changes).and(" It is read again before it is built."));
+                vec![BuildAsk::Reread(Some(photos)).into()]
+            }));
+        }
+        let store = StackStore::new(&folder).keeping_former();
+        store.clean()?;
+        let rasteriser = GpuRasteriser::new(&Gpu::headless()?)?;
+        let options = BuildOptions {
+            layers: opened.project.options.clone(),
+            decisions: opened.project.decisions.clone(),
+            photos,
+            memory: default_memory(),
+            threads: rayon::current_num_threads(),
+            force: false,
+        };
+        let built = build(&opened.site, &store, &rasteriser, &options, task);
+        // What was built until somebody stopped it is there, and so is what failed afterwards.
+        let (built, mut notes) = match built {
+            Ok(built) => (built, Vec::new()),
+            Err(error) => (Vec::new(), ended("Building layers", &error)),
+        };
+        let stopped = !notes.is_empty();
+        for photo in built.iter().filter(|photo| !matches!(photo.stack, Err(Error::Cancelled))) {
+            if let Err(error) = &photo.stack {
+                notes.push(Note::about(Weight::Problem, &photo.photo, error.to_string()));
+            }
+            let kept =
+                photo.kept.iter().map(|file| format!("changed by hand, so it is now {}", file.display()));
+            notes.extend(kept.map(|text| Note::about(Weight::Warning, &photo.photo, text)));
+        }
+        let made = built.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
+        let current = built.iter().filter(|photo| photo.up_to_date).count();
+        if !stopped {
+            let text = format!("Layers built: {}; {current} were up to date", counted(made as u64, "photo"));
+            notes.push(Note::new(Weight::Info, text));
+            // Gains and relief can be made later, too.
+            if let Err(error) = preview::prepare(&folder, &opened, task) {
+                notes.extend(ended("Preparing the view", &error));
+            }
+        }
+        let failed = built.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
+        let damaged = damaged_masks(&opened, failed);
+        // Files that were made again are read again, also where the stack says the same.
+        let known = if made > 0 { Vec::new() } else { known };
+        let photos = survey(&folder, &opened, &known, &Task::silent())?;
+        Ok(Box::new(move |state| {
+            let mut asks = state.stacks_changed(&folder, photos, notes, made > 0);
+            asks.push(MaskAsk::Report(damaged, "is not built").into());
+            asks
+        }))
+    });
+}
+
+/// Fills what photos do not show.
+pub fn fill_hidden(state: &mut State, work: &mut Work) {
+    let Some(session) = &mut state.session else { return };
+    session.has_former = true;
+    let (folder, opened, lock) = (session.folder.clone(), session.opened.clone(), session.lock.clone());
+    let known = session.photos.clone();
+    work.jobs.start(&mut state.running, Kind::Fill, "Filling hidden parts", move |task| {
+        // Held to the end, also where the project is closed meanwhile.
+        let _lock = lock;
+        let request = FillRequest {
+            options: opened.project.fill.clone(),
+            photos: Vec::new(),
+            memory: default_memory(),
+            force: false,
+            keep_former: true,
+        };
+        let (filled, ending) = match fill(&folder, &opened, &request, task) {
+            Ok(filled) => (filled, Vec::new()),
+            Err(error) => (Vec::new(), ended("Filling hidden parts", &error)),
+        };
+        let failed = filled.iter().filter_map(|photo| Some((&photo.photo, photo.stack.as_ref().err()?)));
+        let mut notes: Vec<Note> =
+            failed.map(|(photo, error)| Note::about(Weight::Problem, photo, error.to_string())).collect();
+        let made = filled.iter().filter(|photo| photo.stack.is_ok() && !photo.up_to_date).count();
+        match ending.is_empty() {
+            true => notes.push(Note::new(
+                Weight::Info,
+                format!("Hidden parts filled: {}", counted(made as u64, "photo")),
+            )),
+            false => notes.extend(ending),
+        }
+        let failed = filled.iter().filter(|photo| photo.stack.is_err()).map(|photo| &photo.photo);
+        let damaged = damaged_masks(&opened, failed);
+        // Files that were made again are read again, also where the stack says the same.
+        let known = if made > 0 { Vec::new() } else { known };
+        let photos = survey(&folder, &opened, &known, &Task::silent())?;
+        Ok(Box::new(move |state| {
+            let mut asks = state.stacks_changed(&folder, photos, notes, made > 0);
+            asks.push(MaskAsk::Report(damaged, "is not filled").into());
+            asks
+        }))
+    });
+}
+
+/// Photos serve faces as it is decided by now, from the stacks that there are: no new renderer is needed for it. One
+/// that is being made takes it over when it is done.
+pub fn redecide(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    match &mut work.painter {
+        Some(painter) => {
+            painter.change(Change::Decisions(session.opened.clone()));
+            state.space.redraw();
+        }
+        // What is in its way was told; `Restart 3D view` tries again.
+        None if state.running.runs(Kind::Preview) || state.space.trouble.is_some() => (),
+        None => prepare_painter(state, work),
+    }
+}
+
+/// How work ended that did not come to its end: what it made until then stays.
+fn ended(work: &str, error: &Error) -> Vec<Note> {
+    match error {
+        Error::Cancelled => vec![Note::new(Weight::Info, format!("{work}: stopped; what was made stays"))],
+        error => Note::of_error(work, error),
+    }
+}

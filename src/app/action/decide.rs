@@ -1,0 +1,359 @@
+//! What the user decides: every edit of the project, undone and done again, and what follows from it.
+
+use std::path::PathBuf;
+use std::sync::Arc;
+
+use crate::app::action::saving::keep_if_due;
+use crate::app::lists::switching::follow_objects;
+use crate::app::quality::colour::follow_colour;
+use crate::app::state::State;
+use crate::app::state::ask::{BuildAsk, MaskAsk};
+use crate::app::state::life::Autosave;
+use crate::app::state::notes::{Note, Remedy, Weight};
+use crate::app::state::running::Kind;
+use crate::app::state::selection::Selection;
+use crate::app::state::session::{Session, survey};
+use crate::app::trip::importing::import_again;
+use crate::app::trip::importing::take_back_import;
+use crate::app::work::Work;
+use crate::app::work::jobs::{Arrival, arrival};
+use crate::document::Project;
+use crate::document::history::{Gesture, History, Turn};
+use crate::document::masks::MaskChange;
+use crate::document::paint::PaintImport;
+use crate::error::{Error, Result};
+use crate::io::mask_store::MaskStore;
+use crate::recipe::decide::{self, LayerEdit};
+use crate::recipe::open::open_site;
+use crate::recipe::site_stamp::SiteStamp;
+
+/// What follows from an edit is done when nothing has been edited for so long, in seconds.
+const FOLLOWS_AFTER_S: f64 = 0.3;
+
+/// What must be made anew after an edit.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Follows {
+    /// By what photos are multiplied.
+    Gains,
+    /// Which stacks are up to date, and what is shown.
+    Stacks,
+    /// The model, of which other objects are in use.
+    Objects,
+    /// Everything: files or the model's place are others.
+    Site,
+}
+
+impl Follows {
+    /// Of a change from one project to another.
+    fn of(before: &Project, after: &Project) -> Option<Self> {
+        let site = |project: &Project| {
+            let Project { photos, cameras, model, world_from_model, .. } = project.clone();
+            (photos, cameras, model, world_from_model)
+        };
+        // Views and flights change nothing that is made, masks and options of filling nothing until it is made again.
+        let kept = Project {
+            masks: after.masks.clone(),
+            views: after.views.clone(),
+            flight: after.flight.clone(),
+            fill: after.fill.clone(),
+            ..before.clone()
+        };
+        let multiplied = Project { colour: after.colour.clone(), ..kept.clone() };
+        if kept == *after {
+            None
+        } else if multiplied == *after {
+            Some(Self::Gains)
+        } else if site(before) != site(after) {
+            Some(Self::Site)
+        } else if before.objects_off != after.objects_off {
+            Some(Self::Objects)
+        } else {
+            Some(Self::Stacks)
+        }
+    }
+}
+
+/// What is left to do after edits.
+#[derive(Debug, Default)]
+pub struct Due {
+    follows: Option<Follows>,
+    /// Photos have other masks: their stacks stay, and may be out of date.
+    looks: bool,
+    /// What was to follow was stopped, or failed: it waits until something is edited, built or read again.
+    waits: bool,
+    edited_s: f64,
+    /// When it is to be kept.
+    pub keep: Autosave,
+}
+
+impl State {
+    /// Makes a step of the history: `name` is what is undone. Edits of one gesture are one step.
+    pub fn edit(&mut self, name: impl Into<String>, project: Project, gesture: Option<Gesture>) {
+        let now_s = self.window.now_s;
+        let Some(session) = &mut self.session else { return };
+        let before = session.history.present().clone();
+        session.history.edit(name, project, gesture);
+        session.present_changed(&before, gesture.is_some(), now_s);
+    }
+
+    /// The next edit is a step of its own.
+    pub fn end_gesture(&mut self) {
+        if let Some(session) = &mut self.session {
+            session.history.end_gesture();
+            session.due.keep.gesture_ended();
+        }
+    }
+
+    /// Decides something about layers; where that cannot be, a note says why.
+    pub fn decide(&mut self, edit: &LayerEdit) {
+        match self.decided(edit) {
+            Ok(project) => self.edit(edit.name(), project, None),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+    }
+
+    /// The project after a decision about layers.
+    ///
+    /// # Errors
+    /// Why it cannot be.
+    pub fn decided(&self, edit: &LayerEdit) -> Result<Project> {
+        let session = self.session.as_ref().ok_or_else(|| Error::Request("no project is open".into()))?;
+        let stacks: Vec<_> = session.photos.iter().map(|photo| photo.stack.as_deref()).collect();
+        decide::edited(session.history.present(), edit, &session.opened.site, &stacks)
+    }
+
+    /// An import was made, or one that was taken back is made again: it is a step, with the masks that came with it.
+    pub fn remember_import(
+        &mut self,
+        number: u32,
+        again: Option<u32>,
+        files: Vec<PathBuf>,
+        masks: Vec<MaskChange>,
+    ) {
+        self.on_disk_already(|history| match again {
+            Some(old) => history.import_redone(old, number, masks),
+            None => history.imported(step_of_import(number), number, files, masks),
+        });
+    }
+
+    /// An import is taken back on disk: its masks go with it.
+    pub fn forget_masks_of(&mut self, import: &PaintImport) {
+        self.on_disk_already(|history| history.import_undone(import.number, &import.masks));
+    }
+
+    fn on_disk_already(&mut self, change: impl FnOnce(&mut History)) {
+        let now_s = self.window.now_s;
+        let Some(session) = &mut self.session else { return };
+        let before = session.history.present().clone();
+        change(&mut session.history);
+        session.present_changed(&before, false, now_s);
+    }
+
+    /// An import cannot be taken back or done again as a step any more.
+    pub fn forget_import(&mut self, number: u32) {
+        if let Some(session) = &mut self.session {
+            session.history.forget_import(number);
+        }
+    }
+}
+
+/// Takes the last step back.
+pub fn undo(state: &mut State, work: &mut Work) {
+    turn_history(state, work, History::undo);
+}
+
+/// Does a step again that was undone.
+pub fn redo(state: &mut State, work: &mut Work) {
+    turn_history(state, work, History::redo);
+}
+
+fn turn_history(state: &mut State, work: &mut Work, turn: fn(&mut History) -> Option<Turn>) {
+    let now_s = state.window.now_s;
+    let Some(session) = &mut state.session else { return };
+    let before = session.history.present().clone();
+    match turn(&mut session.history) {
+        Some(Turn::Project) => {
+            session.present_changed(&before, false, now_s);
+            if session.history.present().fill != before.fill {
+                // It goes by what was taken back.
+                work.jobs.stop_kind(&mut state.running, Kind::Fill);
+            }
+        }
+        Some(Turn::TakeBack(number)) => take_back_import(state, work, number),
+        Some(Turn::ImportAgain(number, files)) => import_again(state, work, number, files),
+        None => (),
+    }
+}
+
+/// Does what follows from edits, once nothing has been edited for a moment.
+pub fn follow(state: &mut State, work: &mut Work) {
+    keep_if_due(state, work);
+    let now_s = state.window.now_s;
+    let Some(session) = &mut state.session else { return };
+    let rests_s = now_s - session.due.edited_s;
+    // A job that writes goes by the project that it began with, and a film is drawn by the 3D view's renderer.
+    let busy = [Kind::Build, Kind::Fill, Kind::Import, Kind::Open, Kind::Render];
+    let busy = busy.into_iter().any(|kind| state.running.runs(kind));
+    if rests_s < FOLLOWS_AFTER_S || busy || session.due.waits {
+        return;
+    }
+    let (follows, looks) = (session.due.follows.take(), std::mem::take(&mut session.due.looks));
+    match follows {
+        Some(Follows::Gains) => follow_colour(state, work),
+        Some(Follows::Stacks) => return look_again(state, work),
+        Some(Follows::Objects) => return follow_objects(state, work),
+        Some(Follows::Site) => return reopen(state, work, None),
+        None => (),
+    }
+    if looks {
+        look_at_states(state, work);
+    }
+}
+
+/// Looks which stacks are up to date.
+fn look_again(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Survey, "Looking at stacks", move |task| {
+        let photos = survey(&folder, &opened, &known, task)?;
+        Ok(Box::new(move |state| state.stacks_changed(&folder, photos, Vec::new(), false)))
+    });
+}
+
+/// Looks which stacks are up to date, where the stacks themselves are those that are shown.
+fn look_at_states(state: &mut State, work: &mut Work) {
+    let Some(session) = &state.session else { return };
+    let (folder, opened, known) = (session.folder.clone(), session.opened.clone(), session.photos.clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Survey, "Looking at stacks", move |task| {
+        let photos = survey(&folder, &opened, &known, task)?;
+        Ok(Box::new(move |state| state.states_seen(&folder, photos)))
+    });
+}
+
+/// Reads the site again, as the project says it is now; then builds these photos (all, where none is named), if that
+/// is wanted.
+pub fn reopen(state: &mut State, work: &mut Work, then_build: Option<Vec<String>>) {
+    let Some(session) = &mut state.session else { return };
+    // All that was to follow does.
+    (session.due.follows, session.due.waits) = (None, false);
+    let (folder, project) = (session.folder.clone(), session.history.present().clone());
+    work.jobs.stop_kind(&mut state.running, Kind::Survey);
+    work.jobs.start(&mut state.running, Kind::Open, "Reading the site again", move |task| {
+        let seen = SiteStamp::of(&folder, &project);
+        let read = || {
+            let opened = open_site(&folder, Project::clone(&project), task)?;
+            let photos = survey(&folder, &opened, &[], task)?;
+            Ok((opened, photos))
+        };
+        let (opened, photos) = match read() {
+            Ok(read) => read,
+            Err(error) => return Ok(not_followed(folder, Follows::Site, error)),
+        };
+        let count = photos.len();
+        Ok(Box::new(move |state| {
+            let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
+                return Vec::new();
+            };
+            session.set_site(opened, photos);
+            session.seen = seen;
+            // Photos, objects and faces may be others: nothing goes by their old places.
+            state.select(Selection::Nothing);
+            state.photo = state.photo.filter(|photo| *photo < count);
+            state.space.forget_site();
+            state.flat.forget();
+            state.space.refresh();
+            let build = then_build.map(|photos| BuildAsk::Build(photos).into());
+            let asks = [BuildAsk::SiteRead.into(), MaskAsk::ReportProblems.into()];
+            asks.into_iter().chain(build).collect()
+        }))
+    });
+}
+
+/// What was to follow from an edit did not: it is due again.
+pub fn not_followed(folder: PathBuf, follows: Follows, error: Error) -> Arrival {
+    arrival(move |state| {
+        let Some(session) = state.session.as_mut().filter(|session| session.folder == folder) else {
+            return;
+        };
+        session.due.follows = session.due.follows.max(Some(follows));
+        session.due.waits = true;
+        let (weight, why) = match error {
+            Error::Cancelled => (Weight::Warning, "stopped".to_owned()),
+            error => (Weight::Problem, error.to_string()),
+        };
+        let text = format!("The site was not read again ({why}): views and photos show it as it was before.");
+        state.tell(Note::new(weight, text).with("Read files again", Remedy::ReadAgain));
+    })
+}
+
+/// What an import is called among the steps.
+pub fn step_of_import(number: u32) -> String {
+    format!("import {number}")
+}
+
+impl Session {
+    /// Views and photos show a model, or files, that are not the project's: reading them was stopped.
+    pub fn is_behind(&self) -> bool {
+        self.due.follows >= Some(Follows::Objects)
+    }
+
+    /// The project is another one than `before`.
+    fn present_changed(&mut self, before: &Project, in_gesture: bool, now_s: f64) {
+        let present = self.history.present().clone();
+        if *present == *before {
+            return;
+        }
+        let follows = Follows::of(before, &present).max(self.brings_back(before, &present));
+        self.due.looks |= before.masks != present.masks;
+        self.due.follows = self.due.follows.max(follows);
+        (self.due.edited_s, self.due.waits) = (now_s, false);
+        self.due.keep.edited(in_gesture, now_s);
+        if follows != Some(Follows::Site) {
+            self.opened = Arc::new(self.opened.with_project(&self.folder, Project::clone(&present)));
+        }
+    }
+
+    /// A photo that is left out for a mask that cannot be used may come back with another one, and one that gets a mask
+    /// whose file is gone, because it was undone, is left out.
+    fn brings_back(&self, before: &Project, after: &Project) -> Option<Follows> {
+        let is_other = |photo: &&str| before.masks.of(photo) != after.masks.of(photo);
+        let mut left_out = self.opened.left_out.iter().map(|(photo, _)| photo.as_str());
+        let store = MaskStore::new(&self.folder);
+        let is_gone =
+            |photo: &str| after.masks.of(photo).iter().any(|mask| !store.path(&mask.file).is_file());
+        let mut masked = after.masks.photos().map(|(photo, _)| photo).filter(is_other);
+        (left_out.any(|photo| is_other(&photo)) || masked.any(is_gone)).then_some(Follows::Site)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::geometry::Similarity;
+
+    fn project() -> Project {
+        let text = r#"{"version": 1, "photos": "p", "cameras": "c", "model": "m.obj"}"#;
+        serde_json::from_str(text).unwrap()
+    }
+
+    #[test]
+    fn what_follows_depends_on_what_was_edited() {
+        let before = project();
+        let mut after = before.clone();
+        after.flight = Some(crate::document::CameraPath::empty([64, 48]));
+        assert_eq!(Follows::of(&before, &after), None);
+        after.colour.reference = Some("a.jpg".into());
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Gains));
+        after.masks =
+            serde_json::from_str(r#"{"a.jpg":[{"from":"drawn","file":"a/1.png","pixels":3}]}"#).unwrap();
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Gains), "no stack is another one for a mask");
+        after.options.margin += 1;
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Stacks));
+        after.objects_off.insert("tower".into());
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Objects));
+        after.world_from_model = Similarity { scale: 2.0, ..Similarity::IDENTITY };
+        assert_eq!(Follows::of(&before, &after), Some(Follows::Site));
+    }
+}

@@ -1,0 +1,43 @@
+//! The flat views: how large they show, and how many layers are taken off the photo.
+
+use crate::app::flat::View;
+use crate::app::state::State;
+use crate::app::state::ask::FlatAsk;
+use crate::app::state::panes::Pane;
+
+/// Does what is asked of the flat views.
+pub fn apply(state: &mut State, ask: FlatAsk) {
+    match ask {
+        FlatAsk::Fit => state.flat_view().fit(),
+        FlatAsk::ShowPixels => {
+            let density = state.window.density;
+            state.flat_view().show_pixels(density);
+        }
+        FlatAsk::Zoom(factor) => state.flat_view().zoom(factor),
+        FlatAsk::Peel(by) => state.peel(by),
+        FlatAsk::ListUntextured => {
+            state.flat.photo.reasons_shown ^= true;
+            if state.flat.photo.reasons_shown {
+                state.panes.show(Pane::Photo);
+            }
+        }
+    }
+}
+
+impl State {
+    /// The flat view in use: the photo's, where that is none of them.
+    fn flat_view(&mut self) -> &mut View {
+        match self.panes.used() {
+            Pane::Layer => &mut self.flat.layer.view,
+            Pane::Space | Pane::Photo => &mut self.flat.photo.view,
+        }
+    }
+
+    /// Takes so many more visibility layers off the photo.
+    fn peel(&mut self, by: i32) {
+        let depth = self.selected_stack().map_or(0, |stack| stack.visibility_layers.len() as u32);
+        let taken_off = &mut self.flat.photo.taken_off;
+        *taken_off = taken_off.saturating_add_signed(by).min(depth);
+        self.panes.show(Pane::Photo);
+    }
+}

@@ -1,0 +1,205 @@
+//! Decisions about layers, as the selection means them.
+
+use crate::app::state::State;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::selection::Selection;
+use crate::app::state::session::PhotoStatus;
+use crate::document::Project;
+use crate::document::decisions::PhotoOptions;
+use crate::document::history::Gesture;
+use crate::error::Error;
+use crate::layers::{Faces, Options};
+use crate::recipe::decide::{self, LayerEdit, faces_of_layer};
+
+/// One drag of a number after the other: each ends its own.
+const OPTIONS: Gesture = Gesture(0x0b_71_05);
+
+/// Other options of layers.
+pub enum OptionsEdit {
+    /// Those of the project, which hold for photos without their own.
+    Project(Options),
+    /// A photo's own, by its name.
+    Photo(String, PhotoOptions),
+}
+
+/// What is wrong with the project's options, or with one photo's.
+pub fn problem_of_options(project: &Project) -> Option<String> {
+    project.options.problem().or_else(|| project.decisions.problem(&project.options))
+}
+
+impl State {
+    /// The photo whose image layers are selected, and their places in its stack: the one that is selected, and those
+    /// that were added to it.
+    pub fn selected_layers(&self) -> (usize, Vec<usize>) {
+        let Selection::Layer { photo, layer } = self.selection else { return (0, Vec::new()) };
+        let more = self.more_layers.iter().filter(|(other, _)| *other == photo).map(|(_, layer)| *layer);
+        let mut layers: Vec<usize> = more.chain([layer]).collect();
+        layers.sort_unstable();
+        layers.dedup();
+        (photo, layers)
+    }
+
+    /// Adds an image layer to the selection, or takes it out.
+    pub fn toggle_layer(&mut self, photo: usize, layer: usize) {
+        let (selected, mut layers) = self.selected_layers();
+        if selected != photo || layers.is_empty() {
+            self.select(Selection::Layer { photo, layer });
+            return;
+        }
+        match layers.iter().position(|other| *other == layer) {
+            Some(place) if layers.len() > 1 => {
+                layers.remove(place);
+            }
+            Some(_) => (),
+            None => layers.push(layer),
+        }
+        layers.extend(layers.is_empty().then_some(layer));
+        self.select_layers(photo, layers);
+    }
+
+    /// Selects image layers of a photo; views and inspector show the last of them.
+    pub fn select_layers(&mut self, photo: usize, mut layers: Vec<usize>) {
+        let Some(layer) = layers.pop() else { return };
+        self.select(Selection::Layer { photo, layer });
+        self.more_layers = layers.into_iter().map(|layer| (photo, layer)).collect();
+    }
+
+    /// Stacks were made anew: image layers that are still there stay selected, by their tokens.
+    pub fn keep_selection(&mut self, before: &[PhotoStatus]) {
+        let Some(session) = &self.session else { return };
+        let token = |statuses: &[PhotoStatus], photo: usize, layer: usize| {
+            Some(statuses.get(photo)?.stack.as_ref()?.image_layers.get(layer)?.id.clone())
+        };
+        let found = |photo: usize, layer: usize| {
+            let id = token(before, photo, layer)?;
+            let stack = session.photos.get(photo)?.stack.as_ref()?;
+            stack.image_layers.iter().position(|layer| layer.id == id)
+        };
+        let more =
+            self.more_layers.iter().filter_map(|(photo, layer)| Some((*photo, found(*photo, *layer)?)));
+        let more: Vec<(usize, usize)> = more.collect();
+        if let Selection::Layer { photo, layer } = self.selection {
+            self.selection = match found(photo, layer) {
+                Some(layer) => Selection::Layer { photo, layer },
+                None => Selection::Photo(photo),
+            };
+        }
+        let anchor = self.lists.anchor().and_then(|(photo, layer)| Some((photo, found(photo, layer)?)));
+        self.more_layers = more;
+        self.lists.set_anchor(anchor);
+    }
+
+    /// Decides about options of layers. `goes_on`: the gesture has not ended; all of it is one step.
+    pub fn edit_options(&mut self, edit: &OptionsEdit, goes_on: bool) {
+        let Some(session) = &self.session else { return };
+        let (name, project) = match edit {
+            OptionsEdit::Project(options) => {
+                let project =
+                    Project { options: options.clone(), ..Project::clone(session.history.present()) };
+                ("options of layers".to_owned(), Ok(project))
+            }
+            OptionsEdit::Photo(photo, options) => {
+                let edit = LayerEdit::Options { photo: photo.clone(), options: *options };
+                // No stack is asked whether a number can be.
+                (edit.name(), decide::edited(session.history.present(), &edit, &session.opened.site, &[]))
+            }
+        };
+        // Of each photo, too: a wider margin may be too wide for the smallest side that one has.
+        let project = project.and_then(|project| match problem_of_options(&project) {
+            Some(problem) => Err(Error::Request(problem)),
+            None => Ok(project),
+        });
+        match project {
+            Ok(project) => self.edit(name, project, Some(OPTIONS)),
+            Err(error) => self.tell(Note::new(Weight::Problem, error.to_string())),
+        }
+        if !goes_on {
+            self.end_gesture();
+        }
+    }
+
+    fn photo_name(&self, photo: usize) -> Option<String> {
+        Some(self.session.as_ref()?.opened.site.photos.get(photo)?.name.clone())
+    }
+
+    fn faces_of(&self, photo: usize, layer: usize) -> Vec<Faces> {
+        let stack = self.session.as_ref().and_then(|session| session.photos.get(photo)?.stack.as_ref());
+        stack.map(|stack| faces_of_layer(stack, layer)).unwrap_or_default()
+    }
+
+    /// One image layer of those that are selected.
+    pub fn merge_layers(&mut self) {
+        let (photo, layers) = self.selected_layers();
+        let of = layers.iter().flat_map(|layer| self.faces_of(photo, *layer)).collect();
+        let Some(name) = self.photo_name(photo) else { return };
+        let edit = LayerEdit::Merge { photo: name, of };
+        let cost = self.merge_cost(photo, &layers).filter(|cost| cost.is_high() || cost.is_too_large());
+        match cost {
+            // What cannot be is told at once.
+            Some(cost) if self.decided(&edit).is_ok() => self.ask_to_merge(edit, cost),
+            _ => self.decide(&edit),
+        }
+    }
+
+    /// An image layer for each object of the one that is selected.
+    pub fn split_layer(&mut self) {
+        let Selection::Layer { photo, layer } = self.selection else { return };
+        let groups: Vec<Vec<Faces>> =
+            self.faces_of(photo, layer).into_iter().map(|faces| vec![faces]).collect();
+        if let Some(photo) = self.photo_name(photo) {
+            self.decide(&LayerEdit::Split { photo, groups });
+        }
+    }
+
+    /// Names an image layer; an empty name gives it the one back that it has by itself.
+    pub fn rename_layer(&mut self, photo: usize, layer: usize, name: &str) {
+        let of = self.faces_of(photo, layer);
+        let name = (!name.trim().is_empty()).then(|| name.trim().to_owned());
+        if let Some(photo) = self.photo_name(photo) {
+            self.decide(&LayerEdit::Rename { photo, of, name });
+        }
+    }
+
+    fn selected_faces(&self) -> Vec<Faces> {
+        let Some(session) = &self.session else { return Vec::new() };
+        let model = session.model();
+        match self.selection {
+            Selection::Object(object) => vec![Faces::whole(&model.object(object).name)],
+            Selection::Face(face) => {
+                let it = model.face(face);
+                vec![Faces { object: model.object(it.object).name.clone(), faces: vec![it.index] }]
+            }
+            Selection::Layer { photo, layer } => self.faces_of(photo, layer),
+            Selection::Nothing | Selection::Photo(_) => Vec::new(),
+        }
+    }
+
+    /// What is selected shows the photo alone.
+    pub fn pin(&mut self) {
+        let of = self.selected_faces();
+        if let Some(photo) = self.selected_photo_name() {
+            self.decide(&LayerEdit::Pin { photo, of });
+        }
+    }
+
+    /// What is selected never shows the photo.
+    pub fn exclude(&mut self) {
+        let of = self.selected_faces();
+        if let Some(photo) = self.selected_photo_name() {
+            self.decide(&LayerEdit::Exclude { photo, of });
+        }
+    }
+
+    /// Nothing was decided about the photo.
+    pub fn reset_decisions(&mut self) {
+        let photo = self.selected_photo_name();
+        if photo.is_some() {
+            self.decide(&LayerEdit::Reset { photo });
+        }
+    }
+
+    /// Takes one decision about a photo back.
+    pub fn forget_decision(&mut self, photo: String, number: usize) {
+        self.decide(&LayerEdit::Forget { photo, number });
+    }
+}

@@ -1,0 +1,105 @@
+//! A project comes to its end: what [`state::life`](crate::app::state::life) says is to be done is done here.
+
+use std::time::{Duration, Instant};
+
+use super::build::close_project;
+use super::saving::{discard_unsaved, keep_now, save};
+use super::take_in;
+use crate::app::masking::keeping::keep_masks;
+use crate::app::opening::assistant::create_project;
+use crate::app::opening::open_now;
+use crate::app::state::State;
+use crate::app::state::life::{Effect, Event, Facts, Goal};
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::io::recovery::UnsavedChanges;
+
+/// A window that ends waits no longer than this for masks that are being written: a slow disk takes some seconds.
+const LAST_WAIT: Duration = Duration::from_secs(8);
+/// How often it looks whether they are.
+const LOOKS_EVERY: Duration = Duration::from_millis(4);
+
+impl State {
+    /// What the life cycle has to know of the project.
+    pub fn life_facts(&self) -> Facts {
+        Facts {
+            is_dirty: self.is_dirty(),
+            masks_wait: !self.masking.is_kept(),
+            writes: self.running.writing().next().is_some(),
+        }
+    }
+
+    /// Closes the window; nothing is asked any more.
+    pub fn quit(&mut self) {
+        self.life.quit();
+        self.window.closes = true;
+    }
+}
+
+/// Something happens to a project that may be left: does what follows from it.
+pub fn happens(state: &mut State, work: &mut Work, event: Event) {
+    let mut event = Some(event);
+    while let Some(now) = event.take() {
+        let facts = state.life_facts();
+        let (phase, effect) = std::mem::take(&mut state.life.phase).next(now, facts);
+        state.life.phase = phase;
+        event = effect.and_then(|effect| follow_effect(state, work, effect));
+    }
+}
+
+fn follow_effect(state: &mut State, work: &mut Work, effect: Effect) -> Option<Event> {
+    match effect {
+        Effect::Save => return Some(Event::Saved(save(state, work).map_err(|error| error.to_string()))),
+        Effect::StopWriting => work.jobs.stop_writing(&mut state.running),
+        Effect::Go { goal, discards } => {
+            if discards {
+                discard_unsaved(state, work);
+            }
+            match goal {
+                Goal::Close => close_project(state, work),
+                Goal::Open(project) => open_now(state, work, project),
+                Goal::Create => create_project(state, work),
+                Goal::Quit => state.quit(),
+            }
+        }
+    }
+    None
+}
+
+/// Something was found that was not saved when the program ended last.
+pub fn offer_recovery(state: &mut State, work: &mut Work, found: UnsavedChanges) {
+    let Some(session) = &state.session else { return };
+    // Until it is answered it stays on disk as it is, whatever is done meanwhile.
+    work.keeper.iter().for_each(|keeper| keeper.hold(true));
+    state.life.found(found, session.history.present().masks.clone());
+}
+
+/// The user has answered what becomes of what was not saved last time.
+pub fn answer_recovery(state: &mut State, work: &mut Work, restores: bool) {
+    let Some(recovery) = state.life.answer() else { return };
+    work.keeper.iter().for_each(|keeper| keeper.hold(false));
+    if !restores {
+        discard_unsaved(state, work);
+        return state.tell(Note::new(Weight::Info, "What was not saved is discarded"));
+    }
+    let mut project = recovery.found.project;
+    if let Some(session) = &state.session {
+        // Masks that came home while nobody had answered yet are on disk, and stay.
+        project.masks = project.masks.merged_with_changes(&recovery.masks, &session.history.present().masks);
+    }
+    state.edit("recovery", project, None);
+}
+
+/// The window ends, whoever ends it: masks that wait are written, and what is not saved and not given up is kept.
+pub fn end(state: &mut State, work: &mut Work) {
+    work.jobs.stop_all_but(&mut state.running, Kind::Mask);
+    let since = Instant::now();
+    while !state.masking.is_kept() && state.session.is_some() && since.elapsed() < LAST_WAIT {
+        take_in(state, work);
+        keep_masks(state, work);
+        std::thread::sleep(LOOKS_EVERY);
+    }
+    keep_now(state, work);
+    work.jobs.stop_all(&mut state.running);
+}

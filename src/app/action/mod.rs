@@ -1,0 +1,177 @@
+//! The one place where the state changes: what was asked for is done, one file a subject.
+
+pub mod build;
+pub mod decide;
+pub mod flat;
+pub mod layers;
+pub mod life;
+pub mod masks;
+pub mod saving;
+pub mod select;
+pub mod space;
+pub mod window;
+
+use self::build::{
+    build_layers, fill_hidden, painter_failed, painter_made, prepare_painter, redecide, restart_painter,
+    site_read,
+};
+use self::decide::{follow, redo, reopen, undo};
+use self::life::{answer_recovery, happens};
+use self::saving::{keep_if_due, save_project};
+use super::check::{ask_overlay, check_again, check_project};
+use super::flight::export::export_views;
+use super::masking::keeping::keep_masks;
+use super::opening::assistant::created;
+use super::opening::{arrived, grant_opening, open_now, open_project};
+use super::quality::colour::{edit_colour, show_gains};
+use super::quality::filling::{look_at_propagation, propagate_paint, take_propagated_off};
+use super::state::State;
+use super::state::ask::{Ask, BuildAsk, CheckAsk, DecideAsk, FlightAsk, ProjectAsk, QualityAsk, TripAsk};
+use super::trip::choosing::choose_path;
+use super::trip::editing::edit_photo;
+use super::trip::exporting::export_chosen;
+use super::trip::importing::{import_chosen, import_files, look_at_import, paint_changed, take_back_last};
+use super::trip::take_home;
+use super::trip::watching::watch_for_saves;
+use super::work::Work;
+
+/// Does what is asked. What is not saved afterwards is kept.
+pub fn apply(state: &mut State, work: &mut Work, ask: Ask) {
+    match ask {
+        Ask::Select(ask) => select::apply(state, ask),
+        Ask::Decide(ask) => decide(state, work, ask),
+        Ask::Build(ask) => build(state, work, ask),
+        Ask::Space(ask) => space::apply(state, ask),
+        Ask::Flight(ask) => flight(state, work, ask),
+        Ask::Flat(ask) => flat::apply(state, ask),
+        Ask::Mask(ask) => masks::apply(state, work, ask),
+        Ask::Quality(ask) => quality(state, work, ask),
+        Ask::Trip(ask) => trip(state, work, ask),
+        Ask::Check(ask) => check(state, work, ask),
+        Ask::Project(ask) => project(state, work, ask),
+        Ask::Window(ask) => window::apply(state, ask),
+    }
+    keep_if_due(state, work);
+}
+
+/// Takes in what jobs have brought since the last time.
+pub fn take_in(state: &mut State, work: &mut Work) {
+    let (notes, arrivals) = work.jobs.receive(&mut state.running);
+    notes.into_iter().for_each(|note| state.tell(note));
+    for arrival in arrivals {
+        arrival(state).into_iter().for_each(|ask| apply(state, work, ask));
+    }
+}
+
+/// What goes on by itself, once a frame.
+pub fn go_on(state: &mut State, work: &mut Work) {
+    follow(state, work);
+    state.fly_on();
+    take_home(state, work);
+    check_again(state, work);
+    keep_masks(state, work);
+}
+
+fn decide(state: &mut State, work: &mut Work, ask: DecideAsk) {
+    match ask {
+        DecideAsk::Edit(name, project, gesture) => state.edit(name, *project, gesture),
+        DecideAsk::EndGesture => state.end_gesture(),
+        DecideAsk::Undo => undo(state, work),
+        DecideAsk::Redo => redo(state, work),
+        DecideAsk::Layers(edit) => state.decide(&edit),
+        DecideAsk::Merge => state.merge_layers(),
+        DecideAsk::Split => state.split_layer(),
+        DecideAsk::Pin => state.pin(),
+        DecideAsk::Exclude => state.exclude(),
+        DecideAsk::Reset => state.reset_decisions(),
+        DecideAsk::Rename(photo, layer, name) => state.rename_layer(photo, layer, &name),
+        DecideAsk::Forget(photo, number) => state.forget_decision(photo, number),
+        DecideAsk::SwitchObject(object, on) => state.switch_object(&object, on),
+        DecideAsk::AllObjectsOn => state.switch_all_on(),
+        DecideAsk::Options { edit, goes_on } => state.edit_options(&edit, goes_on),
+    }
+}
+
+fn build(state: &mut State, work: &mut Work, ask: BuildAsk) {
+    match ask {
+        BuildAsk::Build(photos) => build_layers(state, work, photos),
+        BuildAsk::Fill => fill_hidden(state, work),
+        BuildAsk::Reread(then_build) => reopen(state, work, then_build),
+        BuildAsk::PreparePainter => prepare_painter(state, work),
+        BuildAsk::RestartPainter => restart_painter(state, work),
+        BuildAsk::SiteRead => site_read(state, work),
+        BuildAsk::PainterMade => painter_made(state, work),
+        BuildAsk::PainterFailed(folder, error) => painter_failed(state, work, &folder, &error),
+        BuildAsk::Redecide => redecide(state, work),
+        BuildAsk::Stop(job) => work.jobs.stop(&mut state.running, job),
+        BuildAsk::StopAll => work.jobs.stop_all(&mut state.running),
+    }
+}
+
+fn flight(state: &mut State, work: &mut Work, ask: FlightAsk) {
+    match ask {
+        FlightAsk::FlyToView(view) => state.fly_to_view(view),
+        FlightAsk::GoTo(time_s) => state.go_to(time_s),
+        FlightAsk::KeepView => state.keep_view(),
+        FlightAsk::AddKeyframe => state.add_keyframe(),
+        FlightAsk::RemoveKeyframe => state.remove_keyframe(),
+        FlightAsk::Play => state.play(),
+        FlightAsk::ChooseStill => state.ask_still(),
+        FlightAsk::ChooseFilm => state.ask_film(),
+        FlightAsk::Render(export) => export_views(state, work, &export),
+    }
+}
+
+fn quality(state: &mut State, work: &mut Work, ask: QualityAsk) {
+    match ask {
+        QualityAsk::Fill(options) => state.edit_fill(options),
+        QualityAsk::Colour { edits, goes_on } => edit_colour(state, work, &edits, goes_on),
+        QualityAsk::LookAtPropagation => look_at_propagation(state, work),
+        QualityAsk::Propagate => propagate_paint(state, work),
+        QualityAsk::TakePropagatedOff => take_propagated_off(state, work),
+        QualityAsk::ShowGains => show_gains(state, work),
+    }
+}
+
+fn trip(state: &mut State, work: &mut Work, ask: TripAsk) {
+    match ask {
+        TripAsk::ChooseImports => state.choose_imports(),
+        TripAsk::Import => import_chosen(state, work),
+        TripAsk::ImportFiles(files) => import_files(state, work, files),
+        TripAsk::ChooseExport => state.choose_export(),
+        TripAsk::Export => export_chosen(state, work),
+        TripAsk::EditPhoto { fresh } => edit_photo(state, work, fresh),
+        TripAsk::TakeBackLast => take_back_last(state, work),
+        TripAsk::ShowFolder(folder) => state.show_folder(&folder),
+        TripAsk::ChoosePath(wanted) => choose_path(state, work, wanted),
+        TripAsk::PaintChanged(photos, book) => paint_changed(state, work, photos, book),
+        TripAsk::LookAtImport(number, book) => look_at_import(state, work, number, book),
+        TripAsk::WatchForSaves => watch_for_saves(state, work),
+    }
+}
+
+fn check(state: &mut State, work: &mut Work, ask: CheckAsk) {
+    match ask {
+        CheckAsk::Check => check_project(state, work),
+        CheckAsk::Mend(mend) => state.mend(mend),
+        CheckAsk::Overlay(path) => ask_overlay(state, work, &path),
+    }
+}
+
+fn project(state: &mut State, work: &mut Work, ask: ProjectAsk) {
+    match ask {
+        ProjectAsk::Open(project) => open_project(state, work, project),
+        ProjectAsk::OpenNow(project) => open_now(state, work, project),
+        ProjectAsk::Opened(opened) => arrived(state, work, *opened),
+        ProjectAsk::Created(parts, made) => created(state, work, &parts, *made),
+        ProjectAsk::Save => drop(save_project(state, work)),
+        ProjectAsk::Life(event) => happens(state, work, event),
+        ProjectAsk::Recover(restores) => answer_recovery(state, work, restores),
+        ProjectAsk::Forget(project) => state.settings.recent.retain(|other| *other != project),
+        ProjectAsk::ShowMissing => state.show_missing(),
+        ProjectAsk::Dialog(wish) => grant_opening(state, work, wish),
+    }
+}
+
+#[cfg(test)]
+pub mod tests;

@@ -1,0 +1,112 @@
+//! Saving what was decided, and keeping what is not saved for the case that the program ends.
+
+use std::path::Path;
+
+use crate::app::state::State;
+use crate::app::state::life::Autosave;
+use crate::app::state::notes::{Note, Weight};
+use crate::app::state::running::Kind;
+use crate::app::work::Work;
+use crate::app::work::jobs::arrival;
+use crate::document::Project;
+use crate::error::{Error, Result};
+use crate::io::project::change_project;
+
+impl State {
+    /// Something is not saved.
+    pub fn is_dirty(&self) -> bool {
+        self.session.as_ref().is_some_and(|session| session.history.is_dirty()) || !self.masking.is_kept()
+    }
+
+    fn not_kept(&mut self, folder: &Path, error: &Error) {
+        let now_s = self.window.now_s;
+        if let Some(session) = self.session.as_mut().filter(|session| session.folder == folder) {
+            session.due.keep.failed(now_s);
+        }
+        let text = format!(
+            "What is not saved could not be kept for the case of a crash; it is tried again: {error}"
+        );
+        self.tell(Note::new(Weight::Problem, text));
+    }
+}
+
+/// Saves the project; whether it is saved now. Where it is not, a note says why.
+pub fn save_project(state: &mut State, work: &mut Work) -> bool {
+    match save(state, work) {
+        Ok(()) => true,
+        Err(error) => {
+            state.tell(Note::new(Weight::Problem, format!("The project was not saved: {error}")));
+            false
+        }
+    }
+}
+
+/// Saves the project.
+///
+/// # Errors
+/// [`Error::Io`]: what is on disk is as it was, and what is not saved stays so.
+pub fn save(state: &mut State, work: &mut Work) -> Result<()> {
+    let Some(session) = &mut state.session else { return Ok(()) };
+    let (folder, project, known) = (&session.folder, session.history.present(), session.history.on_disk());
+    let save = || {
+        change_project(folder, |now| {
+            // An import that has just ended has put its masks there.
+            let masks = now.map(|now| project.masks.merged_with_changes(&known.masks, &now.masks));
+            let masks = masks.unwrap_or_else(|_| project.masks.clone());
+            Ok(Project { masks, ..Project::clone(project) })
+        })
+    };
+    let Some(keeper) = &work.keeper else { return Ok(()) };
+    let ((), forgotten) = keeper.saved(save)?;
+    session.history.saved();
+    session.due.keep = Autosave::default();
+    if let Err(error) = forgotten {
+        state.tell(Note::new(Weight::Warning, error.to_string()));
+    }
+    Ok(())
+}
+
+/// Forgets what is not saved: the project was left so by its user.
+pub fn discard_unsaved(state: &mut State, work: &mut Work) {
+    state.masking.forget_waiting();
+    let Some(session) = &mut state.session else { return };
+    session.due.keep = Autosave::default();
+    let forgotten = work.keeper.as_ref().map_or(Ok(()), |keeper| keeper.forget());
+    if let Err(error) = forgotten {
+        state.tell(Note::new(Weight::Warning, error.to_string()));
+    }
+}
+
+/// Keeps what is not saved, when it is time to.
+pub fn keep_if_due(state: &mut State, work: &mut Work) {
+    want_kept(state, work);
+    let now_s = state.window.now_s;
+    let writes = state.running.runs(Kind::Keep);
+    let Some(session) = state.session.as_mut().filter(|session| session.due.keep.is_due()) else { return };
+    if writes || !session.due.keep.begins(now_s) {
+        return state.window.wake_within(session.due.keep.rest_s());
+    }
+    let (folder, Some(keeper)) = (session.folder.clone(), work.keeper.clone()) else { return };
+    work.jobs.start(&mut state.running, Kind::Keep, "Keeping what is not saved", move |_| {
+        let kept = keeper.write();
+        drop(keeper);
+        Ok(arrival(move |state| kept.unwrap_or_else(|error| state.not_kept(&folder, &error))))
+    });
+}
+
+/// The autosave knows of what was edited since it was told last.
+fn want_kept(state: &mut State, work: &Work) {
+    let (Some(session), Some(keeper)) = (&mut state.session, &work.keeper) else { return };
+    if session.due.keep.take_news() {
+        keeper.want(session.history.is_dirty().then(|| session.history.present().clone()));
+    }
+}
+
+/// Keeps what is not saved at once: the program may be about to end.
+pub fn keep_now(state: &mut State, work: &mut Work) {
+    want_kept(state, work);
+    let kept = work.keeper.as_ref().map_or(Ok(()), |keeper| keeper.write());
+    if let Err(error) = kept {
+        state.notes.add(Note::new(Weight::Problem, error.to_string()));
+    }
+}

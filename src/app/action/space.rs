@@ -1,0 +1,58 @@
+//! The 3D view: where it looks from, and what it shows.
+
+use crate::app::state::State;
+use crate::app::state::ask::SpaceAsk;
+use crate::app::state::panes::Pane;
+
+/// Does what is asked of the 3D view.
+pub fn apply(state: &mut State, ask: SpaceAsk) {
+    match ask {
+        SpaceAsk::FlyToPhoto(photo) => {
+            state.panes.show(Pane::Space);
+            state.fly_to_photo(photo);
+        }
+        SpaceAsk::LookFrom(view) => state.look_from(&view),
+        SpaceAsk::Frame => state.frame(),
+        SpaceAsk::ShowAll => state.show_all(),
+        SpaceAsk::Snap => {
+            state.panes.show(Pane::Space);
+            state.snap();
+        }
+        // Never out of it: whoever ends a text with Enter twice stays there.
+        SpaceAsk::FlyInto => {
+            state.panes.show(Pane::Space);
+            if state.space.through() != state.selected_photo() {
+                state.snap();
+            }
+        }
+        SpaceAsk::Level => state.level(),
+        SpaceAsk::Display(shown) => state.space.look.shown = shown,
+        SpaceAsk::PullApart => state.toggle_exploded(),
+    }
+}
+
+impl State {
+    /// Shows the selection as large as the view that is in use has room for.
+    pub fn frame(&mut self) {
+        let framed = match self.panes.used() {
+            Pane::Space => false,
+            Pane::Photo => self.frame_in_photo(),
+            Pane::Layer => {
+                self.flat.layer.view.fit();
+                true
+            }
+        };
+        if !framed {
+            self.frame_selection();
+        }
+    }
+
+    /// Shows everything in the view that is in use.
+    pub fn show_all(&mut self) {
+        match self.panes.used() {
+            Pane::Space => self.show_everything(),
+            Pane::Photo => self.flat.photo.view.fit(),
+            Pane::Layer => self.flat.layer.view.fit(),
+        }
+    }
+}

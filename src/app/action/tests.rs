@@ -1,0 +1,6 @@
+//! Wishes done without a window, by subject.
+
+pub mod bench;
+mod life;
+mod views;
+mod window;

@@ -1,0 +1,292 @@
+//! Projects saved, kept, left, closed, opened and found again after a crash.
+
+use super::bench::{Bench, project};
+use crate::app::action::life::{end, happens, offer_recovery};
+use crate::app::action::saving::keep_now;
+use crate::app::state::ask::{DecideAsk, ProjectAsk};
+use crate::app::state::life::{Event, Goal, Phase};
+use crate::app::state::running::Kind;
+use crate::document::Project;
+use crate::document::history::Gesture;
+use crate::io::lock::ProjectLock;
+use crate::io::project::write_project;
+use crate::io::recovery::{read_unsaved, write_unsaved};
+
+/// The project with a margin that tells it from others.
+fn with_margin(bench: &Bench, margin: u32) -> Box<Project> {
+    let mut project = bench.project();
+    project.options.margin = margin;
+    Box::new(project)
+}
+
+fn edit(bench: &mut Bench, margin: u32) {
+    let project = with_margin(bench, margin);
+    bench.ask(DecideAsk::Edit("margin".into(), project, None));
+}
+
+fn leave(bench: &mut Bench, goal: Goal) {
+    bench.ask(ProjectAsk::Life(Event::Leave(goal)));
+}
+
+fn life(bench: &mut Bench, event: Event) {
+    bench.ask(ProjectAsk::Life(event));
+}
+
+// ---- saving and keeping ----
+
+#[test]
+fn an_edit_is_a_step_that_is_not_saved() {
+    let mut bench = Bench::new();
+    assert!(!bench.state.is_dirty());
+    edit(&mut bench, 9);
+    assert!(bench.state.is_dirty());
+    assert_eq!((bench.project().options.margin, bench.undoes()), (9, Some("margin")));
+    assert_ne!(bench.saved().options.margin, 9);
+}
+
+#[test]
+fn an_edit_is_kept_at_once() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    assert!(bench.state.running.runs(Kind::Keep));
+    bench.settle();
+    assert_eq!(bench.kept().unwrap().options.margin, 9);
+}
+
+#[test]
+fn a_gesture_is_one_step_and_kept_when_it_has_ended() {
+    let mut bench = Bench::new();
+    for margin in 5..9 {
+        let project = with_margin(&bench, margin);
+        bench.ask(DecideAsk::Edit("margin".into(), project, Some(Gesture(1))));
+    }
+    assert!(!bench.state.running.runs(Kind::Keep));
+    bench.ask(DecideAsk::EndGesture);
+    bench.settle();
+    assert_eq!(bench.kept().unwrap().options.margin, 8);
+    bench.ask(DecideAsk::Undo);
+    assert_eq!(bench.undoes(), None);
+}
+
+#[test]
+fn a_save_writes_the_project_and_forgets_what_was_kept() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    bench.settle();
+    bench.ask(ProjectAsk::Save);
+    assert_eq!((bench.saved().options.margin, bench.state.is_dirty()), (9, false));
+    assert!(bench.kept().is_none());
+}
+
+#[test]
+fn a_save_that_fails_says_so_and_keeps_everything() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    bench.settle();
+    let (file, aside) = (bench.folder().join("project.json"), bench.folder().join("aside.json"));
+    std::fs::rename(&file, &aside).unwrap();
+    std::fs::create_dir(&file).unwrap();
+    bench.ask(ProjectAsk::Save);
+    assert!(bench.state.is_dirty());
+    assert!(
+        bench.said().iter().any(|text| text.starts_with("The project was not saved: ")),
+        "{:?}",
+        bench.said()
+    );
+    std::fs::remove_dir(&file).unwrap();
+    std::fs::rename(&aside, &file).unwrap();
+    assert_eq!(bench.kept().unwrap().options.margin, 9);
+}
+
+#[test]
+fn an_edit_that_is_undone_leaves_nothing_to_be_kept() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    bench.settle();
+    bench.ask(DecideAsk::Undo);
+    bench.settle();
+    assert!(!bench.state.is_dirty() && bench.kept().is_none());
+    bench.ask(DecideAsk::Redo);
+    bench.settle();
+    assert_eq!(bench.kept().unwrap().options.margin, 9);
+}
+
+#[test]
+fn a_window_that_ends_without_asking_keeps_what_is_not_saved() {
+    let mut bench = Bench::new();
+    let project = with_margin(&bench, 9);
+    bench.ask(DecideAsk::Edit("margin".into(), project, Some(Gesture(1))));
+    end(&mut bench.state, &mut bench.work);
+    assert_eq!(bench.kept().unwrap().options.margin, 9);
+}
+
+#[test]
+fn what_was_edited_just_before_a_fault_is_kept_though_nobody_was_told_of_it() {
+    let mut bench = Bench::new();
+    let project = with_margin(&bench, 9);
+    bench.state.edit("margin", *project, None);
+    keep_now(&mut bench.state, &mut bench.work);
+    assert_eq!(bench.kept().unwrap().options.margin, 9);
+}
+
+// ---- leaving ----
+
+#[test]
+fn a_project_without_changes_is_closed_at_once() {
+    let mut bench = Bench::new();
+    leave(&mut bench, Goal::Close);
+    assert!(bench.state.session.is_none() && bench.work.keeper.is_none());
+}
+
+#[test]
+fn a_project_with_changes_is_asked_about_and_stays() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    leave(&mut bench, Goal::Close);
+    assert!(bench.state.asks() && bench.state.has_dialog() && bench.state.session.is_some());
+    life(&mut bench, Event::Stay);
+    assert!(!bench.state.asks() && bench.state.session.is_some() && bench.state.is_dirty());
+}
+
+#[test]
+fn a_project_is_saved_and_left() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    leave(&mut bench, Goal::Close);
+    life(&mut bench, Event::Save);
+    assert!(bench.state.session.is_none());
+    assert_eq!(bench.saved().options.margin, 9);
+    assert!(bench.kept().is_none());
+}
+
+#[test]
+fn a_project_is_left_without_saving() {
+    let mut bench = Bench::new();
+    let before = bench.saved();
+    edit(&mut bench, 9);
+    bench.settle();
+    leave(&mut bench, Goal::Close);
+    life(&mut bench, Event::Discard);
+    bench.settle();
+    assert!(bench.state.session.is_none());
+    assert_eq!(bench.saved(), before);
+    assert!(bench.kept().is_none(), "it was given up");
+}
+
+#[test]
+fn a_save_that_fails_on_leaving_leaves_nothing() {
+    let mut bench = Bench::new();
+    edit(&mut bench, 9);
+    let (file, aside) = (bench.folder().join("project.json"), bench.folder().join("aside.json"));
+    std::fs::rename(&file, &aside).unwrap();
+    std::fs::create_dir(&file).unwrap();
+    leave(&mut bench, Goal::Quit);
+    life(&mut bench, Event::Save);
+    assert!(matches!(&bench.state.life.phase, Phase::Asking { failed: Some(_), .. }));
+    assert!(bench.state.session.is_some() && !bench.state.window.closes);
+    std::fs::remove_dir(&file).unwrap();
+    std::fs::rename(&aside, &file).unwrap();
+    life(&mut bench, Event::Save);
+    assert!(bench.state.window.closes);
+    assert_eq!(bench.saved().options.margin, 9);
+}
+
+#[test]
+fn a_job_that_writes_is_asked_about_stopped_and_then_the_project_is_left() {
+    let mut bench = Bench::new();
+    let running = &mut bench.state.running;
+    bench.work.jobs.start(running, Kind::Export, "Exporting", |task| {
+        loop {
+            task.go_on()?;
+            std::thread::yield_now();
+        }
+    });
+    leave(&mut bench, Goal::Close);
+    assert!(bench.state.life.asks_about_writing() && bench.state.session.is_some());
+    life(&mut bench, Event::Stop);
+    bench.settle();
+    happens(&mut bench.state, &mut bench.work, Event::Frame);
+    assert!(bench.state.session.is_none());
+}
+
+#[test]
+fn a_project_is_free_for_others_once_it_is_closed() {
+    let mut bench = Bench::new();
+    let folder = bench.folder().to_path_buf();
+    assert!(ProjectLock::take(&folder).is_err());
+    leave(&mut bench, Goal::Close);
+    bench.settle();
+    ProjectLock::take(&folder).unwrap();
+}
+
+#[test]
+fn quitting_closes_the_window_and_nothing_is_asked_any_more() {
+    let mut bench = Bench::new();
+    leave(&mut bench, Goal::Quit);
+    assert!(bench.state.window.closes && bench.state.life.quits());
+}
+
+// ---- after a crash ----
+
+/// A project of which something is kept that was not saved.
+fn with_something_kept() -> Bench {
+    let mut bench = Bench::new();
+    let lost = with_margin(&bench, 7);
+    write_unsaved(bench.folder(), &lost).unwrap();
+    let found = read_unsaved(bench.folder(), &bench.saved()).unwrap().unwrap();
+    offer_recovery(&mut bench.state, &mut bench.work, found);
+    bench
+}
+
+#[test]
+fn what_was_found_after_a_crash_is_asked_about_and_stays_on_disk_meanwhile() {
+    let mut bench = with_something_kept();
+    assert!(bench.state.asks());
+    edit(&mut bench, 9);
+    bench.settle();
+    assert_eq!(bench.kept().unwrap().options.margin, 7);
+}
+
+#[test]
+fn what_was_found_is_restored_as_a_step() {
+    let mut bench = with_something_kept();
+    bench.ask(ProjectAsk::Recover(true));
+    assert_eq!((bench.project().options.margin, bench.undoes()), (7, Some("recovery")));
+    assert!(!bench.state.asks() && bench.state.is_dirty());
+    bench.settle();
+    assert_eq!(bench.kept().unwrap().options.margin, 7);
+}
+
+#[test]
+fn what_was_found_is_discarded() {
+    let mut bench = with_something_kept();
+    bench.ask(ProjectAsk::Recover(false));
+    assert!(!bench.state.asks() && !bench.state.is_dirty() && bench.kept().is_none());
+    assert!(bench.said().contains(&"What was not saved is discarded"));
+}
+
+// ---- opening ----
+
+#[test]
+fn a_project_is_opened_and_remembered() {
+    let mut bench = Bench::empty();
+    write_project(bench.folder(), &project()).unwrap();
+    let folder = bench.folder().to_path_buf();
+    bench.ask(ProjectAsk::Open(folder.clone()));
+    assert!(bench.state.running.runs(Kind::Open));
+    bench.settle();
+    // Its site is not there: that is said, and what is missing is asked for.
+    assert!(bench.state.session.is_none() && bench.state.opening.is_asking(), "{:?}", bench.said());
+    bench.ask(ProjectAsk::Forget(folder));
+    assert!(bench.state.settings.recent.is_empty());
+}
+
+#[test]
+fn a_folder_without_a_project_is_a_problem_that_is_told() {
+    let mut bench = Bench::empty();
+    let folder = bench.folder().join("none");
+    bench.ask(ProjectAsk::Open(folder));
+    bench.settle();
+    assert_eq!(bench.state.notes.list().len(), 1);
+    assert!(bench.state.settings.notes_shown && bench.state.session.is_none());
+}

@@ -1,0 +1,90 @@
+//! Flags, sizes and colours of the window, and every command from its table.
+
+use super::bench::Bench;
+use crate::app::command::{all, edit};
+use crate::app::state::State;
+use crate::app::state::ask::{Flag, WindowAsk};
+use crate::app::state::settings::Colours;
+
+// ---- the window ----
+
+#[test]
+fn every_flag_is_switched_and_switched_back_by_itself() {
+    let mut bench = Bench::new();
+    let flags = [
+        (Flag::Settings, (|state| state.settings_shown) as fn(&State) -> bool),
+        (Flag::Notes, |state| state.settings.notes_shown),
+        (Flag::Lists, |state| state.settings.lists_shown),
+        (Flag::Side, |state| state.settings.side_shown),
+        (Flag::Help, |state| state.help_shown),
+        (Flag::LayerOptions, |state| state.layer_options_shown),
+        (Flag::LayerTable, |state| state.settings.layer_list.as_table),
+        (Flag::Check, |state| state.checks.shown),
+        (Flag::ImageEditor, |state| state.trip.choosing_editor),
+        (Flag::Flight, |state| state.flights.shown),
+        (Flag::Legend, |state| state.space.legend_shown),
+        (Flag::Wireframe, |state| state.space.wireframe),
+        (Flag::Cameras, |state| state.space.cameras),
+        (Flag::Backs, |state| state.space.look.without_backs),
+        (Flag::PhotoOver, |state| state.space.photo_over),
+        (Flag::Outlines, |state| state.flat.switches.outlines),
+        (Flag::Hatching, |state| state.flat.switches.hatching),
+        (Flag::Rectangles, |state| state.flat.switches.rectangles),
+        (Flag::Filling, |state| state.flat.switches.filling),
+        (Flag::Paint, |state| state.flat.switches.paint),
+        (Flag::Even, |state| state.flat.switches.even),
+        (Flag::Suggestions, |state| state.masking.suggested.shown),
+    ];
+    for (flag, is_on) in flags {
+        let before: Vec<bool> = flags.iter().map(|(_, is_on)| is_on(&bench.state)).collect();
+        bench.ask(WindowAsk::Flip(flag));
+        let changed = flags.iter().zip(before).filter(|((_, is_on), before)| is_on(&bench.state) != *before);
+        assert_eq!(changed.map(|((flag, _), _)| *flag).collect::<Vec<_>>(), [flag]);
+        let now = is_on(&bench.state);
+        bench.ask(WindowAsk::Flip(flag));
+        assert_ne!(is_on(&bench.state), now);
+    }
+}
+
+#[test]
+fn the_size_of_text_goes_by_tenths_and_back() {
+    let mut bench = Bench::empty();
+    bench.ask(WindowAsk::Resize(1.0));
+    bench.ask(WindowAsk::Resize(1.0));
+    assert_eq!(bench.state.settings.scale, 1.2);
+    bench.ask(WindowAsk::UsualSize);
+    assert_eq!(bench.state.settings.scale, 1.0);
+}
+
+#[test]
+fn the_theme_and_the_layout_are_the_window_s_to_apply() {
+    let mut bench = Bench::empty();
+    bench.ask(WindowAsk::Theme(Colours::Light));
+    bench.state.settings.lists_shown = false;
+    bench.ask(WindowAsk::ResetLayout);
+    assert_eq!(bench.state.settings.colours, Colours::Light);
+    assert!(bench.state.settings.lists_shown && bench.state.window.resets);
+}
+
+#[test]
+fn a_command_that_is_not_ready_says_why() {
+    let mut bench = Bench::empty();
+    let ask = edit::SAVE.asked(&bench.state);
+    bench.ask(ask);
+    assert_eq!(bench.said(), ["Save: open a project first"]);
+}
+
+#[test]
+fn every_command_that_is_ready_can_be_asked_for_without_a_window() {
+    for command in all() {
+        // A dialog of the system is no matter of a test.
+        if command.name == "Open project…" {
+            continue;
+        }
+        let mut bench = Bench::new();
+        let ask = command.asked(&bench.state);
+        bench.ask(ask);
+        bench.work.jobs.stop_all(&mut bench.state.running);
+        bench.settle();
+    }
+}

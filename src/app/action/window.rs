@@ -1,0 +1,51 @@
+//! The window itself: panels that are shown, colours and sizes, what is said.
+
+use crate::app::state::State;
+use crate::app::state::ask::{Flag, WindowAsk};
+
+/// Does what is asked of the window.
+pub fn apply(state: &mut State, ask: WindowAsk) {
+    match ask {
+        WindowAsk::Flip(flag) => *state.flag_mut(flag) ^= true,
+        WindowAsk::Palette => state.palette.toggle(),
+        WindowAsk::SortLayers(column) => state.settings.layer_list.sort_by(column),
+        WindowAsk::Theme(colours) => state.settings.colours = colours,
+        WindowAsk::Resize(steps) => state.settings.resize(steps),
+        WindowAsk::UsualSize => state.settings.scale = 1.0,
+        WindowAsk::ResetLayout => {
+            state.settings.lay_out_anew();
+            state.window.resets = true;
+        }
+        WindowAsk::ShowPane(pane) => state.panes.show(pane),
+        WindowAsk::Say(note) => state.notes.add(note),
+    }
+}
+
+impl State {
+    fn flag_mut(&mut self, flag: Flag) -> &mut bool {
+        match flag {
+            Flag::Settings => &mut self.settings_shown,
+            Flag::Notes => &mut self.settings.notes_shown,
+            Flag::Lists => &mut self.settings.lists_shown,
+            Flag::Side => &mut self.settings.side_shown,
+            Flag::Help => &mut self.help_shown,
+            Flag::LayerOptions => &mut self.layer_options_shown,
+            Flag::LayerTable => &mut self.settings.layer_list.as_table,
+            Flag::Check => &mut self.checks.shown,
+            Flag::ImageEditor => &mut self.trip.choosing_editor,
+            Flag::Flight => &mut self.flights.shown,
+            Flag::Legend => &mut self.space.legend_shown,
+            Flag::Wireframe => &mut self.space.wireframe,
+            Flag::Cameras => &mut self.space.cameras,
+            Flag::Backs => &mut self.space.look.without_backs,
+            Flag::PhotoOver => &mut self.space.photo_over,
+            Flag::Outlines => &mut self.flat.switches.outlines,
+            Flag::Hatching => &mut self.flat.switches.hatching,
+            Flag::Rectangles => &mut self.flat.switches.rectangles,
+            Flag::Filling => &mut self.flat.switches.filling,
+            Flag::Paint => &mut self.flat.switches.paint,
+            Flag::Even => &mut self.flat.switches.even,
+            Flag::Suggestions => &mut self.masking.suggested.shown,
+        }
+    }
+}

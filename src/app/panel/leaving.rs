@@ -1,0 +1,146 @@
+//! Questions before a project is left, and after a crash. What follows from an answer is `state::life`'s.
+
+use eframe::egui::{Context, RichText, Spinner, Ui};
+
+use super::answers_ui;
+use super::status::left;
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::life::{Event, Goal, Phase, Recovery};
+use crate::app::state::notes::ago;
+use crate::app::state::session::Session;
+use crate::app::widget::dialog::{Dialog, Keys};
+
+/// Draws the question that waits for an answer, if one does.
+pub fn leaving_ui(context: &Context, state: &State, asks: &mut Vec<Ask>) {
+    let answer = match (&state.life.phase, &state.life.recovery) {
+        (Phase::Asking { failed, .. }, _) => ask_unsaved(context, state, failed.as_deref(), false),
+        (Phase::Saving { .. }, _) => ask_unsaved(context, state, None, true),
+        (Phase::Staying, Some(recovery)) => {
+            let restores = ask_recovery(context, recovery);
+            return asks.extend(restores.map(|restores| ProjectAsk::Recover(restores).into()));
+        }
+        (Phase::Writing { goal, .. }, _) => ask_writing(context, state, goal, false),
+        (Phase::Waiting { goal, .. }, _) => ask_writing(context, state, goal, true),
+        (Phase::Staying, None) => None,
+    };
+    asks.extend(answer.map(|event| ProjectAsk::Life(event).into()));
+}
+
+/// Asks what becomes of what is not saved, and says why it could not be saved.
+fn ask_unsaved(context: &Context, state: &State, failed: Option<&str>, saves: bool) -> Option<Event> {
+    let name = state.session.as_ref().map(Session::name).unwrap_or_default();
+    let asked = Dialog::new("leaving", 440.0).show(context, |ui, keys| {
+        let answers = match failed {
+            None => {
+                ui.label(RichText::new(format!("Save what you decided about {name}?")).heading());
+                ui.add_space(4.0);
+                ui.label(
+                    "Layers, fillings and paint are on disk already. Decisions that are not saved would be lost.",
+                );
+                [("Save", Event::Save), ("Do not save", Event::Discard), ("Cancel", Event::Stay)]
+            }
+            Some(failed) => {
+                ui.label(RichText::new(format!("{name} could not be saved")).heading());
+                ui.add_space(4.0);
+                ui.colored_label(ui.visuals().error_fg_color, failed);
+                ui.label(
+                    "What is on disk is as it was, without your last decisions: mend that, and try again.",
+                );
+                [("Try again", Event::Save), ("Leave without saving", Event::Discard), ("Stay here", Event::Stay)]
+            }
+        };
+        ui.add_space(10.0);
+        ui.horizontal(|ui| {
+            let names = answers.each_ref().map(|(name, _)| *name);
+            let chosen = answers_ui(ui, keys, &names);
+            if saves {
+                ui.spinner();
+                ui.label("Keeping masks…");
+            }
+            answers.into_iter().find(|(name, _)| chosen == Some(*name)).map(|(_, answer)| answer)
+        })
+        .inner
+    });
+    let is_left = asked.is_left();
+    asked.inner.or(is_left.then_some(Event::Stay))
+}
+
+/// Asks whether what was not saved last time is restored.
+fn ask_recovery(context: &Context, recovery: &Recovery) -> Option<bool> {
+    let when = recovery.found.time.elapsed().map_or_else(|_| "the end".into(), ago);
+    let mut answer = None;
+    Dialog::new("recovery", 440.0).show(context, |ui, keys| {
+        ui.label(RichText::new("Something was not saved").heading());
+        ui.add_space(4.0);
+        ui.label(format!(
+            "The program ended before you saved. What you had decided until {when} is kept: restore it, or discard \
+             it and go on from what was saved last."
+        ));
+        if recovery.found.saved_since {
+            ui.colored_label(
+                ui.visuals().warn_fg_color,
+                "The project was saved by another program since: restoring replaces what that changed.",
+            );
+        }
+        ui.add_space(10.0);
+        ui.horizontal(|ui| {
+            answer = answers_ui(ui, keys, &["Restore", "Discard"]);
+        });
+    });
+    answer.map(|answer| answer == "Restore")
+}
+
+/// Asks what becomes of what is being written; `waits`: that was answered already, and can be taken back.
+fn ask_writing(context: &Context, state: &State, goal: &Goal, waits: bool) -> Option<Event> {
+    let asked = Dialog::new("writing", 460.0).show(context, |ui, keys| {
+        ui.heading("Something is still being written");
+        for (_, job) in state.running.writing() {
+            ui.horizontal(|ui| {
+                ui.add(Spinner::new().size(16.0));
+                ui.label(RichText::new(&job.name).strong());
+                ui.weak(left(job));
+            });
+        }
+        let verb = verb(goal);
+        if waits {
+            ui.label(format!("As soon as that has ended: {verb}."));
+        } else {
+            ui.label("What is finished stays in any case; the rest can be made later.");
+        }
+        ui.add_space(8.0);
+        writing_answers(ui, keys, verb, waits)
+    });
+    let is_left = asked.is_left();
+    asked.inner.or(is_left.then_some(Event::Stay))
+}
+
+fn writing_answers(ui: &mut Ui, keys: &mut Keys, verb: &str, waits: bool) -> Option<Event> {
+    // Nothing is lost by waiting, nor by staying once one waits.
+    let usual = if waits { Event::Stay } else { Event::Wait };
+    let mut chosen = None;
+    ui.horizontal_wrapped(|ui| {
+        let mut choice = |text: String, event: Event| {
+            let button = ui.button(text);
+            let is_pressed = if event == usual { keys.press_first(&button) } else { button.clicked() };
+            if is_pressed {
+                chosen = Some(event);
+            }
+        };
+        choice(format!("Stop it and {verb}"), Event::Stop);
+        if !waits {
+            choice(format!("Wait, then {verb}"), Event::Wait);
+        }
+        choice("Go on working".into(), Event::Stay);
+    });
+    chosen
+}
+
+fn verb(goal: &Goal) -> &'static str {
+    match goal {
+        Goal::Quit => "quit",
+        Goal::Close => "close the project",
+        Goal::Open(_) => "open the other project",
+        Goal::Create => "make the new project",
+    }
+}

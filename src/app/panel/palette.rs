@@ -1,0 +1,152 @@
+//! The command palette: any command, by a few letters of its name.
+
+use eframe::egui::{Align2, Context, Id, Key, RichText, ScrollArea, TextEdit, Ui};
+
+use crate::app::command::{self, Command, first_keys};
+use crate::app::editor::Editor;
+use crate::app::state::State;
+use crate::app::widget::dialog::Dialog;
+
+/// The palette, open or not.
+#[derive(Debug, Default)]
+pub struct Palette {
+    open: bool,
+    typed: String,
+    /// Among the commands found, from 0.
+    chosen: usize,
+}
+
+impl Palette {
+    /// Whether it is shown.
+    pub fn is_open(&self) -> bool {
+        self.open
+    }
+
+    /// Opens it empty, or closes it.
+    pub fn toggle(&mut self) {
+        *self = Self { open: !self.open, ..Self::default() };
+    }
+}
+
+/// Shows the palette when it is open; the command that was chosen.
+pub fn palette_ui(editor: &mut Editor, context: &Context) -> Option<&'static Command> {
+    if !editor.state.palette.open {
+        return None;
+    }
+    let dialog = Dialog::new("palette", 460.0).at(Align2::CENTER_TOP, [0.0, 80.0]);
+    let answer = dialog.show(context, |ui, _| contents(editor, ui));
+    if answer.is_left() || answer.inner.is_some() {
+        editor.state.palette = Palette::default();
+    }
+    answer.inner
+}
+
+fn contents(editor: &mut Editor, ui: &mut Ui) -> Option<&'static Command> {
+    let steps = |ui: &Ui, key| ui.input_mut(|input| input.count_and_consume_key(Default::default(), key));
+    let (down, up) = (steps(ui, Key::ArrowDown), steps(ui, Key::ArrowUp));
+    let enter = ui.input_mut(|input| input.consume_key(Default::default(), Key::Enter));
+    // Before it is drawn: it takes in letters in the same frame then.
+    let id = Id::unique("letters of a command");
+    ui.memory_mut(|memory| memory.request_focus(id));
+    let field = TextEdit::singleline(&mut editor.state.palette.typed)
+        .id(id)
+        .hint_text("Type a few letters of a command")
+        .desired_width(f32::INFINITY);
+    let typed = ui.add(field);
+    if typed.changed() {
+        editor.state.palette.chosen = 0;
+    }
+    let found = found(&editor.state.palette.typed);
+    let last = found.len().saturating_sub(1);
+    editor.state.palette.chosen = (editor.state.palette.chosen + down).saturating_sub(up).min(last);
+    let moved = down + up > 0;
+    let mut clicked = None;
+    ScrollArea::vertical().max_height(360.0).auto_shrink([false, true]).show(ui, |ui| {
+        for (place, command) in found.iter().enumerate() {
+            if row(editor, ui, command, place == editor.state.palette.chosen, moved) {
+                clicked = Some(*command);
+            }
+        }
+        if found.is_empty() {
+            ui.label("No command has these letters in its name.");
+        }
+    });
+    let entered = enter.then(|| found.get(editor.state.palette.chosen).copied()).flatten();
+    clicked.or(entered).filter(|command| (command.ready)(editor).is_ok())
+}
+
+fn row(state: &State, ui: &mut Ui, command: &Command, chosen: bool, moved: bool) -> bool {
+    let why_not = (command.ready)(state).err();
+    let keys = first_keys(ui.ctx(), command);
+    let text = RichText::new(format!("{} › {}", command.menu.name(), command.name));
+    let response = ui
+        .horizontal(|ui| {
+            let button = ui.add_enabled(why_not.is_none(), eframe::egui::Button::selectable(chosen, text));
+            ui.weak(keys);
+            button
+        })
+        .inner;
+    if chosen && moved {
+        response.scroll_to_me(None);
+    }
+    let response = response.on_hover_text(command.tooltip);
+    response.on_disabled_hover_text(why_not.unwrap_or_default()).clicked()
+}
+
+/// Commands whose name has all words that were typed, those that begin with them first; in the order of menus.
+fn found(typed: &str) -> Vec<&'static Command> {
+    let typed = typed.to_lowercase();
+    let words: Vec<&str> = typed.split_whitespace().collect();
+    let mut found: Vec<_> =
+        command::all().filter_map(|command| Some((rank(command, &words)?, command))).collect();
+    found.sort_by_key(|(rank, _)| *rank);
+    found.into_iter().map(|(_, command)| command).collect()
+}
+
+/// So many letters tell what is looked for; fewer are in every sentence.
+const TELLING: usize = 4;
+
+/// Smaller is better; none where a word is missing. Letters of a word may be scattered, as in `bl` for *Build layers*;
+/// what the name does not have the tooltip may: people have other words for the same.
+fn rank(command: &Command, words: &[&str]) -> Option<u32> {
+    let name = command.name.to_lowercase();
+    words.iter().try_fold(0, |sum, word| {
+        let rank = if name.starts_with(word) {
+            0
+        } else if name.split_whitespace().any(|part| part.starts_with(word)) {
+            1
+        } else if name.contains(word) {
+            2
+        } else {
+            let tooltip = || command.tooltip.to_lowercase();
+            let in_tooltip = || word.len() >= TELLING && tooltip().contains(word);
+            scattered(&name, word).then_some(3).or_else(|| in_tooltip().then_some(4))?
+        };
+        Some(sum + rank)
+    })
+}
+
+fn scattered(name: &str, word: &str) -> bool {
+    let mut letters = name.chars();
+    word.chars().all(|letter| letters.any(|other| other == letter))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_word_of_the_tooltip_finds_a_command_too() {
+        assert_eq!(found("exploded").first().map(|command| command.name), Some("Layers pulled apart"));
+    }
+
+    #[test]
+    fn every_command_is_found_by_its_name_and_by_its_first_letters() {
+        for command in command::all() {
+            assert_eq!(found(command.name).first().map(|c| c.name), Some(command.name));
+        }
+        assert_eq!(found("bu la").first().map(|command| command.name), Some("Build layers"));
+        assert!(found("bl").iter().any(|command| command.name == "Build layers"));
+        assert!(found("xyzzy").is_empty());
+    }
+}

@@ -1,0 +1,266 @@
+//! The editor: takes in what came, hears keys, draws, and has done what was asked for. Textures and the layout of the
+//! centre are here; everything that can be said without a window is in [`State`], what runs beside it in [`Work`].
+
+use std::ops::{Deref, DerefMut};
+use std::path::PathBuf;
+
+use eframe::egui::{self, CentralPanel, Context, KeyboardShortcut, Panel, Ui, ViewportCommand};
+use eframe::{Frame, Storage};
+
+use super::crash::{self, Crash, crash_ui};
+use super::frame_times::FrameTimes;
+use super::layout::{Layout, centre_ui};
+use super::look::apply_look;
+use super::turns::Turns;
+use crate::app::action::life::end;
+use crate::app::action::{apply, go_on, take_in};
+use crate::app::check::check_ui;
+use crate::app::command::{self, Command};
+use crate::app::flight::timeline_ui;
+use crate::app::opening::{opening_ui, take_dropped, watch_opening};
+use crate::app::panel;
+use crate::app::panel::palette::palette_ui;
+use crate::app::panel::sized::{Edge, sized_panel};
+use crate::app::state::State;
+use crate::app::state::ask::{Ask, ProjectAsk};
+use crate::app::state::life::{Event, Goal};
+use crate::app::state::session::Session;
+use crate::app::state::settings::{Colours, Settings};
+use crate::app::work::Work;
+use crate::app::work::waker::Waker;
+
+/// The key of the settings among what eframe keeps.
+const SETTINGS: &str = "settings";
+
+/// The most that what lies below the views takes of the height that is left, each.
+const BELOW_MOST: f32 = 0.4;
+
+/// The editor.
+pub struct Editor {
+    /// What is shown and decided.
+    pub state: State,
+    /// What runs beside the window.
+    pub work: Work,
+    /// Where the views of the centre are.
+    pub layout: Layout,
+    /// What frames took.
+    pub frame_times: FrameTimes,
+    /// The program made a mistake, and somebody has to be told.
+    pub crash: Option<Crash>,
+    /// The window.
+    pub context: Context,
+    /// The colours and the size that the window has.
+    look: (Colours, f32),
+    title: String,
+}
+
+/// Tests and panels ask the editor for its state.
+impl Deref for Editor {
+    type Target = State;
+
+    fn deref(&self) -> &State {
+        &self.state
+    }
+}
+
+impl DerefMut for Editor {
+    fn deref_mut(&mut self) -> &mut State {
+        &mut self.state
+    }
+}
+
+impl Editor {
+    /// With what was kept from the last run; opens `project` if there is one.
+    pub fn new(context: &Context, storage: Option<&dyn Storage>, project: Option<PathBuf>) -> Self {
+        let mut settings: Settings =
+            storage.and_then(|storage| eframe::get_value(storage, SETTINGS)).unwrap_or_default();
+        // Where nothing is kept from run to run, hints would come every time.
+        settings.hints &= storage.is_some();
+        apply_look(&settings, context);
+        context.add_plugin(Turns::default());
+        let wakes = context.clone();
+        let mut editor = Self {
+            look: (settings.colours, settings.scale),
+            state: State { settings, ..State::default() },
+            work: Work::new(Waker::new(move || wakes.request_repaint())),
+            layout: Layout::kept(storage),
+            frame_times: FrameTimes::default(),
+            crash: None,
+            context: context.clone(),
+            title: String::new(),
+        };
+        editor.layout.tell(&mut editor.state.panes);
+        if let Some(project) = project {
+            editor.apply(ProjectAsk::Open(project));
+        }
+        editor
+    }
+
+    /// Does what is asked.
+    pub fn apply(&mut self, ask: impl Into<Ask>) {
+        apply(&mut self.state, &mut self.work, ask.into());
+    }
+
+    /// Runs a command if it is ready, else says why not.
+    pub fn run(&mut self, command: &Command) {
+        self.apply(command.asked(&self.state));
+    }
+
+    fn take_in(&mut self, context: &Context) {
+        let dropped = context.input(|input| input.raw.dropped_files.clone());
+        let dropped: Vec<PathBuf> = dropped.iter().map(|file| file.path().to_path_buf()).collect();
+        let (state, work) = (&mut self.state, &mut self.work);
+        take_in(state, work);
+        work.pictures.take_in(context);
+        take_dropped(state, work, &dropped);
+        watch_opening(state, work);
+        self.show_title(context);
+        self.take_close_request(context);
+        go_on(&mut self.state, &mut self.work);
+    }
+
+    fn show_title(&mut self, context: &Context) {
+        let name = self.state.session.as_ref().map(Session::name);
+        let title = name.map_or_else(|| "Quadratura".into(), |name| format!("{name} – Quadratura"));
+        if title != self.title {
+            context.send_viewport_cmd(ViewportCommand::Title(title.clone()));
+            self.title = title;
+        }
+    }
+
+    /// The window's own button asks, too.
+    fn take_close_request(&mut self, context: &Context) {
+        if self.work.ending.is_asked() && !self.state.life.quits() {
+            return self.state.quit();
+        }
+        let asked = context.input(|input| input.viewport().close_requested());
+        let ends = self.state.is_dirty() || self.state.running.writing().next().is_some();
+        // After a fault no question is shown that could be answered; what is not saved is kept.
+        if asked && ends && !self.state.life.quits() && self.crash.is_none() {
+            context.send_viewport_cmd(ViewportCommand::CancelClose);
+            self.apply(ProjectAsk::Life(Event::Leave(Goal::Quit)));
+        }
+    }
+
+    /// Whether keys that were pressed are for a command: while a dialog is open they are for that, and without a
+    /// project keys without Ctrl are those of commands only that are ready.
+    fn hears(&self, command: &Command, keys: &KeyboardShortcut) -> bool {
+        if self.state.has_dialog() {
+            return (command.in_dialog)(&self.state);
+        }
+        self.state.session.is_some() || keys.modifiers.command || (command.ready)(&self.state).is_ok()
+    }
+
+    /// The window becomes as the state wants it.
+    fn settle(&mut self, context: &Context) {
+        let wanted = (self.state.settings.colours, self.state.settings.scale);
+        let resets = std::mem::take(&mut self.state.window.resets);
+        if resets {
+            context.memory_mut(|memory| *memory = egui::Memory::default());
+            self.layout = Layout::default();
+        }
+        if resets || self.look != wanted {
+            apply_look(&self.state.settings, context);
+            self.look = wanted;
+        }
+        for pane in self.state.panes.take_to_front() {
+            self.layout.show(pane);
+        }
+        self.layout.tell(&mut self.state.panes);
+        if std::mem::take(&mut self.state.window.closes) {
+            context.send_viewport_cmd(ViewportCommand::Close);
+        }
+        if let Some(seconds) = self.state.window.next_frame_s.take() {
+            context.request_repaint_after_secs(seconds as f32);
+        }
+    }
+}
+
+impl eframe::App for Editor {
+    fn logic(&mut self, context: &Context, frame: &mut Frame) {
+        // What it says is of the frame before.
+        self.frame_times.begin(frame.info().cpu_usage, !self.state.running.is_idle());
+        self.state.window.now_s = context.input(|input| input.time);
+        self.state.window.density = context.pixels_per_point();
+        let work = || {
+            self.take_in(context);
+            // Each in its turn: one may open a dialog, which the next ones belong to.
+            while self.crash.is_none() {
+                let heard = |command: &Command, keys: &KeyboardShortcut| self.hears(command, keys);
+                let Some(command) = command::next_pressed(context, self.state.space.id, heard) else { break };
+                self.run(command);
+            }
+            self.settle(context);
+        };
+        if let Err(crash) = crash::guarded(work) {
+            self.crashed(crash);
+        }
+    }
+
+    fn ui(&mut self, ui: &mut Ui, _: &mut Frame) {
+        if self.crash.is_some() {
+            crash_ui(self, ui);
+        } else if let Err(crash) = crash::guarded(|| self.draw(ui)) {
+            self.crashed(crash);
+            ui.ctx().request_repaint();
+        }
+        let context = ui.ctx().clone();
+        self.settle(&context);
+        self.frame_times.end(!self.state.running.is_idle());
+    }
+
+    fn save(&mut self, storage: &mut dyn Storage) {
+        eframe::set_value(storage, SETTINGS, &self.state.settings);
+        self.layout.keep(storage);
+    }
+
+    fn on_exit(&mut self) {
+        end(&mut self.state, &mut self.work);
+    }
+}
+
+impl Drop for Editor {
+    /// A display that is gone takes the window with it, and asks nobody.
+    fn drop(&mut self) {
+        // While a panic is on its way another one would end everything at once.
+        let _ = crash::guarded(|| end(&mut self.state, &mut self.work));
+    }
+}
+
+impl Editor {
+    fn draw(&mut self, ui: &mut Ui) {
+        let mut asks = Vec::new();
+        Panel::top("menu").show(ui, |ui| panel::menu::menu_ui(self, ui, &mut asks));
+        Panel::bottom("status").show(ui, |ui| panel::status::status_ui(self, ui, &mut asks));
+        let mut sizes = self.state.settings.sizes;
+        if self.state.settings.notes_shown {
+            let (place, most) = ((Edge::Bottom, "notes"), BELOW_MOST * ui.available_height());
+            sized_panel(ui, place, &mut sizes.notes, most, |ui| panel::notes::notes_ui(self, ui, &mut asks));
+        }
+        if self.state.session.is_some() && self.state.flights.shown {
+            let (place, most) = ((Edge::Bottom, "flight"), BELOW_MOST * ui.available_height());
+            sized_panel(ui, place, &mut sizes.flight, most, |ui| timeline_ui(self, ui, &mut asks));
+        }
+        if self.state.session.is_some() {
+            panel::sides_ui(self, &mut sizes, ui, &mut asks);
+        }
+        self.state.settings.sizes = sizes;
+        if self.state.session.is_some() {
+            CentralPanel::no_frame().show(ui, |ui| centre_ui(self, ui, &mut asks));
+        } else {
+            CentralPanel::default_margins().show(ui, |ui| panel::welcome::welcome_ui(self, ui, &mut asks));
+        }
+        let context = ui.ctx().clone();
+        panel::leaving::leaving_ui(&context, &self.state, &mut asks);
+        self.merging_ui(&context);
+        self.export_ui(&context);
+        panel::help::help_ui(self, &context);
+        panel::settings::settings_ui(self, &context, &mut asks);
+        panel::layer_options::layer_options_ui(self, &context, &mut asks);
+        check_ui(self, &context, &mut asks);
+        opening_ui(self, &context, &mut asks);
+        panel::dialogs::dialogs_ui(self, &context, &mut asks);
+        asks.extend(palette_ui(self, &context).map(|command| command.asked(&self.state)));
+        asks.into_iter().for_each(|ask| self.apply(ask));
+    }
+}

@@ -1,0 +1,182 @@
+//! The centre of the window: 3D view, photo and image layer as tabs, to be put side by side by dragging.
+
+use eframe::Storage;
+use eframe::egui::{Id, Response, Ui, WidgetText};
+use egui_tiles::{Behavior, SimplificationOptions, Tile, TileId, Tiles, Tree, UiResponse};
+
+use crate::app::editor::Editor;
+use crate::app::layer::layer_ui;
+use crate::app::photo::photo_ui;
+use crate::app::space::space_ui;
+use crate::app::state::ask::Ask;
+use crate::app::state::panes::{Pane, Panes, Seen};
+
+/// The key of the layout among what eframe keeps.
+const LAYOUT: &str = "layout";
+
+/// Where the views are.
+pub struct Layout {
+    tree: Tree<Pane>,
+}
+
+impl Default for Layout {
+    fn default() -> Self {
+        let tree = Tree::new_tabs(Id::unique("centre"), Pane::ALL.to_vec());
+        Self { tree }
+    }
+}
+
+impl Layout {
+    /// As it was kept in the last run; as at first where that is not whole.
+    pub fn kept(storage: Option<&dyn Storage>) -> Self {
+        let tree = storage.and_then(|storage| eframe::get_value::<Tree<Pane>>(storage, LAYOUT));
+        let whole = |tree: &Tree<Pane>| Pane::ALL.iter().all(|pane| is_once_in(tree, *pane));
+        tree.filter(whole).map_or_else(Self::default, |tree| Self { tree })
+    }
+
+    /// Keeps it for the next run.
+    pub fn keep(&self, storage: &mut dyn Storage) {
+        eframe::set_value(storage, LAYOUT, &self.tree);
+    }
+
+    /// Brings a view to the front.
+    pub fn show(&mut self, pane: Pane) {
+        self.tree.make_active(|_, tile| matches!(tile, Tile::Pane(other) if *other == pane));
+    }
+
+    /// Tells which views are seen, and which would be if each came to the front.
+    pub fn tell(&self, panes: &mut Panes) {
+        let seen_if = Pane::ALL.map(|pane| {
+            let mut layout = Self { tree: self.tree.clone() };
+            layout.show(pane);
+            layout.seen()
+        });
+        panes.laid_out(self.seen(), seen_if);
+    }
+
+    /// Which views are in front of their tabs.
+    fn seen(&self) -> Seen {
+        let active = self.tree.active_tiles();
+        Pane::ALL.map(|pane| self.tree.tiles.find_pane(&pane).is_some_and(|tile| active.contains(&tile)))
+    }
+}
+
+fn is_once_in(tree: &Tree<Pane>, pane: Pane) -> bool {
+    tree.tiles.tiles().filter(|tile| matches!(tile, Tile::Pane(other) if *other == pane)).count() == 1
+}
+
+/// Whether a tile is a view or holds it.
+fn holds(tiles: &Tiles<Pane>, tile: TileId, pane: Pane) -> bool {
+    match tiles.get(tile) {
+        Some(Tile::Pane(other)) => *other == pane,
+        Some(Tile::Container(container)) => container.children().any(|child| holds(tiles, *child, pane)),
+        None => false,
+    }
+}
+
+/// Draws the views.
+pub fn centre_ui(editor: &mut Editor, ui: &mut Ui, asks: &mut Vec<Ask>) {
+    // The tree draws the views, which see the whole editor: it is out of it while it does.
+    let mut layout = std::mem::take(&mut editor.layout);
+    let mut views = Views { editor, asks, used: None };
+    layout.tree.ui(&mut views, ui);
+    let used = views.used;
+    editor.layout = layout;
+    used.into_iter().for_each(|pane| editor.state.panes.use_pane(pane));
+}
+
+struct Views<'a> {
+    editor: &'a mut Editor,
+    asks: &'a mut Vec<Ask>,
+    used: Option<Pane>,
+}
+
+impl Behavior<Pane> for Views<'_> {
+    fn pane_ui(&mut self, ui: &mut Ui, _: TileId, pane: &mut Pane) -> UiResponse {
+        let rect = ui.max_rect();
+        let used = ui.input(|input| input.pointer.any_pressed() || input.smooth_scroll_delta().y != 0.0);
+        if used && ui.rect_contains_pointer(rect) {
+            self.used = Some(*pane);
+        }
+        match pane {
+            Pane::Space => space_ui(self.editor, ui, self.asks),
+            Pane::Photo => photo_ui(self.editor, ui, self.asks),
+            Pane::Layer => layer_ui(self.editor, ui, self.asks),
+        }
+        UiResponse::None
+    }
+
+    fn tab_title_for_pane(&mut self, pane: &Pane) -> WidgetText {
+        pane.name().into()
+    }
+
+    fn tab_title_for_tile(&mut self, tiles: &Tiles<Pane>, tile: TileId) -> WidgetText {
+        // Views that stand side by side under one tab.
+        let held = Pane::ALL.into_iter().filter(|pane| holds(tiles, tile, *pane));
+        held.map(Pane::name).collect::<Vec<_>>().join(" + ").into()
+    }
+
+    fn on_tab_button(&mut self, tiles: &mut Tiles<Pane>, tile: TileId, tab: Response) -> Response {
+        if tab.clicked()
+            && let Some(pane) = tiles.get_pane(&tile)
+        {
+            self.used = Some(*pane);
+        }
+        tab.on_hover_text("Drag it to the side of another view to see both.")
+    }
+
+    fn simplification_options(&self) -> SimplificationOptions {
+        // A view alone keeps its tab: by it one can drag it back.
+        SimplificationOptions { all_panes_must_have_tabs: true, ..SimplificationOptions::default() }
+    }
+
+    fn tab_bar_height(&self, _: &eframe::egui::Style) -> f32 {
+        28.0
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_that_comes_to_the_front_hides_the_others_of_its_tabs_and_what_would_be_seen_is_known_before() {
+        let (mut layout, mut panes) = (Layout::default(), Panes::default());
+        layout.tell(&mut panes);
+        assert_eq!((panes.used(), layout.seen()), (Pane::Space, [true, false, false]));
+        for pane in [Pane::Layer, Pane::Photo] {
+            panes.show(pane);
+            panes.take_to_front().into_iter().for_each(|pane| layout.show(pane));
+            let seen = Pane::ALL.map(|other| other == pane);
+            assert_eq!((layout.seen(), Pane::ALL.map(|pane| panes.is_shown(pane))), (seen, seen));
+            layout.tell(&mut panes);
+            assert_eq!((panes.used(), Pane::ALL.map(|pane| panes.is_shown(pane))), (pane, seen));
+        }
+    }
+
+    #[test]
+    fn a_kept_layout_comes_back_and_one_that_lacks_a_view_does_not() {
+        #[derive(Default)]
+        struct Memory(std::collections::BTreeMap<String, String>);
+        impl Storage for Memory {
+            fn get_string(&self, key: &str) -> Option<String> {
+                self.0.get(key).cloned()
+            }
+            fn set_string(&mut self, key: &str, value: String) {
+                self.0.insert(key.into(), value);
+            }
+            fn remove_string(&mut self, key: &str) {
+                self.0.remove(key);
+            }
+            fn flush(&mut self) {}
+        }
+        let mut storage = Memory::default();
+        let mut layout = Layout::default();
+        layout.show(Pane::Photo);
+        layout.keep(&mut storage);
+        assert!(Layout::kept(Some(&storage)).seen()[Pane::Photo as usize]);
+        layout.tree = Tree::new_tabs(Id::unique("centre"), vec![Pane::Photo]);
+        layout.keep(&mut storage);
+        assert!(Layout::kept(Some(&storage)).seen()[Pane::Space as usize]);
+    }
+}

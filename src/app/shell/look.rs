@@ -1,0 +1,36 @@
+//! The look of the window as the settings have it.
+
+use eframe::egui::{Context, FontId, TextStyle, Theme, ThemePreference};
+
+use crate::app::state::settings::{Colours, Settings};
+use crate::app::widget::look::{dark, light};
+
+/// Gives the window the colours and sizes of the settings.
+pub fn apply_look(settings: &Settings, context: &Context) {
+    context.set_theme(match settings.colours {
+        Colours::System => ThemePreference::System,
+        Colours::Dark => ThemePreference::Dark,
+        Colours::Light => ThemePreference::Light,
+    });
+    // The commands have these keys.
+    context.options_mut(|options| options.zoom_with_keyboard = false);
+    context.set_zoom_factor(settings.scale.clamp(Settings::SMALLEST, Settings::LARGEST));
+    context.set_visuals_of(Theme::Dark, dark());
+    context.set_visuals_of(Theme::Light, light());
+    context.all_styles_mut(|style| {
+        // Nothing smaller than 12 points: what cannot be read is no help.
+        let sizes = [
+            (TextStyle::Small, 12.0),
+            (TextStyle::Body, 14.0),
+            (TextStyle::Button, 14.0),
+            (TextStyle::Monospace, 13.0),
+            (TextStyle::Heading, 19.0),
+        ];
+        for (text, size) in sizes {
+            let family = style.text_styles.get(&text).map(|font| font.family.clone()).unwrap_or_default();
+            style.text_styles.insert(text, FontId::new(size, family));
+        }
+        style.spacing.item_spacing = [8.0, 5.0].into();
+        style.spacing.button_padding = [8.0, 3.0].into();
+    });
+}

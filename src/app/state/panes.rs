@@ -1,0 +1,112 @@
+//! The views of the centre as commands and actions know them: which one is seen, which one is in use, which one is to
+//! come to the front. How they are laid out is the shell's.
+
+use serde::{Deserialize, Serialize};
+
+/// A view of the centre.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
+pub enum Pane {
+    /// The 3D view.
+    Space,
+    /// The photo with its layers.
+    Photo,
+    /// One image layer.
+    Layer,
+}
+
+impl Pane {
+    /// All of them, in their order.
+    pub const ALL: [Self; 3] = [Self::Space, Self::Photo, Self::Layer];
+
+    /// As tabs have it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Space => "3D",
+            Self::Photo => "Photo",
+            Self::Layer => "Image layer",
+        }
+    }
+}
+
+/// Which of [`Pane::ALL`] are seen.
+pub type Seen = [bool; 3];
+
+/// What is known of the views of the centre.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Panes {
+    seen: Seen,
+    /// What would be seen if each of [`Pane::ALL`] came to the front.
+    seen_if: [Seen; 3],
+    used: Pane,
+    to_front: Vec<Pane>,
+}
+
+impl Default for Panes {
+    /// Three tabs, the first one in front.
+    fn default() -> Self {
+        let alone = [[true, false, false], [false, true, false], [false, false, true]];
+        Self { seen: alone[0], seen_if: alone, used: Pane::Space, to_front: Vec::new() }
+    }
+}
+
+impl Panes {
+    /// Brings a view to the front: it is in use then.
+    pub fn show(&mut self, pane: Pane) {
+        self.seen = self.seen_if[pane as usize];
+        self.used = pane;
+        self.to_front.push(pane);
+    }
+
+    /// Whether a view is seen.
+    pub fn is_shown(&self, pane: Pane) -> bool {
+        self.seen[pane as usize]
+    }
+
+    /// The view that the user worked in last; another one, where that is not seen.
+    pub fn used(&self) -> Pane {
+        let seen = Pane::ALL.into_iter().find(|pane| self.is_shown(*pane));
+        if self.is_shown(self.used) { self.used } else { seen.unwrap_or(self.used) }
+    }
+
+    /// The user worked in this view.
+    pub fn use_pane(&mut self, pane: Pane) {
+        self.used = pane;
+    }
+
+    /// The views that were asked to the front since the last time, the first one first.
+    pub fn take_to_front(&mut self) -> Vec<Pane> {
+        std::mem::take(&mut self.to_front)
+    }
+
+    /// The layout as it is: which views are seen, and which would be if each came to the front.
+    pub fn laid_out(&mut self, seen: Seen, seen_if: [Seen; 3]) {
+        (self.seen, self.seen_if) = (seen, seen_if);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_view_that_comes_to_the_front_of_its_tabs_hides_the_others_of_them_only() {
+        let mut panes = Panes::default();
+        panes.show(Pane::Photo);
+        assert!(panes.is_shown(Pane::Photo) && !panes.is_shown(Pane::Space));
+        // The 3D view stands beside the tabs of the other two.
+        panes.laid_out([true, true, false], [[true, true, false], [true, true, false], [true, false, true]]);
+        panes.show(Pane::Layer);
+        assert!(panes.is_shown(Pane::Space) && !panes.is_shown(Pane::Photo));
+        assert_eq!(panes.take_to_front(), [Pane::Photo, Pane::Layer]);
+        assert_eq!(panes.take_to_front(), []);
+    }
+
+    #[test]
+    fn the_view_in_use_is_one_that_is_seen() {
+        let mut panes = Panes::default();
+        panes.use_pane(Pane::Layer);
+        assert_eq!(panes.used(), Pane::Space);
+        panes.show(Pane::Layer);
+        assert_eq!(panes.used(), Pane::Layer);
+    }
+}

@@ -1,0 +1,196 @@
+//! Dialogs: whatever dims the window and asks something. As long as one is open keys belong to it: Escape closes it,
+//! Enter presses its main button, and of the commands only those hold that do no harm there.
+
+use eframe::egui::{
+    Align2, Area, Context, Event, Id, Key, Modal, Modifiers, Popup, Response, ScrollArea, Ui, Vec2,
+};
+
+/// A dialog that is about to be drawn.
+pub struct Dialog {
+    id: Id,
+    width: f32,
+    area: Area,
+}
+
+/// What of the keyboard belongs to the dialog in this frame.
+pub struct Keys {
+    /// It has come to the front.
+    opens: bool,
+    /// Enter was pressed, and nothing that has the focus wants it.
+    enter: bool,
+}
+
+/// What came of a dialog in a frame.
+pub struct Answer<T> {
+    /// Of its contents.
+    pub inner: T,
+    /// Escape was pressed, and it is in front.
+    pub escaped: bool,
+    /// The pointer was pressed beside it.
+    beside: bool,
+}
+
+impl Dialog {
+    /// In the middle of the window, `width` points wide. `name` tells it from all others.
+    pub fn new(name: &'static str, width: f32) -> Self {
+        let id = Id::unique(name);
+        Self { id, width, area: Modal::default_area(id) }
+    }
+
+    /// Elsewhere.
+    pub fn at(self, place: Align2, offset: impl Into<Vec2>) -> Self {
+        Self { area: self.area.anchor(place, offset), ..self }
+    }
+
+    /// Draws it, in front of those that were open before.
+    pub fn show<T>(self, context: &Context, contents: impl FnOnce(&mut Ui, &mut Keys) -> T) -> Answer<T> {
+        let layer = self.area.layer();
+        let is_in_front = context.memory(|memory| memory.top_modal_layer() == Some(layer));
+        let opens = comes_to_the_front(context, self.id, is_in_front);
+        if opens {
+            // It was for what opened it.
+            context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Enter));
+        }
+        let mut keys = Keys { opens, enter: is_in_front && enter_is_free(context) };
+        let width = self.width.min(context.content_rect().width() - SIDES);
+        let modal = Modal::new(self.id).area(self.area).show(context, |ui| {
+            ui.set_width(width);
+            contents(ui, &mut keys)
+        });
+        let may_escape = modal.is_top_modal && !modal.any_popup_open;
+        let escaped =
+            may_escape && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape));
+        let beside = modal.backdrop_response.clicked() || modal.response.should_close();
+        Answer { inner: modal.inner, escaped, beside }
+    }
+}
+
+impl<T> Answer<T> {
+    /// Nobody wants to answer: Escape, or a click beside it. Not for dialogs with something typed in them, which a
+    /// slip of the pointer must not throw away.
+    pub fn is_left(&self) -> bool {
+        self.escaped || self.beside
+    }
+}
+
+impl Keys {
+    /// Whether the main button was pressed: by the pointer, or by Enter.
+    pub fn press(&mut self, main: &Response) -> bool {
+        main.clicked() || (main.enabled() && std::mem::take(&mut self.enter))
+    }
+
+    /// The same for a main button that has the focus when the dialog opens: one that nobody can regret.
+    pub fn press_first(&mut self, main: &Response) -> bool {
+        self.begin_at(main);
+        self.press(main)
+    }
+
+    /// Enter was for something else.
+    pub fn take_enter(&mut self) {
+        self.enter = false;
+    }
+
+    /// This has the focus when the dialog opens.
+    pub fn begin_at(&self, widget: &Response) {
+        if self.opens {
+            widget.request_focus();
+        }
+    }
+}
+
+/// What margins of a dialog and a little of the window beside it need of its width, in points.
+const SIDES: f32 = 24.0;
+/// What title, buttons and margins of a dialog need of the window's height, in points.
+const FRAME: f32 = 150.0;
+
+/// Contents that may be higher than the window: they scroll, so that title and buttons stay in sight.
+pub fn scrolled<T>(ui: &mut Ui, contents: impl FnOnce(&mut Ui) -> T) -> T {
+    let highest = (ui.ctx().content_rect().height() - FRAME).max(FRAME);
+    let area = ScrollArea::vertical().id_salt("contents").max_height(highest).auto_shrink([false, true]);
+    area.show(ui, contents).inner
+}
+
+/// A dialog was open when the frame before was drawn: for whatever reads keys by itself.
+pub fn is_open(context: &Context) -> bool {
+    context.memory(|memory| memory.top_modal_layer().is_some())
+}
+
+/// Escape was pressed, and neither a dialog nor a text waits for it: for windows beside the work, such as the check and
+/// the list of keys, which dim nothing and let commands be run.
+pub fn escaped(context: &Context) -> bool {
+    let waits = context.text_edit_focused() || is_open(context);
+    !waits && context.input_mut(|input| input.consume_key(Modifiers::NONE, Key::Escape))
+}
+
+/// In the pass before it was not in front. The first pass of a dialog counts, and the first one in which the window
+/// knows that it is in front: before that it gives nothing behind another dialog the focus.
+fn comes_to_the_front(context: &Context, id: Id, is_in_front: bool) -> bool {
+    let now = context.cumulative_pass_nr();
+    let before = context.data(|data| data.get_temp::<u64>(id));
+    if is_in_front {
+        context.data_mut(|data| data.insert_temp(id, now));
+    }
+    before.is_none_or(|before| before + 1 < now)
+}
+
+/// Enter was pressed, neither held from before nor for a button, a list or a slider that has the focus. In a line of
+/// text it is for the dialog; no dialog has a text of several lines.
+fn enter_is_free(context: &Context) -> bool {
+    let taken = context.memory(|memory| memory.focused()).is_some() && !context.text_edit_focused();
+    let is_enter = |event: &Event| {
+        let Event::Key { key: Key::Enter, pressed: true, repeat: false, modifiers, .. } = event else {
+            return false;
+        };
+        modifiers.is_none()
+    };
+    !taken && !Popup::is_any_open(context) && context.input(|input| input.events.iter().any(is_enter))
+}
+
+#[cfg(test)]
+mod tests {
+    use eframe::egui::{Button, RawInput, TextEdit};
+
+    use super::*;
+
+    /// A key goes down, or up.
+    fn turn(key: Key, pressed: bool) -> RawInput {
+        let event =
+            Event::Key { key, physical_key: None, pressed, repeat: false, modifiers: Modifiers::NONE };
+        RawInput { events: vec![event], ..RawInput::default() }
+    }
+
+    fn press(key: Key) -> RawInput {
+        turn(key, true)
+    }
+
+    /// A dialog with a line, its main button and another one; whether main and other were pressed, and Escape.
+    fn frame(context: &Context, input: RawInput, line: bool) -> (bool, bool, bool) {
+        let mut pressed = (false, false, false);
+        let _ = context.run_ui(input, |ui| {
+            let mut text = String::new();
+            let answer = Dialog::new("of a test", 200.0).show(ui.ctx(), |ui, keys| {
+                let field = ui.add(TextEdit::singleline(&mut text));
+                let main = ui.add(Button::new("Main"));
+                let other = ui.add(Button::new("Other"));
+                keys.begin_at(if line { &field } else { &other });
+                (keys.press(&main), other.clicked())
+            });
+            let (main, other) = answer.inner;
+            pressed = (pressed.0 | main, pressed.1 | other, pressed.2 | answer.escaped);
+        });
+        pressed
+    }
+
+    #[test]
+    fn enter_in_a_line_presses_the_main_button_and_on_another_button_that_one() {
+        for (line, expected) in [(true, (true, false, false)), (false, (false, true, false))] {
+            let context = Context::default();
+            assert_eq!(frame(&context, press(Key::Enter), line), (false, false, false), "not when it opens");
+            for input in [turn(Key::Enter, false), RawInput::default()] {
+                assert_eq!(frame(&context, input, line), (false, false, false));
+            }
+            assert_eq!(frame(&context, press(Key::Enter), line), expected, "in a line: {line}");
+            assert_eq!(frame(&context, press(Key::Escape), line), (false, false, true));
+        }
+    }
+}

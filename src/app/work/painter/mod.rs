@@ -1,0 +1,341 @@
+//! Draws novel views beside the window, on a device of its own: the window stays quick however long a picture
+//! takes, and a device that is lost takes no unsaved work with it. Of requests of the view only the newest is ever
+//! drawn; between them pictures that somebody ordered to keep.
+
+mod orders;
+
+use std::collections::VecDeque;
+use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{Receiver, Sender, channel};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
+use std::thread::JoinHandle;
+use std::time::{Duration, Instant};
+
+use eframe::egui::{Color32, ColorImage};
+use glam::DVec3;
+
+pub use self::orders::Orders;
+
+use self::orders::{Bench, Order};
+use super::waker::Waker;
+use crate::document::paint::PaintBook;
+use crate::error::{Error, Result};
+use crate::projection::surface::Surface;
+use crate::projection::{Gains, Picture, Renders, Shot};
+use crate::raster::over::on_opaque;
+use crate::recipe::open::Opened;
+use crate::recipe::preview::Preview;
+use crate::scene::Model;
+use crate::task::Task;
+
+/// A picture that is wanted.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Request {
+    /// The view.
+    pub shot: Shot,
+    /// It may be given up for a newer one: pictures of a view that rests. One of a moving view is finished, else
+    /// nothing would be seen while moving.
+    pub yields: bool,
+    /// What is behind everything.
+    pub background: [u8; 3],
+}
+
+/// What all pictures show from now on that were not asked for before: nothing is opened anew for it.
+#[derive(Clone)]
+pub enum Change {
+    /// The paint that photos of these names have by now.
+    Paint(Vec<String>, Arc<PaintBook>),
+    /// The photos' gains.
+    Gains(Gains),
+    /// What is decided about photos and faces, of the same model and stacks.
+    Decisions(Arc<Opened>),
+}
+
+/// A picture that was drawn.
+pub struct Painted {
+    /// What was asked for.
+    pub request: Request,
+    /// Untextured faces are shaded, the background is as asked for.
+    pub image: ColorImage,
+    /// The nearest face at each pixel: 1 + its id, 0 for none.
+    pub faces: Vec<u32>,
+    /// The model as rays meet it, and as it was drawn.
+    pub surface: Arc<Surface>,
+    /// What it took.
+    pub spent: Duration,
+}
+
+#[derive(Default)]
+struct Slot {
+    request: Option<Request>,
+    /// Oldest first.
+    changes: Vec<Change>,
+    /// Oldest first.
+    orders: VecDeque<Order>,
+    /// Stops the picture that is being drawn, and whether that yields to a newer one.
+    drawing: Option<(Arc<AtomicBool>, bool)>,
+    ends: bool,
+}
+
+#[derive(Default)]
+struct Shared {
+    slot: Mutex<Slot>,
+    wake: Condvar,
+}
+
+impl Shared {
+    fn slot(&self) -> MutexGuard<'_, Slot> {
+        // Whoever panicked while drawing did not hold this lock.
+        self.slot.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+}
+
+/// The thread that draws.
+pub struct Painter {
+    shared: Arc<Shared>,
+    receive: Receiver<Result<Painted>>,
+    /// Adapter, kind, interface and driver.
+    pub adapter: String,
+    /// The model as rays meet it, and as it is drawn.
+    pub surface: Arc<Surface>,
+    /// Something was asked for that is not drawn yet.
+    pending: bool,
+    thread: Option<JoinHandle<()>>,
+}
+
+impl Painter {
+    /// Hands `preview` to a thread of its own; `context` is woken for every picture. Notes of drawing go to `notes`.
+    ///
+    /// # Errors
+    /// [`Error::Request`] when the system gives no thread.
+    pub fn new(
+        preview: Preview,
+        model: Arc<Model>,
+        adapter: String,
+        task: Task,
+        waker: Waker,
+    ) -> Result<Self> {
+        let shared = Arc::<Shared>::default();
+        let (send, receive) = channel();
+        let (theirs, surface) = (shared.clone(), preview.surface());
+        let bench = Bench::default();
+        let draw = move || Drawing { preview, model, task, send, waker, bench }.run(&theirs);
+        let started = std::thread::Builder::new().name("painter".into()).spawn(draw);
+        let thread = started.map_err(|error| {
+            Error::Request(format!("the system gives no thread for the 3D view: {error}"))
+        })?;
+        Ok(Self { shared, receive, adapter, surface, pending: false, thread: Some(thread) })
+    }
+
+    /// Where jobs order pictures to keep.
+    pub fn orders(&self) -> Orders {
+        Orders(self.shared.clone())
+    }
+
+    /// Asks for a picture instead of all others asked for before.
+    pub fn ask(&mut self, request: Request) {
+        let mut slot = self.shared.slot();
+        if let Some((stop, true)) = &slot.drawing {
+            stop.store(true, Ordering::Relaxed);
+        }
+        slot.request = Some(request);
+        self.pending = true;
+        self.shared.wake.notify_one();
+    }
+
+    /// All pictures that are asked for from now on show a change.
+    pub fn change(&mut self, change: Change) {
+        let mut slot = self.shared.slot();
+        // Of these the last word holds.
+        match change {
+            Change::Gains(_) => slot.changes.retain(|other| !matches!(other, Change::Gains(_))),
+            Change::Decisions(_) => slot.changes.retain(|other| !matches!(other, Change::Decisions(_))),
+            Change::Paint(..) => (),
+        }
+        slot.changes.push(change);
+        self.shared.wake.notify_one();
+    }
+
+    /// Something was asked for that has not come yet.
+    pub fn is_busy(&self) -> bool {
+        self.pending
+    }
+
+    /// The newest picture, or what went wrong with it.
+    pub fn receive(&mut self) -> Option<Result<Painted>> {
+        let newest = self.receive.try_iter().last()?;
+        let slot = self.shared.slot();
+        self.pending = slot.request.is_some();
+        Some(newest)
+    }
+}
+
+impl Drop for Painter {
+    fn drop(&mut self) {
+        let mut slot = self.shared.slot();
+        slot.ends = true;
+        // Whoever waits for one is told that nobody draws it.
+        slot.orders.clear();
+        if let Some((stop, _)) = &slot.drawing {
+            stop.store(true, Ordering::Relaxed);
+        }
+        drop(slot);
+        self.shared.wake.notify_one();
+        // A driver must not be asked for anything any more when the program ends.
+        if let Some(thread) = self.thread.take() {
+            let _ = thread.join();
+        }
+    }
+}
+
+struct Drawing {
+    preview: Preview,
+    model: Arc<Model>,
+    task: Task,
+    send: Sender<Result<Painted>>,
+    waker: Waker,
+    bench: Bench,
+}
+
+impl Drawing {
+    fn run(mut self, shared: &Shared) {
+        while let Some(Work { changes, request }) = next(shared, &mut self.bench) {
+            if !changes.is_empty() {
+                // A picture is of one state of the project.
+                self.bench.begin_anew();
+            }
+            let changed = changes.into_iter().try_for_each(|change| self.change(change));
+            match request {
+                Some((request, stop)) => {
+                    let done = changed.and_then(|()| self.guarded(request, stop));
+                    shared.slot().drawing = None;
+                    // One that was given up is followed by the one it was given up for.
+                    if !matches!(done, Err(Error::Cancelled)) {
+                        self.tell(done);
+                    }
+                }
+                None => changed.err().into_iter().for_each(|error| self.tell(Err(error))),
+            }
+            // In turns, so that neither waits for the other to come to its end.
+            self.bench.work(&mut self.preview);
+        }
+    }
+
+    fn tell(&self, done: Result<Painted>) {
+        // The window may be gone.
+        let _ = self.send.send(done);
+        self.waker.wake();
+    }
+
+    /// Paint that cannot be read is told, and pictures are as they were; only the device's faults end it.
+    fn change(&mut self, change: Change) -> Result<()> {
+        let what = match change {
+            Change::Gains(_) => "exposures",
+            Change::Decisions(_) => "decisions",
+            Change::Paint(..) => "painted layers",
+        };
+        let changed = match change {
+            Change::Gains(gains) => {
+                self.preview.set_gains(gains);
+                Ok(())
+            }
+            Change::Paint(photos, book) => {
+                let (preview, task) = (&mut self.preview, &self.task);
+                let renew = || preview.reload_paint(&photos, &book, task).map(drop);
+                catch_unwind(AssertUnwindSafe(renew)).unwrap_or_else(|_| Err(failed()))
+            }
+            Change::Decisions(opened) => {
+                let redecide = || self.preview.redecide(&opened.site, &opened.project.decisions);
+                catch_unwind(AssertUnwindSafe(redecide)).unwrap_or_else(|_| Err(failed()))
+            }
+        };
+        match changed {
+            Err(Error::Gpu(said)) => Err(Error::Gpu(said)),
+            Err(error) => {
+                self.task.note(format!("the 3D view shows {what} as they were: {error}"));
+                Ok(())
+            }
+            Ok(()) => Ok(()),
+        }
+    }
+
+    fn guarded(&mut self, request: Request, stop: Arc<AtomicBool>) -> Result<Painted> {
+        let task = self.task.with_stop_flag(stop);
+        catch_unwind(AssertUnwindSafe(|| self.draw(request, &task))).unwrap_or_else(|_| Err(failed()))
+    }
+
+    fn draw(&mut self, request: Request, task: &Task) -> Result<Painted> {
+        let start = Instant::now();
+        let picture = self.preview.picture(&request.shot, task)?;
+        let faces = self.preview.faces(&request.shot, task)?;
+        let shades = shades(&self.model, request.shot.viewpoint());
+        let image = composed(&picture, &faces, &shades, request.background);
+        Ok(Painted { request, image, faces, surface: self.preview.surface(), spent: start.elapsed() })
+    }
+}
+
+fn failed() -> Error {
+    Error::Gpu("drawing the 3D view failed; `Restart 3D view` starts it anew".into())
+}
+
+/// What is to be done next: changes, then a picture, with the flag that stops it; then a slice of what is on the bench.
+struct Work {
+    changes: Vec<Change>,
+    request: Option<(Request, Arc<AtomicBool>)>,
+}
+
+/// Waits for something to do; none when the painter is gone. Puts an order on the bench where that is free.
+fn next(shared: &Shared, bench: &mut Bench) -> Option<Work> {
+    let is_free = bench.is_free();
+    let waiting = |slot: &mut Slot| {
+        let nothing = slot.request.is_none() && slot.changes.is_empty() && slot.orders.is_empty();
+        is_free && nothing && !slot.ends
+    };
+    let mut slot = shared.wake.wait_while(shared.slot(), waiting).unwrap_or_else(PoisonError::into_inner);
+    if slot.ends {
+        return None;
+    }
+    bench.take(&mut slot.orders);
+    let changes = std::mem::take(&mut slot.changes);
+    let request = slot.request.take().map(|request| (request, Arc::<AtomicBool>::default()));
+    slot.drawing = request.as_ref().map(|(request, stop)| (stop.clone(), request.yields));
+    Some(Work { changes, request })
+}
+
+/// The grey of each face where no photo serves it: lighter the more it turns to the viewpoint.
+fn shades(model: &Model, viewpoint: DVec3) -> Vec<u8> {
+    let shade = |face: &crate::scene::Face| {
+        let towards = (viewpoint - face.plane.point).normalize_or_zero();
+        (80.0 + 90.0 * face.plane.normal.dot(towards).abs()) as u8
+    };
+    model.faces.iter().map(shade).collect()
+}
+
+/// The picture over shaded faces over the background.
+fn composed(picture: &Picture, faces: &[u32], shades: &[u8], background: [u8; 3]) -> ColorImage {
+    let pixel = |(rgba, face): (&[u8; 4], &u32)| {
+        let below = match face.checked_sub(1) {
+            Some(face) => [shades.get(face as usize).copied().unwrap_or_default(); 3],
+            None => background,
+        };
+        let [r, g, b] = [0, 1, 2].map(|c| on_opaque(rgba[c], rgba[3], below[c]));
+        Color32::from_rgb(r, g, b)
+    };
+    let pixels = picture.rgba.as_chunks::<4>().0.iter().zip(faces).map(pixel).collect();
+    ColorImage::new([picture.width as usize, picture.height as usize], pixels)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_picture_lies_over_shaded_faces_over_the_background() {
+        let rgba = vec![9, 8, 7, 255, 0, 0, 0, 0, 0, 0, 0, 0];
+        let picture = Picture { width: 3, height: 1, rgba };
+        let image = composed(&picture, &[1, 1, 0], &[100], [1, 2, 3]);
+        let expected = [[9, 8, 7], [100, 100, 100], [1, 2, 3]].map(|[r, g, b]| Color32::from_rgb(r, g, b));
+        assert_eq!(image.pixels, expected);
+    }
+}

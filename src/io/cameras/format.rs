@@ -1,0 +1,79 @@
+//! The interface of camera formats, and the table of the formats that are read.
+
+use std::path::{Path, PathBuf};
+
+use super::assembly::Assembly;
+use super::bundler::Bundler;
+use super::colmap::Colmap;
+use super::transforms::Transforms;
+use crate::error::Result;
+use crate::task::Task;
+
+/// A format of calibrated cameras: the recognition of its files, and their reader. All code that reads cameras uses
+/// [`FORMATS`]; a new format is an implementation of this trait and an entry there.
+pub(super) trait CameraFormat: Sync {
+    /// Returns a name of its files for messages and help: `Bundler's .out file with list.txt beside it`.
+    fn accepted(&self) -> &'static str;
+
+    /// Returns the folders, below the one given by the user, in which the format's program puts its files.
+    fn folders(&self) -> &'static [&'static str] {
+        &[""]
+    }
+
+    /// Finds the files of the reconstruction to which `file` belongs. Returns `None` where the file is not of this
+    /// format, and an error where it is, but other files of the reconstruction are missing.
+    fn of_file(&self, file: &Path) -> Option<Result<Files>>;
+
+    /// Finds the files of a reconstruction in a folder that contains files with these `names`, sorted.
+    fn in_folder(&self, folder: &Path, names: &[String]) -> Option<Result<Files>>;
+
+    /// Reads the files into `assembly`.
+    ///
+    /// # Errors
+    /// Returns an error when the rest of a file cannot be understood. Problems of single cameras, photos and points go
+    /// to the assembly.
+    fn read(&self, files: &Files, assembly: &mut Assembly<'_>, task: &Task) -> Result<()>;
+}
+
+/// All formats. Of several in one folder, the first in this table is read.
+pub(super) static FORMATS: &[&dyn CameraFormat] = &[
+    &Colmap,
+    &Transforms,
+    &Bundler,
+    #[cfg(test)]
+    &super::dummy::Dummy,
+];
+
+/// The files of one reconstruction; several may be the same.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub(super) struct Files {
+    /// The file with lenses and sizes.
+    pub cameras: PathBuf,
+    /// The file with the photos' poses.
+    pub images: PathBuf,
+    /// The file with the points.
+    pub points: Option<PathBuf>,
+    /// Other files that are read.
+    pub others: Vec<PathBuf>,
+    /// Notes for the user.
+    pub notes: Vec<String>,
+}
+
+impl Files {
+    /// Creates the value for a format with a single file.
+    pub fn one(file: &Path) -> Self {
+        let file = file.to_path_buf();
+        Self { cameras: file.clone(), images: file, points: None, others: Vec::new(), notes: Vec::new() }
+    }
+
+    /// Returns all files, without duplicates.
+    pub fn all(self) -> Vec<PathBuf> {
+        let mut all = vec![self.cameras];
+        for file in std::iter::once(self.images).chain(self.points).chain(self.others) {
+            if !all.contains(&file) {
+                all.push(file);
+            }
+        }
+        all
+    }
+}

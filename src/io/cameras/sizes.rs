@@ -1,0 +1,78 @@
+//! Sizes of photos, for formats that do not state them.
+
+use std::path::{Path, PathBuf};
+
+use super::Objection;
+use super::photo_paths::PhotoPath;
+use crate::error::{Error, Result};
+use crate::io::photo::{Match, PhotoFolder, picture_size};
+use crate::task::Task;
+
+/// The source of sizes.
+#[derive(Debug, Clone, Copy)]
+pub(super) enum Sizes<'a> {
+    /// The photo's file at the path given in the cameras' file.
+    Named,
+    /// The file in this folder that import will match with the photo.
+    Folder(&'a Path),
+    /// No source: only names and points are needed.
+    Unneeded,
+}
+
+impl Sizes<'_> {
+    /// Returns width and height of each photo in pixels, as stored in its file.
+    ///
+    /// # Errors
+    /// Returns an error when the folder cannot be read, or [`Error::Cancelled`]. The problem of a single photo is in
+    /// its place in the list.
+    pub fn of(&self, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<[u64; 2], Objection>>> {
+        let looked_up = match self {
+            Self::Folder(folder) => in_folder(folder, photos, task)?,
+            Self::Named | Self::Unneeded => Vec::new(),
+        };
+        let mut sizes = Vec::with_capacity(photos.len());
+        for (index, photo) in photos.iter().enumerate() {
+            task.step("read sizes", index as u64, photos.len() as u64)?;
+            sizes.push(match self {
+                Self::Unneeded => Ok(ANY),
+                Self::Named => match photo.files.iter().find(|file| file.is_file()) {
+                    Some(file) => size_of(file),
+                    None => Err((format!("{UNKNOWN}, and its file is not there"), PUT_THERE)),
+                },
+                Self::Folder(_) => looked_up[index].clone().and_then(|file| size_of(&file)),
+            });
+        }
+        Ok(sizes)
+    }
+}
+
+/// Finds the file of each photo in the way of import.
+fn in_folder(folder: &Path, photos: &[PhotoPath], task: &Task) -> Result<Vec<Result<PathBuf, Objection>>> {
+    let files = PhotoFolder::scan(folder, task)?;
+    let names: Vec<&str> = photos.iter().map(|photo| photo.name.as_str()).collect();
+    let file = |found: Match| match found {
+        Match::File(file, _) => Ok(files.path(file)),
+        Match::Missing => {
+            Err((format!("{UNKNOWN}, and there is no such photo in {}", folder.display()), GIVE))
+        }
+        Match::Ambiguous { .. } => Err((format!("{UNKNOWN}, and several files could be the photo"), NAME)),
+    };
+    Ok(files.find(&names).into_iter().map(file).collect())
+}
+
+/// A size for which the focal length of any photo is plausible.
+const ANY: [u64; 2] = [1000, 1000];
+const UNKNOWN: &str = "the cameras' file does not state the photo's size";
+const PUT_THERE: &str = "put the photo where the cameras' file names it";
+const GIVE: &str = "put it there, or give the folder of the photos";
+
+const SAVE: &str = "copy the photo again, or save it anew in an image editor";
+const NAME: &str = "give the files the paths that the cameras' file names";
+
+fn size_of(file: &Path) -> Result<[u64; 2], Objection> {
+    match picture_size(file) {
+        Ok(size) => Ok(size.map(u64::from)),
+        Err(Error::Input { found, .. }) => Err((format!("{UNKNOWN}, and {}: {found}", file.display()), SAVE)),
+        Err(error) => Err((format!("{UNKNOWN}, and {error}"), SAVE)),
+    }
+}

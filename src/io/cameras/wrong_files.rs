@@ -1,0 +1,241 @@
+//! What goes wrong with nerfstudio's and Bundler's files: who is told what, and that nothing panics.
+
+#![cfg(test)]
+
+use std::fs;
+
+use glam::{DMat4, DVec3};
+use proptest::prelude::*;
+use serde_json::{Value, json};
+
+use super::pose::CV_FROM_GL;
+use super::tests::mutate;
+use super::three_formats::{Taken, bundler, read, scene, transforms, with_photos, written};
+use super::*;
+use crate::scene::synthetic::Rng;
+
+#[test]
+fn lenses_are_taken_where_they_are_understood_and_refused_where_not() {
+    let (taken, _) = scene(&mut Rng::new(1));
+    let with = |change: &dyn Fn(&mut Value)| {
+        let mut text = transforms(&taken[..1], DMat4::IDENTITY, 1.0);
+        change(&mut text);
+        written("transforms.json", &text.to_string()).1.map(|cameras| cameras.photos[0].lens)
+    };
+    let set = |key: &'static str, value: Value| {
+        with(&|text: &mut Value| text["frames"][0][key] = value.clone()).map_err(|error| error.to_string())
+    };
+    let k = taken[0].k;
+    let fisheye = Lens::Fisheye { k: [k[0], k[1], 0.0, 0.0], p: [0.0; 2], s: [0.0; 2] };
+    assert_eq!(set("camera_model", json!("OPENCV_FISHEYE")), Ok(fisheye));
+    assert_eq!(set("k3", json!(0.5)), Ok(Lens::Brown { k: [k[0], k[1], 0.5, 0.0, 0.0, 0.0], p: [0.0; 2] }));
+    assert_eq!(set("p2", json!(0.5)), Ok(Lens::Brown { k: [k[0], k[1], 0.0, 0.0, 0.0, 0.0], p: [0.0, 0.5] }));
+    let old = with(&|text| {
+        text.as_object_mut().unwrap().remove("camera_model");
+        text["is_fisheye"] = json!(true);
+    });
+    assert_eq!(old.unwrap(), fisheye);
+    for (key, value, expected) in [
+        ("k4", json!(0.1), "k4 is 0.1"),
+        ("camera_model", json!("EQUIRECTANGULAR"), "panorama"),
+        ("camera_model", json!("FISHEYE624"), "known are"),
+        ("camera_model", json!(7), "expected a name"),
+    ] {
+        let told = set(key, value).unwrap_err();
+        assert!(told.contains(expected) && told.contains("frames[0]"), "{told}");
+    }
+}
+
+#[test]
+fn what_is_wrong_with_one_frame_leaves_out_that_one_and_says_where() {
+    let (taken, _) = scene(&mut Rng::new(2));
+    let matrix = |rows: [[f64; 3]; 3]| {
+        let mut all = [[0.0; 4], [0.0; 4], [0.0; 4], [0.0, 0.0, 0.0, 1.0]];
+        all.iter_mut().zip(rows).for_each(|(to, row)| to[..3].copy_from_slice(&row));
+        json!(all)
+    };
+    let mirror = matrix([[1.0, 0.0, 0.0], [0.0, -1.0, 0.0], [0.0, 0.0, 1.0]]);
+    let shear = matrix([[1.0, 0.5, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]]);
+    for (key, value, expected) in [
+        ("transform_matrix", json!(null), "transform_matrix is null, expected 4 rows of 4 numbers"),
+        ("transform_matrix", json!([[1, 0, 0, 0]]), "has 1 rows"),
+        ("transform_matrix", json!([[1, 0, 0, 0], [0, 1, 0], [0, 0, 1, 0]]), "row 1 has 3 items"),
+        ("transform_matrix", json!([[1, 0, 0, "x"], [0, 1, 0, 0], [0, 0, 1, 0]]), "row 0 holds \"x\""),
+        ("transform_matrix", mirror, "mirrors: its determinant is -1"),
+        ("transform_matrix", shear, "shears or stretches"),
+        ("transform_matrix", matrix([[0.0; 3]; 3]), "is no rotation: its determinant is 0"),
+        ("transform_matrix", json!([[1, 0, 0, 1e16], [0, 1, 0, 0], [0, 0, 1, 0]]), "1e15"),
+        (
+            "transform_matrix",
+            json!([[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 0], [0, 0, 1, 1]]),
+            "ends with the row",
+        ),
+        ("file_path", json!(7), "file_path is 7"),
+        ("file_path", json!(""), "file_path is \"\""),
+        ("w", json!(0), "w is 0"),
+        ("w", json!(-64), "w is -64"),
+        ("w", json!(64.5), "w is 64.5"),
+        ("w", json!("64"), "w is \"64\", expected a number"),
+        ("w", json!(70_000), "70000 x 48 pixels"),
+        ("fl_x", json!(0), "a focal length of 0 pixels"),
+        ("fl_x", json!([1, 2]), "fl_x is a list of 2"),
+        ("cx", json!(1e9), "a principal point at 1000000000 pixels"),
+    ] {
+        let mut text = transforms(&taken, DMat4::IDENTITY, 1.0);
+        text["frames"][0][key] = value;
+        let read = written("transforms.json", &text.to_string()).1.unwrap();
+        let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
+        assert_eq!((read.photos.len(), told.len()), (2, 1), "{told:?}");
+        assert!(told[0].contains("transforms.json, frames[0]: ") && told[0].contains(expected), "{told:?}");
+    }
+    let mut twice = transforms(&taken, DMat4::IDENTITY, 1.0);
+    twice["frames"][2]["file_path"] = json!("photos/../photos/a.png");
+    twice["frames"][1] = json!([]);
+    let read = written("transforms.json", &twice.to_string()).1.unwrap();
+    let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
+    assert!(told[0].contains("frames[1]: a list of 0, expected an object"), "{told:?}");
+    assert!(told[1].contains("frames[2]: \"a.png\" appears twice"), "{told:?}");
+}
+
+#[test]
+fn a_file_that_is_wrong_as_a_whole_is_refused_with_what_to_do() {
+    let (taken, _) = scene(&mut Rng::new(3));
+    let whole = transforms(&taken, DMat4::IDENTITY, 1.0);
+    let text = whole.to_string();
+    let changed = |key: &str, value: Value| {
+        let mut other = whole.clone();
+        other[key] = value;
+        other.to_string()
+    };
+    let mirror = json!([[1, 0, 0, 0], [0, 0, 1, 0], [0, 1, 0, 0]]);
+    for (text, expected) in [
+        (text[..text.len() - 40].to_owned(), "line 1 column"),
+        (text.replace("\"k1\":", "\"k1\":NaN,\"x\":"), "line 1 column"),
+        (
+            changed("frames", json!("none")).replace("\"w\"", "\"file_path\""),
+            "frames: \"none\", expected a list",
+        ),
+        (changed("applied_transform", mirror), "applied_transform: applied_transform mirrors"),
+        (changed("applied_transform", json!([])), "has 0 rows"),
+        (changed("applied_scale", json!(0)), "expected a positive number"),
+        (changed("frames", json!([])), "it lists no photo"),
+        (String::new(), "give "),
+        ("{}".to_owned(), "give "),
+    ] {
+        let told = written("transforms.json", &text).1.unwrap_err().to_string();
+        assert!(told.contains("transforms.json") && told.contains(expected) && told.contains("; "), "{told}");
+    }
+}
+
+#[test]
+fn what_is_wrong_in_a_bundle_is_told_with_its_line() {
+    let (taken, points) = scene(&mut Rng::new(6));
+    let folder = with_photos(&taken);
+    let [out, list] = bundler(&taken, &points, None);
+    let read_text = |out: &str, list: &str| {
+        fs::write(folder.path().join("bundle.out"), out).unwrap();
+        fs::write(folder.path().join("list.txt"), list).unwrap();
+        read(folder.path())
+    };
+    let line = |number: usize, with: &str| {
+        let mut lines: Vec<&str> = out.lines().collect();
+        lines[number - 1] = with;
+        lines.join("\n")
+    };
+    for (text, expected) in [
+        (line(1, "# Bundle file v0.1"), "line 1: \"# Bundle file v0.1\", expected"),
+        (line(2, "3 x"), "line 2: \"x\" where the number of points should be"),
+        (line(2, "4 5"), "list.txt: 3 photos where"),
+        (line(2, "3 99"), "the file ends within point 5 of 99"),
+        (out[..out.len() / 2].to_owned(), "the file ends within"),
+        (out.lines().take(4).collect::<Vec<_>>().join("\n"), "the file ends within camera 0 of 3"),
+        (line(20, "-1"), "should be"),
+        (line(1, "Bundle"), "no cameras in this folder"),
+        (String::new(), "no cameras in this folder"),
+    ] {
+        let told = read_text(&text, &list).unwrap_err().to_string();
+        assert!(told.contains(expected) && told.contains("; "), "{told}");
+    }
+    for (text, photos, expected) in [
+        (line(3, "nan 0 0"), 2, "line 3: \"a.png\": camera 0 of 3: \"nan\" where a number should be"),
+        (line(3, "-50 0 0"), 2, "line 3: \"a.png\": a focal length of -50 pixels"),
+        (line(4, "9 0 0"), 2, "the rotation"),
+        (line(7, "1e99 0 0"), 2, "1e15"),
+        (line(18, "x 0 0"), 3, "line 18: point 0 of 5: \"x\" where a number should be"),
+        (line(20, "1 7 7 0.5 0.5"), 3, "line 20: point 0 of 5: \"7\" where one of 3 cameras should be"),
+    ] {
+        let read = read_text(&text, &list).unwrap();
+        let told: Vec<String> = read.problems.iter().map(ToString::to_string).collect();
+        assert_eq!(read.photos.len(), photos, "{told:?}");
+        assert!(
+            told.len() == 1 && told[0].contains(expected) && told[0].contains("; "),
+            "{expected}: {told:?}"
+        );
+    }
+    // Looking along +z: the same file as if it had been written without turning the axes.
+    let behind: Vec<DVec3> = points.iter().map(|point| *point).collect();
+    let mirrored: Vec<Taken> = taken
+        .iter()
+        .map(|it| Taken {
+            pose: Pose {
+                rotation: CV_FROM_GL * it.pose.rotation,
+                translation: CV_FROM_GL * it.pose.translation,
+            },
+            ..*it
+        })
+        .collect();
+    let [out, _] = bundler(&mirrored, &behind, None);
+    let told = read_text(&out, &list).unwrap_err().to_string();
+    assert!(told.contains("15 of 15 observed points lie behind") && told.contains("-z"), "{told}");
+
+    fs::remove_file(folder.path().join("list.txt")).unwrap();
+    let told = read(&folder.path().join("bundle.out")).unwrap_err().to_string();
+    assert!(told.contains("there is no list.txt beside it"), "{told}");
+}
+
+#[test]
+fn a_bundle_without_its_photos_says_which_are_missing() {
+    let (taken, points) = scene(&mut Rng::new(7));
+    let [out, list] = bundler(&taken, &points, None);
+    let folder = tempfile::tempdir().unwrap();
+    fs::write(folder.path().join("any name.out"), out).unwrap();
+    fs::write(folder.path().join("list.txt"), list).unwrap();
+    let names = read_names(folder.path(), &Task::silent()).unwrap();
+    assert_eq!((names.names.len(), names.points, names.problems.len()), (3, 5, 0));
+    let told = read(folder.path()).unwrap_err().to_string();
+    assert!(told.contains("line 3: \"a.png\"") && told.contains("does not state the photo's size"), "{told}");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(300))]
+
+    #[test]
+    fn mutated_transforms_never_panic(
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let (taken, _) = scene(&mut Rng::new(8));
+        let mut text = transforms(&taken, DMat4::IDENTITY, 1.0).to_string().into_bytes();
+        mutate(&mut text, &changes, cut);
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("transforms.json"), text).unwrap();
+        let _ = read(folder.path());
+        let _ = read_names(&folder.path().join("transforms.json"), &Task::silent());
+    }
+
+    #[test]
+    fn mutated_bundles_never_panic(
+        which in 0usize..2,
+        changes in prop::collection::vec((any::<prop::sample::Index>(), any::<u8>()), 1..8),
+        cut in prop::option::of(any::<prop::sample::Index>()),
+    ) {
+        let (taken, points) = scene(&mut Rng::new(9));
+        let mut files = bundler(&taken, &points, None).map(String::into_bytes);
+        mutate(&mut files[which], &changes, cut);
+        let folder = tempfile::tempdir().unwrap();
+        fs::write(folder.path().join("bundle.out"), &files[0]).unwrap();
+        fs::write(folder.path().join("list.txt"), &files[1]).unwrap();
+        let _ = read(folder.path());
+        let _ = read_names(&folder.path().join("bundle.out"), &Task::silent());
+    }
+}

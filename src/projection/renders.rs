@@ -1,0 +1,104 @@
+//! The interface of renderers: images of views, at once or in slices, and for the long-lived renderer of a site the
+//! replacement of what has changed.
+
+use std::sync::Arc;
+
+use super::relief::Relief;
+use super::surface::Surface;
+use super::{Gains, LayerTextureId, Picture, Shot, Sliced, Sources, Texels};
+use crate::error::Result;
+use crate::scene::Model;
+use crate::task::Task;
+
+/// A renderer of views: the GPU's, or its CPU reference.
+pub trait Renders {
+    /// Renders the image of a view.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Input`] and [`crate::Error::Io`] for a layer's file that
+    /// can't be read, [`crate::Error::Cancelled`].
+    fn picture(&mut self, shot: &Shot, task: &Task) -> Result<Picture>;
+
+    /// Finds the visible face at each pixel centre, row by row from the top: 1 + its id, 0 where there is
+    /// none. Of faces within the visibility tolerance, the last in the model file counts.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    fn faces(&mut self, shot: &Shot, task: &Task) -> Result<Vec<u32>>;
+
+    /// Begins an image that is drawn in slices, between which other images can be drawn.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    fn begin(&mut self, shot: &Shot, task: &Task) -> Result<Sliced> {
+        task.go_on()?;
+        Ok(Sliced::new(shot, Vec::new()))
+    }
+
+    /// Draws the next slice; returns whether the image is complete. A renderer without slices draws all at once.
+    ///
+    /// # Errors
+    /// Those of [`Renders::picture`].
+    fn advance(&mut self, sliced: &mut Sliced, task: &Task) -> Result<bool> {
+        let picture = self.picture(&sliced.shot().clone(), task)?;
+        Ok(sliced.add(&picture))
+    }
+}
+
+/// The data from which a renderer of a site is made.
+pub struct SiteContent<'a> {
+    /// The model, whose faces are drawn.
+    pub model: Arc<Model>,
+    /// The sheets that texture the faces.
+    pub sources: Arc<Sources>,
+    /// The photos' exposures.
+    pub gains: Gains,
+    /// The depth detail of its surfaces.
+    pub relief: &'a Relief,
+    /// The sheets' texels.
+    pub texels: Arc<dyn Texels>,
+}
+
+/// A long-lived renderer of one site. Window, command line and score use a renderer through this trait alone.
+pub trait SiteRenderer: Renders + Send {
+    /// Returns the model for ray casting, as it is drawn.
+    fn surface(&self) -> Arc<Surface>;
+
+    /// Replaces the table of which sheets texture which faces; photos and sheets remain the same.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`]; nothing has changed then.
+    fn set_sources(&mut self, sources: Arc<Sources>) -> Result<()>;
+
+    /// Replaces the photos' gains.
+    fn set_gains(&mut self, gains: Gains);
+
+    /// Replaces the relief with which surfaces are drawn.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold it; the old relief remains.
+    fn set_relief(&mut self, relief: &Relief) -> Result<()>;
+
+    /// Replaces the texels of all sheets, and reads those that changed again. Returns the number of sheets that were
+    /// read at once; others are read when they are needed.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`], [`crate::Error::Cancelled`].
+    fn renew(&mut self, texels: Arc<dyn Texels>, changed: &[LayerTextureId], task: &Task) -> Result<usize>;
+
+    /// Sets the data for [`super::Shown::Provenance`]: sheets in the colours of their texels' origins. `None` removes
+    /// it and frees its texture memory.
+    ///
+    /// # Errors
+    /// [`crate::Error::Gpu`] when the device cannot hold its page tables.
+    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()>;
+
+    /// Returns true when the data for [`super::Shown::Provenance`] is set.
+    fn has_origins(&self) -> bool;
+
+    /// Returns the number of sheets that could not be read so far and are not used.
+    fn unreadable(&self) -> usize;
+
+    /// Returns the costs of texture memory, against what it shows, in words.
+    fn statistics(&self) -> String;
+}

@@ -1,0 +1,149 @@
+//! An image: the pixels of a rectangle, row by row from the top.
+
+use crate::geometry::PixelRect;
+
+/// Pixels of one format. `P` says what a pixel is: `[u8; 4]` for RGBA, `[f32; 3]` for light, `bool` for a set.
+///
+/// The rectangle may lie anywhere: an image layer's lies in its photo, and may reach outside of it. Rows are from the
+/// top, pixels in a row from the left, without gaps.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Image<P> {
+    rect: PixelRect,
+    pixels: Vec<P>,
+}
+
+impl<P> Image<P> {
+    /// From the pixels of `rect`, row by row.
+    ///
+    /// # Panics
+    /// When their number is not the rectangle's area.
+    pub fn new(rect: PixelRect, pixels: Vec<P>) -> Self {
+        assert_eq!(pixels.len() as u64, rect.area(), "pixels of {rect:?}");
+        Self { rect, pixels }
+    }
+
+    /// Each pixel from its column and row.
+    pub fn from_fn(rect: PixelRect, pixel: impl FnMut((i32, i32)) -> P) -> Self {
+        Self { rect, pixels: rect.pixels().map(pixel).collect() }
+    }
+
+    /// Where the pixels lie.
+    #[inline]
+    pub fn rect(&self) -> PixelRect {
+        self.rect
+    }
+
+    /// Columns and rows.
+    #[inline]
+    pub fn size(&self) -> [usize; 2] {
+        [self.rect.w as usize, self.rect.h as usize]
+    }
+
+    /// All pixels, row by row.
+    #[inline]
+    pub fn pixels(&self) -> &[P] {
+        &self.pixels
+    }
+
+    /// All pixels, row by row, to change.
+    #[inline]
+    pub fn pixels_mut(&mut self) -> &mut [P] {
+        &mut self.pixels
+    }
+
+    /// All pixels, row by row.
+    pub fn into_pixels(self) -> Vec<P> {
+        self.pixels
+    }
+
+    /// The pixel in column `x`, row `y`; `None` outside.
+    #[inline]
+    pub fn get(&self, x: i32, y: i32) -> Option<&P> {
+        self.rect.index(x, y).map(|index| &self.pixels[index])
+    }
+
+    /// The pixel in column `x`, row `y`, to change; `None` outside.
+    #[inline]
+    pub fn get_mut(&mut self, x: i32, y: i32) -> Option<&mut P> {
+        self.rect.index(x, y).map(|index| &mut self.pixels[index])
+    }
+
+    /// Each pixel changed into another one, perhaps of another format.
+    pub fn map<Q>(&self, change: impl FnMut(&P) -> Q) -> Image<Q> {
+        Image { rect: self.rect, pixels: self.pixels.iter().map(change).collect() }
+    }
+
+    /// Every pixel with its column and row, row by row.
+    pub fn iter(&self) -> impl Iterator<Item = ((i32, i32), &P)> {
+        self.rect.pixels().zip(&self.pixels)
+    }
+}
+
+impl<P: Clone> Image<P> {
+    /// One colour everywhere.
+    pub fn filled(rect: PixelRect, pixel: P) -> Self {
+        Self { rect, pixels: vec![pixel; rect.area() as usize] }
+    }
+}
+
+/// A set of pixels within a rectangle.
+impl Image<bool> {
+    /// Whether a pixel is in it; none outside the rectangle is.
+    #[inline]
+    pub fn holds(&self, x: i32, y: i32) -> bool {
+        self.get(x, y) == Some(&true)
+    }
+
+    /// Puts a pixel in or takes it out; nothing happens outside the rectangle.
+    #[inline]
+    pub fn put(&mut self, x: i32, y: i32, within: bool) {
+        if let Some(pixel) = self.get_mut(x, y) {
+            *pixel = within;
+        }
+    }
+
+    /// The pixels in it, row by row: column and row.
+    pub fn held(&self) -> impl Iterator<Item = (i32, i32)> {
+        self.iter().filter(|(_, within)| **within).map(|(pixel, _)| pixel)
+    }
+
+    /// Pixels in it.
+    pub fn count(&self) -> u64 {
+        self.pixels.iter().filter(|within| **within).count() as u64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const RECT: PixelRect = PixelRect { x: -1, y: 5, w: 3, h: 2 };
+
+    #[test]
+    fn a_pixel_is_found_where_it_was_put_and_nothing_outside() {
+        let mut image = Image::from_fn(RECT, |(x, y)| 10 * y + x);
+        assert_eq!(image.pixels(), [49, 50, 51, 59, 60, 61]);
+        assert_eq!((image.get(1, 6), image.get(2, 6), image.get(-1, 4)), (Some(&61), None, None));
+        assert_eq!(image.map(|pixel| pixel % 10 == 0).held().collect::<Vec<_>>(), [(0, 5), (0, 6)]);
+        *image.get_mut(0, 5).unwrap() = 7;
+        assert_eq!(image.iter().nth(1), Some(((0, 5), &7)));
+        assert_eq!((image.size(), image.into_pixels().len()), ([3, 2], 6));
+    }
+
+    #[test]
+    fn a_set_holds_what_was_put_in() {
+        let mut set = Image::filled(RECT, false);
+        set.put(0, 6, true);
+        set.put(1, 5, true);
+        set.put(2, 5, true);
+        set.put(1, 5, false);
+        assert!(set.holds(0, 6) && !set.holds(1, 5) && !set.holds(2, 5));
+        assert_eq!((set.held().collect::<Vec<_>>(), set.count()), (vec![(0, 6)], 1));
+    }
+
+    #[test]
+    #[should_panic(expected = "pixels of")]
+    fn an_image_has_as_many_pixels_as_its_rectangle() {
+        Image::new(RECT, vec![0; 5]);
+    }
+}

@@ -1,0 +1,157 @@
+//! Samples of 8 and of 16 bits: their range, and how numbers become samples.
+
+/// A sample of an image: `u8` or `u16`, its full range 0 to [`Sample::FULL`].
+pub trait Sample: Copy + PartialEq + PartialOrd + Default + Send + Sync + 'static {
+    /// White, or opaque.
+    const FULL: Self;
+
+    /// The sample as a number, 0 to full.
+    fn value(self) -> f32;
+
+    /// The sample as a number, 0 to full.
+    fn number(self) -> f64;
+
+    /// The sample as a whole number, 0 to full.
+    fn whole(self) -> u64;
+
+    /// The nearest sample of a number from 0 to full; numbers beyond either end become that end.
+    fn nearest(value: f32) -> Self;
+
+    /// The nearest sample of a number from 0 to full; numbers beyond either end become that end.
+    fn rounded(number: f64) -> Self;
+
+    /// A whole number of the sample's range; the highest bits of others are lost.
+    fn narrowed(whole: u64) -> Self;
+
+    /// In 16 bits: 8 bits are scaled to the full range, which loses nothing.
+    fn in_16_bits(self) -> u16;
+
+    /// The nearest sample of one of 16 bits.
+    fn of_16_bits(sample: u16) -> Self;
+}
+
+impl Sample for u8 {
+    const FULL: Self = Self::MAX;
+
+    #[inline]
+    fn value(self) -> f32 {
+        self.into()
+    }
+
+    #[inline]
+    fn number(self) -> f64 {
+        self.into()
+    }
+
+    #[inline]
+    fn whole(self) -> u64 {
+        self.into()
+    }
+
+    #[inline]
+    fn nearest(value: f32) -> Self {
+        (value + 0.5) as Self
+    }
+
+    #[inline]
+    fn rounded(number: f64) -> Self {
+        number.round() as Self
+    }
+
+    #[inline]
+    fn narrowed(whole: u64) -> Self {
+        whole as Self
+    }
+
+    #[inline]
+    fn in_16_bits(self) -> u16 {
+        u16::from(self) * 257
+    }
+
+    #[inline]
+    fn of_16_bits(sample: u16) -> Self {
+        in_8_bits(sample)
+    }
+}
+
+impl Sample for u16 {
+    const FULL: Self = Self::MAX;
+
+    #[inline]
+    fn value(self) -> f32 {
+        self.into()
+    }
+
+    #[inline]
+    fn number(self) -> f64 {
+        self.into()
+    }
+
+    #[inline]
+    fn whole(self) -> u64 {
+        self.into()
+    }
+
+    #[inline]
+    fn nearest(value: f32) -> Self {
+        (value + 0.5) as Self
+    }
+
+    #[inline]
+    fn rounded(number: f64) -> Self {
+        number.round() as Self
+    }
+
+    #[inline]
+    fn narrowed(whole: u64) -> Self {
+        whole as Self
+    }
+
+    #[inline]
+    fn in_16_bits(self) -> u16 {
+        self
+    }
+
+    #[inline]
+    fn of_16_bits(sample: u16) -> Self {
+        sample
+    }
+}
+
+/// The nearest sample of 8 bits of one of 16 bits, by their full ranges: 257 steps of 16 bits are one of 8.
+#[inline]
+pub fn in_8_bits(sample: u16) -> u8 {
+    ((u32::from(sample) + 128) / 257) as u8
+}
+
+/// RGBA of RGB, opaque, row by row.
+pub fn with_alpha<T: Sample>(rgb: &[T]) -> Vec<T> {
+    let (pixels, _) = rgb.as_chunks::<3>();
+    pixels.iter().map(|&[r, g, b]| [r, g, b, T::FULL]).collect::<Vec<_>>().into_flattened()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_sample_of_16_bits_becomes_the_nearest_of_8_and_every_one_of_8_comes_back() {
+        for sample in 0..=u16::MAX {
+            // The exact share of the range, in whole numbers: 255 / 65535 = 1 / 257, never half a step.
+            assert_eq!(u32::from(in_8_bits(sample)), (2 * u32::from(sample) + 257) / 514, "{sample}");
+        }
+        assert!((0..=u8::MAX).all(|sample| u8::of_16_bits(sample.in_16_bits()) == sample));
+        assert_eq!((u16::of_16_bits(513), 513_u16.in_16_bits()), (513, 513));
+    }
+
+    #[test]
+    fn numbers_beyond_the_range_become_its_ends() {
+        assert_eq!([-3.0, 0.4, 0.6, 254.6, 300.0].map(u8::nearest), [0, 0, 1, 255, 255]);
+        assert_eq!([-3.0, 0.4, 0.5, 65534.6, 7e4].map(u16::rounded), [0, 0, 1, 65535, 65535]);
+    }
+
+    #[test]
+    fn what_has_no_alpha_is_opaque() {
+        assert_eq!(with_alpha(&[1_u16, 2, 3, 4, 5, 6]), [1, 2, 3, 65535, 4, 5, 6, 65535]);
+    }
+}

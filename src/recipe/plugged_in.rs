@@ -1,0 +1,297 @@
+//! What a table or a trait alone makes known is used by all that has to do with it: a format of cameras, a layered
+//! format, a renderer.
+
+#![cfg(test)]
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Arc, Mutex};
+
+use super::build::{BuildOptions, build};
+use super::create::{NewProject, create_project};
+use super::discover::{Part, Parts, find_site, look_at, part_at};
+use super::export::{ExportOptions, export};
+use super::import::pictures::changed_layers;
+use super::import::{ImportOptions, import_once};
+use super::open::Opened;
+use super::preview::{Preview, PreviewOptions, open_with};
+use super::render::Look;
+use super::score::{ScoreOptions, held_out, leave_one_out, score};
+use super::site_stamp::SiteStamp;
+use super::views::{Asked, Size, ViewSource, views};
+use super::watch::{WatchOptions, watch};
+use crate::error::Result;
+use crate::geometry::Similarity;
+use crate::io::cameras::accepted;
+use crate::io::documents::documents;
+use crate::io::layered::format::{extensions, file_names};
+use crate::io::layered::read_layered;
+use crate::io::paint_store::PaintStore;
+use crate::io::stack_store::StackStore;
+use crate::layers::{Options, SoftwareRasteriser};
+use crate::projection::relief::Relief;
+use crate::projection::surface::Surface;
+use crate::projection::{
+    Gains, LayerTextureId, Picture, Renders, Shot, Shown, SiteContent, SiteRenderer, Sources, Texels,
+};
+use crate::task::Task;
+
+/// A folder with two photos, their dummy cameras and a model.
+fn site() -> tempfile::TempDir {
+    let root = tempfile::tempdir().unwrap();
+    fs::create_dir(root.path().join("photos")).unwrap();
+    for name in ["a.png", "b.png"] {
+        image::RgbImage::new(8, 6).save(root.path().join("photos").join(name)).unwrap();
+    }
+    fs::write(root.path().join("cameras.dummy"), "dummy cameras\nphotos/a.png\nphotos/b.png\n").unwrap();
+    fs::write(root.path().join("house.obj"), "o wall\nv -1 -1 5\nv 1 -1 5\nv 1 1 5\nv -1 1 5\nf 1 2 3 4\n")
+        .unwrap();
+    root
+}
+
+fn parts(root: &Path) -> Parts {
+    let candidates = find_site(root, &Task::silent()).unwrap();
+    let first = |part: Part| candidates.of(part)[0].clone();
+    Parts { photos: first(Part::Photos), cameras: first(Part::Cameras), model: first(Part::Model) }
+}
+
+#[test]
+fn the_assistant_finds_and_describes_it() {
+    let root = site();
+    let parts = parts(root.path());
+    assert_eq!(parts.cameras, root.path());
+    let look = look_at(&parts, None, &Task::silent()).unwrap();
+    assert!(look.is_whole(), "{look:?}");
+    let matched = look.matched.unwrap();
+    assert_eq!((matched.exactly, matched.of), (2, 2));
+    assert_eq!(part_at(&root.path().join("cameras.dummy")), Some(Part::Cameras));
+    assert!(accepted().contains("a dummy") && Part::Cameras.accepted().contains("a dummy"));
+}
+
+#[test]
+fn new_render_and_score_read_it() {
+    let root = site();
+    let file = root.path().join("cameras.dummy");
+    let parts = Parts { cameras: file.clone(), ..parts(root.path()) };
+    let project = root.path().join("project");
+    let new = NewProject {
+        photos: parts.photos.clone(),
+        cameras: file.clone(),
+        model: parts.model,
+        world_from_model: Similarity::default(),
+        options: Options::default(),
+    };
+    let opened = create_project(&project, &new, &Task::silent()).unwrap();
+    let names: Vec<&str> = opened.site.photos.iter().map(|photo| photo.name.as_str()).collect();
+    assert_eq!(names, ["a.png", "b.png"]);
+
+    let asked = Asked { source: ViewSource::At(file.clone()), size: Size::Own, fps: None };
+    let seen = views(&opened.site, &asked, &Task::silent()).unwrap();
+    assert_eq!(seen.list.iter().map(|view| view.name.as_str()).collect::<Vec<_>>(), ["a", "b"]);
+
+    let cache: PathBuf = root.path().join("cache");
+    let (questions, problems) = held_out(&file, &parts.photos, &cache, &Task::silent()).unwrap();
+    assert_eq!((questions.len(), problems.len()), (2, 0));
+
+    let before = SiteStamp::of(&project, &opened.project);
+    fs::write(&file, "dummy cameras\nphotos/a.png\n").unwrap();
+    assert_eq!(before.changes(&SiteStamp::of(&project, &opened.project)), ["the cameras"]);
+}
+
+/// The project of [`site`] with the stacks of its photos.
+fn built(root: &Path) -> (PathBuf, Opened) {
+    let project = root.join("project");
+    let parts = parts(root);
+    let new = NewProject {
+        photos: parts.photos,
+        cameras: parts.cameras,
+        model: parts.model,
+        world_from_model: Similarity::default(),
+        options: Options::default(),
+    };
+    let opened = create_project(&project, &new, &Task::silent()).unwrap();
+    let options = BuildOptions {
+        layers: Options::default(),
+        decisions: opened.project.decisions.clone(),
+        photos: Vec::new(),
+        memory: 1 << 30,
+        threads: 1,
+        force: false,
+    };
+    let store = StackStore::new(&project);
+    let built = build(&opened.site, &store, &SoftwareRasteriser, &options, &Task::silent()).unwrap();
+    assert!(built.iter().all(|built| built.stack.is_ok()), "{built:?}");
+    (project, opened)
+}
+
+/// Paints a pixel of an image layer of a dummy file red; where, in the layer.
+fn paint(file: &Path) -> [u32; 2] {
+    let document = read_layered(file).unwrap();
+    let mut bytes = fs::read(file).unwrap();
+    let pixels: u64 = document.layers.iter().map(|layer| 4 * layer.rect.area()).sum();
+    let mut at = bytes.len() - pixels as usize;
+    for layer in &document.layers {
+        let raster = layer.pixels.read().unwrap();
+        let all = (0..raster.height()).flat_map(|y| (0..raster.width()).map(move |x| [x, y]));
+        let opaque = all.into_iter().find(|[x, y]| raster.rgba16(*x, *y)[3] == 65535);
+        if let (true, Some([x, y])) = (layer.name.contains("wall"), opaque) {
+            at += 4 * (y * raster.width() + x) as usize;
+            bytes[at..at + 4].copy_from_slice(&[255, 0, 0, 255]);
+            fs::write(file, bytes).unwrap();
+            return [x, y];
+        }
+        at += 4 * layer.rect.area() as usize;
+    }
+    panic!("{:?}", document.layers)
+}
+
+#[test]
+fn a_layered_format_of_the_table_is_exported_imported_and_watched() {
+    let root = site();
+    let (project, opened) = built(root.path());
+    let out = root.path().join("layers");
+    let options = ExportOptions { format: "dummy".parse().unwrap(), ..ExportOptions::default() };
+    let photo = &opened.site.photos[0];
+    let exported = export(&project, &[photo], &out, &options, &Task::silent()).unwrap();
+    assert!(exported.failed.is_empty(), "{:?}", exported.failed);
+    let file = exported.done[0].path.clone();
+    assert_eq!(file, out.join("a.png.dummy"));
+    assert_eq!(documents(&out).unwrap().into_keys().collect::<Vec<_>>(), [file.clone()]);
+    assert!(extensions().contains(&"dummy") && file_names().contains("dummy"));
+
+    paint(&file);
+    let mut told = Vec::new();
+    let options = WatchOptions { once: true, ..WatchOptions::default() };
+    watch(&project, &out, options, || Ok(()), &Task::silent(), |imported, _| told.push(imported)).unwrap();
+    assert!(told.len() == 1 && told[0].failed.is_empty() && told[0].changed == 1, "{told:?}");
+}
+
+#[test]
+fn after_a_save_the_book_of_paint_is_not_read_again() {
+    let root = site();
+    let (project, opened) = built(root.path());
+    let out = root.path().join("layers");
+    let options = ExportOptions { format: "dummy".parse().unwrap(), ..ExportOptions::default() };
+    let exported = export(&project, &[&opened.site.photos[0]], &out, &options, &Task::silent()).unwrap();
+    let file = exported.done[0].path.clone();
+    let mut preview = plain_preview(&project, &opened, &Arc::default());
+    paint(&file);
+    let imported = import_once(&project, &[file], ImportOptions::default(), &Task::silent()).unwrap();
+    assert_eq!(imported.changed, 1, "{imported:?}");
+    // Whoever reads it from now on fails: what a save shows is told by what the import brought along.
+    fs::write(project.join("paint/paint.json"), "no book").unwrap();
+    assert!(PaintStore::new(&project).read().is_err());
+    let number = imported.number.unwrap();
+    let looks = changed_layers(&project, &imported.book, number, 64, &Task::silent()).unwrap();
+    assert_eq!((looks.len(), looks[0].pixels), (1, 1));
+    assert_eq!(preview.reload_paint(&["a.png".into()], &imported.book, &Task::silent()).unwrap(), 1);
+    assert_eq!(imported.book.imports.last().map(|import| import.number), Some(number));
+}
+
+/// A renderer as small as one can be: pictures of one shade.
+struct Plain {
+    surface: Arc<Surface>,
+    /// What it was asked for.
+    asked: Arc<Mutex<Vec<&'static str>>>,
+}
+
+impl Plain {
+    fn note(&self, what: &'static str) {
+        self.asked.lock().unwrap().push(what);
+    }
+}
+
+impl Renders for Plain {
+    fn picture(&mut self, shot: &Shot, _: &Task) -> Result<Picture> {
+        self.note("picture");
+        let (width, height) = (shot.camera.width, shot.camera.height);
+        Ok(Picture { width, height, rgba: [9, 9, 9, 255].repeat((width * height) as usize) })
+    }
+
+    fn faces(&mut self, shot: &Shot, _: &Task) -> Result<Vec<u32>> {
+        Ok(vec![1; (shot.camera.width * shot.camera.height) as usize])
+    }
+}
+
+impl SiteRenderer for Plain {
+    fn surface(&self) -> Arc<Surface> {
+        self.surface.clone()
+    }
+
+    fn set_sources(&mut self, _: Arc<Sources>) -> Result<()> {
+        self.note("sources");
+        Ok(())
+    }
+
+    fn set_gains(&mut self, _: Gains) {
+        self.note("gains");
+    }
+
+    fn set_relief(&mut self, _: &Relief) -> Result<()> {
+        Ok(())
+    }
+
+    fn renew(&mut self, _: Arc<dyn Texels>, changed: &[LayerTextureId], _: &Task) -> Result<usize> {
+        Ok(changed.len())
+    }
+
+    fn set_origins(&mut self, origins: Option<Arc<dyn Texels>>) -> Result<()> {
+        self.note(if origins.is_some() { "origins" } else { "no origins" });
+        Ok(())
+    }
+
+    fn has_origins(&self) -> bool {
+        false
+    }
+
+    fn unreadable(&self) -> usize {
+        2
+    }
+
+    fn statistics(&self) -> String {
+        "none".into()
+    }
+}
+
+fn plain_preview(project: &Path, opened: &Opened, asked: &Arc<Mutex<Vec<&'static str>>>) -> Preview {
+    let make = |site: SiteContent<'_>| -> Result<Box<dyn SiteRenderer>> {
+        Ok(Box::new(Plain { surface: Arc::new(Surface::of(&site.model)), asked: asked.clone() }))
+    };
+    let options = PreviewOptions { gains: false, relief: false, ..PreviewOptions::default() };
+    open_with(project, opened, make, &options, &Task::silent()).unwrap()
+}
+
+#[test]
+fn a_preview_shows_a_site_with_any_renderer() {
+    let root = site();
+    let (project, opened) = built(root.path());
+    let asked = Arc::default();
+    let mut preview = plain_preview(&project, &opened, &asked);
+    let photo = &opened.site.photos[0];
+    let shot = Shot::new(photo.camera, photo.pose);
+    let whole = preview.picture(&shot, &Task::silent()).unwrap();
+    // It does not know slices: all comes at once.
+    let mut sliced = preview.begin(&shot, &Task::silent()).unwrap();
+    assert!(preview.advance(&mut sliced, &Task::silent()).unwrap());
+    assert!(sliced.picture() == whole && whole.rgba.len() == 4 * 8 * 6);
+    preview.picture(&Shot { shown: Shown::Provenance, ..shot.clone() }, &Task::silent()).unwrap();
+    preview.redecide(&opened.site, &opened.project.decisions).unwrap();
+    preview.set_gains(Gains::none(2));
+    assert_eq!(*asked.lock().unwrap(), ["picture", "picture", "origins", "picture", "sources", "gains"]);
+    assert!(preview.problems()[0].contains("2 image layers could not be read"), "{:?}", preview.problems());
+    assert_eq!(
+        (preview.statistics().as_str(), preview.faces(&shot, &Task::silent()).unwrap().len()),
+        ("none", 48)
+    );
+    let questions = leave_one_out(&opened.site);
+    let score_options = ScoreOptions {
+        look: Look::default(),
+        size: Size::Own,
+        ignored: Vec::new(),
+        ignore_background: false,
+        pictures: None,
+    };
+    let report =
+        score(&opened.site.model, &questions, &mut preview, &score_options, &Task::silent()).unwrap();
+    assert_eq!((report.views.len(), report.failed.len()), (2, 0), "{:?}", report.failed);
+}
