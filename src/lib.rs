@@ -79,3 +79,7 @@ pub mod app;
 pub mod cli;
 
 pub use error::{Error, Result};
+
+#[cfg(test)]
+#[path = "../tests/common/left_out.rs"]
+mod left_out;
