@@ -12,6 +12,7 @@ use eframe::egui::accesskit::Role;
 use eframe::egui::{Event, Key, Modifiers, Rect};
 use egui_kittest::Harness;
 use egui_kittest::kittest::{NodeT, Queryable};
+use quadratura::app::ask::QualityAsk;
 use quadratura::app::command;
 use quadratura::app::editor::Editor;
 use quadratura::app::selection::Selection;
@@ -259,7 +260,7 @@ fn even_colour_shows_the_photo_in_the_exposure_it_is_blended_with() {
     command(&mut harness, "Even colour");
     wait(&mut harness, "the exposures", |editor| editor.even_factors(0).is_some());
     let edit = quadratura::recipe::colour::ColourEdit::Fix("01_church.jpg".into(), [1.0; 3]);
-    harness.state_mut().edit_colour(&[edit], false);
+    harness.state_mut().apply(QualityAsk::Colour { edits: vec![edit], goes_on: false });
     let factors = harness.state().even_factors(0).unwrap();
     assert!(
         factors.iter().all(|factor| (factor - 0.5).abs() < 1e-9),
