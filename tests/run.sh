@@ -54,7 +54,7 @@ for script in examples/*.sh tests/*.sh tests/editors/*.sh .ci/run; do
 done
 
 step "formatted"
-cargo fmt --check
+cargo fmt --all --check
 
 step "tests"
 cargo test --release --quiet
@@ -73,7 +73,7 @@ step "benchmarks compile"
 cargo bench --quiet --no-run
 
 step "clippy"
-cargo clippy --release --quiet --all-targets -- -D warnings
+cargo clippy --release --quiet --workspace --all-targets -- -D warnings
 
 step "documentation without warnings"
 RUSTDOCFLAGS="-D warnings" cargo doc --release --quiet --no-deps
