@@ -26,7 +26,7 @@ pub enum Menu {
     Edit,
     /// Stacks and layers.
     Layers,
-    /// Out to the image state, and home.
+    /// Out to the image editor, and home.
     Paint,
     /// What is shown, and from where.
     View,
