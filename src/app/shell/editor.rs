@@ -1,5 +1,5 @@
 //! The editor: takes in what came, hears keys, draws, and has done what was asked for. Textures and the layout of the
-//! centre are here; everything that can be said without a window is in [`State`], what runs beside it in [`Work`].
+//! centre are here; everything that can be said without a window is in `State`, what runs beside it in `Work`.
 
 use std::ops::{Deref, DerefMut};
 use std::path::PathBuf;
