@@ -1,4 +1,4 @@
-//! Commands on what is painted: out to the image state, and home.
+//! Commands on paint: export to the image editor, and import.
 
 use eframe::egui::{Key, KeyboardShortcut, Modifiers};
 
@@ -7,13 +7,13 @@ use crate::app::state::State;
 use crate::app::state::ask::{Flag, TripAsk, WindowAsk};
 use crate::app::state::running::Kind;
 
-/// In the order of their menus.
+/// The commands in the order of their menus.
 pub const COMMANDS: &[&Command] =
     &[&EDIT, &EDIT_FRESH, &CHOOSE_EDITOR, &IMPORT, &TAKE_BACK, &EXPORT, &SHOW_EDITING];
 
 const PAINT: Command = Command { menu: Menu::Paint, ready: with_project, ..PLAIN };
 
-/// Opens the photo in the image state.
+/// Opens the photo in the image editor.
 pub const EDIT: Command = Command {
     name: "Edit in image state",
     tooltip: "Opens the selected photo's layers in the image state; what you save there comes home by itself.",
@@ -23,7 +23,7 @@ pub const EDIT: Command = Command {
     ..PAINT
 };
 
-/// Opens a new export of the photo.
+/// Opens a new export of the photo in the image editor.
 pub const EDIT_FRESH: Command = Command {
     name: "Edit a new export",
     tooltip: "Opens the selected photo's layers as they are now, with all paint, instead of the file begun before.",
@@ -32,7 +32,7 @@ pub const EDIT_FRESH: Command = Command {
     ..PAINT
 };
 
-/// Chooses the image state.
+/// Chooses the image editor.
 pub const CHOOSE_EDITOR: Command = Command {
     name: "Choose image state…",
     tooltip: "Chooses among the image editors that are installed, or another program.",
@@ -51,7 +51,7 @@ pub const IMPORT: Command = Command {
     ..PAINT
 };
 
-/// Takes the last import back.
+/// Undoes the last import.
 pub const TAKE_BACK: Command = Command {
     name: "Take back import",
     tooltip: "Makes all paint as it was before the last import; the files stay as they are.",
@@ -71,7 +71,7 @@ pub const EXPORT: Command = Command {
     ..PAINT
 };
 
-/// Shows the folder of documents that are painted on.
+/// Shows the folder of the documents that are being edited.
 pub const SHOW_EDITING: Command = Command {
     name: "Show painted files",
     tooltip: "Shows the folder of the files that you paint on in the system's file manager.",
